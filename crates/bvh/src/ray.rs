@@ -1,0 +1,99 @@
+//! Rays, the interval of accepted distances, and what a hit is.
+
+use crate::scalar::{Real, Vector};
+
+/// A half-line. The direction has unit length: whoever makes a ray normalises it, and every distance is a length.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray<R: Real> {
+    /// Start, in world units.
+    pub origin: R::Vec3,
+    /// Unit direction.
+    pub direction: R::Vec3,
+}
+
+impl<R: Real> Ray<R> {
+    /// A ray whose direction is already of unit length.
+    #[inline(always)]
+    pub fn new(origin: R::Vec3, direction: R::Vec3) -> Self {
+        Self { origin, direction }
+    }
+
+    /// The point at distance `t`.
+    #[inline(always)]
+    pub fn at(&self, t: R) -> R::Vec3 {
+        self.origin + self.direction * t
+    }
+
+    /// No NaN and no infinity in it.
+    #[inline]
+    pub fn is_finite(&self) -> bool {
+        self.origin.is_finite() && self.direction.is_finite()
+    }
+}
+
+/// The open interval of accepted distances: a hit counts iff `min < t < max`, for every query and every accelerator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval<R> {
+    /// Excluded lower end.
+    pub min: R,
+    /// Excluded upper end.
+    pub max: R,
+}
+
+impl<R: Real> Interval<R> {
+    /// From zero, excluded, without end.
+    #[inline(always)]
+    pub fn positive() -> Self {
+        Self { min: R::ZERO, max: R::INFINITY }
+    }
+
+    /// Whether a distance is accepted; never for NaN.
+    #[inline(always)]
+    pub fn contains(&self, t: R) -> bool {
+        self.min < t && t < self.max
+    }
+}
+
+/// Which sides of a surface a ray can hit. The outside is where the geometric normal points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Hits from either side count.
+    #[default]
+    Both,
+    /// Only hits by rays that arrive against the outward normal: the near root of a closed shape.
+    Outside,
+    /// Only hits from within: the far root of a closed shape, a room seen from inside.
+    Inside,
+}
+
+impl Side {
+    /// Whether a ray counts that arrives against (`true`) or along (`false`) the outward normal.
+    #[inline(always)]
+    pub fn accepts(self, from_outside: bool) -> bool {
+        match self {
+            Side::Both => true,
+            Side::Outside => from_outside,
+            Side::Inside => !from_outside,
+        }
+    }
+}
+
+/// The closest intersection: small on purpose. The surface point is made once, afterwards.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit<R> {
+    /// Distance along the unit direction.
+    pub t: R,
+    /// First surface parameter: a barycentric coordinate of a triangle, zero for shapes that make it from the point.
+    pub u: R,
+    /// Second surface parameter.
+    pub v: R,
+    /// Index of the primitive in its set; the order of ties.
+    pub primitive: u32,
+    /// Index of the instance that holds the set, or [`Hit::NO_INSTANCE`].
+    pub instance: u32,
+}
+
+impl<R> Hit<R> {
+    /// The hit lies in the scene's own set, not in an instance.
+    pub const NO_INSTANCE: u32 = u32::MAX;
+}

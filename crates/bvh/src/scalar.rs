@@ -1,0 +1,323 @@
+//! The scalar type as a parameter: one source serves f32 and f64, and each of the three precisions of `--precision`.
+//!
+//! glam has no generics, so [`Real`] names the vector family that belongs to a scalar and [`Vector`] names the few
+//! operations that geometry and shading need. [`Precision`] then says which scalar is *stored* and which one the
+//! *core of an intersection* computes with. Both traits are sealed: the set of precisions is closed on purpose.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use glam::{DVec3, Vec3};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+    impl Sealed for glam::Vec3 {}
+    impl Sealed for glam::DVec3 {}
+    impl Sealed for super::Fast {}
+    impl Sealed for super::Robust {}
+    impl Sealed for super::Reference {}
+}
+
+/// A floating-point scalar with its glam vector: `f32` with [`Vec3`], `f64` with [`DVec3`].
+///
+/// Transcendental functions come from the crate `libm`, so that a picture's bits do not depend on the platform's.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+{
+    /// The three-component vector of this scalar.
+    type Vec3: Vector<Self>;
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// Positive infinity.
+    const INFINITY: Self;
+    /// Unit roundoff u: half the spacing of the numbers just above one (2⁻²⁴ for f32, 2⁻⁵³ for f64).
+    const ROUNDOFF: Self;
+    /// Nearest value to `x`.
+    fn from_f64(x: f64) -> Self;
+    /// Nearest value to `x`; exact for both families.
+    fn from_f32(x: f32) -> Self;
+    /// This value, exactly.
+    fn to_f64(self) -> f64;
+    /// Nearest f32.
+    fn to_f32(self) -> f32;
+    /// Square root, correctly rounded; NaN below zero.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Largest integer not above.
+    fn floor(self) -> Self;
+    /// The larger one; the other one where one of them is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The smaller one; the other one where one of them is NaN.
+    fn min(self, other: Self) -> Self;
+    /// This magnitude with the sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+    /// Neither NaN nor infinite.
+    fn is_finite(self) -> bool;
+    /// NaN?
+    fn is_nan(self) -> bool;
+    /// The least number greater than this one.
+    fn next_up(self) -> Self;
+    /// The greatest number less than this one.
+    fn next_down(self) -> Self;
+    /// Sine of radians.
+    fn sin(self) -> Self;
+    /// Cosine of radians.
+    fn cos(self) -> Self;
+    /// Tangent of radians.
+    fn tan(self) -> Self;
+    /// Inverse cosine, radians; the argument is clamped to [−1, 1].
+    fn acos(self) -> Self;
+    /// Angle of the point (x, self), radians in (−π, π].
+    fn atan2(self, x: Self) -> Self;
+    /// Natural exponential.
+    fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// This base to a real exponent.
+    fn powf(self, exponent: Self) -> Self;
+
+    /// This base to a whole exponent, by repeated squaring: the same operations in the same order on every machine.
+    #[inline(always)]
+    fn powi(self, mut exponent: u32) -> Self {
+        let (mut base, mut result) = (self, Self::ONE);
+        while exponent != 0 {
+            if exponent & 1 == 1 {
+                result *= base;
+            }
+            base *= base;
+            exponent >>= 1;
+        }
+        result
+    }
+
+    /// `min` where below, `max` where above.
+    #[inline(always)]
+    fn clamp(self, min: Self, max: Self) -> Self {
+        Self::min(Self::max(self, min), max)
+    }
+}
+
+/// What geometry and shading need of a three-component vector. Products of two vectors are componentwise.
+pub trait Vector<R: Real>:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<R, Output = Self>
+    + Div<R, Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + MulAssign<R>
+{
+    /// Zero in every component.
+    const ZERO: Self;
+    /// One in every component.
+    const ONE: Self;
+    /// From components.
+    fn new(x: R, y: R, z: R) -> Self;
+    /// The same number in every component.
+    fn splat(value: R) -> Self;
+    /// First component.
+    fn x(self) -> R;
+    /// Second component.
+    fn y(self) -> R;
+    /// Third component.
+    fn z(self) -> R;
+    /// Component 0, 1 or 2.
+    fn axis(self, index: usize) -> R;
+    /// Scalar product.
+    fn dot(self, other: Self) -> R;
+    /// Vector product.
+    fn cross(self, other: Self) -> Self;
+    /// Euclidean length.
+    fn length(self) -> R;
+    /// Same direction, length one. NaN or infinite for a vector whose squared length leaves the range of the scalar.
+    fn normalize(self) -> Self;
+    /// Componentwise minimum.
+    fn min(self, other: Self) -> Self;
+    /// Componentwise maximum.
+    fn max(self, other: Self) -> Self;
+    /// Componentwise absolute value.
+    fn abs(self) -> Self;
+    /// Largest component.
+    fn max_element(self) -> R;
+    /// No component is NaN or infinite.
+    fn is_finite(self) -> bool;
+    /// Nearest vector to `v`.
+    fn from_f64(v: DVec3) -> Self;
+    /// This vector, exactly.
+    fn to_f64(self) -> DVec3;
+    /// Nearest f32 vector.
+    fn to_f32(self) -> Vec3;
+}
+
+macro_rules! real {
+    ($t:ident, $v:ident, $u:expr, $($libm:ident => $f:ident),*) => {
+        impl Real for $t {
+            type Vec3 = $v;
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const INFINITY: Self = $t::INFINITY;
+            const ROUNDOFF: Self = $u;
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self { x as $t }
+            #[inline(always)]
+            fn from_f32(x: f32) -> Self { $t::from(x) }
+            #[inline(always)]
+            fn to_f64(self) -> f64 { f64::from(self) }
+            #[inline(always)]
+            fn to_f32(self) -> f32 { self as f32 }
+            #[inline(always)]
+            fn sqrt(self) -> Self { $t::sqrt(self) }
+            #[inline(always)]
+            fn abs(self) -> Self { $t::abs(self) }
+            #[inline(always)]
+            fn floor(self) -> Self { $t::floor(self) }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self { $t::max(self, other) }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self { $t::min(self, other) }
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self { $t::copysign(self, sign) }
+            #[inline(always)]
+            fn is_finite(self) -> bool { $t::is_finite(self) }
+            #[inline(always)]
+            fn is_nan(self) -> bool { $t::is_nan(self) }
+            #[inline(always)]
+            fn next_up(self) -> Self { $t::next_up(self) }
+            #[inline(always)]
+            fn next_down(self) -> Self { $t::next_down(self) }
+            $(real!(@fn $libm $f);)*
+        }
+
+        impl Vector<$t> for $v {
+            const ZERO: Self = $v::ZERO;
+            const ONE: Self = $v::ONE;
+            #[inline(always)]
+            fn new(x: $t, y: $t, z: $t) -> Self { $v::new(x, y, z) }
+            #[inline(always)]
+            fn splat(value: $t) -> Self { $v::splat(value) }
+            #[inline(always)]
+            fn x(self) -> $t { self.x }
+            #[inline(always)]
+            fn y(self) -> $t { self.y }
+            #[inline(always)]
+            fn z(self) -> $t { self.z }
+            #[inline(always)]
+            fn axis(self, index: usize) -> $t { self[index] }
+            #[inline(always)]
+            fn dot(self, other: Self) -> $t { $v::dot(self, other) }
+            #[inline(always)]
+            fn cross(self, other: Self) -> Self { $v::cross(self, other) }
+            #[inline(always)]
+            fn length(self) -> $t { $v::length(self) }
+            #[inline(always)]
+            fn normalize(self) -> Self { self * (1.0 / $v::length(self)) }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self { $v::min(self, other) }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self { $v::max(self, other) }
+            #[inline(always)]
+            fn abs(self) -> Self { $v::abs(self) }
+            #[inline(always)]
+            fn max_element(self) -> $t { $v::max_element(self) }
+            #[inline(always)]
+            fn is_finite(self) -> bool { $v::is_finite(self) }
+            #[inline(always)]
+            fn from_f64(v: DVec3) -> Self { Self::new(v.x as $t, v.y as $t, v.z as $t) }
+            #[inline(always)]
+            fn to_f64(self) -> DVec3 { DVec3::new(self.x.into(), self.y.into(), self.z.into()) }
+            #[inline(always)]
+            fn to_f32(self) -> Vec3 { Vec3::new(self.x as f32, self.y as f32, self.z as f32) }
+        }
+    };
+    (@fn $libm:ident acos) => { #[inline] fn acos(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
+    (@fn $libm:ident atan2) => { #[inline] fn atan2(self, x: Self) -> Self { libm::$libm(self, x) } };
+    (@fn $libm:ident powf) => { #[inline] fn powf(self, exponent: Self) -> Self { libm::$libm(self, exponent) } };
+    (@fn $libm:ident $f:ident) => { #[inline] fn $f(self) -> Self { libm::$libm(self) } };
+}
+
+real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, acosf => acos, atan2f => atan2, expf => exp, logf => ln, powf => powf);
+real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, acos => acos, atan2 => atan2, exp => exp, log => ln, pow => powf);
+
+/// A rung of the intersection-arithmetic ladder: what is stored, and what an intersection computes with.
+pub trait Precision: sealed::Sealed + Copy + Debug + Default + Send + Sync + 'static {
+    /// Stored coordinates, rays, hits, radiance.
+    type Real: Real;
+    /// The few scalars inside an intersection test on which a hit or a miss depends.
+    type Core: Real;
+    /// Cancellation-free formulas; `false` selects the textbook ones.
+    const ROBUST: bool;
+}
+
+/// Textbook formulas in f32: the fast rung, with the failures that the numerics tests list for it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Fast;
+
+/// f32 storage, cancellation-free formulas with an f64 core: the default.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Robust;
+
+/// f64 throughout.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reference;
+
+impl Precision for Fast {
+    type Real = f32;
+    type Core = f32;
+    const ROBUST: bool = false;
+}
+impl Precision for Robust {
+    type Real = f32;
+    type Core = f64;
+    const ROBUST: bool = true;
+}
+impl Precision for Reference {
+    type Real = f64;
+    type Core = f64;
+    const ROBUST: bool = true;
+}
+
+/// The vector of a precision's stored scalar.
+pub type Vec3Of<P> = <<P as Precision>::Real as Real>::Vec3;
+
+/// The same number in another scalar type; exact when widening.
+#[inline(always)]
+pub fn convert<A: Real, B: Real>(a: A) -> B {
+    B::from_f64(a.to_f64())
+}
+
+/// The same vector in another scalar type; exact when widening.
+#[inline(always)]
+pub fn convert_vec<A: Real, B: Real>(a: A::Vec3) -> B::Vec3 {
+    B::Vec3::from_f64(a.to_f64())
+}

@@ -1,0 +1,4 @@
+//! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
+pub mod scene;
+pub use raywright_bvh as bvh;
+pub use scene::Scene;

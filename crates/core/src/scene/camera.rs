@@ -1,0 +1,102 @@
+//! Cameras: where they stand and how they project.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Triple;
+
+/// One view of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Name for `--camera`; cameras without one are chosen by index.
+    #[serde(default)]
+    pub name: String,
+    /// Position and orientation.
+    pub pose: Pose,
+    /// How directions map to the picture.
+    pub projection: Projection,
+    /// Width over height that the projection assumes whatever the picture's is; none: the picture's own, so that the
+    /// vertical field of view is kept.
+    #[serde(default)]
+    pub aspect: Option<f64>,
+}
+
+/// Position and orientation of a camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Pose {
+    /// From an eye towards a target.
+    LookAt {
+        /// Centre of projection.
+        eye: Triple,
+        /// A point in the middle of the picture; differs from the eye.
+        target: Triple,
+        /// Which way is up; not parallel to the view.
+        #[serde(default = "y_up")]
+        up: Triple,
+    },
+    /// On a sphere around a target: eye = target + distance · (cos e · sin a, sin e, cos e · cos a).
+    Orbit {
+        /// Centre of the sphere, in the middle of the picture.
+        target: Triple,
+        /// Radius of the sphere, above zero.
+        distance: f64,
+        /// Azimuth a in degrees; 0 stands on the +z side.
+        azimuth: f64,
+        /// Elevation e in degrees above the horizon, within ±90 (exclusive).
+        elevation: f64,
+    },
+    /// Explicit axes, in world coordinates: a camera-space direction (x, y, z) becomes x·right + y·up + z·back.
+    Axes {
+        /// Centre of projection.
+        eye: Triple,
+        /// Camera x axis.
+        right: Triple,
+        /// Camera y axis.
+        up: Triple,
+        /// Camera z axis; the camera looks along its negative.
+        back: Triple,
+    },
+}
+
+fn y_up() -> Triple {
+    [0.0, 1.0, 0.0]
+}
+
+/// How a camera maps directions to the picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Projection {
+    /// All rays through one point.
+    Pinhole(Pinhole),
+    /// Parallel rays.
+    Orthographic {
+        /// Height of the view in world units, above zero.
+        height: f64,
+    },
+    /// A lens with an aperture, sharp at one distance.
+    ThinLens {
+        /// The pinhole it becomes at aperture zero.
+        pinhole: Pinhole,
+        /// Radius of the lens in world units, at least zero.
+        aperture_radius: f64,
+        /// Distance of the sharp plane along the view, above zero.
+        focus_distance: f64,
+    },
+}
+
+/// Opening angle of a pinhole, by exactly one of its keys.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pinhole {
+    /// Vertical field of view in degrees, above 0 and below 180.
+    #[serde(default)]
+    pub vertical_fov: Option<f64>,
+    /// Horizontal field of view in degrees, above 0 and below 180.
+    #[serde(default)]
+    pub horizontal_fov: Option<f64>,
+    /// Distance from the centre of projection to an image one unit high, above zero: 0.5 / tan(vertical fov / 2).
+    #[serde(default)]
+    pub focal_length: Option<f64>,
+}

@@ -1,0 +1,135 @@
+//! Light sources and the sky.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Triple;
+use super::input::{Colour, ColourInput};
+
+/// A light source that is not a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Light {
+    /// Name for messages.
+    #[serde(default)]
+    pub name: String,
+    /// Geometry of the light.
+    pub kind: LightKind,
+    /// Irradiance of a directional light (per surface facing it), radiant intensity of a point or spot light. Classic
+    /// materials multiply it by their base colour as it is, physical ones by the base colour over π.
+    pub colour: Colour,
+    /// Whether something in between dims it.
+    #[serde(default = "yes")]
+    pub shadows: bool,
+    /// Whether it makes highlights.
+    #[serde(default = "yes")]
+    pub specular: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Geometry of a light source.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum LightKind {
+    /// Parallel light from far away.
+    Directional {
+        /// Direction from a surface to the light; any length above zero.
+        to_light: Triple,
+    },
+    /// From one point into all directions.
+    Point {
+        /// Where it is.
+        position: Triple,
+        /// How it weakens with distance.
+        #[serde(default)]
+        falloff: Falloff,
+        /// Distance at which it has faded to nothing (the windowing of KHR_lights_punctual); none: never.
+        #[serde(default)]
+        range: Option<f64>,
+    },
+    /// From one point into a cone.
+    Spot {
+        /// Where it is.
+        position: Triple,
+        /// Where it points; any length above zero.
+        direction: Triple,
+        /// Half-angle in degrees within which it is at full strength.
+        inner_angle: f64,
+        /// Half-angle in degrees beyond which it is dark; above the inner one, at most 90.
+        outer_angle: f64,
+        /// How it weakens with distance.
+        #[serde(default)]
+        falloff: Falloff,
+        /// Distance at which it has faded to nothing; none: never.
+        #[serde(default)]
+        range: Option<f64>,
+    },
+}
+
+/// How a light weakens with distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Falloff {
+    /// With the square of the distance, as real light does.
+    #[default]
+    InverseSquare,
+    /// Not at all, as several classic shaders have it.
+    None,
+}
+
+/// What a ray sees that hits nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Sky {
+    /// The same radiance everywhere.
+    Constant(Colour),
+    /// Linear in the height of the direction: bottom·(1−s) + top·s with s = (y + 1)/2, plus suns.
+    Gradient {
+        /// Radiance straight down.
+        bottom: Colour,
+        /// Radiance straight up.
+        top: Colour,
+        /// Bright spots added to it.
+        #[serde(default)]
+        suns: Vec<Sun>,
+    },
+    /// An expression of the ray's direction `d` and origin `o`, and of `t` and the parameters.
+    Expression(ColourInput),
+    /// An equirectangular environment picture.
+    Map(SkyMap),
+}
+
+/// A lobe around a direction: weight · colour · max(0, d·direction)^exponent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sun {
+    /// Direction from the scene to the sun; any length above zero.
+    pub direction: Triple,
+    /// Tint.
+    pub colour: Colour,
+    /// Strength.
+    pub weight: f64,
+    /// Sharpness, a whole number from 1 to 65536.
+    pub exponent: u32,
+}
+
+/// An equirectangular environment: u = atan2(z, x)/2π + ½, v = acos(y)/π with v = 0 the top row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SkyMap {
+    /// Name of the image.
+    pub image: String,
+    /// Degrees by which the picture is turned about +y.
+    #[serde(default)]
+    pub rotation: f64,
+    /// Factor on its radiance.
+    #[serde(default = "unit")]
+    pub strength: f64,
+}
+
+fn unit() -> f64 {
+    1.0
+}

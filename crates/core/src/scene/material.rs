@@ -1,0 +1,252 @@
+//! Materials in two families: classic (a local lighting model made of terms) and physical (metallic-roughness).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::input::{Colour, ColourInput, Weight};
+
+/// A named material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Unique name that objects refer to.
+    pub name: String,
+    /// What it does to light.
+    pub model: Model,
+}
+
+/// The two families of materials. Any integrator can read both.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Model {
+    /// A local lighting model made of terms.
+    Classic(Box<Classic>),
+    /// The metallic-roughness model of glTF.
+    Physical(Box<Physical>),
+}
+
+/// A local lighting model made of terms. Seen along unit d at a point with normal n it adds
+///
+/// local · ( colour·(ambient + Σ diffuse·max(0, n·l)·shadow·light) + Σ specular + rim ) + emission
+///
+/// and then follows a reflected or refracted ray where it has one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Classic {
+    /// Base colour.
+    pub colour: ColourInput,
+    /// Factor of the whole local term; 0 for a pure mirror or glass, 1 for a matte surface.
+    pub local: Weight,
+    /// Ambient light; none: the scene's (`classic.ambient`).
+    pub ambient: Option<Colour>,
+    /// Factor of the Lambert term; an expression is evaluated for each light.
+    pub diffuse: Weight,
+    /// A highlight of the lights.
+    pub specular: Option<Specular>,
+    /// Light at grazing angles.
+    pub rim: Option<Rim>,
+    /// A traced mirror reflection.
+    pub reflection: Option<Reflection>,
+    /// Traced refraction; with it the reflection of glass too. Excludes `reflection`.
+    pub transmission: Option<Transmission>,
+    /// Radiance the surface gives off by itself.
+    pub emission: Option<ColourInput>,
+    /// Share of a light that passes when this surface is the occluder, 0 (opaque) to 1.
+    pub shadow_transmittance: f64,
+    /// How much of a shadowed light arrives, in place of the rule's own factor: an expression of `occluder_distance`
+    /// (infinite where nothing occludes) and of the hit.
+    pub shadow: Option<Weight>,
+}
+
+/// Shape of a highlight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpecularModel {
+    /// max(0, n·h)^exponent with h halfway between light and viewer (Blinn, "Models of Light Reflection for Computer
+    /// Synthesized Pictures", 1977).
+    Blinn,
+    /// As Blinn, but with the *reflected* direction in the viewer's place: h = unit(l − r). The documented preset's mirror does so.
+    BlinnReflected,
+    /// max(0, r·l)^exponent with r the mirrored view (Phong, "Illumination for Computer Generated Pictures", 1975).
+    Phong,
+}
+
+/// A highlight of the lights: strength · model · tint, for each light that makes highlights.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Specular {
+    /// Shape of the highlight.
+    pub model: SpecularModel,
+    /// Sharpness, a whole number from 1 to 65536.
+    pub exponent: u32,
+    /// Factor.
+    pub strength: Weight,
+    /// Whether the light's colour tints it; otherwise it is white.
+    #[serde(default = "yes")]
+    pub lit: bool,
+    /// Whether a shadow dims it.
+    #[serde(default = "yes")]
+    pub shadowed: bool,
+    /// Whether the reflection's own throughput tints it, outside the `local` factor: the preset's mirror does so.
+    #[serde(default)]
+    pub on_reflection: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Light at grazing angles: strength · (1 − (n·d)²)^exponent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rim {
+    /// Factor.
+    pub strength: Weight,
+    /// Whole exponent from 1 to 64.
+    pub exponent: u32,
+}
+
+/// A traced mirror reflection.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Reflection {
+    /// Factor of what the mirrored ray sees.
+    pub weight: Weight,
+    /// Whether the base colour tints it.
+    #[serde(default = "yes")]
+    pub tinted: bool,
+    /// Disturbs the mirrored direction.
+    #[serde(default)]
+    pub fuzz: Option<Fuzz>,
+}
+
+/// A disturbance of the mirrored direction by a fixed pattern: direction = unit(mirror + amount·w), w_i = sin(f_i · p).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fuzz {
+    /// Length of the disturbance.
+    pub amount: f64,
+    /// Row i holds the coefficients of the hit point's x, y, z inside sine i, radians per world unit.
+    pub frequencies: [[f64; 3]; 3],
+}
+
+/// Traced refraction with its reflection.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Transmission {
+    /// Index of refraction of the inside over the outside, above zero.
+    pub ior: f64,
+    /// Which of the two rays is followed.
+    #[serde(default)]
+    pub choice: TransmissionChoice,
+    /// Factor of what the reflected ray sees.
+    #[serde(default = "white")]
+    pub reflected_tint: Colour,
+    /// Factor of what the refracted ray sees.
+    #[serde(default = "white")]
+    pub refracted_tint: Colour,
+}
+
+fn white() -> Colour {
+    Colour::WHITE
+}
+
+/// Which rays a refracting surface spawns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum TransmissionChoice {
+    /// Both, weighted by the exact dielectric Fresnel equations.
+    #[default]
+    Split,
+    /// One of them, unweighted: the reflection where Schlick's reflectance, taken at the incident angle on both sides,
+    /// exceeds the threshold or refraction is impossible.
+    Switch {
+        /// Reflectance above which the ray reflects.
+        threshold: f64,
+    },
+}
+
+/// The metallic-roughness model of glTF 2.0. Every factor multiplies its texture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Physical {
+    /// Base colour, linear.
+    pub base_colour: ColourInput,
+    /// Image that multiplies the base colour.
+    pub base_colour_texture: Option<TextureRef>,
+    /// Whether the colours of the mesh's vertices multiply the base colour.
+    pub vertex_colours: bool,
+    /// 0 dielectric to 1 metal.
+    pub metallic: f64,
+    /// Perceptual roughness, 0 mirror to 1 matte; the microfacet α is its square.
+    pub roughness: f64,
+    /// Image with roughness in green and metalness in blue.
+    pub metallic_roughness_texture: Option<TextureRef>,
+    /// Index of refraction, at least 1.
+    pub ior: f64,
+    /// Share of light that passes through the surface instead of being diffused, 0 to 1.
+    pub transmission: f64,
+    /// Radiance given off.
+    pub emission: Colour,
+    /// Image that multiplies the emission.
+    pub emission_texture: Option<TextureRef>,
+    /// What the alpha of the base colour means.
+    pub alpha: AlphaMode,
+    /// Alpha that multiplies the texture's.
+    pub opacity: f64,
+    /// Whether the base colour is shown as it is, without light.
+    pub unlit: bool,
+}
+
+impl Default for Physical {
+    fn default() -> Self {
+        Self {
+            base_colour: ColourInput::default(),
+            base_colour_texture: None,
+            vertex_colours: false,
+            metallic: 0.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            ior: 1.5,
+            transmission: 0.0,
+            emission: Colour::BLACK,
+            emission_texture: None,
+            alpha: AlphaMode::Opaque,
+            opacity: 1.0,
+            unlit: false,
+        }
+    }
+}
+
+/// What the alpha channel of a base colour means.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum AlphaMode {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// The surface is absent where alpha is below the cutoff.
+    Mask {
+        /// Cutoff, 0 to 1.
+        cutoff: f64,
+    },
+    /// The surface covers what is behind it by alpha.
+    Blend,
+}
+
+/// A use of a named texture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TextureRef {
+    /// Name of the texture.
+    pub name: String,
+    /// Which of a mesh's sets of texture coordinates; shapes have set 0 only.
+    #[serde(default)]
+    pub uv_set: u32,
+    /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.
+    #[serde(default)]
+    pub uv_transform: Option<[[f64; 3]; 2]>,
+    /// Factor on the texel.
+    #[serde(default = "white")]
+    pub factor: Colour,
+}

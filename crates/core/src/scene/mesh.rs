@@ -1,0 +1,133 @@
+//! Triangle meshes, images and textures.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A named triangle mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mesh {
+    /// Unique name that objects refer to.
+    pub name: String,
+    /// Where its triangles are.
+    pub source: MeshSource,
+}
+
+/// Where a mesh's triangles are. The loader replaces files by their data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum MeshSource {
+    /// In the scene itself.
+    Inline(Arc<MeshData>),
+    /// In an OBJ, glTF or GLB file, path relative to the scene's folder; all of its triangles as one mesh.
+    File(String),
+}
+
+/// The arrays of a mesh. Single precision, as the files that meshes come from; transforms are applied in doubles.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct MeshData {
+    /// Vertex positions in the mesh's own space.
+    pub positions: Vec<[f32; 3]>,
+    /// Three vertex indices a triangle; counter-clockwise seen from outside.
+    pub indices: Vec<[u32; 3]>,
+    /// Shading normals a vertex; empty: flat facets.
+    pub normals: Vec<[f32; 3]>,
+    /// Sets of texture coordinates a vertex (v = 0 is the image's top row); empty: none.
+    pub uvs: Vec<Vec<[f32; 2]>>,
+    /// Linear colours a vertex with alpha; empty: white.
+    pub colours: Vec<[f32; 4]>,
+}
+
+/// A named image file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Image {
+    /// Unique name that textures refer to.
+    pub name: String,
+    /// Path relative to the scene's folder, or `embedded:NAME` for what the program carries.
+    pub path: String,
+    /// Decoded pixels; filled in by the loader, none when the file could not be had (a warning, and the factor alone counts).
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub data: Option<Arc<ImageData>>,
+}
+
+/// Decoded pixels, first row = top.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageData {
+    /// Columns, above zero.
+    pub width: u32,
+    /// Rows, above zero.
+    pub height: u32,
+    /// Red, green, blue, alpha, row by row.
+    pub pixels: Pixels,
+}
+
+/// Storage of pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pixels {
+    /// Codes 0 to 255, four a pixel.
+    Codes(Vec<[u8; 4]>),
+    /// Linear values, four a pixel.
+    Linear(Vec<[f32; 4]>),
+}
+
+/// A named texture: an image with how it is read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Texture {
+    /// Unique name that materials refer to.
+    pub name: String,
+    /// Name of the image.
+    pub image: String,
+    /// How 8-bit codes become numbers.
+    #[serde(default)]
+    pub colour_space: ColourSpace,
+    /// How texels are combined.
+    #[serde(default)]
+    pub filter: Filter,
+    /// Outside 0..1 horizontally.
+    #[serde(default)]
+    pub wrap_u: Wrap,
+    /// Outside 0..1 vertically.
+    #[serde(default)]
+    pub wrap_v: Wrap,
+}
+
+/// How 8-bit codes become numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ColourSpace {
+    /// Decoded by the sRGB curve (IEC 61966-2-1).
+    #[default]
+    Srgb,
+    /// Code / 255.
+    Linear,
+}
+
+/// How texels are combined. Texel centres lie at half-integers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Filter {
+    /// The nearest texel.
+    Nearest,
+    /// Weighted mean of four.
+    #[default]
+    Bilinear,
+}
+
+/// What lies outside 0..1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The image mirrored, in turns.
+    MirroredRepeat,
+    /// The border texel.
+    Clamp,
+}
