@@ -1,0 +1,79 @@
+//! Axis-aligned boxes in f64, and how they become safe f32 boxes for a tree.
+
+use glam::{DVec3, Vec3};
+
+/// A closed axis-aligned box in f64. Empty when a minimum exceeds its maximum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Least corner.
+    pub min: DVec3,
+    /// Greatest corner.
+    pub max: DVec3,
+}
+
+impl Aabb {
+    /// Contains nothing; the neutral element of [`Aabb::union`].
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// The least box around the points.
+    pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
+    }
+
+    /// The box from centre − half to centre + half.
+    pub fn around(centre: DVec3, half: DVec3) -> Self {
+        Self { min: centre - half, max: centre + half }
+    }
+
+    /// The least box around both.
+    pub fn union(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Whether it contains no point.
+    pub fn is_empty(&self) -> bool {
+        !(self.min.x <= self.max.x && self.min.y <= self.max.y && self.min.z <= self.max.z)
+    }
+
+    /// Middle.
+    pub fn centre(&self) -> DVec3 {
+        (self.min + self.max) * 0.5
+    }
+
+    /// Edge lengths.
+    pub fn extent(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    /// The eight corners.
+    pub fn corners(&self) -> [DVec3; 8] {
+        core::array::from_fn(|i| {
+            let pick = |bit: usize, a: f64, b: f64| if i >> bit & 1 == 0 { a } else { b };
+            DVec3::new(pick(0, self.min.x, self.max.x), pick(1, self.min.y, self.max.y), pick(2, self.min.z, self.max.z))
+        })
+    }
+
+    /// The f32 box that a tree may cull by: rounded outward, then grown by four units in the last place of its own
+    /// coordinates and one of its extent. Measured to be enough for a watertight triangle test, and it gives flat boxes
+    /// a thickness, without which Morton-sorted builders degenerate on closed rooms. None when a bound is not a finite
+    /// f32: such a primitive can't be in a tree.
+    pub fn padded(&self) -> Option<PaddedBox> {
+        if self.is_empty() {
+            return None;
+        }
+        let ulp = f64::from(f32::EPSILON);
+        let extent = self.extent().max_element();
+        let pad = |v: DVec3| v.abs() * (4.0 * ulp) + DVec3::splat(extent * ulp + f64::from(f32::MIN_POSITIVE));
+        let (min, max) = ((self.min - pad(self.min)).as_vec3(), (self.max + pad(self.max)).as_vec3());
+        (min.is_finite() && max.is_finite()).then_some(PaddedBox { min, max })
+    }
+}
+
+/// An f32 box that contains its primitive with room for the rounding of a traversal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaddedBox {
+    /// Least corner.
+    pub min: Vec3,
+    /// Greatest corner.
+    pub max: Vec3,
+}
