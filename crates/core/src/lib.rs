@@ -1,4 +1,5 @@
 //! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
 pub mod scene;
+pub mod suggest;
 pub use raywright_bvh as bvh;
 pub use scene::Scene;

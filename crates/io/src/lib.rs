@@ -1,1 +1,14 @@
-//! stub
+//! Native scene files, models, textures, image and report output: everything between a path and a scene or a picture.
+//!
+//! Nothing in a file can make this crate panic, hang, read outside the scene's folder or take memory unasked.
+#![forbid(unsafe_code)]
+
+mod diagnostic;
+mod error;
+mod folder;
+mod limits;
+
+pub use diagnostic::{Diagnostic, Diagnostics, Place};
+pub use error::{Error, ErrorKind, Warning};
+pub use folder::{Folder, ReadError};
+pub use limits::{Limits, human_bytes};

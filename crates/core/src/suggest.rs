@@ -1,0 +1,45 @@
+//! "Did you mean": the known word that is nearest to an unknown one.
+
+/// The candidate that a mistyped word most likely stands for, if any is near enough: at most one edit for every three
+/// characters, where swapping neighbours is one edit, and case and the choice of `-`, `_` or space do not count.
+pub fn closest<'a>(wrong: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // The distance costs the product of both lengths; nobody mistypes a word this long.
+    const LONGEST: usize = 64;
+    if wrong.len() > LONGEST {
+        return None;
+    }
+    let wrong = plain(wrong);
+    let edits = (wrong.chars().count() / 3).max(1);
+    candidates
+        .into_iter()
+        .filter(|candidate| candidate.len() <= LONGEST)
+        .map(|candidate| (strsim::damerau_levenshtein(&wrong, &plain(candidate)), candidate))
+        .filter(|(distance, candidate)| *distance <= edits && *distance < candidate.chars().count())
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, candidate)| candidate)
+}
+
+fn plain(word: &str) -> String {
+    word.chars().map(|c| if matches!(c, '-' | ' ') { '_' } else { c.to_ascii_lowercase() }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::closest;
+
+    #[test]
+    fn typing_errors_and_other_spellings_find_their_word() {
+        let words = ["colour", "centre", "radius", "vertical_fov", "u"];
+        for (wrong, right) in [("color", "colour"), ("center", "centre"), ("Radius", "radius"), ("vertical-fov", "vertical_fov")]
+        {
+            assert_eq!(closest(wrong, words), Some(right), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_near_gets_no_suggestion() {
+        for wrong in ["banana", "x", "", &"radius".repeat(100)] {
+            assert_eq!(closest(wrong, ["colour", "radius", "u"]), None, "{wrong}");
+        }
+    }
+}

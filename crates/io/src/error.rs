@@ -1,0 +1,138 @@
+//! Everything that can go wrong between a path and a scene, or between a picture and its file, as one complete message.
+
+use std::fmt;
+use std::path::Path;
+
+use annotate_snippets::{Group, Level, Renderer};
+
+use crate::diagnostic::Diagnostics;
+
+/// What a failure means for the caller; the command line gives each its exit code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// The content of a file is wrong.
+    Input,
+    /// A file cannot be read or written.
+    File,
+    /// A file asks for more than the limits allow.
+    Limit,
+    /// What was asked for does not exist: a preset, a camera, a parameter.
+    Usage,
+}
+
+/// A failure. Its `Display` is the whole message for a user, with place, cause and remedy, in plain text.
+#[derive(Debug)]
+pub enum Error {
+    /// Problems in the text of a native scene, each with its place.
+    Scene(Diagnostics),
+    /// Any other failure.
+    Plain {
+        /// What it means.
+        kind: ErrorKind,
+        /// One sentence that names the file where there is one.
+        message: String,
+        /// What to do about it.
+        hint: Option<String>,
+    },
+}
+
+impl Error {
+    /// Wrong content of a file that is not a native scene.
+    pub fn input(path: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self::plain(ErrorKind::Input, format!("{path}: {message}"))
+    }
+
+    /// A file that asks for more than a limit allows.
+    pub fn limit(path: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self::plain(ErrorKind::Limit, format!("{path}: {message}"))
+    }
+
+    /// Something asked for that does not exist.
+    pub fn usage(message: impl fmt::Display) -> Self {
+        Self::plain(ErrorKind::Usage, message.to_string())
+    }
+
+    /// A file that cannot be read.
+    pub fn read(path: &Path, cause: &std::io::Error) -> Self {
+        Self::plain(ErrorKind::File, format!("cannot read {}: {}", path.display(), reason(cause)))
+    }
+
+    /// A file that cannot be written.
+    pub fn write(path: &Path, cause: &std::io::Error) -> Self {
+        Self::plain(ErrorKind::File, format!("cannot write {}: {}", path.display(), reason(cause)))
+    }
+
+    fn plain(kind: ErrorKind, message: String) -> Self {
+        Self::Plain { kind, message, hint: None }
+    }
+
+    /// The same failure with advice; the problems of a scene carry theirs already.
+    #[must_use]
+    pub fn with_hint(mut self, advice: impl Into<String>) -> Self {
+        if let Self::Plain { hint, .. } = &mut self {
+            *hint = Some(advice.into());
+        }
+        self
+    }
+
+    /// What the failure means for the caller.
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Scene(_) => ErrorKind::Input,
+            Self::Plain { kind, .. } => *kind,
+        }
+    }
+
+    /// The whole message, coloured for a terminal where asked.
+    pub fn render(&self, colour: bool) -> String {
+        let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+        match self {
+            Self::Scene(diagnostics) => diagnostics.render(&renderer),
+            Self::Plain { message, hint, .. } => {
+                let group = Group::with_title(Level::ERROR.primary_title(message));
+                let hint = hint.as_ref().map(|hint| Level::HELP.message(hint));
+                renderer.render(&[group.elements(hint)])
+            }
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// The cause of a failed file operation without the operating system's numbers where a plainer word exists.
+pub(crate) fn reason(cause: &std::io::Error) -> String {
+    use std::io::ErrorKind as Cause;
+    match cause.kind() {
+        Cause::NotFound => "no such file or folder".to_owned(),
+        Cause::PermissionDenied => "permission denied".to_owned(),
+        Cause::IsADirectory => "it is a folder".to_owned(),
+        Cause::StorageFull => "the disk is full".to_owned(),
+        _ => cause.to_string(),
+    }
+}
+
+/// Something that a user should know and that does not stop the work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// One sentence that names the file where there is one.
+    pub message: String,
+}
+
+impl Warning {
+    /// A warning about a file.
+    pub fn new(path: impl fmt::Display, message: impl fmt::Display) -> Self {
+        Self { message: format!("{path}: {message}") }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "warning: {}", self.message)
+    }
+}

@@ -1,0 +1,198 @@
+//! The one gate through which files named inside a scene are read: nothing outside the scene's folder, nothing over the
+//! limits, and every byte counts towards the scene's hash.
+
+use std::cell::RefCell;
+use std::fmt;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::error::reason;
+use crate::limits::human_bytes;
+
+/// Why a file named inside a scene was not read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ReadError {
+    /// The reference may not be followed.
+    Refused(String),
+    /// The file cannot be read.
+    Unreadable(String),
+    /// The file is larger than the limit.
+    TooLarge(String),
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused(text) | Self::Unreadable(text) | Self::TooLarge(text) => f.write_str(text),
+        }
+    }
+}
+
+/// A scene's folder, and the hash of everything read so far.
+#[derive(Debug)]
+pub struct Folder {
+    /// Canonical path; none: the scene has no folder (a preset), and every reference is refused.
+    root: Option<PathBuf>,
+    file_bytes: u64,
+    hash: RefCell<Sha256>,
+}
+
+impl Folder {
+    /// The folder that holds a file.
+    pub fn around(file: &Path, file_bytes: u64) -> std::io::Result<Self> {
+        let parent = match file.parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        };
+        Ok(Self { root: Some(parent.canonicalize()?), ..Self::none(file_bytes) })
+    }
+
+    /// The folder of a scene that has none.
+    pub fn none(file_bytes: u64) -> Self {
+        Self { root: None, file_bytes, hash: RefCell::new(Sha256::new()) }
+    }
+
+    /// The bytes of a file named inside the scene, by a path relative to the folder with `/` between its parts.
+    pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
+        let path = self.resolve(reference)?;
+        let unreadable = |cause: std::io::Error| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
+        let file = File::open(&path).map_err(unreadable)?;
+        // A pipe or a device could keep a reader waiting for ever.
+        if !file.metadata().map_err(unreadable)?.is_file() {
+            return Err(ReadError::Refused(format!("`{reference}` is not a regular file")));
+        }
+        let bytes = read_limited(file, self.file_bytes).map_err(unreadable)?.ok_or_else(|| {
+            ReadError::TooLarge(format!("`{reference}` is larger than the limit of {}", human_bytes(self.file_bytes)))
+        })?;
+        self.note(reference.as_bytes());
+        self.note(&bytes);
+        Ok(bytes)
+    }
+
+    /// Makes bytes that did not come through [`Self::read`] count towards the hash.
+    pub fn note(&self, bytes: &[u8]) {
+        let mut hash = self.hash.borrow_mut();
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    }
+
+    /// SHA-256 of everything read and noted, in order, as 64 hexadecimal digits.
+    pub fn hash(&self) -> String {
+        self.hash.borrow().clone().finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    fn resolve(&self, reference: &str) -> Result<PathBuf, ReadError> {
+        let refuse = |why: &str| Err(ReadError::Refused(format!("`{reference}` {why}")));
+        if reference.is_empty() || reference.contains('\0') {
+            return refuse("names no file");
+        }
+        if has_scheme(reference) {
+            return refuse("is an address, and only files in the scene's own folder are read");
+        }
+        let relative = Path::new(reference);
+        let climbs = reference.split(['/', '\\']).any(|part| part == "..");
+        let absolute = reference.starts_with(['/', '\\']);
+        if climbs || absolute || !relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+            return refuse("leads out of the scene's folder, and only files in it are read");
+        }
+        let Some(root) = &self.root else {
+            return refuse("is a file, and a scene that the program carries cannot read files");
+        };
+        let path = root
+            .join(relative)
+            .canonicalize()
+            .map_err(|cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause))))?;
+        if path.starts_with(root) { Ok(path) } else { refuse("is a link that leads out of the scene's folder") }
+    }
+}
+
+/// Whether a reference starts like an address (`http:`, `file:`) or a drive (`C:`).
+fn has_scheme(reference: &str) -> bool {
+    let (scheme, rest) = reference.split_once(':').unwrap_or_default();
+    let word = scheme.starts_with(|c: char| c.is_ascii_alphabetic())
+        && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'));
+    word && (scheme.len() == 1 || rest.starts_with('/') || matches!(scheme, "data" | "file" | "http" | "https"))
+}
+
+/// All bytes of a source, or none if there are more than `limit`.
+pub(crate) fn read_limited(source: impl Read, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
+    let mut bytes = Vec::new();
+    source.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= limit).then_some(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Folder, ReadError};
+
+    fn scene_folder() -> tempfile::TempDir {
+        let outer = tempfile::tempdir().expect("a temporary folder");
+        std::fs::create_dir(outer.path().join("scene")).expect("a folder");
+        std::fs::write(outer.path().join("secret.txt"), "secret").expect("a file");
+        std::fs::write(outer.path().join("scene/own.txt"), "own").expect("a file");
+        outer
+    }
+
+    #[test]
+    fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
+        let outer = scene_folder();
+        let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+        let before = folder.hash();
+        assert_eq!(folder.read("./own.txt"), Ok(b"own".to_vec()));
+        assert_ne!(folder.hash(), before);
+        assert_eq!(folder.hash().len(), 64);
+    }
+
+    #[test]
+    fn a_file_over_the_limit_is_not_read() {
+        let outer = scene_folder();
+        let folder = Folder::around(&outer.path().join("scene/x.toml"), 2).expect("the folder exists");
+        assert!(matches!(folder.read("own.txt"), Err(ReadError::TooLarge(_))));
+    }
+
+    #[test]
+    fn nothing_outside_the_folder_is_read() {
+        let outer = scene_folder();
+        let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+        let absolute = outer.path().join("secret.txt").display().to_string();
+        let wrong = [
+            "../secret.txt",
+            "a/../../secret.txt",
+            "..\\secret.txt",
+            "C:secret.txt",
+            "\\\\server\\secret.txt",
+            "file:own.txt",
+            "file:///etc/passwd",
+            "http://host/own.txt",
+            "data:,x",
+            "ftp://host/x",
+            "",
+            "own\0.txt",
+            ".",
+            absolute.as_str(),
+        ];
+        for reference in wrong {
+            assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference:?} was followed");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_out_of_the_folder_is_not_followed() {
+        let outer = scene_folder();
+        std::os::unix::fs::symlink("../secret.txt", outer.path().join("scene/link.txt")).expect("a link");
+        std::os::unix::fs::symlink("..", outer.path().join("scene/up")).expect("a link");
+        let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+        for reference in ["link.txt", "up/secret.txt"] {
+            assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+        }
+    }
+
+    #[test]
+    fn a_preset_reads_no_file() {
+        assert!(matches!(Folder::none(1000).read("own.txt"), Err(ReadError::Refused(_))));
+    }
+}

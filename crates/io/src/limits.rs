@@ -1,0 +1,59 @@
+//! How much a file may ask of the machine before it is refused.
+
+/// Upper limits on what loading may read, keep and make. Passing one is an error of kind
+/// [`ErrorKind::Limit`](crate::ErrorKind::Limit), never a crash and never a slow death by swapping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Bytes of a native scene's text. A parsed text takes some thirty times its size in memory.
+    pub text_bytes: u64,
+    /// Bytes of any other single file: a model, a buffer, an image.
+    pub file_bytes: u64,
+    /// Objects of a scene, those that generators make and every instance included.
+    pub objects: u64,
+    /// Triangles of all meshes together, each mesh counted once.
+    pub triangles: u64,
+    /// Pixels of one image.
+    pub image_pixels: u64,
+    /// Bytes that everything loaded may take together; `--max-memory`.
+    pub memory_bytes: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            text_bytes: 64 << 20,
+            file_bytes: 1 << 30,
+            objects: 16_000_000,
+            triangles: 100_000_000,
+            image_pixels: 1 << 28,
+            memory_bytes: 8 << 30,
+        }
+    }
+}
+
+/// Bytes as a person reads them: `64 MiB`, `1.5 GiB`, `300 bytes`.
+pub fn human_bytes(bytes: u64) -> String {
+    const UNITS: [(&str, u32); 3] = [("GiB", 30), ("MiB", 20), ("KiB", 10)];
+    match UNITS.iter().find(|(_, shift)| bytes >> shift > 0) {
+        Some((unit, shift)) => {
+            let tenths = ((bytes as f64 / (1u64 << shift) as f64) * 10.0).round();
+            format!("{} {unit}", tenths / 10.0)
+        }
+        None if bytes == 1 => "1 byte".to_owned(),
+        None => format!("{bytes} bytes"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::human_bytes;
+
+    #[test]
+    fn sizes_read_as_a_person_writes_them() {
+        let cases =
+            [(0, "0 bytes"), (1, "1 byte"), (1023, "1023 bytes"), (1536, "1.5 KiB"), (64 << 20, "64 MiB"), (1 << 30, "1 GiB")];
+        for (bytes, text) in cases {
+            assert_eq!(human_bytes(bytes), text);
+        }
+    }
+}
