@@ -15,9 +15,15 @@ impl Aabb {
     /// Contains nothing; the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
-    /// The least box around the points.
+    /// The least box around the points; NaN everywhere when one of them is NaN, so that no primitive loses a corner unseen.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
+        points.into_iter().fold(Self::EMPTY, |b, p| {
+            if p.is_nan() || b.min.is_nan() {
+                Self { min: DVec3::NAN, max: DVec3::NAN }
+            } else {
+                Self { min: b.min.min(p), max: b.max.max(p) }
+            }
+        })
     }
 
     /// The box from centre − half to centre + half.

@@ -96,4 +96,10 @@ pub struct Hit<R> {
 impl<R> Hit<R> {
     /// The hit lies in the scene's own set, not in an instance.
     pub const NO_INSTANCE: u32 = u32::MAX;
+
+    /// Position of the hit object in the scene's own order: the primitive, or the instance that holds it.
+    #[inline(always)]
+    pub fn order(&self) -> u32 {
+        if self.instance == Self::NO_INSTANCE { self.primitive } else { self.instance }
+    }
 }

@@ -36,6 +36,13 @@ impl<P: Precision> Probe<P> {
         let direction = convert_vec::<P::Real, P::Core>(ray.direction);
         Self { ray, origin, direction, inverse_length_squared: P::Core::ONE / direction.dot(direction) }
     }
+
+    /// Prepares a ray given in the core's scalar, of any length: distances are in units of that length.
+    #[inline(always)]
+    pub fn from_core(origin: <P::Core as Real>::Vec3, direction: <P::Core as Real>::Vec3) -> Self {
+        let ray = Ray::new(convert_vec::<P::Core, P::Real>(origin), convert_vec::<P::Core, P::Real>(direction));
+        Self { ray, origin, direction, inverse_length_squared: P::Core::ONE / direction.dot(direction) }
+    }
 }
 
 /// What a shape's test returns: distance and surface parameters.

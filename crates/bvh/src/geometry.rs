@@ -1,0 +1,455 @@
+//! The narrow interface: closest hit and any hit over a set of primitives, by scan or by tree, with the same bits.
+//!
+//! A [`Group`] collects primitives; [`Geometry`] is the group with its accelerator. An instance is a primitive that holds
+//! another geometry under an affine map, so a scene has two levels where it repeats something and one where it does not.
+
+use core::ops::ControlFlow;
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use crate::aabb::{Aabb, PaddedBox};
+use crate::build::{BuildQuality, build};
+use crate::ray::{Hit, Interval, Ray, Side};
+use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+use crate::shapes::{Plane, Probe, Shape, ShapeHit, Sphere, Surface, Triangle};
+use crate::transform::{Transform, transform_bounds};
+use crate::tree::{MAX_PRIMITIVES, Tally, Tree};
+
+/// Why a primitive was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GeometryError {
+    /// A coordinate is NaN, infinite, or too large for a box in f32.
+    #[error("a coordinate is not a finite number within ±3e38")]
+    NotFinite,
+    /// A transform can't be inverted.
+    #[error("the transform can't be inverted")]
+    Singular,
+    /// More primitives than a tree can address.
+    #[error("more than {MAX_PRIMITIVES} primitives in one set")]
+    TooMany,
+}
+
+/// Which structure answers queries. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AcceleratorKind {
+    /// Every primitive is tested: the oracle, and the O(N) side of the benchmark.
+    Linear,
+    /// A bounding-volume hierarchy.
+    Tree(BuildQuality),
+}
+
+impl Default for AcceleratorKind {
+    fn default() -> Self {
+        Self::Tree(BuildQuality::default())
+    }
+}
+
+/// How a primitive takes part, besides its shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Visibility {
+    /// Which sides can be hit.
+    pub side: Side,
+    /// Whether any-hit queries see it.
+    pub casts_shadow: bool,
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Self { side: Side::Both, casts_shadow: true }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Sphere,
+    Triangle,
+    Plane,
+    Instance,
+}
+
+/// One primitive: its kind, its flags, and its place in the array of that kind.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    kind: Kind,
+    visibility: Visibility,
+    index: u32,
+}
+
+/// Another geometry under an affine map.
+#[derive(Clone, Debug)]
+struct Instance<P: Precision> {
+    geometry: Arc<Geometry<P>>,
+    transform: Transform<P::Core>,
+    bounds: Option<Aabb>,
+}
+
+/// Primitives in the order of their ids.
+#[derive(Clone, Debug)]
+pub struct Group<P: Precision> {
+    entries: Vec<Entry>,
+    spheres: Vec<Sphere<P::Real>>,
+    triangles: Vec<Triangle<P::Real>>,
+    planes: Vec<Plane<P::Real>>,
+    instances: Vec<Instance<P>>,
+}
+
+impl<P: Precision> Default for Group<P> {
+    fn default() -> Self {
+        Self { entries: vec![], spheres: vec![], triangles: vec![], planes: vec![], instances: vec![] }
+    }
+}
+
+impl<P: Precision> Group<P> {
+    /// Number of primitives; the next one's id.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there is no primitive.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    fn push(&mut self, kind: Kind, visibility: Visibility, index: usize) -> Result<u32, GeometryError> {
+        if self.entries.len() >= MAX_PRIMITIVES {
+            return Err(GeometryError::TooMany);
+        }
+        self.entries.push(Entry { kind, visibility, index: index as u32 });
+        Ok(self.entries.len() as u32 - 1)
+    }
+
+    /// Adds a sphere and returns its id.
+    pub fn sphere(&mut self, sphere: Sphere<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
+        check_bounds(&sphere)?;
+        self.spheres.push(sphere);
+        self.push(Kind::Sphere, visibility, self.spheres.len() - 1)
+    }
+
+    /// Adds a plane and returns its id.
+    pub fn plane(&mut self, plane: Plane<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
+        if !(plane.point.is_finite() && plane.normal.is_finite()) {
+            return Err(GeometryError::NotFinite);
+        }
+        self.planes.push(plane);
+        self.push(Kind::Plane, visibility, self.planes.len() - 1)
+    }
+
+    /// Adds a triangle and returns its id.
+    pub fn triangle(&mut self, vertices: [Vec3Of<P>; 3], visibility: Visibility) -> Result<u32, GeometryError> {
+        let triangle = Triangle { vertices };
+        check_bounds(&triangle)?;
+        self.triangles.push(triangle);
+        self.push(Kind::Triangle, visibility, self.triangles.len() - 1)
+    }
+
+    /// Adds another geometry under an affine map and returns its id.
+    pub fn instance(
+        &mut self,
+        geometry: Arc<Geometry<P>>,
+        to_world: DAffine3,
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
+        let transform = Transform::new(to_world).ok_or(GeometryError::Singular)?;
+        let bounds = geometry.bounds().map(|b| transform_bounds(&to_world, &b));
+        if bounds.is_some_and(|b| !b.is_empty() && b.padded().is_none()) {
+            return Err(GeometryError::NotFinite);
+        }
+        self.instances.push(Instance { geometry, transform, bounds });
+        self.push(Kind::Instance, visibility, self.instances.len() - 1)
+    }
+
+    fn bounds(&self, id: u32) -> Option<Aabb> {
+        let entry = self.entries[id as usize];
+        let index = entry.index as usize;
+        match entry.kind {
+            Kind::Sphere => Shape::bounds(&self.spheres[index]),
+            Kind::Triangle => Shape::bounds(&self.triangles[index]),
+            Kind::Plane => None,
+            Kind::Instance => self.instances[index].bounds,
+        }
+    }
+
+    /// The nearest hit of one primitive.
+    #[inline(always)]
+    fn test<T: Tally>(&self, id: u32, probe: &Probe<P>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
+        let entry = &self.entries[id as usize];
+        let (index, side) = (entry.index as usize, entry.visibility.side);
+        tally.primitive();
+        let hit = match entry.kind {
+            Kind::Sphere => self.spheres[index].intersect(probe, range, side),
+            Kind::Triangle => self.triangles[index].intersect(probe, range, side),
+            Kind::Plane => self.planes[index].intersect(probe, range, side),
+            Kind::Instance => return self.instances[index].closest(probe, range, id, tally),
+        };
+        hit.map(|ShapeHit { t, u, v }| Hit { t, u, v, primitive: id, instance: Hit::<P::Real>::NO_INSTANCE })
+    }
+
+    /// Shows one primitive's hit to an any-hit query; true when the query is over.
+    #[inline(always)]
+    fn offer<T: Tally>(
+        &self,
+        id: u32,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        accept: &mut impl FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let entry = &self.entries[id as usize];
+        if !entry.visibility.casts_shadow {
+            return false;
+        }
+        if entry.kind == Kind::Instance {
+            return self.instances[entry.index as usize].any(probe, range, id, &mut |hit| accept(hit), tally);
+        }
+        self.test(id, probe, range, tally).is_some_and(|hit| accept(&hit))
+    }
+
+    fn surface(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Surface<P::Real> {
+        let entry = self.entries[hit.order() as usize];
+        let index = entry.index as usize;
+        let local = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
+        match entry.kind {
+            Kind::Sphere => self.spheres[index].surface(probe, local),
+            Kind::Triangle => self.triangles[index].surface(probe, local),
+            Kind::Plane => self.planes[index].surface(probe, local),
+            Kind::Instance => self.instances[index].surface(probe, hit),
+        }
+    }
+}
+
+fn check_bounds<R: Real>(shape: &impl Shape<R>) -> Result<(), GeometryError> {
+    match shape.bounds() {
+        Some(b) if b.padded().is_none() => Err(GeometryError::NotFinite),
+        _ => Ok(()),
+    }
+}
+
+impl<P: Precision> Instance<P> {
+    #[inline(never)]
+    fn closest<T: Tally>(&self, probe: &Probe<P>, range: Interval<P::Real>, id: u32, tally: &mut T) -> Option<Hit<P::Real>> {
+        let inner = self.transform.probe_to_object(probe);
+        let hit = self.geometry.closest_probe::<T, true>(&inner, range, tally)?;
+        Some(Hit { instance: id, ..hit })
+    }
+
+    #[inline(never)]
+    fn any<T: Tally>(
+        &self,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        id: u32,
+        accept: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let inner = self.transform.probe_to_object(probe);
+        self.geometry.any_probe::<T, true>(&inner, range, &mut |hit| accept(&Hit { instance: id, ..*hit }), tally)
+    }
+
+    fn surface(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Surface<P::Real> {
+        let inner = self.transform.probe_to_object(probe);
+        let local = Hit { instance: Hit::<P::Real>::NO_INSTANCE, ..*hit };
+        self.transform.surface_to_world::<P>(&self.geometry.group.surface(&inner, &local))
+    }
+}
+
+/// A group with its accelerator.
+#[derive(Clone, Debug)]
+pub struct Geometry<P: Precision> {
+    group: Group<P>,
+    /// Ids without bounds, tested by every query.
+    unbounded: Vec<u32>,
+    accelerator: Accelerator,
+    bounds: Aabb,
+}
+
+#[derive(Clone, Debug)]
+enum Accelerator {
+    Linear(Vec<u32>),
+    Tree(Tree),
+}
+
+impl<P: Precision> Geometry<P> {
+    /// Builds the accelerator. Every primitive was checked when it was added, so this can't fail.
+    pub fn new(group: Group<P>, kind: AcceleratorKind) -> Self {
+        let (mut unbounded, mut ids, mut boxes): (Vec<u32>, Vec<u32>, Vec<PaddedBox>) = Default::default();
+        let mut bounds = Aabb::EMPTY;
+        for id in 0..group.len() as u32 {
+            match group.bounds(id) {
+                None => unbounded.push(id),
+                Some(b) => {
+                    // An instance of an empty geometry has an empty box: nothing to test.
+                    let Some(padded) = b.padded() else { continue };
+                    bounds = bounds.union(b);
+                    ids.push(id);
+                    boxes.push(padded);
+                }
+            }
+        }
+        let accelerator = match kind {
+            AcceleratorKind::Linear => Accelerator::Linear(ids),
+            AcceleratorKind::Tree(quality) => Accelerator::Tree(build(&boxes, &ids, quality)),
+        };
+        Self { group, unbounded, accelerator, bounds }
+    }
+
+    /// The box around everything bounded; none when something is without bounds.
+    pub fn bounds(&self) -> Option<Aabb> {
+        self.unbounded.is_empty().then_some(self.bounds)
+    }
+
+    /// The box around everything bounded, whatever else there is; empty when there is nothing.
+    pub fn bounded_part(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Number of primitives, an instance counting as one.
+    pub fn len(&self) -> usize {
+        self.group.len()
+    }
+
+    /// Whether there is nothing to hit.
+    pub fn is_empty(&self) -> bool {
+        self.group.is_empty()
+    }
+
+    /// Bytes of primitives and accelerator; shared geometry of instances is not counted here.
+    pub fn bytes(&self) -> usize {
+        let g = &self.group;
+        let accelerator = match &self.accelerator {
+            Accelerator::Linear(ids) => size_of_val(ids.as_slice()),
+            Accelerator::Tree(tree) => tree.bytes(),
+        };
+        size_of_val(g.entries.as_slice())
+            + size_of_val(g.spheres.as_slice())
+            + size_of_val(g.triangles.as_slice())
+            + size_of_val(g.planes.as_slice())
+            + size_of_val(g.instances.as_slice())
+            + accelerator
+    }
+
+    /// The nearest hit with `range.min < t < range.max`; of hits at the same distance the one of lowest id.
+    #[inline]
+    pub fn closest<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
+        self.closest_probe::<T, false>(&Probe::new(*ray), range, tally)
+    }
+
+    /// `INNER`: inside an instance. There the probe's stored copy was rounded once more, far from the object even by more
+    /// than the boxes are padded, so the tree is walked with the core's copy.
+    #[inline(always)]
+    fn closest_probe<T: Tally, const INNER: bool>(
+        &self,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Hit<P::Real>> {
+        let mut best = Closest { range, hit: None };
+        for &id in &self.unbounded {
+            best.consider(self.group.test(id, probe, best.range, tally));
+        }
+        match &self.accelerator {
+            Accelerator::Linear(ids) => {
+                for &id in ids {
+                    best.consider(self.group.test(id, probe, best.range, tally));
+                }
+            }
+            Accelerator::Tree(tree) if INNER => {
+                let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
+                tree.walk::<P::Core, T, true>(&ray, widened::<P>(best.range), tally, |ids, _, tally| {
+                    for &id in ids {
+                        best.consider(self.group.test(id, probe, best.range, tally));
+                    }
+                    ControlFlow::Continue(convert(best.range.max))
+                });
+            }
+            Accelerator::Tree(tree) => {
+                tree.walk::<P::Real, T, true>(&probe.ray, best.range, tally, |ids, _, tally| {
+                    for &id in ids {
+                        best.consider(self.group.test(id, probe, best.range, tally));
+                    }
+                    ControlFlow::Continue(best.range.max)
+                });
+            }
+        }
+        best.hit
+    }
+
+    /// Whether `accept` says yes to some hit with `range.min < t < range.max` of a primitive that casts shadows. The order
+    /// of calls is free; a hit that `accept` refuses does not stop the search. A primitive of the scene's own set is
+    /// offered once, at its nearest hit; of an instance, each primitive in it.
+    #[inline]
+    pub fn any<T: Tally>(
+        &self,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        mut accept: impl FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        self.any_probe::<T, false>(&Probe::new(*ray), range, &mut accept, tally)
+    }
+
+    #[inline(always)]
+    fn any_probe<T: Tally, const INNER: bool>(
+        &self,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        accept: &mut impl FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let mut offer = |id: u32, tally: &mut T| self.group.offer(id, probe, range, accept, tally);
+        if self.unbounded.iter().any(|&id| offer(id, tally)) {
+            return true;
+        }
+        let mut found = false;
+        match &self.accelerator {
+            Accelerator::Linear(ids) => found = ids.iter().any(|&id| offer(id, tally)),
+            Accelerator::Tree(tree) if INNER => {
+                let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
+                tree.walk::<P::Core, T, false>(&ray, widened::<P>(range), tally, |ids, far, tally| {
+                    found = ids.iter().any(|&id| offer(id, tally));
+                    if found { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
+                });
+            }
+            Accelerator::Tree(tree) => {
+                tree.walk::<P::Real, T, false>(&probe.ray, range, tally, |ids, far, tally| {
+                    found = ids.iter().any(|&id| offer(id, tally));
+                    if found { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
+                });
+            }
+        }
+        found
+    }
+
+    /// The surface at a hit that this geometry returned for the same ray.
+    #[inline]
+    pub fn surface(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Surface<P::Real> {
+        self.group.surface(&Probe::new(*ray), hit)
+    }
+}
+
+/// A range of stored distances in the core's scalar.
+fn widened<P: Precision>(range: Interval<P::Real>) -> Interval<P::Core> {
+    Interval { min: convert(range.min), max: convert(range.max) }
+}
+
+/// The running answer of a closest-hit query. `range.max` is kept one step above the best distance, so that a hit at exactly
+/// the same distance is still seen and the lower id can win.
+struct Closest<R: Real> {
+    range: Interval<R>,
+    hit: Option<Hit<R>>,
+}
+
+impl<R: Real> Closest<R> {
+    #[inline(always)]
+    fn consider(&mut self, candidate: Option<Hit<R>>) {
+        let Some(hit) = candidate else { return };
+        let better = match &self.hit {
+            None => true,
+            Some(best) => hit.t < best.t || (hit.t == best.t && hit.order() < best.order()),
+        };
+        if better {
+            self.range.max = hit.t.next_up();
+            self.hit = Some(hit);
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The tree and the scan answer every query with the same bits, for every builder preset.
+
+use glam::{DAffine3, DVec3, Vec3};
+use raywright_bvh::shapes::{Plane, Sphere};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Precision, Ray, Robust, Visibility};
+use std::sync::Arc;
+
+/// A small seeded generator (SplitMix64), so that a failure can be repeated.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
+    }
+    fn point(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) * 20.0 - 10.0
+    }
+    fn direction(&mut self) -> Vec3 {
+        (self.point()).normalize()
+    }
+}
+
+fn triangles(random: &mut Random, count: usize) -> Group<Robust> {
+    let mut group = Group::default();
+    for _ in 0..count {
+        let a = random.point();
+        let vertices = [a, a + random.direction() * 2.0, a + random.direction() * 2.0];
+        group.triangle(vertices, Visibility::default()).unwrap();
+    }
+    group
+}
+
+/// Spheres, triangles (many of them doubled, so that ties occur), a plane and instances.
+fn mixed(seed: u64, count: usize) -> Group<Robust> {
+    let random = &mut Random(seed);
+    let shared = Arc::new(Geometry::new(triangles(random, 20), AcceleratorKind::default()));
+    let mut group = triangles(random, count);
+    for i in 0..count {
+        let visibility = Visibility { casts_shadow: i % 3 != 0, ..Visibility::default() };
+        let sphere = Sphere { centre: random.point(), radius: 0.1 + random.unit() };
+        group.sphere(sphere, visibility).unwrap();
+        if i % 4 == 0 {
+            group.sphere(sphere, visibility).unwrap();
+        }
+    }
+    group.plane(Plane::new(Vec3::new(0.0, -9.0, 0.0), Vec3::Y), Visibility::default()).unwrap();
+    for _ in 0..count / 10 {
+        let map = DAffine3::from_translation(random.point().as_dvec3() * 3.0)
+            * DAffine3::from_axis_angle(random.direction().as_dvec3(), f64::from(random.unit()) * 6.0)
+            * DAffine3::from_scale(DVec3::new(0.5, 2.0, -0.7));
+        group.instance(Arc::clone(&shared), map, Visibility::default()).unwrap();
+    }
+    group
+}
+
+fn kinds() -> impl Iterator<Item = AcceleratorKind> {
+    BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree)
+}
+
+/// Protects: identical hits bit for bit, ties by lowest id, and any-hit agreeing with closest-hit.
+#[test]
+fn tree_equals_scan() {
+    for (seed, count) in [(1, 0), (2, 1), (3, 2), (4, 9), (5, 60), (6, 400)] {
+        let scan = Geometry::new(mixed(seed, count), AcceleratorKind::Linear);
+        for kind in kinds() {
+            let tree = Geometry::new(mixed(seed, count), kind);
+            let random = &mut Random(seed ^ 0xabcd);
+            for _ in 0..3000 {
+                let ray = Ray::new(random.point(), random.direction());
+                let range = Interval { min: 0.0, max: if random.unit() < 0.5 { f32::INFINITY } else { 8.0 * random.unit() } };
+                let expected = scan.closest(&ray, range, &mut ());
+                assert_eq!(tree.closest(&ray, range, &mut ()), expected, "{kind:?} seed {seed} {ray:?} {range:?}");
+                let lowest = |g: &Geometry<Robust>| {
+                    let mut lowest = u32::MAX;
+                    g.any(
+                        &ray,
+                        range,
+                        |h| {
+                            lowest = lowest.min(h.order());
+                            false
+                        },
+                        &mut (),
+                    );
+                    lowest
+                };
+                assert_eq!(lowest(&tree), lowest(&scan), "{kind:?} seed {seed} {ray:?} {range:?}");
+            }
+        }
+    }
+}
+
+/// Protects: many identical primitives build quickly into a shallow tree and the lowest id wins.
+#[test]
+fn coincident_primitives() {
+    let mut group = Group::<Robust>::default();
+    for _ in 0..10_000 {
+        group.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()).unwrap();
+    }
+    let tree = Geometry::new(group, AcceleratorKind::default());
+    let ray = Ray::new(Vec3::new(0.25, 0.25, 3.0), Vec3::NEG_Z);
+    let hit = tree.closest(&ray, Interval::positive(), &mut ()).unwrap();
+    assert_eq!((hit.primitive, hit.t), (0, 3.0));
+}
+
+/// Protects: a primitive with a coordinate that is not finite is refused with a typed error, before any build.
+#[test]
+fn not_finite_is_refused() {
+    let mut group = Group::<Robust>::default();
+    assert!(group.triangle([Vec3::NAN, Vec3::X, Vec3::Y], Visibility::default()).is_err());
+    assert!(group.sphere(Sphere { centre: Vec3::ZERO, radius: f32::INFINITY }, Visibility::default()).is_err());
+    assert!(group.is_empty());
+}
+
+/// Protects: rays of NaN or infinity end without a hit.
+#[test]
+fn rays_that_are_not_finite_hit_nothing() {
+    let tree = Geometry::new(mixed(9, 100), AcceleratorKind::default());
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for lane in 0..6 {
+            let mut v = [0.1, 0.2, 0.3, 0.6, 0.0, 0.8];
+            v[lane] = bad;
+            let ray = Ray::new(Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
+            assert_eq!(tree.closest(&ray, Interval::positive(), &mut ()), None, "{ray:?}");
+        }
+    }
+}
+
+/// Protects: the three precisions agree on an easy case, so that none of them is wired to the wrong formulas.
+#[test]
+fn precisions_agree() {
+    fn distance<P: Precision>() -> f64 {
+        use raywright_bvh::{Real, Vector};
+        let v = |x: f64, y: f64, z: f64| <P::Real as Real>::Vec3::from_f64(DVec3::new(x, y, z));
+        let mut group = Group::<P>::default();
+        group.sphere(Sphere { centre: v(0.0, 0.0, 0.0), radius: P::Real::from_f64(1.0) }, Visibility::default()).unwrap();
+        let geometry = Geometry::new(group, AcceleratorKind::default());
+        geometry.closest(&Ray::new(v(0.5, 0.0, 3.0), v(0.0, 0.0, -1.0)), Interval::positive(), &mut ()).unwrap().t.to_f64()
+    }
+    let exact = 3.0 - 0.75_f64.sqrt();
+    assert!((distance::<raywright_bvh::Fast>() - exact).abs() < 1e-6);
+    assert!((distance::<Robust>() - exact).abs() < 1e-6);
+    assert!((distance::<raywright_bvh::Reference>() - exact).abs() < 1e-15);
+}
