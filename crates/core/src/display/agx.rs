@@ -1,0 +1,102 @@
+//! AgX, base look: Troy Sobotka, "AgX" (2022), with the Rec. 2020 matrices of Blender 4.0's configuration (Eary Chow,
+//! 2023) that Filament and three.js share, so that `agx` here means what it means in those viewers.
+//!
+//! The contrast curve is Sobotka's own sigmoid, not the polynomial that shaders put in its place: the polynomial differs
+//! from it by up to 0.006, dips below zero at black and misses white.
+
+use super::tone::transform;
+use raywright_bvh::scalar::Real;
+
+/// Linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits), and back (ITU-R BT.2407-0).
+const REC709_TO_REC2020: [[f64; 3]; 3] = [[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]];
+const REC2020_TO_REC709: [[f64; 3]; 3] = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]];
+
+/// Insets the gamut before the curve, so that strong colours move towards white; the outset partly takes it back.
+const INSET: [[f64; 3]; 3] = [
+    [0.856_627_153_315_983, 0.095_121_240_538_158_8, 0.048_251_606_145_858_3],
+    [0.137_318_972_929_847, 0.761_241_990_602_591, 0.101_439_036_467_562],
+    [0.111_898_212_999_95, 0.076_799_418_603_190_3, 0.811_302_368_396_859],
+];
+const OUTSET: [[f64; 3]; 3] = [
+    [1.127_100_581_814_436_8, -0.110_606_643_096_603_23, -0.016_493_938_717_834_573],
+    [-0.141_329_763_498_438_3, 1.157_823_702_216_272, -0.016_493_938_717_834_257],
+    [-0.141_329_763_498_438_26, -0.110_606_643_096_602_94, 1.251_936_406_595_040_5],
+];
+
+/// Range of the logarithmic encoding: 10 stops below and 6.5 above middle grey 0.18, as base-2 logarithms.
+const LOG2_MIN: f64 = -12.473_93;
+const LOG2_MAX: f64 = 4.026_069;
+
+/// Maps a colour with channels that are finite and not negative; channels of the result may leave 0..1 a little.
+pub(super) fn agx(rgb: [f64; 3]) -> [f64; 3] {
+    let inset = transform(&INSET, transform(&REC709_TO_REC2020, rgb));
+    let shaped = inset.map(|x| sigmoid(encode_log2(x)));
+    // The curve ends in display values of a pure 2.2 display; these are made linear again.
+    let linear = transform(&OUTSET, shaped).map(|x| Real::powf(x.max(0.0), 2.2));
+    transform(&REC2020_TO_REC709, linear)
+}
+
+/// Position in 0..1 on the logarithmic scale.
+fn encode_log2(x: f64) -> f64 {
+    let log2 = Real::ln(x.max(1e-10)) * core::f64::consts::LOG2_E;
+    ((log2 - LOG2_MIN) / (LOG2_MAX - LOG2_MIN)).clamp(0.0, 1.0)
+}
+
+/// Sobotka's sigmoid (after Jed Smith): through the pivot with slope 2, the toe bent with power 3, the shoulder with
+/// 3.25, from exactly 0 at 0 to exactly 1 at 1.
+fn sigmoid(x: f64) -> f64 {
+    const X_PIVOT: f64 = 10.0 / 16.5;
+    const Y_PIVOT: f64 = 0.5;
+    /// `scale` of each half: ((slope·run)^−p · ((slope·run/rise)^p − 1))^(−1/p), where run and rise lead from the pivot
+    /// to the half's corner.
+    const TOE_SCALE: f64 = 0.512_277_382_293_071_4;
+    const SHOULDER_SCALE: f64 = 0.541_464_156_278_149_7;
+    let half = |distance: f64, scale: f64, power: f64| {
+        let t = 2.0 * distance / scale;
+        scale * t / Real::powf(1.0 + Real::powf(t, power), 1.0 / power)
+    };
+    let y =
+        if x < X_PIVOT { Y_PIVOT - half(X_PIVOT - x, TOE_SCALE, 3.0) } else { Y_PIVOT + half(x - X_PIVOT, SHOULDER_SCALE, 3.25) };
+    y.clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The written-out scales are those of the sigmoid's definition, so both corners are reached.
+    #[test]
+    fn sigmoid_passes_through_its_corners_and_pivot() {
+        for (x, y) in [(0.0, 0.0), (10.0 / 16.5, 0.5), (1.0, 1.0)] {
+            assert!((sigmoid(x) - y).abs() < 1e-12, "{x}: {}", sigmoid(x));
+        }
+        let slope = (sigmoid(10.0 / 16.5 + 1e-6) - sigmoid(10.0 / 16.5 - 1e-6)) / 2e-6;
+        assert!((slope - 2.0).abs() < 1e-5, "{slope}");
+    }
+
+    /// Wrensch's published polynomial ("Minimal AgX Implementation", 2023) fits the same curve.
+    #[test]
+    fn sigmoid_agrees_with_the_published_fit() {
+        for i in 1..100 {
+            let x = f64::from(i) / 100.0;
+            let coefficients = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
+            let fit = coefficients.iter().fold(0.0, |sum, c| sum * x + c);
+            assert!((sigmoid(x) - fit).abs() < 6e-3, "{x}: {} {fit}", sigmoid(x));
+        }
+    }
+
+    /// Greys stay grey, and middle grey lands on the pivot, half the display range.
+    #[test]
+    fn middle_grey_lands_on_the_pivot() {
+        let half = Real::powf(0.5, 2.2);
+        let grey = agx([0.18; 3]);
+        assert!(grey.iter().all(|x: &f64| (x - half).abs() < 2e-4), "{grey:?} {half}");
+    }
+
+    /// A strong red turns towards white as it brightens, which is what the map is chosen for.
+    #[test]
+    fn bright_colours_lose_saturation() {
+        let ratio = |x: f64| agx([x, 0.0, 0.0])[1] / agx([x, 0.0, 0.0])[0];
+        assert!(ratio(0.2) < ratio(2.0) && ratio(2.0) < ratio(20.0) && ratio(20.0) > 0.3);
+    }
+}

@@ -1,0 +1,135 @@
+//! Hard values through every tone map and curve (numerics F05, F06), coverage, and the table against the definition.
+
+use super::*;
+
+const MAPS: [ToneMap; 5] = [ToneMap::None, ToneMap::Aces, ToneMap::AcesHill, ToneMap::Agx, ToneMap::KhronosNeutral];
+const CURVES: [TransferCurve; 3] = [TransferCurve::Srgb, TransferCurve::Gamma22, TransferCurve::None];
+
+fn every_display() -> impl Iterator<Item = Display> {
+    MAPS.into_iter().flat_map(|tone_map| {
+        let exposures = [-1.0, 0.0, 2.5];
+        CURVES.into_iter().flat_map(move |curve| exposures.map(|exposure_stops| Display { tone_map, curve, exposure_stops }))
+    })
+}
+
+/// Non-negative f32 in ascending order: the special ones and some two thousand of all sizes.
+fn ascending() -> Vec<f32> {
+    let special = [0.0, f32::from_bits(1), 1e-40, 1e-8, 0.003_130_8, 0.003_130_8_f32.next_up(), 0.003_130_8_f32.next_down()];
+    let large = [1.0, 1.0_f32.next_up(), 1e4, 65504.0, f32::MAX, f32::INFINITY];
+    let mut values: Vec<f32> = (0..f32::INFINITY.to_bits()).step_by(1_000_003).map(f32::from_bits).collect();
+    values.extend(special.into_iter().chain(large));
+    values.sort_by(f32::total_cmp);
+    values
+}
+
+/// F06: greys of every size give values in 0..1 that never fall, from 0 at 0 to 1 at infinity.
+#[test]
+fn f06_greys_rise_from_zero_to_one() {
+    for display in every_display() {
+        let map = display.prepare();
+        let mut last = 0.0;
+        for x in ascending() {
+            let [r, g, b] = map.values([x; 3]);
+            assert!([r, g, b].iter().all(|v| (0.0..=1.0).contains(v)), "{display:?} {x}: {r} {g} {b}");
+            assert!(g >= last, "{display:?} {x}: {g} after {last}");
+            last = g;
+        }
+        assert_eq!(map.codes([0.0; 3]), [0; 3], "{display:?}");
+        assert_eq!(map.codes([-0.0; 3]), [0; 3], "{display:?}");
+        assert_eq!(map.codes([f32::INFINITY; 3]), [255; 3], "{display:?}");
+        assert!(last > 0.9999, "{display:?} {last}");
+    }
+}
+
+/// F06: one infinite channel is as bright as the map allows and never becomes NaN.
+#[test]
+fn f06_one_infinite_channel_stays_in_range() {
+    for display in every_display() {
+        let map = display.prepare();
+        let values = map.values([f32::INFINITY, 0.0, 0.5]);
+        assert!(values.iter().all(|v| (0.0..=1.0).contains(v)), "{display:?} {values:?}");
+        assert_eq!(map.codes([f32::INFINITY, 0.0, 0.5])[0], 255, "{display:?}");
+    }
+}
+
+/// F05: negative channels, finite or not, are black before the tone map, so no power of a negative number is taken.
+#[test]
+fn f05_negative_channels_are_black() {
+    for display in every_display() {
+        let map = display.prepare();
+        for x in [-1e-40, -0.012, -1.0, -1e30, f32::NEG_INFINITY] {
+            assert_eq!(map.values([x, 0.25, 0.5]), map.values([0.0, 0.25, 0.5]), "{display:?} {x}");
+        }
+    }
+}
+
+/// F06: a NaN in any channel shows as the documented marker, whatever the settings.
+#[test]
+fn f06_nan_is_marked() {
+    for display in every_display() {
+        let map = display.prepare();
+        for channel in 0..3 {
+            let mut rgb = [0.5, f32::INFINITY, -1.0];
+            rgb[channel] = f32::NAN;
+            assert_eq!(map.values(rgb), NAN_MARKER, "{display:?}");
+            assert_eq!(map.codes(rgb), [255, 0, 255], "{display:?}");
+        }
+    }
+}
+
+/// The codes are floor(255 v + ½) of the curve on the clipped display-linear value, for colours of all sizes.
+#[test]
+fn codes_equal_the_plain_definition() {
+    let values: Vec<f32> = ascending().into_iter().step_by(7).collect();
+    for display in every_display() {
+        let map = display.prepare();
+        for (i, &r) in values.iter().enumerate() {
+            let rgb = [r, values[(i * 31) % values.len()], 0.3];
+            let linear = map.display_linear(rgb).unwrap();
+            let plain = linear.map(|y| (255.0 * curve::encode(display.curve, f64::from(y)) + 0.5).floor() as u8);
+            assert_eq!(map.codes(rgb), plain, "{display:?} {rgb:?}");
+        }
+    }
+}
+
+/// Exposure is in stops, before the tone map: one stop doubles the radiance exactly.
+#[test]
+fn exposure_doubles_by_the_stop() {
+    for tone_map in MAPS {
+        let base = Display { tone_map, ..Display::PLAIN };
+        let brighter = Display { exposure_stops: 1.0, ..base };
+        for rgb in [[0.1, 0.2, 0.05], [3.0, 0.0, 0.7]] {
+            assert_eq!(brighter.prepare().values(rgb), base.prepare().values(rgb.map(|x| 2.0 * x)), "{tone_map:?}");
+        }
+    }
+}
+
+/// A coverage is divided out before the mapping and stored beside it; where it is zero the pixel is transparent black.
+#[test]
+fn coverage_is_stored_straight() {
+    let picture = Picture {
+        alpha: Some(vec![0.5, 0.0, 1.0, f32::NAN]),
+        rgb: vec![[0.25, 0.0, 0.5], [0.3; 3], [0.25; 3], [0.5; 3]],
+        ..Picture::new(2, 2)
+    };
+    let linear = Display { curve: TransferCurve::None, ..Display::PLAIN };
+    let codes = linear.to_codes(&picture);
+    assert_eq!(codes, [128, 0, 255, 128, 0, 0, 0, 0, 64, 64, 64, 255, 0, 0, 0, 0]);
+}
+
+/// Rows and columns keep their places, and the values picture agrees with the codes.
+#[test]
+fn a_picture_keeps_its_places() {
+    let mut picture = Picture::new(3, 2);
+    for (i, rgb) in picture.rgb.iter_mut().enumerate() {
+        *rgb = [i as f32 / 5.0, 0.0, 1.0];
+    }
+    let codes = Display::PLAIN.to_codes(&picture);
+    let values = Display::PLAIN.to_values(&picture);
+    assert_eq!(codes.len(), 18);
+    for (i, code) in codes.chunks(3).enumerate() {
+        let expected = values.rgb[i].map(|v| curve::quantise(f64::from(v)));
+        assert_eq!(code, expected);
+    }
+    assert!(codes[0] < codes[3] && codes[12] < codes[15]);
+}
