@@ -1,2 +1,4 @@
-#[test]
-fn t() {}
+//! The real program, run as a user runs it. One binary with modules, so that it links once.
+
+mod cli;
+mod support;

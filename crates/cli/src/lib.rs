@@ -1,1 +1,62 @@
-//! stub
+//! The command line of Raywright: arguments, progress, tables, exit codes. It decides nothing about light.
+//!
+//! The way of a run: [`args`] is what clap reads, `plan` is what it amounts to after every check that needs no scene,
+//! and each module of `commands` does one thing with the libraries. Errors arrive as one [`failure::Failure`], are
+//! printed once, here, and become the exit code.
+#![forbid(unsafe_code)]
+
+pub mod args;
+pub mod failure;
+
+mod commands;
+mod console;
+mod suggest;
+
+use std::panic::{self, AssertUnwindSafe};
+use std::process::ExitCode;
+use std::sync::Once;
+
+use clap::Parser;
+
+use args::Arguments;
+use failure::{Exit, Failure};
+
+/// The whole program: reads the command line, does what it says, reports, and returns the exit code.
+pub fn main() -> ExitCode {
+    panic::set_hook(Box::new(report_panic));
+    let exit = match panic::catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(())) => Exit::Done,
+        Ok(Err(failure)) => {
+            if !failure.message.is_empty() {
+                console::tell(format_args!("error: {}", failure.message.trim_end()));
+            }
+            failure.exit
+        }
+        Err(_) => Exit::Failed,
+    };
+    exit.into()
+}
+
+fn run() -> Result<(), Failure> {
+    match Arguments::try_parse() {
+        Ok(arguments) => commands::run(arguments.command),
+        Err(error) if error.use_stderr() => {
+            let text = error.render().to_string();
+            Err(Failure::new(Exit::Usage, text.strip_prefix("error: ").unwrap_or(&text)))
+        }
+        Err(help) => console::print(help.render().to_string()),
+    }
+}
+
+/// The last resort: a bug shows itself in two lines instead of a trace, and once however many threads it strikes.
+fn report_panic(panic: &panic::PanicHookInfo<'_>) {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let cause = panic.payload_as_str().unwrap_or("no message");
+        let place = panic.location().map(|l| format!(" ({}:{})", l.file(), l.line())).unwrap_or_default();
+        console::tell(format_args!(
+            "error: this is a bug in raywright {}: {cause}{place}\n  Please report it with the command and the scene.",
+            env!("CARGO_PKG_VERSION")
+        ));
+    });
+}

@@ -1,0 +1,44 @@
+//! The command line as clap reads it: how flags are spelled, documented and taken apart.
+
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+
+const EXAMPLES: &str = "\
+`raywright COMMAND --help` explains a command and its flags.";
+
+/// Render a scene - a text file, a glTF or an OBJ model - to a picture.
+#[derive(Debug, Parser)]
+#[command(name = "raywright", version, propagate_version = false, after_help = EXAMPLES, max_term_width = 100)]
+#[command(disable_help_subcommand = true, subcommand_value_name = "COMMAND")]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// One thing the program does.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Print a completion script for a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page
+    Man(ManArgs),
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  raywright completions bash > ~/.local/share/bash-completion/completions/raywright")]
+pub struct CompletionsArgs {
+    /// Which shell
+    pub shell: Shell,
+}
+
+/// Arguments of `man`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  raywright man | man -l -                         Read it\n  raywright man render > raywright-render.1        The page of one command"
+)]
+pub struct ManArgs {
+    /// The command whose page is printed; none: the program's own
+    pub command: Option<String>,
+}

@@ -1,0 +1,15 @@
+//! `completions`: a script that teaches a shell the commands and flags.
+
+use clap::CommandFactory;
+
+use crate::args::{Arguments, CompletionsArgs};
+use crate::console;
+use crate::failure::Failure;
+
+/// Prints the completion script of one shell.
+pub fn run(args: &CompletionsArgs) -> Result<(), Failure> {
+    let mut command = Arguments::command();
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut command, "raywright", &mut script);
+    console::print(script)
+}

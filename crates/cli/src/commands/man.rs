@@ -1,0 +1,27 @@
+//! `man`: the manual pages, made from the same descriptions as the help texts.
+
+use clap::CommandFactory;
+
+use crate::args::{Arguments, ManArgs};
+use crate::console;
+use crate::failure::Failure;
+use crate::suggest;
+
+/// Prints the page of the program or of one command, as roff.
+pub fn run(args: &ManArgs) -> Result<(), Failure> {
+    let mut program = Arguments::command();
+    program.build();
+    let page = match &args.command {
+        None => program,
+        Some(name) => match program.find_subcommand(name) {
+            Some(command) => command.clone(),
+            None => {
+                let names: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
+                return Err(Failure::usage(suggest::unknown("command", name, &names), "man"));
+            }
+        },
+    };
+    let mut roff = Vec::new();
+    clap_mangen::Man::new(page).render(&mut roff).map_err(|error| Failure::stdout(&error))?;
+    console::print(roff)
+}

@@ -1,0 +1,61 @@
+//! How a run ends: the exit codes that scripts rely on, and the one message that goes with each failure.
+
+use std::fmt;
+use std::io;
+use std::process::ExitCode;
+
+/// Exit code of the program. The numbers are part of the command line's contract.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// Everything asked for was done.
+    Done = 0,
+    /// The work itself failed, or a comparison lies beyond its threshold.
+    Failed = 1,
+    /// The command line asks for something that does not exist: a flag, a preset, a camera, a value.
+    Usage = 2,
+    /// A scene, model or picture whose content cannot be used.
+    Input = 3,
+    /// A file that cannot be read or written.
+    File = 4,
+    /// The input is larger than a limit allows.
+    Limit = 5,
+    /// Ctrl-C, or a request to terminate.
+    Interrupted = 130,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        ExitCode::from(exit as u8)
+    }
+}
+
+/// A run that ends without doing what was asked: its exit code and what the user reads about it.
+#[derive(Debug)]
+pub struct Failure {
+    /// Exit code.
+    pub exit: Exit,
+    /// What went wrong, where, and what to do about it, without the leading `error: `; empty where the output has
+    /// already said it, and where nobody is left to read it.
+    pub message: String,
+}
+
+impl Failure {
+    /// A failure with its message.
+    pub fn new(exit: Exit, message: impl Into<String>) -> Self {
+        Self { exit, message: message.into() }
+    }
+
+    /// A mistake in the command line; the message ends with where help is to be found.
+    pub fn usage(message: impl fmt::Display, command: &str) -> Self {
+        Self::new(Exit::Usage, format!("{message}\n\nFor more information, try 'raywright {command} --help'."))
+    }
+
+    /// Standard output could not be written. A reader that has seen enough (`raywright schema | head`) is no failure.
+    pub fn stdout(error: &io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::BrokenPipe => Self::new(Exit::Done, ""),
+            _ => Self::new(Exit::File, format!("cannot write to standard output: {error}")),
+        }
+    }
+}

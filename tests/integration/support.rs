@@ -1,0 +1,75 @@
+//! Runs the program in a fresh folder and compares what it says, with a message that shows both.
+
+use std::ffi::OsStr;
+use std::process::{Command, Output, Stdio};
+
+/// A fresh folder in which the program runs; deleted at the end of the test.
+pub struct Desk {
+    folder: tempfile::TempDir,
+}
+
+/// What a run left behind.
+pub struct Run {
+    /// Exit code; none after a signal.
+    pub code: Option<i32>,
+    /// Standard output, raw: it may be a picture.
+    pub stdout: Vec<u8>,
+    /// Standard error.
+    pub stderr: String,
+    command: String,
+}
+
+impl Desk {
+    /// An empty folder.
+    pub fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a temporary folder") }
+    }
+
+    /// The command with its arguments, not yet started.
+    pub fn command<A: AsRef<OsStr>>(&self, args: &[A]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_raywright"));
+        command.args(args).current_dir(self.folder.path()).stdin(Stdio::null());
+        command
+    }
+
+    /// Runs the program to its end.
+    pub fn run<A: AsRef<OsStr>>(&self, args: &[A]) -> Run {
+        Run::of(args, self.command(args).output().expect("the program starts"))
+    }
+}
+
+impl Run {
+    fn of<A: AsRef<OsStr>>(args: &[A], output: Output) -> Self {
+        let words: Vec<_> = args.iter().map(|word| word.as_ref().to_string_lossy()).collect();
+        Self {
+            code: output.status.code(),
+            stdout: output.stdout,
+            stderr: String::from_utf8(output.stderr).expect("messages are UTF-8"),
+            command: format!("raywright {}", words.join(" ")),
+        }
+    }
+
+    /// Standard output as text.
+    pub fn text(&self) -> &str {
+        std::str::from_utf8(&self.stdout).expect("text on standard output")
+    }
+
+    /// The exit code is this one; otherwise the test shows what the program said.
+    #[track_caller]
+    pub fn exits_with(&self, code: i32) -> &Self {
+        assert_eq!(self.code, Some(code), "{}\nstderr:\n{}", self.command, self.stderr);
+        self
+    }
+
+    /// Standard error is exactly this.
+    #[track_caller]
+    pub fn says(&self, expected: &str) -> &Self {
+        assert!(
+            self.stderr.trim_end() == expected.trim_end(),
+            "{}\n--- said\n{}\n--- expected\n{expected}\n---",
+            self.command,
+            self.stderr
+        );
+        self
+    }
+}
