@@ -85,8 +85,12 @@ pub trait Real:
     fn cos(self) -> Self;
     /// Tangent of radians.
     fn tan(self) -> Self;
+    /// Inverse sine, radians; the argument is clamped to [−1, 1].
+    fn asin(self) -> Self;
     /// Inverse cosine, radians; the argument is clamped to [−1, 1].
     fn acos(self) -> Self;
+    /// Inverse tangent, radians in (−π/2, π/2).
+    fn atan(self) -> Self;
     /// Angle of the point (x, self), radians in (−π, π].
     fn atan2(self, x: Self) -> Self;
     /// Natural exponential.
@@ -260,14 +264,15 @@ macro_rules! real {
             fn to_f32(self) -> Vec3 { Vec3::new(self.x as f32, self.y as f32, self.z as f32) }
         }
     };
+    (@fn $libm:ident asin) => { #[inline] fn asin(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
     (@fn $libm:ident acos) => { #[inline] fn acos(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
     (@fn $libm:ident atan2) => { #[inline] fn atan2(self, x: Self) -> Self { libm::$libm(self, x) } };
     (@fn $libm:ident powf) => { #[inline] fn powf(self, exponent: Self) -> Self { libm::$libm(self, exponent) } };
     (@fn $libm:ident $f:ident) => { #[inline] fn $f(self) -> Self { libm::$libm(self) } };
 }
 
-real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, acosf => acos, atan2f => atan2, expf => exp, logf => ln, powf => powf);
-real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, acos => acos, atan2 => atan2, exp => exp, log => ln, pow => powf);
+real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, expf => exp, logf => ln, powf => powf);
+real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, exp => exp, log => ln, pow => powf);
 
 /// A rung of the intersection-arithmetic ladder: what is stored, and what an intersection computes with.
 pub trait Precision: sealed::Sealed + Copy + Debug + Default + Send + Sync + 'static {

@@ -1,0 +1,342 @@
+//! From grammar to graph: names are resolved, types checked, and every construct becomes operations.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::error::{ExprError, Result};
+use super::function::{CONSTANTS, FUNCTIONS, Function, constant, function};
+use super::graph::{Graph, Id, Operation};
+use super::scope::{Scope, Variable};
+use super::semantics::{Binary, Unary};
+
+/// A part of the source that has been understood.
+#[derive(Clone, Debug)]
+pub(super) struct Term {
+    pub id: Id,
+    pub span: Range<usize>,
+}
+
+/// Whole exponents up to this size are multiplied out; larger ones go through the power function.
+const LARGEST_WHOLE_POWER: f64 = 65536.0;
+
+pub(super) struct Builder<'a> {
+    pub graph: Graph,
+    names: &'a BTreeMap<String, f64>,
+    scope: Scope,
+}
+
+impl<'a> Builder<'a> {
+    pub fn new(names: &'a BTreeMap<String, f64>, scope: Scope) -> Self {
+        Self { graph: Graph::default(), names, scope }
+    }
+
+    pub fn is_vector(&self, term: &Term) -> bool {
+        self.graph.get(term.id).is_vector()
+    }
+
+    /// A parameter, a variable of the scope or a named constant.
+    pub fn name(&mut self, name: &str, span: Range<usize>) -> Result<Id> {
+        let parameter = self.names.get(name).copied();
+        let variable = self.scope.variables().iter().copied().find(|variable| variable.name() == name);
+        let constant = constant(name);
+        match (parameter, variable, constant) {
+            (Some(value), None, None) | (None, None, Some(value)) => Ok(self.graph.number(value)),
+            (None, Some(variable), _) => Ok(self.graph.add(Operation::Input(variable))),
+            (Some(_), _, _) => {
+                let other = if variable.is_some() { "a variable of the hit" } else { "a constant" };
+                let message = format!("`{name}` is a parameter of the scene and also {other}");
+                Err(ExprError::new(message, span).with_hint("give the parameter another name"))
+            }
+            (None, None, None) => Err(self.unknown_name(name, span)),
+        }
+    }
+
+    fn unknown_name(&self, name: &str, span: Range<usize>) -> ExprError {
+        if let Some(variable) = Variable::ALL.into_iter().find(|variable| variable.name() == name) {
+            let message = format!("`{}` does not exist {}", variable.name(), self.scope.place());
+            return ExprError::new(message, span).with_hint(self.allowed());
+        }
+        if function(name).is_some() {
+            return ExprError::new(format!("`{name}` is a function"), span).with_hint(format!("write `{name}(…)`"));
+        }
+        let known = self.names.keys().map(String::as_str);
+        let known = known.chain(self.scope.variables().iter().map(|v| v.name())).chain(CONSTANTS.iter().map(|(name, _)| *name));
+        let hint = match closest(name, known) {
+            Some(similar) => format!("did you mean `{similar}`? {}", self.allowed()),
+            None => self.allowed(),
+        };
+        ExprError::new(format!("unknown name `{name}`"), span).with_hint(hint)
+    }
+
+    /// What may be named here, as a sentence.
+    fn allowed(&self) -> String {
+        const SHOWN: usize = 12;
+        let mut names: Vec<&str> = self.scope.variables().iter().map(|v| v.name()).collect();
+        names.extend(CONSTANTS.iter().map(|(name, _)| *name));
+        names.extend(self.names.keys().map(String::as_str).take(SHOWN));
+        let more = if self.names.len() > SHOWN { ", …" } else { "" };
+        format!("names that exist here: {}{more}", names.join(", "))
+    }
+
+    /// The component `name` of a vector.
+    pub fn component(&mut self, of: Term, name: &str, span: Range<usize>) -> Result<Id> {
+        let axis = match name {
+            "x" | "r" => 0,
+            "y" | "g" => 1,
+            "z" | "b" => 2,
+            _ => {
+                let hint = "the components of a vector are .x .y .z, or .r .g .b";
+                return Err(ExprError::new(format!("unknown component `.{name}`"), span).with_hint(hint));
+            }
+        };
+        if !self.is_vector(&of) {
+            return Err(ExprError::new(format!("a number has no component `.{name}`"), of.span.start..span.end));
+        }
+        Ok(self.graph.add(Operation::Component(of.id, axis)))
+    }
+
+    /// Three numbers as a vector.
+    pub fn compose(&mut self, parts: &[Term]) -> Result<Id> {
+        let mut components = [self.graph.number(0.0); 3];
+        for (slot, part) in components.iter_mut().zip(parts) {
+            *slot = self.expect_number(part, "a component of a vector")?;
+        }
+        Ok(self.graph.add(Operation::Compose(components)))
+    }
+
+    /// The same operation on a number, or on every component of a vector.
+    pub fn unary(&mut self, op: Unary, a: &Term) -> Result<Id> {
+        if !self.is_vector(a) {
+            return Ok(self.graph.add(Operation::Unary(op, a.id)));
+        }
+        match op {
+            Unary::Negate => {
+                let minus_one = self.graph.number(-1.0);
+                Ok(self.graph.add(Operation::Scale(a.id, minus_one)))
+            }
+            Unary::Not => Err(ExprError::new("`!` needs a number, and this is a vector", a.span.clone())),
+            _ => Ok(self.each([a.id; 3], |graph, [a, ..]| graph.add(Operation::Unary(op, a)))),
+        }
+    }
+
+    /// An operation on two numbers or, in every component, on a vector and another value.
+    pub fn binary(&mut self, op: Binary, a: &Term, b: &Term) -> Result<Id> {
+        let vectors = (self.is_vector(a), self.is_vector(b));
+        if vectors == (false, false) {
+            return Ok(self.binary_numbers(op, a.id, b.id));
+        }
+        if op.is_comparison() || matches!(op, Binary::And | Binary::Or | Binary::Checker) {
+            let vector = if vectors.0 { a } else { b };
+            let hint = "take a component such as `.y`, or `length(…)` or `dot(…)`";
+            return Err(ExprError::new("a number is needed here, and this is a vector", vector.span.clone()).with_hint(hint));
+        }
+        Ok(match (op, vectors) {
+            (Binary::Multiply, (true, false)) => self.graph.add(Operation::Scale(a.id, b.id)),
+            (Binary::Multiply, (false, true)) => self.graph.add(Operation::Scale(b.id, a.id)),
+            (Binary::Divide, (true, false)) => self.graph.add(Operation::Shrink(a.id, b.id)),
+            (Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Min | Binary::Max, _) => {
+                let (a, b) = (self.widen(a.id), self.widen(b.id));
+                self.graph.add(Operation::Vectors(op, a, b))
+            }
+            _ => self.each([a.id, b.id, b.id], |graph, [a, b, _]| binary_numbers(graph, op, a, b)),
+        })
+    }
+
+    fn binary_numbers(&mut self, op: Binary, a: Id, b: Id) -> Id {
+        binary_numbers(&mut self.graph, op, a, b)
+    }
+
+    /// A number in all three components; a vector unchanged.
+    fn widen(&mut self, id: Id) -> Id {
+        if self.graph.get(id).is_vector() { id } else { self.graph.add(Operation::Compose([id; 3])) }
+    }
+
+    /// `make` applied to the x, y and z of the operands (a number counts as its own component).
+    fn each(&mut self, operands: [Id; 3], make: impl Fn(&mut Graph, [Id; 3]) -> Id) -> Id {
+        let components = [0, 1, 2].map(|axis| {
+            let parts = operands.map(|id| match self.graph.get(id).is_vector() {
+                true => self.graph.add(Operation::Component(id, axis)),
+                false => id,
+            });
+            make(&mut self.graph, parts)
+        });
+        self.graph.add(Operation::Compose(components))
+    }
+
+    /// `condition ? a : b`.
+    pub fn select(&mut self, condition: &Term, a: &Term, b: &Term) -> Result<Id> {
+        let c = self.expect_number(condition, "a condition")?;
+        Ok(if self.is_vector(a) || self.is_vector(b) {
+            let (a, b) = (self.widen(a.id), self.widen(b.id));
+            self.graph.add(Operation::SelectVectors([c, a, b]))
+        } else {
+            self.graph.add(Operation::Select([c, a.id, b.id]))
+        })
+    }
+
+    /// The number a term is, or an error that says what it is needed for.
+    pub fn expect_number(&self, term: &Term, what: &str) -> Result<Id> {
+        if self.is_vector(term) {
+            return Err(ExprError::new(format!("{what} must be a number, and this is a vector"), term.span.clone()));
+        }
+        Ok(term.id)
+    }
+
+    fn expect_vector(&self, term: &Term, what: &str) -> Result<Id> {
+        if !self.is_vector(term) {
+            let error = ExprError::new(format!("{what} must be a vector, and this is a number"), term.span.clone());
+            return Err(error.with_hint("a vector is written `[x, y, z]` or `vec3(x, y, z)`"));
+        }
+        Ok(term.id)
+    }
+
+    /// A function called with these arguments; `span` is the whole call and `name_span` the name.
+    pub fn call(&mut self, name: &str, name_span: Range<usize>, arguments: &[Term], span: Range<usize>) -> Result<Id> {
+        let Some(function) = function(name) else {
+            return Err(self.unknown_function(name, name_span));
+        };
+        match (function, arguments) {
+            (Function::Unary(op), [a]) => self.unary(op, a),
+            (Function::Times(factor), [a]) => {
+                let factor = Term { id: self.graph.number(factor), span: name_span };
+                self.binary(Binary::Multiply, a, &factor)
+            }
+            (Function::Binary(op), [a, b]) => self.binary(op, a, b),
+            (Function::Atan, [a]) => self.unary(Unary::Atan, a),
+            (Function::Atan, [a, b]) => self.binary(Binary::Atan2, a, b),
+            (Function::Extremum(op), [first, rest @ ..]) if !rest.is_empty() => {
+                let start = first.clone();
+                let folded = rest.iter().try_fold(start, |so_far, next| -> Result<Term> {
+                    Ok(Term { id: self.binary(op, &so_far, next)?, span: span.clone() })
+                })?;
+                Ok(folded.id)
+            }
+            (Function::Clamp, [x, low, high]) => {
+                let raised = Term { id: self.binary(Binary::Max, x, low)?, span };
+                self.binary(Binary::Min, &raised, high)
+            }
+            (Function::Mix, [a, b, t]) => Ok(self.mix(a.id, b.id, t.id)),
+            (Function::Smoothstep, [low, high, x]) => Ok(self.smoothstep([low.id, high.id, x.id])),
+            (Function::If, [c, a, b]) => self.select(c, a, b),
+            (Function::Vector, [_, _, _]) => self.compose(arguments),
+            (Function::Vector, [x]) => Ok(self.widen(x.id)),
+            (Function::Checker, [x, y]) => self.binary(Binary::Checker, x, y),
+            (Function::Checker, [x, y, z]) => self.checker_in_space(x, y, z),
+            _ => self.call_on_vectors(function, name, arguments, span),
+        }
+    }
+
+    fn call_on_vectors(&mut self, function: Function, name: &str, arguments: &[Term], span: Range<usize>) -> Result<Id> {
+        let what = format!("an argument of `{name}`");
+        let wanted = match function {
+            Function::Length | Function::Normalize => 1,
+            Function::Dot | Function::Cross | Function::Reflect => 2,
+            _ => usize::MAX,
+        };
+        if arguments.len() != wanted {
+            return Err(wrong_count(function, name, arguments.len(), span));
+        }
+        let ids = arguments.iter().map(|a| self.expect_vector(a, &what)).collect::<Result<Vec<Id>>>()?;
+        let operation = match (function, ids.as_slice()) {
+            (Function::Length, [v]) => Operation::Length(*v),
+            (Function::Normalize, [v]) => Operation::Normalize(*v),
+            (Function::Dot, [a, b]) => Operation::Dot(*a, *b),
+            (Function::Cross, [a, b]) => Operation::Cross(*a, *b),
+            (Function::Reflect, [d, n]) => {
+                let along = self.graph.add(Operation::Dot(*d, *n));
+                let two = self.graph.number(2.0);
+                let twice = self.graph.add(Operation::Binary(Binary::Multiply, along, two));
+                let across = self.graph.add(Operation::Scale(*n, twice));
+                Operation::Vectors(Binary::Subtract, *d, across)
+            }
+            _ => return Err(wrong_count(function, name, arguments.len(), span)),
+        };
+        Ok(self.graph.add(operation))
+    }
+
+    fn mix(&mut self, a: Id, b: Id, t: Id) -> Id {
+        let vector = |id: Id| self.graph.get(id).is_vector();
+        if vector(t) {
+            return self.each([a, b, t], |graph, all| graph.add(Operation::Mix(all)));
+        }
+        if vector(a) || vector(b) {
+            let (a, b) = (self.widen(a), self.widen(b));
+            return self.graph.add(Operation::MixVectors([a, b, t]));
+        }
+        self.graph.add(Operation::Mix([a, b, t]))
+    }
+
+    fn smoothstep(&mut self, all: [Id; 3]) -> Id {
+        if all.iter().any(|id| self.graph.get(*id).is_vector()) {
+            return self.each(all, |graph, all| graph.add(Operation::Smoothstep(all)));
+        }
+        self.graph.add(Operation::Smoothstep(all))
+    }
+
+    fn checker_in_space(&mut self, x: &Term, y: &Term, z: &Term) -> Result<Id> {
+        let mut sum = self.graph.number(0.0);
+        for term in [x, y, z] {
+            let id = self.expect_number(term, "an argument of `checker`")?;
+            let cell = self.graph.add(Operation::Unary(Unary::Floor, id));
+            sum = self.binary_numbers(Binary::Add, sum, cell);
+        }
+        let two = self.graph.number(2.0);
+        Ok(self.binary_numbers(Binary::Modulo, sum, two))
+    }
+
+    fn unknown_function(&self, name: &str, span: Range<usize>) -> ExprError {
+        let error = ExprError::new(format!("unknown function `{name}`"), span);
+        if self.names.contains_key(name) || Variable::ALL.iter().any(|v| v.name() == name) || constant(name).is_some() {
+            return error.with_hint(format!("to multiply, write `{name} * (…)`"));
+        }
+        match closest(name, FUNCTIONS.iter().map(|(name, _)| *name)) {
+            Some(similar) => error.with_hint(format!("did you mean `{similar}`?")),
+            None => {
+                let names: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
+                error.with_hint(format!("functions: {}", names.join(", ")))
+            }
+        }
+    }
+}
+
+/// An operation on two numbers; a power with a constant whole exponent is multiplied out.
+fn binary_numbers(graph: &mut Graph, op: Binary, a: Id, b: Id) -> Id {
+    if op == Binary::Power
+        && let Some(exponent) = graph.as_number(b)
+        && exponent.fract() == 0.0
+        && exponent.abs() <= LARGEST_WHOLE_POWER
+    {
+        return graph.add(Operation::WholePower(a, exponent as i32));
+    }
+    graph.add(Operation::Binary(op, a, b))
+}
+
+fn wrong_count(function: Function, name: &str, count: usize, span: Range<usize>) -> ExprError {
+    let usage = match function {
+        Function::Unary(_) | Function::Times(_) => "(x)",
+        Function::Binary(Binary::Atan2) => "(y, x)",
+        Function::Binary(Binary::Step) => "(edge, x)",
+        Function::Binary(Binary::Power) => "(base, exponent)",
+        Function::Binary(_) => "(x, y)",
+        Function::Atan => "(x)` or `atan(y, x)",
+        Function::Extremum(_) => "(a, b, …)",
+        Function::Clamp => "(x, low, high)",
+        Function::Mix => "(a, b, t)",
+        Function::Smoothstep => "(low, high, x)",
+        Function::If => "(condition, then, else)",
+        Function::Vector => "(x, y, z)",
+        Function::Dot | Function::Cross => "(a, b)",
+        Function::Length | Function::Normalize => "(v)",
+        Function::Reflect => "(d, n)",
+        Function::Checker => "(x, y)` or `checker(x, y, z)",
+    };
+    let plural = if count == 1 { "" } else { "s" };
+    ExprError::new(format!("`{name}` does not take {count} argument{plural}"), span).with_hint(format!("write `{name}{usage}`"))
+}
+
+/// The most similar of the known names, if one is similar enough to have been meant.
+fn closest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    let distance = |other: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &other.to_lowercase());
+    let limit = (name.len() / 3).max(1);
+    known.map(|other| (distance(other), other)).filter(|(d, other)| *d <= limit && *d < other.len()).min().map(|(_, other)| other)
+}

@@ -1,0 +1,274 @@
+//! An expression as a graph of typed operations: equal operations are one node (common subexpressions), operations on
+//! constants are computed at once, and a few identities that hold bit for bit bring the rest to a standard form.
+//!
+//! Operands always come before the operation that uses them, so every pass is a loop and no depth of nesting in a source
+//! can overflow the stack here.
+
+use std::collections::HashMap;
+
+use raywright_bvh::scalar::{Real, Vector};
+
+use super::scope::{Inputs, Variable};
+use super::semantics::{self, Binary, Unary};
+
+/// Index of a node in its graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Id(u32);
+
+impl Id {
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// One operation. Numbers are kept as bits so that operations can be compared and hashed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Operation {
+    Number(u64),
+    Input(Variable),
+    /// Component 0, 1 or 2 of a vector.
+    Component(Id, u8),
+    /// A vector of three numbers.
+    Compose([Id; 3]),
+    Unary(Unary, Id),
+    Binary(Binary, Id, Id),
+    WholePower(Id, i32),
+    /// a, b, t.
+    Mix([Id; 3]),
+    /// low, high, x.
+    Smoothstep([Id; 3]),
+    /// condition, then, else: numbers.
+    Select([Id; 3]),
+    /// The same operation in every component of two vectors.
+    Vectors(Binary, Id, Id),
+    /// A vector times a number.
+    Scale(Id, Id),
+    /// A vector divided by a number.
+    Shrink(Id, Id),
+    /// Two vectors, and a number t.
+    MixVectors([Id; 3]),
+    /// A number as the condition, and two vectors.
+    SelectVectors([Id; 3]),
+    Dot(Id, Id),
+    Cross(Id, Id),
+    Length(Id),
+    Normalize(Id),
+}
+
+/// What a node evaluates to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Value<R: Real> {
+    Number(R),
+    Vector(R::Vec3),
+}
+
+impl<R: Real> Value<R> {
+    /// The number; the first component of a vector, which the builder's types rule out where a number is meant.
+    pub fn number(self) -> R {
+        match self {
+            Self::Number(x) => x,
+            Self::Vector(v) => v.x(),
+        }
+    }
+
+    /// The vector; a number in every component.
+    pub fn vector(self) -> R::Vec3 {
+        match self {
+            Self::Number(x) => R::Vec3::splat(x),
+            Self::Vector(v) => v,
+        }
+    }
+}
+
+impl Operation {
+    /// Yields a vector; `false` for a number.
+    pub const fn is_vector(self) -> bool {
+        match self {
+            Self::Input(variable) => variable.is_vector(),
+            Self::Compose(_)
+            | Self::Vectors(..)
+            | Self::Scale(..)
+            | Self::Shrink(..)
+            | Self::MixVectors(_)
+            | Self::SelectVectors(_)
+            | Self::Cross(..)
+            | Self::Normalize(_) => true,
+            Self::Number(_)
+            | Self::Component(..)
+            | Self::Unary(..)
+            | Self::Binary(..)
+            | Self::WholePower(..)
+            | Self::Mix(_)
+            | Self::Smoothstep(_)
+            | Self::Select(_)
+            | Self::Dot(..)
+            | Self::Length(_) => false,
+        }
+    }
+
+    /// The operands in order, and how many of the three there are.
+    pub fn operands(&self) -> ([Id; 3], usize) {
+        match *self {
+            Self::Number(_) | Self::Input(_) => ([Id(0); 3], 0),
+            Self::Component(a, _) | Self::Unary(_, a) | Self::WholePower(a, _) | Self::Length(a) | Self::Normalize(a) => {
+                ([a; 3], 1)
+            }
+            Self::Binary(_, a, b)
+            | Self::Vectors(_, a, b)
+            | Self::Scale(a, b)
+            | Self::Shrink(a, b)
+            | Self::Dot(a, b)
+            | Self::Cross(a, b) => ([a, b, b], 2),
+            Self::Compose(all)
+            | Self::Mix(all)
+            | Self::Smoothstep(all)
+            | Self::Select(all)
+            | Self::MixVectors(all)
+            | Self::SelectVectors(all) => (all, 3),
+        }
+    }
+
+    /// The result, from those of the operands.
+    pub fn apply<R: Real>(self, inputs: &Inputs<R>, of: impl Fn(Id) -> Value<R>) -> Value<R> {
+        let number = |id| of(id).number();
+        let vector = |id| of(id).vector();
+        if self.is_vector() {
+            Value::Vector(match self {
+                Self::Compose([x, y, z]) => R::Vec3::new(number(x), number(y), number(z)),
+                Self::Vectors(op, a, b) => semantics::binary_vectors::<R>(op, vector(a), vector(b)),
+                Self::Scale(a, b) => vector(a) * number(b),
+                Self::Shrink(a, b) => vector(a) / number(b),
+                Self::MixVectors([a, b, t]) => semantics::mix_vectors::<R>(vector(a), vector(b), number(t)),
+                Self::SelectVectors([c, a, b]) => vector(if semantics::is_true(number(c)) { a } else { b }),
+                Self::Cross(a, b) => vector(a).cross(vector(b)),
+                Self::Normalize(a) => vector(a).normalize(),
+                Self::Input(variable) => inputs.vector(variable),
+                _ => R::Vec3::ZERO,
+            })
+        } else {
+            Value::Number(match self {
+                Self::Number(bits) => R::from_f64(f64::from_bits(bits)),
+                Self::Component(a, axis) => vector(a).axis(usize::from(axis)),
+                Self::Unary(op, a) => semantics::unary(op, number(a)),
+                Self::Binary(op, a, b) => semantics::binary(op, number(a), number(b)),
+                Self::WholePower(a, exponent) => semantics::whole_power(number(a), exponent),
+                Self::Mix([a, b, t]) => semantics::mix(number(a), number(b), number(t)),
+                Self::Smoothstep([low, high, x]) => semantics::smoothstep(number(low), number(high), number(x)),
+                Self::Select([c, a, b]) => number(if semantics::is_true(number(c)) { a } else { b }),
+                Self::Dot(a, b) => vector(a).dot(vector(b)),
+                Self::Length(a) => vector(a).length(),
+                Self::Input(variable) => inputs.number(variable),
+                _ => R::ZERO,
+            })
+        }
+    }
+}
+
+/// The nodes of one expression under construction.
+#[derive(Debug, Default)]
+pub(super) struct Graph {
+    nodes: Vec<Operation>,
+    known: HashMap<Operation, Id>,
+}
+
+impl Graph {
+    /// The operation of a node.
+    pub fn get(&self, id: Id) -> Operation {
+        self.nodes[id.index()]
+    }
+
+    /// A constant.
+    pub fn number(&mut self, value: f64) -> Id {
+        self.intern(Operation::Number(value.to_bits()))
+    }
+
+    /// The value of a constant number.
+    pub fn as_number(&self, id: Id) -> Option<f64> {
+        match self.get(id) {
+            Operation::Number(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// The value of a constant, number or vector.
+    pub fn as_constant(&self, id: Id) -> Option<Value<f64>> {
+        match self.get(id) {
+            Operation::Number(bits) => Some(Value::Number(f64::from_bits(bits))),
+            Operation::Compose([x, y, z]) => {
+                Some(Value::Vector(glam::DVec3::new(self.as_number(x)?, self.as_number(y)?, self.as_number(z)?)))
+            }
+            _ => None,
+        }
+    }
+
+    fn intern(&mut self, operation: Operation) -> Id {
+        if let Some(id) = self.known.get(&operation) {
+            return *id;
+        }
+        // The source's length bounds the count of nodes far below 2³².
+        let id = Id(self.nodes.len() as u32);
+        self.nodes.push(operation);
+        self.known.insert(operation, id);
+        id
+    }
+
+    /// The node of this operation: folded, simplified, shared.
+    pub fn add(&mut self, operation: Operation) -> Id {
+        let (operands, count) = operation.operands();
+        let constant = !matches!(operation, Operation::Input(_) | Operation::Number(_) | Operation::Compose(_))
+            && operands[..count].iter().all(|id| self.as_constant(*id).is_some());
+        if constant {
+            let value = operation.apply(&Inputs::default(), |id| self.as_constant(id).unwrap_or(Value::Number(f64::NAN)));
+            return match value {
+                Value::Number(x) => self.number(x),
+                Value::Vector(v) => self.vector(v),
+            };
+        }
+        match self.simplify(operation) {
+            Simplified::Same(id) => id,
+            Simplified::To(operation) => self.intern(operation),
+        }
+    }
+
+    fn vector(&mut self, v: glam::DVec3) -> Id {
+        let components = [self.number(v.x), self.number(v.y), self.number(v.z)];
+        self.intern(Operation::Compose(components))
+    }
+
+    fn simplify(&mut self, operation: Operation) -> Simplified {
+        use Operation::{Binary as Two, Component, Compose, Scale, Select, SelectVectors};
+        match operation {
+            Component(v, axis) => {
+                if let Compose(all) = self.get(v) {
+                    return Simplified::Same(all[usize::from(axis)]);
+                }
+            }
+            // Only the taken branch of a condition known beforehand remains.
+            Select([c, a, b]) | SelectVectors([c, a, b]) => {
+                if let Some(condition) = self.as_number(c) {
+                    return Simplified::Same(if semantics::is_true(condition) { a } else { b });
+                }
+                if a == b {
+                    return Simplified::Same(a);
+                }
+            }
+            Two(Binary::Multiply, a, b) | Scale(a, b) if self.as_number(b) == Some(1.0) => return Simplified::Same(a),
+            Two(Binary::Multiply, a, b) if self.as_number(a) == Some(1.0) => return Simplified::Same(b),
+            Two(Binary::Divide, a, b) if self.as_number(b) == Some(1.0) => return Simplified::Same(a),
+            // A constant goes second, so that equal products and sums are found equal.
+            Two(op, a, b) if op.commutes() => {
+                let swap = if self.as_number(a).is_some() { true } else { self.as_number(b).is_none() && b < a };
+                if swap {
+                    return Simplified::To(Two(op, b, a));
+                }
+            }
+            _ => {}
+        }
+        Simplified::To(operation)
+    }
+}
+
+enum Simplified {
+    Same(Id),
+    To(Operation),
+}

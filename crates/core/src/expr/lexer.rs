@@ -1,0 +1,92 @@
+//! Text into tokens with byte spans.
+
+use std::ops::Range;
+
+use super::error::{ExprError, Result};
+
+/// The pieces an expression is made of. The text of a name is read back through its span.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Lexeme {
+    Number(f64),
+    Name,
+    Symbol(&'static str),
+    End,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Token {
+    pub lexeme: Lexeme,
+    pub span: Range<usize>,
+}
+
+/// Longest first, so that `<=` is not read as `<` and `=`.
+const SYMBOLS: [&str; 23] =
+    ["<=", ">=", "==", "!=", "&&", "||", "+", "-", "*", "/", "%", "^", "<", ">", "!", "?", ":", "(", ")", "[", "]", ",", "."];
+
+/// All tokens of `source`, the last one [`Lexeme::End`].
+pub(super) fn tokens(source: &str) -> Result<Vec<Token>> {
+    let mut tokens = Vec::new();
+    let mut at = 0;
+    while let Some(rest) = source.get(at..) {
+        let Some(first) = rest.chars().next() else { break };
+        if first.is_whitespace() {
+            at += first.len_utf8();
+            continue;
+        }
+        let (lexeme, length) = if first.is_ascii_digit() || (first == '.' && starts_with_digit(&rest[1..])) {
+            number(rest, at)?
+        } else if first.is_ascii_alphabetic() || first == '_' {
+            (Lexeme::Name, rest.find(|c: char| !is_name_character(c)).unwrap_or(rest.len()))
+        } else if rest.starts_with("**") {
+            return Err(ExprError::new("`**` is not an operator", at..at + 2).with_hint("a power is written `^`"));
+        } else if let Some(symbol) = SYMBOLS.into_iter().find(|s| rest.starts_with(s)) {
+            (Lexeme::Symbol(symbol), symbol.len())
+        } else {
+            return Err(unexpected(first, at));
+        };
+        tokens.push(Token { lexeme, span: at..at + length });
+        at += length;
+    }
+    tokens.push(Token { lexeme: Lexeme::End, span: source.len()..source.len() });
+    Ok(tokens)
+}
+
+fn is_name_character(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
+fn starts_with_digit(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// `12`, `1.5`, `.5`, `2.`, `1e-3`. An `e` without digits after it is not part of the number.
+fn number(rest: &str, at: usize) -> Result<(Lexeme, usize)> {
+    let digits = |from: usize| rest[from..].find(|c: char| !c.is_ascii_digit()).map_or(rest.len(), |n| from + n);
+    let mut end = digits(0);
+    if rest[end..].starts_with('.') {
+        end = digits(end + 1);
+    }
+    if rest[end..].starts_with(['e', 'E']) {
+        let signed = end + 1 + usize::from(rest[end + 1..].starts_with(['+', '-']));
+        if starts_with_digit(&rest[signed..]) {
+            end = digits(signed);
+        }
+    }
+    match rest[..end].parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok((Lexeme::Number(value), end)),
+        _ => Err(ExprError::new("this number is too large", at..at + end)),
+    }
+}
+
+fn unexpected(character: char, at: usize) -> ExprError {
+    let error = ExprError::new(format!("unexpected character `{}`", character.escape_debug()), at..at + character.len_utf8());
+    match character {
+        '=' => error.with_hint("`==` compares; an expression has no assignments"),
+        '&' => error.with_hint("write `&&` for \"and\""),
+        '|' => error.with_hint("write `||` for \"or\""),
+        ';' | '{' | '}' => error.with_hint("an expression is one formula, without statements"),
+        '−' | '–' => error.with_hint("write the minus sign as `-`"),
+        '×' | '·' => error.with_hint("write `*` to multiply"),
+        _ => error,
+    }
+}

@@ -1,0 +1,67 @@
+//! The expression language of scene files: formulas of numbers and vectors, without names to assign or loops to run.
+//!
+//! It is used two times. While a scene is loaded, any number may be an expression of the time `t` and the scene's
+//! parameters: [`evaluate`]. At each hit, textures, weights and sky colours may be expressions that also read the hit:
+//! [`compile`], once, and then [`Program`] as often as needed.
+//!
+//! * **Values** are numbers and vectors of three numbers, `[x, y, z]` or `vec3(x, y, z)`, with the components `.x .y .z`
+//!   (or `.r .g .b`). A number beside a vector counts in every component.
+//! * **Operators**, loosest first: `a ? b : c`, `||`, `&&`, comparisons, `+ -`, `* / %`, prefix `- !`, `^`. Truth is a
+//!   number: 1 or 0; everything but 0 and NaN is true. `%` takes the sign of the divisor.
+//! * **Names**: `t`, the parameters, `pi`, `tau`, `e`, and the [variables](Variable) of the [`Scope`].
+//! * **Functions** act on every component of a vector, but for those of geometry (`dot`, `cross`, `length`, …).
+//!   Only the branch of a choice that is taken matters.
+//!
+//! Constant parts are computed in f64 once; the rest runs in the scalar of the renderer. A source is bounded in length
+//! and depth, a program in size; both are errors, never a hang.
+
+mod build;
+mod error;
+mod function;
+mod graph;
+mod lexer;
+mod parser;
+mod scope;
+mod semantics;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+pub use error::ExprError;
+pub use scope::{Inputs, Scope, Variable};
+
+/// Bytes that an expression may have.
+pub const MAX_SOURCE: usize = 16 * 1024;
+
+/// How deep parentheses, calls, choices, prefixes and powers may be nested.
+pub const MAX_DEPTH: usize = 64;
+
+/// The value of an expression of `names` (the time `t` and the parameters), in f64.
+///
+/// # Errors
+/// Anything that is not one finite number.
+pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, ExprError> {
+    let (builder, term) = parser::parse(source, build::Builder::new(names, Scope::Load))?;
+    let id = builder.expect_number(&term, "the value")?;
+    match builder.graph.as_number(id) {
+        Some(value) if value.is_finite() => Ok(value),
+        value => {
+            let value = value.unwrap_or(f64::NAN);
+            let error = ExprError::new(format!("the value of this expression is {value}"), term.span);
+            Err(error.with_hint("a number of the scene must be finite"))
+        }
+    }
+}
+
+/// Why `name` cannot be the name of a parameter, if so: it must be a word that an expression can read.
+pub fn parameter_name_problem(name: &str) -> Option<String> {
+    let letters = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') || !name.chars().all(letters) {
+        return Some("a parameter's name is made of letters, digits and `_`, and starts with a letter".to_owned());
+    }
+    if name == "t" {
+        return Some("`t` is the time".to_owned());
+    }
+    function::constant(name).map(|value| format!("`{name}` is the constant {value}"))
+}

@@ -1,0 +1,161 @@
+//! The variables an expression may read at a hit, and which of them exist where.
+
+use raywright_bvh::scalar::Real;
+
+/// What an expression may read when it is evaluated at a hit. `t` and the scene's parameters are constants by then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Variable {
+    /// `p`: hit point, world space, metres.
+    Position,
+    /// `n`: unit shading normal on the side the ray comes from.
+    Normal,
+    /// `d`: unit direction of the incoming ray (towards the surface; for a sky, away from the eye).
+    Direction,
+    /// `r`: `d` mirrored at the normal.
+    Reflected,
+    /// `l`: unit direction from the hit to the light.
+    ToLight,
+    /// `o`: origin of the incoming ray.
+    Origin,
+    /// `u`: first surface coordinate.
+    U,
+    /// `v`: second surface coordinate.
+    V,
+    /// `distance`: length of the incoming ray, metres.
+    Distance,
+    /// `occluder_distance`: from the hit to what hides the light, metres; infinite where nothing does.
+    OccluderDistance,
+    /// `shadow`: the share of the light that arrives, by the rule in force.
+    Shadow,
+}
+
+impl Variable {
+    /// Every variable.
+    pub const ALL: [Self; 11] = [
+        Self::Position,
+        Self::Normal,
+        Self::Direction,
+        Self::Reflected,
+        Self::ToLight,
+        Self::Origin,
+        Self::U,
+        Self::V,
+        Self::Distance,
+        Self::OccluderDistance,
+        Self::Shadow,
+    ];
+
+    /// As written in an expression.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Position => "p",
+            Self::Normal => "n",
+            Self::Direction => "d",
+            Self::Reflected => "r",
+            Self::ToLight => "l",
+            Self::Origin => "o",
+            Self::U => "u",
+            Self::V => "v",
+            Self::Distance => "distance",
+            Self::OccluderDistance => "occluder_distance",
+            Self::Shadow => "shadow",
+        }
+    }
+
+    /// A vector; `false` for a number.
+    pub const fn is_vector(self) -> bool {
+        matches!(self, Self::Position | Self::Normal | Self::Direction | Self::Reflected | Self::ToLight | Self::Origin)
+    }
+}
+
+/// Where an expression stands, and so which variables it may read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// A number of the scene, evaluated once while loading: no variables.
+    Load,
+    /// A texture or weight of a surface, evaluated at a hit.
+    Surface,
+    /// A weight of one light at a hit: what a surface has, and the light.
+    Light,
+    /// The colour of the sky in a direction.
+    Sky,
+}
+
+impl Scope {
+    /// The variables that exist here.
+    pub const fn variables(self) -> &'static [Variable] {
+        use Variable::{Direction, Distance, Normal, OccluderDistance, Origin, Position, Reflected, Shadow, ToLight, U, V};
+        match self {
+            Self::Load => &[],
+            Self::Surface => &[Position, Normal, Direction, Reflected, Origin, U, V, Distance],
+            Self::Light => &[Position, Normal, Direction, Reflected, Origin, U, V, Distance, ToLight, Shadow, OccluderDistance],
+            Self::Sky => &[Direction, Origin],
+        }
+    }
+
+    /// For messages: "`d` does not exist …".
+    pub(super) const fn place(self) -> &'static str {
+        match self {
+            Self::Load => "in a number of the scene, which is evaluated once while loading",
+            Self::Surface => "on a surface",
+            Self::Light => "in the weight of a light",
+            Self::Sky => "in the sky",
+        }
+    }
+}
+
+/// Values of the variables at one hit. What a scope does not have may hold anything; [`Default`] is all zero.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Inputs<R: Real> {
+    /// [`Variable::Position`].
+    pub p: R::Vec3,
+    /// [`Variable::Normal`].
+    pub n: R::Vec3,
+    /// [`Variable::Direction`].
+    pub d: R::Vec3,
+    /// [`Variable::Reflected`].
+    pub r: R::Vec3,
+    /// [`Variable::ToLight`].
+    pub l: R::Vec3,
+    /// [`Variable::Origin`].
+    pub o: R::Vec3,
+    /// [`Variable::U`].
+    pub u: R,
+    /// [`Variable::V`].
+    pub v: R,
+    /// [`Variable::Distance`].
+    pub distance: R,
+    /// [`Variable::OccluderDistance`].
+    pub occluder_distance: R,
+    /// [`Variable::Shadow`].
+    pub shadow: R,
+}
+
+impl<R: Real> Inputs<R> {
+    /// A vector variable; zero for one that is a number.
+    #[inline(always)]
+    pub(super) fn vector(&self, variable: Variable) -> R::Vec3 {
+        match variable {
+            Variable::Position => self.p,
+            Variable::Normal => self.n,
+            Variable::Direction => self.d,
+            Variable::Reflected => self.r,
+            Variable::ToLight => self.l,
+            Variable::Origin => self.o,
+            _ => R::Vec3::default(),
+        }
+    }
+
+    /// A number variable; zero for one that is a vector.
+    #[inline(always)]
+    pub(super) fn number(&self, variable: Variable) -> R {
+        match variable {
+            Variable::U => self.u,
+            Variable::V => self.v,
+            Variable::Distance => self.distance,
+            Variable::OccluderDistance => self.occluder_distance,
+            Variable::Shadow => self.shadow,
+            _ => R::ZERO,
+        }
+    }
+}

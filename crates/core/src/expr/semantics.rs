@@ -1,0 +1,173 @@
+//! What each operation means, once for every scalar type: constant folding, the graph's own evaluation and the compiled
+//! program all call these.
+
+use raywright_bvh::scalar::{Real, Vector};
+
+/// Operations on one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Unary {
+    Negate,
+    Not,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Exp,
+    Ln,
+    Sqrt,
+    Abs,
+    Sign,
+    Floor,
+    Ceil,
+    Fract,
+    Round,
+}
+
+/// Operations on two numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Binary {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    /// x − y ⌊x/y⌋: the sign of the divisor, as in GLSL.
+    Modulo,
+    Power,
+    Min,
+    Max,
+    Atan2,
+    /// 0 where the second is below the first, else 1.
+    Step,
+    /// Parity of ⌊a⌋ + ⌊b⌋: 0 or 1.
+    Checker,
+    Less,
+    LessOrEqual,
+    Greater,
+    GreaterOrEqual,
+    Equal,
+    NotEqual,
+    And,
+    Or,
+}
+
+impl Binary {
+    /// The same result with the arguments exchanged, bit for bit (but for the payload of a NaN).
+    pub const fn commutes(self) -> bool {
+        matches!(self, Self::Add | Self::Multiply | Self::Equal | Self::NotEqual | Self::And | Self::Or)
+    }
+
+    /// A truth value of two numbers, which must not be vectors.
+    pub const fn is_comparison(self) -> bool {
+        matches!(self, Self::Less | Self::LessOrEqual | Self::Greater | Self::GreaterOrEqual | Self::Equal | Self::NotEqual)
+    }
+}
+
+/// A truth value as a number: 1 or 0.
+#[inline(always)]
+pub(super) fn truth<R: Real>(value: bool) -> R {
+    if value { R::ONE } else { R::ZERO }
+}
+
+/// A number as a truth value: everything but zero is true. NaN is not.
+#[inline(always)]
+pub(super) fn is_true<R: Real>(value: R) -> bool {
+    value.abs() > R::ZERO
+}
+
+/// One operation on one number.
+#[inline(always)]
+pub(super) fn unary<R: Real>(op: Unary, x: R) -> R {
+    match op {
+        Unary::Negate => -x,
+        Unary::Not => truth(!is_true(x)),
+        Unary::Sin => x.sin(),
+        Unary::Cos => x.cos(),
+        Unary::Tan => x.tan(),
+        Unary::Asin => x.asin(),
+        Unary::Acos => x.acos(),
+        Unary::Atan => x.atan(),
+        Unary::Exp => x.exp(),
+        Unary::Ln => x.ln(),
+        Unary::Sqrt => x.sqrt(),
+        Unary::Abs => x.abs(),
+        Unary::Sign => {
+            if x > R::ZERO {
+                R::ONE
+            } else if x < R::ZERO {
+                -R::ONE
+            } else {
+                x
+            }
+        }
+        Unary::Floor => x.floor(),
+        Unary::Ceil => -(-x).floor(),
+        Unary::Fract => x - x.floor(),
+        Unary::Round => (x + R::from_f64(0.5)).floor(),
+    }
+}
+
+/// One operation on two numbers.
+#[inline(always)]
+pub(super) fn binary<R: Real>(op: Binary, a: R, b: R) -> R {
+    match op {
+        Binary::Add => a + b,
+        Binary::Subtract => a - b,
+        Binary::Multiply => a * b,
+        Binary::Divide => a / b,
+        Binary::Modulo => a - b * (a / b).floor(),
+        Binary::Power => a.powf(b),
+        Binary::Min => Real::min(a, b),
+        Binary::Max => Real::max(a, b),
+        Binary::Atan2 => a.atan2(b),
+        Binary::Step => {
+            if b < a {
+                R::ZERO
+            } else {
+                R::ONE
+            }
+        }
+        Binary::Checker => binary(Binary::Modulo, a.floor() + b.floor(), R::from_f64(2.0)),
+        Binary::Less => truth(a < b),
+        Binary::LessOrEqual => truth(a <= b),
+        Binary::Greater => truth(a > b),
+        Binary::GreaterOrEqual => truth(a >= b),
+        Binary::Equal => truth(a == b),
+        Binary::NotEqual => truth(a != b),
+        Binary::And => truth(is_true(a) && is_true(b)),
+        Binary::Or => truth(is_true(a) || is_true(b)),
+    }
+}
+
+/// A whole power: repeated squaring, and one division where the exponent is negative.
+#[inline(always)]
+pub(super) fn whole_power<R: Real>(base: R, exponent: i32) -> R {
+    let power = base.powi(exponent.unsigned_abs());
+    if exponent < 0 { R::ONE / power } else { power }
+}
+
+/// a where t = 0, b where t = 1, both exactly.
+#[inline(always)]
+pub(super) fn mix<R: Real>(a: R, b: R, t: R) -> R {
+    a * (R::ONE - t) + b * t
+}
+
+/// [`mix`] in every component.
+#[inline(always)]
+pub(super) fn mix_vectors<R: Real>(a: R::Vec3, b: R::Vec3, t: R) -> R::Vec3 {
+    a * (R::ONE - t) + b * t
+}
+
+/// The cubic from 0 at `low` to 1 at `high` with level ends.
+#[inline(always)]
+pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
+    let t = ((x - low) / (high - low)).clamp(R::ZERO, R::ONE);
+    t * t * (R::from_f64(3.0) - R::from_f64(2.0) * t)
+}
+
+/// One operation on every component.
+#[inline(always)]
+pub(super) fn binary_vectors<R: Real>(op: Binary, a: R::Vec3, b: R::Vec3) -> R::Vec3 {
+    R::Vec3::new(binary(op, a.x(), b.x()), binary(op, a.y(), b.y()), binary(op, a.z(), b.z()))
+}
