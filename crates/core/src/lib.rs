@@ -1,7 +1,7 @@
 //! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
 pub mod display;
-pub mod picture;
 pub mod expr;
+pub mod picture;
 pub mod scene;
 pub mod suggest;
 pub use raywright_bvh as bvh;

@@ -8,6 +8,7 @@ use super::function::{CONSTANTS, FUNCTIONS, Function, constant, function};
 use super::graph::{Graph, Id, Operation};
 use super::scope::{Scope, Variable};
 use super::semantics::{Binary, Unary};
+use crate::suggest::closest;
 
 /// A part of the source that has been understood.
 #[derive(Clone, Debug)]
@@ -332,11 +333,4 @@ fn wrong_count(function: Function, name: &str, count: usize, span: Range<usize>)
     };
     let plural = if count == 1 { "" } else { "s" };
     ExprError::new(format!("`{name}` does not take {count} argument{plural}"), span).with_hint(format!("write `{name}{usage}`"))
-}
-
-/// The most similar of the known names, if one is similar enough to have been meant.
-fn closest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> Option<&'n str> {
-    let distance = |other: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &other.to_lowercase());
-    let limit = (name.len() / 3).max(1);
-    known.map(|other| (distance(other), other)).filter(|(d, other)| *d <= limit && *d < other.len()).min().map(|(_, other)| other)
 }
