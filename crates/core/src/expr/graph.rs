@@ -128,6 +128,30 @@ impl Operation {
         }
     }
 
+    /// The same operation on other operands.
+    pub fn with_operands(self, f: impl Fn(Id) -> Id) -> Self {
+        match self {
+            Self::Number(_) | Self::Input(_) => self,
+            Self::Component(a, axis) => Self::Component(f(a), axis),
+            Self::Unary(op, a) => Self::Unary(op, f(a)),
+            Self::WholePower(a, exponent) => Self::WholePower(f(a), exponent),
+            Self::Length(a) => Self::Length(f(a)),
+            Self::Normalize(a) => Self::Normalize(f(a)),
+            Self::Binary(op, a, b) => Self::Binary(op, f(a), f(b)),
+            Self::Vectors(op, a, b) => Self::Vectors(op, f(a), f(b)),
+            Self::Scale(a, b) => Self::Scale(f(a), f(b)),
+            Self::Shrink(a, b) => Self::Shrink(f(a), f(b)),
+            Self::Dot(a, b) => Self::Dot(f(a), f(b)),
+            Self::Cross(a, b) => Self::Cross(f(a), f(b)),
+            Self::Compose(all) => Self::Compose(all.map(f)),
+            Self::Mix(all) => Self::Mix(all.map(f)),
+            Self::Smoothstep(all) => Self::Smoothstep(all.map(f)),
+            Self::Select(all) => Self::Select(all.map(f)),
+            Self::MixVectors(all) => Self::MixVectors(all.map(f)),
+            Self::SelectVectors(all) => Self::SelectVectors(all.map(f)),
+        }
+    }
+
     /// The result, from those of the operands.
     pub fn apply<R: Real>(self, inputs: &Inputs<R>, of: impl Fn(Id) -> Value<R>) -> Value<R> {
         let number = |id| of(id).number();
@@ -233,6 +257,25 @@ impl Graph {
     fn vector(&mut self, v: glam::DVec3) -> Id {
         let components = [self.number(v.x), self.number(v.y), self.number(v.z)];
         self.intern(Operation::Compose(components))
+    }
+
+    /// The operations that `root` needs, in order, with ids that count within the list; `root` is the last.
+    pub fn reachable(&self, root: Id) -> Vec<Operation> {
+        let mut needed = vec![false; root.index() + 1];
+        needed[root.index()] = true;
+        for index in (0..=root.index()).rev() {
+            if needed[index] {
+                let (operands, count) = self.nodes[index].operands();
+                operands[..count].iter().for_each(|id| needed[id.index()] = true);
+            }
+        }
+        let mut place = vec![Id(0); root.index() + 1];
+        let mut list = Vec::new();
+        for (index, operation) in self.nodes[..=root.index()].iter().enumerate().filter(|(index, _)| needed[*index]) {
+            place[index] = Id(list.len() as u32);
+            list.push(operation.with_operands(|id| place[id.index()]));
+        }
+        list
     }
 
     fn simplify(&mut self, operation: Operation) -> Simplified {

@@ -21,6 +21,7 @@ mod function;
 mod graph;
 mod lexer;
 mod parser;
+mod program;
 mod scope;
 mod semantics;
 #[cfg(test)]
@@ -29,6 +30,7 @@ mod tests;
 use std::collections::BTreeMap;
 
 pub use error::ExprError;
+pub use program::{Constant, MAX_OPERATIONS, Program};
 pub use scope::{Inputs, Scope, Variable};
 
 /// Bytes that an expression may have.
@@ -52,6 +54,25 @@ pub fn evaluate(source: &str, names: &BTreeMap<String, f64>) -> Result<f64, Expr
             Err(error.with_hint("a number of the scene must be finite"))
         }
     }
+}
+
+/// An expression of `names` (the time `t` and the parameters, constants by now) and of the variables of `scope`.
+///
+/// # Errors
+/// Text that is no expression, names that do not exist in this scope, values of the wrong kind, a program too large.
+pub fn compile(source: &str, names: &BTreeMap<String, f64>, scope: Scope) -> Result<Program, ExprError> {
+    let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
+    Program::new(&builder.graph, term.id, term.span)
+}
+
+/// [`compile`] where the value must be a number: a weight.
+///
+/// # Errors
+/// Those of [`compile`], and a value that is a vector.
+pub fn compile_number(source: &str, names: &BTreeMap<String, f64>, scope: Scope) -> Result<Program, ExprError> {
+    let (builder, term) = parser::parse(source, build::Builder::new(names, scope))?;
+    builder.expect_number(&term, "a weight")?;
+    Program::new(&builder.graph, term.id, term.span)
 }
 
 /// Why `name` cannot be the name of a parameter, if so: it must be a word that an expression can read.
