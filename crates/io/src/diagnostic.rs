@@ -101,7 +101,8 @@ impl Place {
         }
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
-        let end = text.floor_char_boundary(span.end.clamp(start, line_end));
+        let first_line = text[start..line_end].trim_end().len();
+        let end = text.floor_char_boundary(span.end.clamp(start, start + first_line));
         let line = text[..line_start].matches('\n').count() + 1;
         let column = text[line_start..start].chars().count() + 1;
         let cut = start - line_start > 4 * MARGIN;

@@ -7,8 +7,13 @@ mod diagnostic;
 mod error;
 mod folder;
 mod limits;
+mod load;
+mod native;
+pub mod presets;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use error::{Error, ErrorKind, Warning};
 pub use folder::{Folder, ReadError};
 pub use limits::{Limits, human_bytes};
+pub use load::{Format, Input, LoadOptions, Loaded, SourceInfo, load};
+pub use native::{Notation, Overrides};

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{self, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{self, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Triple;
@@ -130,18 +130,18 @@ impl<'de> Visitor<'de> for ColourVisitor {
     fn visit_u64<E: de::Error>(self, v: u64) -> Result<Colour, E> {
         Ok(Colour([v as f64; 3]))
     }
-    fn visit_str<E: de::Error>(self, v: &str) -> Result<Colour, E> {
-        // A string reaches this point only where an expression of the hit is not allowed: it is a number's expression.
-        f64::deserialize(v.into_deserializer()).map(|v| Colour([v; 3]))
-    }
     fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Colour, A::Error> {
         triple(seq, &self).map(Colour)
+    }
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, deserializer: D) -> Result<Colour, D::Error> {
+        deserializer.deserialize_any(self)
     }
 }
 
 impl<'de> Deserialize<'de> for Colour {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ColourVisitor)
+        // The name tells the loader that a text here is the expression of a number, evaluated once, and no input of the hit.
+        deserializer.deserialize_newtype_struct("Colour", ColourVisitor)
     }
 }
 

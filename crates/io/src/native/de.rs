@@ -1,0 +1,357 @@
+//! A serde deserializer over the tree, because the plain structs of the scene must stay plain: it evaluates numbers
+//! written as expressions, and gives every failure its place.
+//!
+//! A failure in one value need not hide the next: unknown keys, wrong words and broken numbers are noted and replaced by
+//! a harmless stand-in, so that one reading finds them all. What is read is thrown away when anything was noted.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fmt;
+
+use raywright_core::expr;
+use serde::Deserializer;
+use serde::de::{self, DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+
+use super::enums::Variant;
+use super::failure::{Failure, Step, did_you_mean};
+use super::node::{Entry, Node, Value};
+
+/// What the deserializers of one reading share.
+pub(crate) struct Context<'a> {
+    /// The whole text.
+    pub text: &'a str,
+    /// What expressions may name: `t` and the parameters.
+    pub names: &'a BTreeMap<String, f64>,
+    /// What was noted so far.
+    pub noted: RefCell<Vec<Failure>>,
+}
+
+impl Context<'_> {
+    pub fn note(&self, failure: Failure) {
+        self.noted.borrow_mut().push(failure);
+    }
+}
+
+/// A value with the name it goes by in messages.
+#[derive(Clone, Copy)]
+pub(crate) struct Reader<'a> {
+    pub node: &'a Node,
+    pub context: &'a Context<'a>,
+    /// The key this value belongs to, its own or that of an array around it; empty at the root.
+    pub name: &'a str,
+    /// Position in the array of that name.
+    pub index: Option<usize>,
+}
+
+impl fmt::Display for Reader<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.index {
+            _ if self.name.is_empty() => f.write_str("the scene"),
+            Some(index) => write!(f, "`{}[{index}]`", self.name),
+            None => write!(f, "`{}`", self.name),
+        }
+    }
+}
+
+impl<'a> Reader<'a> {
+    pub fn root(node: &'a Node, context: &'a Context<'a>) -> Self {
+        Self { node, context, name: "", index: None }
+    }
+
+    fn inside(self, entry: &'a Entry) -> Self {
+        Self { node: &entry.node, name: &entry.key, index: None, ..self }
+    }
+
+    /// "`radius` must be a number, not an array", at this value.
+    pub fn wrong(&self, wanted: &str) -> Failure {
+        let message = format!("{self} must be {wanted}, not {}", self.node.kind());
+        Failure::new(message).at(self.node.span.clone())
+    }
+
+    /// Gives a failure that has no place yet this value's.
+    pub fn place<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
+        result.map_err(|mut failure| {
+            if failure.span.is_none() {
+                let key = failure.key.as_deref().and_then(|key| self.node.entry(key));
+                failure.span = Some(key.map_or_else(|| self.node.span.clone(), |entry| entry.key_span.clone()));
+                failure.message = format!("{self}: {}", failure.message);
+            }
+            failure
+        })
+    }
+
+    /// The number this value is or evaluates to. A failure is noted, and a 1 stands in.
+    fn number(&self) -> f64 {
+        match &self.node.value {
+            Value::Integer(value) => *value as f64,
+            Value::Unsigned(value) => *value as f64,
+            Value::Float(value) => *value,
+            Value::Text(source) => expr::evaluate(source, self.context.names).unwrap_or_else(|error| {
+                self.context.note(self.expression(error));
+                1.0
+            }),
+            _ => {
+                self.context.note(self.wrong("a number, or an expression in quotes"));
+                1.0
+            }
+        }
+    }
+
+    /// A failure of the expression in this value.
+    fn expression(&self, error: expr::ExprError) -> Failure {
+        let span = self.node.span_within(self.context.text, &error.span);
+        let message = format!("in the expression of {self}: {}", error.message);
+        Failure { hint: error.hint, ..Failure::new(message).at(span) }
+    }
+
+    /// The whole number this value is or evaluates to, within a range. A failure is noted, and a 1 stands in.
+    fn whole(&self, least: i128, greatest: i128) -> i128 {
+        let value = match &self.node.value {
+            Value::Integer(value) => i128::from(*value),
+            Value::Unsigned(value) => i128::from(*value),
+            _ => {
+                let value = self.number();
+                // Casts of floats saturate, so that what is out of range stays so.
+                if value.fract() != 0.0 || !value.is_finite() {
+                    let message = format!("{self} must be a whole number, not {value}");
+                    self.context.note(Failure::new(message).at(self.node.span.clone()));
+                    return 1;
+                }
+                value as i128
+            }
+        };
+        if (least..=greatest).contains(&value) {
+            return value;
+        }
+        let message = format!("{self} must be a whole number from {least} to {greatest}, not {value}");
+        self.context.note(Failure::new(message).at(self.node.span.clone()));
+        1
+    }
+
+    /// The text of this value. A failure is noted, and an empty one stands in.
+    fn text(&self) -> &'a str {
+        match &self.node.value {
+            Value::Text(text) => text,
+            _ => {
+                self.context.note(self.wrong("text in quotes"));
+                ""
+            }
+        }
+    }
+
+    fn items(&self) -> Result<&'a [Node], Failure> {
+        match &self.node.value {
+            Value::Array(items) => Ok(items),
+            _ => Err(self.wrong("an array")),
+        }
+    }
+
+    fn table(&self) -> Result<&'a [Entry], Failure> {
+        match &self.node.value {
+            Value::Table(entries) => Ok(entries),
+            _ => Err(self.wrong("a table of keys")),
+        }
+    }
+
+    /// Reads a table as a struct: unknown keys are noted and left out.
+    pub fn read_struct<V: Visitor<'a>>(self, keys: &'static [&'static str], visitor: V) -> Result<V::Value, Failure> {
+        let entries = self.table().map_err(|failure| self.explain_header(failure))?;
+        for entry in entries.iter().filter(|entry| !keys.contains(&entry.key.as_str())) {
+            let place = if self.name.is_empty() { "a scene".to_owned() } else { self.to_string() };
+            let failure = Failure::new(format!("unknown key `{}`", entry.key)).at(entry.key_span.clone());
+            let hint = did_you_mean(&entry.key, keys, "the keys here");
+            self.context.note(failure.labelled(format!("not a key of {place}")).with_hint(hint));
+        }
+        let known = Entries { reader: self, entries: entries.iter(), keys: Some(keys), value: None };
+        self.place(visitor.visit_map(known))
+    }
+
+    /// The two kinds of TOML headers are easily mistaken for each other.
+    fn explain_header(&self, failure: Failure) -> Failure {
+        let header = self.context.text.get(self.node.span.clone()).unwrap_or_default();
+        let name = self.name;
+        match (&self.node.value, header.as_bytes()) {
+            (Value::Array(_), [b'[', b'[', ..]) if self.index.is_none() => {
+                failure.with_hint(format!("there is one of it: write `[{name}]` with single brackets"))
+            }
+            (Value::Table(_), [b'[', ..]) => {
+                failure.with_hint(format!("there may be several: write `[[{name}]]` with double brackets"))
+            }
+            _ => failure,
+        }
+    }
+}
+
+macro_rules! whole_numbers {
+    ($($method:ident $visit:ident $type:ty),*) => {$(
+        fn $method<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+            let value = self.whole(i128::from(<$type>::MIN), i128::from(<$type>::MAX));
+            self.place(visitor.$visit(<$type>::try_from(value).unwrap_or(1)))
+        }
+    )*};
+}
+
+impl<'a> Deserializer<'a> for Reader<'a> {
+    type Error = Failure;
+
+    whole_numbers!(
+        deserialize_i8 visit_i8 i8, deserialize_i16 visit_i16 i16, deserialize_i32 visit_i32 i32, deserialize_i64 visit_i64 i64,
+        deserialize_u8 visit_u8 u8, deserialize_u16 visit_u16 u16, deserialize_u32 visit_u32 u32, deserialize_u64 visit_u64 u64
+    );
+
+    fn deserialize_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        let result = match &self.node.value {
+            Value::Null => visitor.visit_unit(),
+            Value::Boolean(value) => visitor.visit_bool(*value),
+            Value::Integer(value) => visitor.visit_i64(*value),
+            Value::Unsigned(value) => visitor.visit_u64(*value),
+            Value::Float(value) => visitor.visit_f64(*value),
+            Value::Text(text) => visitor.visit_borrowed_str(text),
+            Value::Date => Err(de::Error::invalid_type(de::Unexpected::Other("a date"), &visitor)),
+            Value::Array(items) => visitor.visit_seq(Items { reader: self, items: items.iter(), next: 0 }),
+            Value::Table(entries) => {
+                visitor.visit_map(Entries { reader: self, entries: entries.iter(), keys: None, value: None })
+            }
+        };
+        self.place(result)
+    }
+
+    fn deserialize_f64<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        self.place(visitor.visit_f64(self.number()))
+    }
+
+    fn deserialize_f32<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        self.deserialize_f64(visitor)
+    }
+
+    fn deserialize_bool<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        let value = if let Value::Boolean(value) = self.node.value {
+            value
+        } else {
+            self.context.note(self.wrong("true or false"));
+            false
+        };
+        self.place(visitor.visit_bool(value))
+    }
+
+    fn deserialize_str<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        self.place(visitor.visit_borrowed_str(self.text()))
+    }
+
+    fn deserialize_string<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_identifier<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        self.deserialize_str(visitor)
+    }
+
+    fn deserialize_option<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        if self.node.value == Value::Null { visitor.visit_none() } else { visitor.visit_some(self) }
+    }
+
+    /// A colour may be one number, and so an expression; inputs of the hit read through [`Self::deserialize_any`] and
+    /// keep their text.
+    fn deserialize_newtype_struct<V: Visitor<'a>>(self, name: &'static str, visitor: V) -> Result<V::Value, Failure> {
+        match (name, &self.node.value) {
+            ("Colour", Value::Text(_)) => self.deserialize_f64(visitor),
+            ("Colour", _) => self.deserialize_any(visitor),
+            _ => visitor.visit_newtype_struct(self),
+        }
+    }
+
+    fn deserialize_seq<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        let items = self.items().map_err(|failure| self.explain_header(failure))?;
+        self.place(visitor.visit_seq(Items { reader: self, items: items.iter(), next: 0 }))
+    }
+
+    fn deserialize_tuple<V: Visitor<'a>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
+        let items = match &self.node.value {
+            Value::Array(items) => items,
+            _ => return Err(self.wrong(&format!("an array of {length} values"))),
+        };
+        if items.len() != length {
+            let message = format!("{self} must be an array of {length} values, not {}", items.len());
+            return Err(Failure::new(message).at(self.node.span.clone()));
+        }
+        self.deserialize_seq(visitor)
+    }
+
+    fn deserialize_map<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        let entries = self.table()?.iter();
+        self.place(visitor.visit_map(Entries { reader: self, entries, keys: None, value: None }))
+    }
+
+    fn deserialize_struct<V: Visitor<'a>>(
+        self,
+        _: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
+        self.read_struct(keys, visitor)
+    }
+
+    fn deserialize_enum<V: Visitor<'a>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
+        let variant = Variant::of(self, variants)?;
+        self.place(visitor.visit_enum(variant))
+    }
+
+    fn deserialize_ignored_any<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
+        visitor.visit_unit()
+    }
+
+    serde::forward_to_deserialize_any! { <V: Visitor<'a>> i128 u128 char bytes byte_buf unit unit_struct tuple_struct }
+}
+
+struct Items<'a> {
+    reader: Reader<'a>,
+    items: std::slice::Iter<'a, Node>,
+    next: usize,
+}
+
+impl<'a> SeqAccess<'a> for Items<'a> {
+    type Error = Failure;
+
+    fn next_element_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<Option<T::Value>, Failure> {
+        let Some(node) = self.items.next() else { return Ok(None) };
+        let index = self.next;
+        self.next += 1;
+        let reader = Reader { node, index: Some(index), ..self.reader };
+        seed.deserialize(reader).map(Some).map_err(|failure| failure.under(Step::Index(index)))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.items.len())
+    }
+}
+
+struct Entries<'a> {
+    reader: Reader<'a>,
+    entries: std::slice::Iter<'a, Entry>,
+    /// Others are passed over; none: all are read.
+    keys: Option<&'static [&'static str]>,
+    value: Option<&'a Entry>,
+}
+
+impl<'a> MapAccess<'a> for Entries<'a> {
+    type Error = Failure;
+
+    fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
+        let keys = self.keys;
+        let wanted =
+            |entry: &&Entry| keys.is_none_or(|keys| keys.contains(&entry.key.as_str())) && entry.node.value != Value::Null;
+        self.value = self.entries.by_ref().find(wanted);
+        self.value.map(|entry| seed.deserialize(entry.key.as_str().into_deserializer())).transpose()
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'a>>(&mut self, seed: V) -> Result<V::Value, Failure> {
+        let entry = self.value.take().ok_or_else(|| Failure::new("a value without its key"))?;
+        let result = seed.deserialize(self.reader.inside(entry));
+        result.map_err(|failure| failure.under(Step::Key(entry.key.clone())))
+    }
+}

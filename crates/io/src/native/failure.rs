@@ -1,0 +1,104 @@
+//! The error that travels up through serde while a tree becomes a scene, collecting its place on the way.
+
+use std::fmt;
+use std::ops::Range;
+
+use raywright_core::suggest::closest;
+use serde::de::{self, Expected, Unexpected};
+
+use crate::diagnostic::Diagnostic;
+
+/// One step from a table or array to what is inside.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    Key(String),
+    Index(usize),
+}
+
+/// Why a value is not what the scene needs there.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    pub message: String,
+    pub label: String,
+    pub hint: Option<String>,
+    /// None until a value on the way up gives its own.
+    pub span: Option<Range<usize>>,
+    /// A key of the table that reports the failure, to be shown in place of the whole table.
+    pub key: Option<String>,
+    /// From the value that failed up to the root.
+    pub path: Vec<Step>,
+}
+
+impl Failure {
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), label: String::new(), hint: None, span: None, key: None, path: Vec::new() }
+    }
+
+    pub fn at(mut self, span: Range<usize>) -> Self {
+        self.span = Some(span);
+        self
+    }
+
+    pub fn labelled(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    pub fn with_hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// The same failure, one level further up.
+    pub fn under(mut self, step: Step) -> Self {
+        self.path.push(step);
+        self
+    }
+
+    pub fn into_diagnostic(self) -> Diagnostic {
+        Diagnostic { message: self.message, span: self.span, label: self.label, hint: self.hint }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl de::Error for Failure {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        Self::new(message.to_string())
+    }
+
+    fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::new(format!("expected {expected}, found {unexpected}"))
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        Self::new(format!("expected {expected}, found {length} of them"))
+    }
+
+    fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {
+        Self::new(format!("unknown value `{variant}`")).with_hint(did_you_mean(variant, expected, "possible here"))
+    }
+
+    fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
+        let hint = did_you_mean(field, expected, "the keys here");
+        Self { key: Some(field.to_owned()), ..Self::new(format!("unknown key `{field}`")).with_hint(hint) }
+    }
+
+    fn missing_field(field: &'static str) -> Self {
+        Self::new(format!("missing key `{field}`"))
+    }
+}
+
+/// Advice after an unknown word: the nearest known one, or all of them.
+pub(crate) fn did_you_mean(wrong: &str, known: &[&str], what: &str) -> String {
+    match closest(wrong, known.iter().copied()) {
+        Some(word) => format!("did you mean `{word}`?"),
+        None => format!("{what}: {}", known.join(", ")),
+    }
+}

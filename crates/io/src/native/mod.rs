@@ -1,0 +1,128 @@
+//! The native scene format: TOML or JSON text to a [`Scene`], with every problem at its place.
+
+mod de;
+mod enums;
+mod failure;
+mod json;
+mod names;
+mod node;
+mod toml;
+
+use std::collections::BTreeMap;
+
+use raywright_core::Scene;
+use serde::Deserialize;
+
+pub use names::Overrides;
+
+use self::de::{Context, Reader};
+use self::failure::{Failure, Step};
+use self::node::{Node, Value};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::error::Error;
+use crate::limits::human_bytes;
+
+/// Readings of one text at most: each finds one more failure that stands in the way of the rest.
+const READINGS: usize = 20;
+
+/// Which of the two notations a text is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notation {
+    /// TOML 1.1.
+    Toml,
+    /// JSON (RFC 8259).
+    Json,
+}
+
+/// Reads a scene; `file` is its name in messages. Images and meshes in other files are not read.
+pub fn parse(file: &str, text: &str, notation: Notation, overrides: &Overrides) -> Result<Scene, Error> {
+    let fail = |problems| Error::Scene(Diagnostics::new(file, text, problems));
+    let mut root = tree(text, notation).map_err(fail)?;
+    let mut problems = Vec::new();
+    let names = names::settle(&mut root, text, overrides, &mut problems)?;
+    match read(&mut root, text, &names) {
+        Ok(scene) if problems.is_empty() => Ok(scene),
+        Ok(_) => Err(fail(problems)),
+        Err(more) => Err(fail(problems.into_iter().chain(more).collect())),
+    }
+}
+
+fn tree(text: &str, notation: Notation) -> Result<Node, Vec<Diagnostic>> {
+    if text.trim().is_empty() {
+        let hint = Some("the smallest scene is `format = 1`".to_owned());
+        let message = "the file is empty".to_owned();
+        return Err(vec![Diagnostic { message, span: None, label: String::new(), hint }]);
+    }
+    match notation {
+        Notation::Toml => toml::parse(text),
+        Notation::Json => json::parse(text),
+    }
+}
+
+/// Reads the tree as a scene. A failure that cannot be replaced by a stand-in takes its object, material or section out
+/// of the tree, and what is left is read again, so that one wrong thing does not hide the next.
+fn read(root: &mut Node, text: &str, names: &BTreeMap<String, f64>) -> Result<Scene, Vec<Diagnostic>> {
+    let mut problems: Vec<Diagnostic> = Vec::new();
+    for _ in 0..READINGS {
+        let context = Context { text, names, noted: Default::default() };
+        let result = Scene::deserialize(Reader::root(root, &context));
+        for noted in context.noted.into_inner().into_iter().map(Failure::into_diagnostic) {
+            if !problems.contains(&noted) {
+                problems.push(noted);
+            }
+        }
+        match result {
+            Ok(scene) if problems.is_empty() => return Ok(scene),
+            Ok(_) => break,
+            Err(failure) => {
+                let gone = take_out(root, &failure.path);
+                problems.push(failure.into_diagnostic());
+                if !gone {
+                    break;
+                }
+            }
+        }
+    }
+    Err(problems)
+}
+
+/// Removes the element of a top-level array, or the top-level key, that a path leads into.
+fn take_out(root: &mut Node, path: &[Step]) -> bool {
+    let mut down = path.iter().rev();
+    let (Some(Step::Key(key)), Value::Table(entries)) = (down.next(), &mut root.value) else { return false };
+    let Some(at) = entries.iter().position(|entry| entry.key == *key) else { return false };
+    match (&mut entries[at].node.value, down.next()) {
+        (Value::Array(items), Some(Step::Index(index))) if *index < items.len() => drop(items.remove(*index)),
+        _ => drop(entries.remove(at)),
+    }
+    true
+}
+
+/// The bytes of a file as text.
+pub(crate) fn text(file: &str, bytes: Vec<u8>, limit: u64) -> Result<String, Error> {
+    if bytes.len() as u64 > limit {
+        let message = format!("the scene is larger than the limit of {}", human_bytes(limit));
+        let hint = "put large meshes into OBJ, glTF or GLB files and name them in the scene";
+        return Err(Error::limit(file, message).with_hint(hint));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let lines = error.as_bytes()[..valid].split(|byte| *byte == b'\n');
+        let (line, rest) = lines.enumerate().last().unwrap_or_default();
+        let column = String::from_utf8_lossy(rest).chars().count() + 1;
+        let message = format!("line {}, column {column}: this is not UTF-8 text", line + 1);
+        Error::input(file, message).with_hint("save the file with the encoding UTF-8")
+    })
+}
+
+/// The title of a scene in TOML; empty if it has none.
+pub(crate) fn title(text: &str) -> String {
+    let root = toml::parse(text).ok();
+    match root.as_ref().and_then(|root| root.get("title")).map(|node| &node.value) {
+        Some(Value::Text(title)) => title.clone(),
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,112 @@
+//! `t` and the parameters: read first, in the order of the text, because every other number may use them.
+
+use std::collections::BTreeMap;
+
+use raywright_core::expr;
+use raywright_core::suggest::closest;
+
+use super::node::{Entry, Node, Value};
+use crate::diagnostic::Diagnostic;
+use crate::error::Error;
+
+/// What the command line puts in the place of the file's values.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Overrides {
+    /// Time in seconds; none: the file's.
+    pub at: Option<f64>,
+    /// Values of parameters that the file has.
+    pub set: Vec<(String, f64)>,
+}
+
+/// Evaluates `t` and `[parameters]`, writes the values into the tree and returns them as the names of all expressions.
+///
+/// A parameter may use `t` and those above it. A value from `overrides` stands in place of the text, which is then not
+/// evaluated.
+pub(crate) fn settle(
+    root: &mut Node,
+    text: &str,
+    overrides: &Overrides,
+    noted: &mut Vec<Diagnostic>,
+) -> Result<BTreeMap<String, f64>, Error> {
+    check_overrides(root, overrides)?;
+    let mut names = BTreeMap::new();
+    let mut t = overrides.at.unwrap_or(0.0);
+    if let Some(node) = root.get_mut("t") {
+        match overrides.at {
+            Some(value) => node.value = Value::Float(value),
+            None => t = number(node, "t", text, &names, noted),
+        }
+    } else if let (Some(at), Value::Table(entries)) = (overrides.at, &mut root.value) {
+        let node = Node { span: 0..0, value: Value::Float(at) };
+        entries.push(Entry { key: "t".to_owned(), key_span: 0..0, node });
+    }
+    names.insert("t".to_owned(), t);
+    if let Some(Node { value: Value::Table(parameters), .. }) = root.get_mut("parameters") {
+        for entry in parameters {
+            if let Some(problem) = bad_name(entry) {
+                noted.push(problem);
+                continue;
+            }
+            let value = match overrides.set.iter().rev().find(|(name, _)| *name == entry.key) {
+                Some((_, value)) => *value,
+                None => number(&entry.node, &entry.key, text, &names, noted),
+            };
+            entry.node.value = Value::Float(value);
+            names.insert(entry.key.clone(), value);
+        }
+    }
+    Ok(names)
+}
+
+fn check_overrides(root: &Node, overrides: &Overrides) -> Result<(), Error> {
+    let parameters = root.get("parameters");
+    for (name, _) in &overrides.set {
+        if parameters.is_some_and(|parameters| parameters.get(name).is_some()) {
+            continue;
+        }
+        let known: Vec<&str> = match parameters.map(|node| &node.value) {
+            Some(Value::Table(entries)) => entries.iter().map(|entry| entry.key.as_str()).collect(),
+            _ => Vec::new(),
+        };
+        let hint = match closest(name, known.iter().copied()) {
+            Some(word) => format!("did you mean `{word}`?"),
+            None if name == "t" => "time is set with --at".to_owned(),
+            None if known.is_empty() => "this scene has no parameters".to_owned(),
+            None => format!("its parameters: {}", known.join(", ")),
+        };
+        return Err(Error::usage(format!("the scene has no parameter `{name}`")).with_hint(hint));
+    }
+    Ok(())
+}
+
+/// The value of a number or an expression; a problem is noted, and a 1 stands in.
+fn number(node: &Node, name: &str, text: &str, names: &BTreeMap<String, f64>, noted: &mut Vec<Diagnostic>) -> f64 {
+    let problem = match &node.value {
+        Value::Float(value) => return *value,
+        Value::Integer(value) => return *value as f64,
+        Value::Unsigned(value) => return *value as f64,
+        Value::Text(source) => match expr::evaluate(source, names) {
+            Ok(value) => return value,
+            Err(error) => Diagnostic {
+                message: format!("in the expression of `{name}`: {}", error.message),
+                span: Some(node.span_within(text, &error.span)),
+                label: String::new(),
+                hint: error.hint,
+            },
+        },
+        _ => Diagnostic {
+            message: format!("`{name}` must be a number, or an expression in quotes, not {}", node.kind()),
+            span: Some(node.span.clone()),
+            label: String::new(),
+            hint: None,
+        },
+    };
+    noted.push(problem);
+    1.0
+}
+
+fn bad_name(entry: &Entry) -> Option<Diagnostic> {
+    let why = expr::parameter_name_problem(&entry.key)?;
+    let message = format!("`{}` cannot be the name of a parameter", entry.key);
+    Some(Diagnostic { message, span: Some(entry.key_span.clone()), label: String::new(), hint: Some(why) })
+}

@@ -1,0 +1,86 @@
+//! A parsed text as a tree in which every value and key knows its place: what TOML and JSON have in common.
+
+use std::ops::Range;
+
+/// A value and the bytes of the text it stands in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Node {
+    /// For a table under a `[header]`: the header.
+    pub span: Range<usize>,
+    pub value: Value,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Value {
+    /// JSON's `null`: the key counts as absent.
+    Null,
+    Boolean(bool),
+    Integer(i64),
+    /// A whole number above [`i64::MAX`].
+    Unsigned(u64),
+    Float(f64),
+    Text(String),
+    /// A TOML date or time, which nothing in a scene is.
+    Date,
+    Array(Vec<Node>),
+    /// In the order of the text, keys unique.
+    Table(Vec<Entry>),
+}
+
+/// A key with its value.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Entry {
+    pub key: String,
+    pub key_span: Range<usize>,
+    pub node: Node,
+}
+
+impl Node {
+    /// The value of a key, if this is a table that has it.
+    pub fn get(&self, key: &str) -> Option<&Node> {
+        self.entry(key).map(|entry| &entry.node)
+    }
+
+    /// The key and its value, if this is a table that has it.
+    pub fn entry(&self, key: &str) -> Option<&Entry> {
+        match &self.value {
+            Value::Table(entries) => entries.iter().find(|entry| entry.key == key),
+            _ => None,
+        }
+    }
+
+    /// The value of a key to change, if this is a table that has it.
+    pub fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
+        match &mut self.value {
+            Value::Table(entries) => entries.iter_mut().find(|entry| entry.key == key).map(|entry| &mut entry.node),
+            _ => None,
+        }
+    }
+
+    /// For messages: "a number", "an array".
+    pub fn kind(&self) -> &'static str {
+        match self.value {
+            Value::Null => "null",
+            Value::Boolean(_) => "true or false",
+            Value::Integer(_) | Value::Unsigned(_) | Value::Float(_) => "a number",
+            Value::Text(_) => "text",
+            Value::Date => "a date",
+            Value::Array(_) => "an array",
+            Value::Table(_) => "a table",
+        }
+    }
+
+    /// The bytes of the text that a part of this text value stands in; the whole value where escapes or line breaks
+    /// make the two differ.
+    pub fn span_within(&self, source: &str, part: &Range<usize>) -> Range<usize> {
+        let Value::Text(text) = &self.value else { return self.span.clone() };
+        let raw = source.get(self.span.clone()).unwrap_or_default();
+        match raw.find(text.as_str()) {
+            Some(offset) if !text.is_empty() && raw.len() - text.len() <= 6 && part.end <= text.len() => {
+                let start = self.span.start + offset;
+                start + part.start..start + part.end
+            }
+            _ => self.span.clone(),
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Right scenes: notation, expressions, parameters and overrides.
+
+use raywright_core::scene::{Colour, ColourInput, Model, Shape, Weight};
+
+use super::{good, parse, toml};
+use crate::error::ErrorKind;
+use crate::native::{Notation, Overrides};
+
+const BALL: &str = r#"
+format = 1
+t = 2
+[parameters]
+z = 3
+a = "z + t"        # uses one above that sorts after it
+[[materials]]
+name = "red"
+model = { classic = { colour = [1, "a / 10", 0], diffuse = "1 - u", ambient = "a" } }
+[[objects]]
+shape = { sphere = {
+  centre = [0, "a", 1e0], # TOML 1.1: line breaks and a last comma inside braces
+  radius = 0x10,
+} }
+material = "red"
+"#;
+
+#[test]
+fn numbers_may_be_expressions_of_the_time_and_of_earlier_parameters() {
+    let scene = good(BALL);
+    assert_eq!(scene.parameters["a"], 5.0);
+    assert_eq!(scene.objects[0].shape, Shape::Sphere { centre: [0.0, 5.0, 1.0], radius: 16.0 });
+}
+
+#[test]
+fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
+    let Model::Classic(classic) = &good(BALL).materials[0].model else { panic!("a classic material") };
+    assert_eq!(classic.diffuse, Weight::Expression("1 - u".to_owned()));
+    assert_eq!(classic.colour, ColourInput::Constant(Colour([1.0, 0.5, 0.0])));
+    assert_eq!(classic.ambient, Some(Colour([5.0; 3])));
+}
+
+#[test]
+fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
+    let overrides = Overrides { at: Some(1.0), set: vec![("z".to_owned(), 10.0)] };
+    let scene = parse("x", BALL, Notation::Toml, &overrides).expect("a scene");
+    assert_eq!((scene.t, scene.parameters["z"], scene.parameters["a"]), (1.0, 10.0, 11.0));
+}
+
+#[test]
+fn the_time_can_be_given_to_a_scene_that_says_none() {
+    let overrides = Overrides { at: Some(0.5), set: Vec::new() };
+    assert_eq!(parse("x", "format = 1", Notation::Toml, &overrides).expect("a scene").t, 0.5);
+}
+
+#[test]
+fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
+    let overrides = Overrides { at: None, set: vec![("zz".to_owned(), 1.0)] };
+    let error = parse("x", BALL, Notation::Toml, &overrides).expect_err("no such parameter");
+    assert_eq!(error.kind(), ErrorKind::Usage);
+    assert!(error.to_string().contains("did you mean `z`?"), "{error}");
+}
+
+#[test]
+fn a_parameter_may_not_use_a_later_one() {
+    let error = toml("format = 1\n[parameters]\nb = \"a\"\na = 1").expect_err("a is not known yet");
+    assert!(error.to_string().contains("unknown name `a`"), "{error}");
+}
+
+#[test]
+fn json_says_the_same_as_toml() {
+    let json = r#"{ "format": 1, "t": 2, "parameters": { "z": 3, "a": "z + t" }, "sky": null,
+        "materials": [{ "name": "red",
+            "model": { "classic": { "colour": [1, "a / 10", 0], "diffuse": "1 - u", "ambient": "a" } } }],
+        "objects": [{ "shape": { "sphere": { "centre": [0, "a", 1e0], "radius": 16 } }, "material": "red" }] }"#;
+    assert_eq!(parse("x", json, Notation::Json, &Overrides::default()).expect("a scene"), good(BALL));
+}

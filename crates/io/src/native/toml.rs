@@ -1,0 +1,97 @@
+//! TOML 1.1 to a tree with places.
+
+use toml::de::{DeTable, DeValue};
+
+use super::node::{Entry, Node, Value};
+use crate::diagnostic::Diagnostic;
+
+/// Messages kept of a broken text: after the first ones the parser mostly repeats itself.
+const KEPT: usize = 5;
+
+/// Parses a whole file; on failure every independent error the parser found, in order.
+pub(crate) fn parse(text: &str) -> Result<Node, Vec<Diagnostic>> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    if !errors.is_empty() {
+        return Err(diagnostics(text, &errors));
+    }
+    let mut wrong = Vec::new();
+    let root = Node { span: 0..0, value: table_value(table.get_ref(), &mut wrong) };
+    if wrong.is_empty() { Ok(root) } else { Err(wrong) }
+}
+
+fn table_value(table: &DeTable<'_>, wrong: &mut Vec<Diagnostic>) -> Value {
+    let mut entries: Vec<Entry> = table
+        .iter()
+        .map(|(key, value)| Entry {
+            key: key.get_ref().to_string(),
+            key_span: key.span(),
+            node: Node { span: value.span(), value: convert(value.get_ref(), value.span(), wrong) },
+        })
+        .collect();
+    // The parser sorts keys by name; parameters build on each other in the order of the text.
+    entries.sort_by_key(|entry| entry.key_span.start);
+    Value::Table(entries)
+}
+
+fn convert(value: &DeValue<'_>, span: std::ops::Range<usize>, wrong: &mut Vec<Diagnostic>) -> Value {
+    match value {
+        DeValue::String(text) => Value::Text(text.to_string()),
+        DeValue::Boolean(value) => Value::Boolean(*value),
+        DeValue::Datetime(_) => Value::Date,
+        DeValue::Table(table) => table_value(table, wrong),
+        DeValue::Array(items) => Value::Array(
+            items.iter().map(|item| Node { span: item.span(), value: convert(item.get_ref(), item.span(), wrong) }).collect(),
+        ),
+        DeValue::Integer(digits) => {
+            let signed = i64::from_str_radix(digits.as_str(), digits.radix()).map(Value::Integer);
+            let any = signed.or_else(|_| u64::from_str_radix(digits.as_str(), digits.radix()).map(Value::Unsigned));
+            any.unwrap_or_else(|_| {
+                wrong.push(not_a_number(span));
+                Value::Integer(0)
+            })
+        }
+        DeValue::Float(digits) => digits.as_str().parse().map_or_else(
+            |_| {
+                wrong.push(not_a_number(span));
+                Value::Float(0.0)
+            },
+            Value::Float,
+        ),
+    }
+}
+
+fn not_a_number(span: std::ops::Range<usize>) -> Diagnostic {
+    Diagnostic {
+        message: "this number is too large".to_owned(),
+        span: Some(span),
+        label: String::new(),
+        hint: Some("write it with a decimal point".to_owned()),
+    }
+}
+
+fn diagnostics(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
+    let deep = errors.iter().find(|error| error.message().contains("recur"));
+    if let Some(error) = deep {
+        return vec![Diagnostic {
+            message: "nested too deeply".to_owned(),
+            span: error.span(),
+            label: "the 80th level".to_owned(),
+            hint: Some("a scene needs about ten levels".to_owned()),
+        }];
+    }
+    let mut list: Vec<Diagnostic> = errors.iter().map(|error| diagnostic(text, error)).collect();
+    list.sort_by_key(|problem| problem.span.as_ref().map_or(usize::MAX, |span| span.start));
+    list.dedup();
+    list.truncate(KEPT);
+    list
+}
+
+fn diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
+    let message = error.message().replace('\n', ", ");
+    let hint = match message.as_str() {
+        "duplicate key" => Some("each key may be given once in a table".to_owned()),
+        _ if text.trim_start().starts_with('{') => Some("this looks like JSON: name the file NAME.scene.json".to_owned()),
+        _ => None,
+    };
+    Diagnostic { message: format!("not valid TOML: {message}"), span: error.span(), label: String::new(), hint }
+}
