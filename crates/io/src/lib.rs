@@ -9,6 +9,7 @@ mod folder;
 mod limits;
 mod load;
 mod native;
+pub mod output;
 pub mod presets;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};

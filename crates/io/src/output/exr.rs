@@ -1,0 +1,95 @@
+//! The picture's numbers as OpenEXR: linear, 32-bit floating point, one part, whatever layers there are.
+
+use std::io::{self, Cursor};
+
+use exr::meta::attribute::Chromaticities;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    LineOrder, SmallVec, Text, Vec2, WritableImage,
+};
+use raywright_core::picture::Picture;
+
+use super::metadata::{Metadata, SOFTWARE};
+
+/// An OpenEXR file of the picture: one part, scan lines, ZIP, channels `R`, `G`, `B`, `A` where there is a coverage
+/// (associated), and one channel a layer under the layer's name. The metadata are text attributes.
+///
+/// Every finite number is stored exactly. An infinite colour is stored as the largest finite number of its sign, because
+/// infinities spoil every filter that a file meets later; a NaN stays one, because no number could stand for it. Layers
+/// are stored as they are. The same picture gives the same bytes.
+pub fn exr_bytes(picture: &Picture, metadata: &Metadata) -> io::Result<Vec<u8>> {
+    super::check_consistent(picture)?;
+    let encoding = Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let size = (picture.width as usize, picture.height as usize);
+    let layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels(picture)));
+    let mut image = Image::from_layer(layer);
+    let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
+    image.attributes.chromaticities = Some(Chromaticities {
+        red: Vec2(0.64, 0.33),
+        green: Vec2(0.30, 0.60),
+        blue: Vec2(0.15, 0.06),
+        white: Vec2(0.3127, 0.3290),
+    });
+    for (_, name, value) in metadata.entries() {
+        if name == SOFTWARE {
+            image.layer_data.attributes.software_name = Some(text(&value));
+        } else {
+            image.attributes.other.insert(text(name), AttributeValue::Text(text(&value)));
+        }
+    }
+    let mut bytes = Vec::new();
+    image.write().to_buffered(Cursor::new(&mut bytes)).map_err(io::Error::other)?;
+    sort_attributes(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+    let channel = |name: &str, samples: Vec<f32>, is_colour: bool| AnyChannel {
+        name: Text::from_slice_unchecked(name.as_bytes()),
+        sample_data: FlatSamples::F32(samples),
+        quantize_linearly: !is_colour,
+        sampling: Vec2(1, 1),
+    };
+    let finite = |x: f32| if x.is_infinite() { f32::MAX.copysign(x) } else { x };
+    let colour = |c: usize| picture.rgb.iter().map(|rgb| finite(rgb[c])).collect();
+    let mut channels: SmallVec<[_; 4]> =
+        ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| channel(name, colour(c), true)).collect();
+    channels.extend(picture.alpha.iter().map(|alpha| channel("A", alpha.clone(), false)));
+    channels.extend(picture.layers.iter().map(|layer| channel(&layer.name, layer.samples.clone(), false)));
+    channels
+}
+
+/// Puts the attributes of the header into the order of their names: the encoder keeps some of them in a hash table, whose
+/// order differs from run to run. The header keeps its length, so every offset in the file stays right.
+fn sort_attributes(bytes: &mut [u8]) -> io::Result<()> {
+    /// Magic number and version.
+    const START: usize = 8;
+    let mut attributes: Vec<Vec<u8>> = Vec::new();
+    let mut position = START;
+    loop {
+        let rest = bytes.get(position..).ok_or(io::ErrorKind::UnexpectedEof)?;
+        let length = attribute_length(rest).ok_or(io::ErrorKind::UnexpectedEof)?;
+        if length == 0 {
+            break;
+        }
+        attributes.push(rest[..length].to_vec());
+        position += length;
+    }
+    // Each begins with its name and a NUL, and no two names are the same.
+    attributes.sort();
+    bytes[START..position].copy_from_slice(&attributes.concat());
+    Ok(())
+}
+
+/// Bytes of the attribute at the start of `header` (name, NUL, type, NUL, four bytes of size, value); 0 at the header's end.
+fn attribute_length(header: &[u8]) -> Option<usize> {
+    let name = header.iter().position(|&b| b == 0)?;
+    if name == 0 {
+        return Some(0);
+    }
+    let kind = header.get(name + 1..)?.iter().position(|&b| b == 0)?;
+    let size_at = name + 1 + kind + 1;
+    let size = u32::from_le_bytes(header.get(size_at..size_at + 4)?.try_into().ok()?);
+    let length = size_at + 4 + size as usize;
+    (length <= header.len()).then_some(length)
+}

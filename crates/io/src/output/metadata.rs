@@ -1,0 +1,39 @@
+//! What a picture says about its origin, the same in both formats.
+
+/// Where a picture comes from. Empty entries are left out of files.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Metadata {
+    /// Program and version, such as `Raywright 0.1.0`.
+    pub software: String,
+    /// Hash of everything the scene was made from.
+    pub scene_hash: String,
+    /// The settings that decide the picture's bits, in a form that people and programs can read.
+    pub settings: String,
+    /// Seed of the sampler.
+    pub seed: Option<u64>,
+    /// The command line.
+    pub command: String,
+}
+
+impl Metadata {
+    /// Name of each entry, in PNG and in OpenEXR, and its text.
+    pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, &'static str, String)> {
+        let seed = self.seed.map(|seed| seed.to_string()).unwrap_or_default();
+        let texts = [&self.software, &self.scene_hash, &self.settings, &seed, &self.command];
+        // Neither format can hold a NUL inside a text.
+        let texts = texts.map(|text| text.replace('\0', "\u{fffd}"));
+        NAMES.into_iter().zip(texts).filter(|(_, text)| !text.is_empty()).map(|((png, exr), text)| (png, exr, text))
+    }
+}
+
+/// OpenEXR's own attribute for the program.
+pub(super) const SOFTWARE: &str = "software";
+
+/// `Software` and `software` are the formats' own conventions; the others say whose they are.
+const NAMES: [(&str, &str); 5] = [
+    ("Software", SOFTWARE),
+    ("Raywright scene hash", "raywright_scene_hash"),
+    ("Raywright settings", "raywright_settings"),
+    ("Raywright seed", "raywright_seed"),
+    ("Raywright command", "raywright_command"),
+];

@@ -1,0 +1,40 @@
+//! The display picture as an 8-bit PNG.
+
+use std::io;
+
+use png::{BitDepth, ColorType, Compression, Encoder, ScaledFloat, SrgbRenderingIntent};
+use raywright_core::display::Display;
+use raywright_core::picture::Picture;
+use raywright_core::scene::TransferCurve;
+
+use super::metadata::Metadata;
+
+/// A PNG of the picture as the display settings show it: 8-bit RGB, or RGBA where the picture has a coverage (stored
+/// straight). An sRGB curve is declared by the sRGB chunk, any other by gAMA alone; metadata are tEXt chunks, or iTXt where a
+/// text is not plain ASCII. Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
+pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
+    super::check_consistent(picture)?;
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, picture.width, picture.height);
+    encoder.set_color(if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Balanced);
+    // The specification wants this gamma beside an sRGB chunk too, for readers that do not know it.
+    let gamma_times_100_000 = if display.curve == TransferCurve::None { 100_000 } else { 45_455 };
+    encoder.set_source_gamma(ScaledFloat::from_scaled(gamma_times_100_000));
+    if display.curve == TransferCurve::Srgb {
+        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    }
+    for (keyword, _, text) in metadata.entries() {
+        let added = if text.is_ascii() {
+            encoder.add_text_chunk(keyword.to_owned(), text)
+        } else {
+            encoder.add_itxt_chunk(keyword.to_owned(), text)
+        };
+        added.map_err(io::Error::other)?;
+    }
+    let mut writer = encoder.write_header().map_err(io::Error::other)?;
+    writer.write_image_data(&display.to_codes(picture)).map_err(io::Error::other)?;
+    writer.finish().map_err(io::Error::other)?;
+    Ok(bytes)
+}

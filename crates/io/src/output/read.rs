@@ -1,0 +1,224 @@
+//! Pictures from files, for comparing and for tests: PNG of 8 and 16 bits, OpenEXR with any channels.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::prelude::{AttributeValue, FlatImage, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, Vec2, read};
+use png::{ColorType, Decoder, Transformations};
+use raywright_core::picture::{Encoding, Layer, Picture};
+
+use crate::error::Error;
+use crate::folder::read_limited;
+use crate::limits::{Limits, human_bytes};
+
+/// A picture as a file holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredPicture {
+    /// The numbers: display values 0..1 from a PNG, floating-point numbers as they are from an OpenEXR.
+    pub picture: Picture,
+    /// What the numbers mean.
+    pub encoding: Encoding,
+    /// Whether the file has colour: channels `R`, `G`, `B`, or `Y` alone. Otherwise `rgb` is black and the file's channels
+    /// are all layers.
+    pub has_colour: bool,
+    /// Texts of the file by name.
+    pub texts: BTreeMap<String, String>,
+}
+
+/// No format that we read packs more than this many bytes of picture into one byte of file (DEFLATE reaches 1032), so
+/// a small file cannot ask for a large picture.
+const MAX_EXPANSION: u64 = 4096;
+
+/// Reads a PNG or OpenEXR file; which of them it is, its first bytes say. Animated PNG: the first picture; OpenEXR of several
+/// parts: all of them, if they have one size, with `part.` before their channels' names.
+pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
+    let unreadable = |cause: std::io::Error| Error::read(path, &cause);
+    let file = File::open(path).map_err(unreadable)?;
+    let bytes = read_limited(file, limits.file_bytes).map_err(unreadable)?;
+    let too_large = || Error::limit(path.display(), format!("larger than the limit of {}", human_bytes(limits.file_bytes)));
+    decode_picture(path, &bytes.ok_or_else(too_large)?, limits)
+}
+
+/// The picture in the bytes of a file; `path` is for messages only.
+pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Error> {
+    let decoded = if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+        decode_png(bytes, limits)
+    } else if bytes.starts_with(b"\x76\x2f\x31\x01") {
+        decode_exr(bytes, limits)
+    } else {
+        Err(Failure::Wrong("neither a PNG nor an OpenEXR picture".to_owned()))
+    };
+    decoded.map_err(|failure| match failure {
+        Failure::Wrong(message) => Error::input(path.display(), message),
+        Failure::TooLarge(message) => Error::limit(path.display(), message),
+    })
+}
+
+/// Why bytes are no picture for us, without the name of the file.
+enum Failure {
+    Wrong(String),
+    TooLarge(String),
+}
+
+impl From<png::DecodingError> for Failure {
+    fn from(cause: png::DecodingError) -> Self {
+        Self::Wrong(format!("not a readable PNG: {cause}"))
+    }
+}
+
+impl From<exr::error::Error> for Failure {
+    fn from(cause: exr::error::Error) -> Self {
+        Self::Wrong(format!("not a readable OpenEXR file: {cause}"))
+    }
+}
+
+/// Refuses a size before memory is taken for it.
+fn check_size(width: u64, height: u64, bytes_a_pixel: u64, file_bytes: usize, limits: &Limits) -> Result<(), Failure> {
+    let pixels = width.saturating_mul(height);
+    if pixels > limits.image_pixels {
+        let limit = limits.image_pixels;
+        return Err(Failure::TooLarge(format!("a picture of {width} × {height} pixels is over the limit of {limit} pixels")));
+    }
+    let bytes = pixels.saturating_mul(bytes_a_pixel);
+    if bytes > limits.memory_bytes {
+        let (bytes, limit) = (human_bytes(bytes), human_bytes(limits.memory_bytes));
+        return Err(Failure::TooLarge(format!("a picture of {bytes} is over the limit of {limit}")));
+    }
+    if bytes / MAX_EXPANSION > file_bytes as u64 {
+        return Err(Failure::Wrong(format!("{file_bytes} bytes cannot hold a picture of {width} × {height} pixels")));
+    }
+    Ok(())
+}
+
+fn decode_png(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
+    let mut decoder = Decoder::new(Cursor::new(bytes));
+    decoder.set_transformations(Transformations::EXPAND);
+    let info = decoder.read_header_info()?;
+    let (width, height) = (info.width, info.height);
+    check_size(width.into(), height.into(), 12, bytes.len(), limits)?;
+    let mut reader = decoder.read_info()?;
+    let length = reader.output_buffer_size().ok_or_else(|| Failure::TooLarge("too large for this machine".to_owned()))?;
+    let mut buffer = vec![0; length];
+    let frame = reader.next_frame(&mut buffer)?;
+    let samples: Vec<f32> = if frame.bit_depth == png::BitDepth::Sixteen {
+        buffer.chunks_exact(2).map(|b| (f64::from(u16::from_be_bytes([b[0], b[1]])) / 65535.0) as f32).collect()
+    } else {
+        buffer.iter().map(|&b| (f64::from(b) / 255.0) as f32).collect()
+    };
+    let (step, has_alpha) = match frame.color_type {
+        ColorType::Grayscale => (1, false),
+        ColorType::GrayscaleAlpha => (2, true),
+        ColorType::Rgb => (3, false),
+        ColorType::Rgba => (4, true),
+        ColorType::Indexed => return Err(Failure::Wrong("not a readable PNG: its palette is missing".to_owned())),
+    };
+    let colour = |pixel: &[f32]| if step < 3 { [pixel[0]; 3] } else { [pixel[0], pixel[1], pixel[2]] };
+    let rgb = samples.chunks_exact(step).map(colour).collect();
+    let alpha = has_alpha.then(|| samples.chunks_exact(step).map(|pixel| pixel[step - 1]).collect());
+    let mut texts = BTreeMap::new();
+    for chunk in &reader.info().uncompressed_latin1_text {
+        texts.insert(chunk.keyword.clone(), chunk.text.clone());
+    }
+    for chunk in &reader.info().utf8_text {
+        texts.extend(chunk.get_text().ok().map(|text| (chunk.keyword.clone(), text)));
+    }
+    let picture = Picture { width, height, rgb, alpha, layers: Vec::new() };
+    Ok(StoredPicture { picture, encoding: Encoding::Display, has_colour: true, texts })
+}
+
+fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
+    let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)?.headers;
+    let mut bytes_a_pixel = 0;
+    for header in &headers {
+        let Vec2(width, height) = header.layer_size;
+        if header.layer_size != headers[0].layer_size {
+            return Err(Failure::Wrong("an OpenEXR file with parts of different sizes".to_owned()));
+        }
+        if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+            return Err(Failure::Wrong("an OpenEXR file with deep or subsampled channels, which are not supported".to_owned()));
+        }
+        bytes_a_pixel += 4 * header.channels.list.len() as u64;
+        check_size(width as u64, height as u64, bytes_a_pixel, bytes.len(), limits)?;
+    }
+    let image: FlatImage = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))?;
+    picture_of(image)
+}
+
+fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {
+    let several = image.layer_data.len() > 1;
+    let size =
+        image.layer_data.first().map(|part| part.size).ok_or_else(|| Failure::Wrong("an empty OpenEXR file".to_owned()))?;
+    let dimension = |x: usize| u32::try_from(x).map_err(|_| Failure::TooLarge("too many pixels in a row or column".to_owned()));
+    let mut picture = Picture::new(dimension(size.0)?, dimension(size.1)?);
+    let mut texts = BTreeMap::new();
+    let mut note = |name: &str, value: &Text| texts.insert(name.to_owned(), lossy(value.as_slice()));
+    for (name, value) in &image.attributes.other {
+        if let AttributeValue::Text(value) = value {
+            note(&lossy(name.as_slice()), value);
+        }
+    }
+    for part in image.layer_data {
+        for (name, value) in &part.attributes.other {
+            if let AttributeValue::Text(value) = value {
+                note(&lossy(name.as_slice()), value);
+            }
+        }
+        if let Some(software) = &part.attributes.software_name {
+            note("software", software);
+        }
+        let prefix = match &part.attributes.layer_name {
+            Some(name) if several => format!("{}.", lossy(name.as_slice())),
+            _ => String::new(),
+        };
+        for channel in part.channel_data.list {
+            let name = prefix.clone() + &lossy(channel.name.as_slice());
+            picture.layers.push(Layer { name, samples: to_f32(channel.sample_data) });
+        }
+    }
+    let has_colour = take_colour(&mut picture);
+    if !picture.is_consistent() {
+        return Err(Failure::Wrong("not a readable OpenEXR file: its channels do not fit its size".to_owned()));
+    }
+    Ok(StoredPicture { picture, encoding: Encoding::Linear, has_colour, texts })
+}
+
+fn to_f32(samples: FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F16(samples) => samples.into_iter().map(|x| x.to_f32()).collect(),
+        FlatSamples::F32(samples) => samples,
+        FlatSamples::U32(samples) => samples.into_iter().map(|x| x as f32).collect(),
+    }
+}
+
+/// Moves `R`, `G`, `B` (or `Y` alone, as grey) and `A` from the layers to their places; whether there was colour.
+fn take_colour(picture: &mut Picture) -> bool {
+    let mut take = |name: &str| {
+        let index = picture.layers.iter().position(|layer| layer.name == name)?;
+        Some(picture.layers.swap_remove(index).samples)
+    };
+    let (red, green, blue) = (take("R"), take("G"), take("B"));
+    let grey = if red.is_none() && green.is_none() && blue.is_none() { take("Y") } else { None };
+    let has_colour = grey.is_some() || red.is_some() || green.is_some() || blue.is_some();
+    if has_colour {
+        picture.alpha = take("A");
+    }
+    for (c, samples) in [red, green, blue].iter().enumerate() {
+        for (rgb, &x) in picture.rgb.iter_mut().zip(grey.as_ref().or(samples.as_ref()).into_iter().flatten()) {
+            rgb[c] = x;
+        }
+    }
+    picture.layers.sort_by(|a, b| a.name.cmp(&b.name));
+    has_colour
+}
+
+fn lossy(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
