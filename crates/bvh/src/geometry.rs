@@ -12,7 +12,7 @@ use crate::aabb::{Aabb, PaddedBox};
 use crate::build::{BuildQuality, build};
 use crate::ray::{Hit, Interval, Ray, Side};
 use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
-use crate::shapes::{Plane, Probe, Shape, ShapeHit, Sphere, Surface, Triangle};
+use crate::shapes::{Located, Parameters, Plane, Probe, Shape, ShapeHit, Sphere, Surface, Triangle};
 use crate::transform::{Transform, transform_bounds};
 use crate::tree::{MAX_PRIMITIVES, Tally, Tree};
 
@@ -205,15 +205,27 @@ impl<P: Precision> Group<P> {
         self.test(id, probe, range, tally).is_some_and(|hit| accept(&hit))
     }
 
-    fn surface(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Surface<P::Real> {
+    fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Located<P::Core> {
         let entry = self.entries[hit.order() as usize];
         let index = entry.index as usize;
         let local = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
         match entry.kind {
-            Kind::Sphere => self.spheres[index].surface(probe, local),
-            Kind::Triangle => self.triangles[index].surface(probe, local),
-            Kind::Plane => self.planes[index].surface(probe, local),
-            Kind::Instance => self.instances[index].surface(probe, hit),
+            Kind::Sphere => self.spheres[index].locate(probe, local),
+            Kind::Triangle => self.triangles[index].locate(probe, local),
+            Kind::Plane => self.planes[index].locate(probe, local),
+            Kind::Instance => self.instances[index].locate(probe, hit),
+        }
+    }
+
+    fn parameters(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Parameters<P::Real> {
+        let entry = self.entries[hit.order() as usize];
+        let index = entry.index as usize;
+        let local = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
+        match entry.kind {
+            Kind::Sphere => self.spheres[index].parameters(probe, local),
+            Kind::Triangle => self.triangles[index].parameters(probe, local),
+            Kind::Plane => self.planes[index].parameters(probe, local),
+            Kind::Instance => self.instances[index].parameters(probe, hit),
         }
     }
 }
@@ -246,11 +258,20 @@ impl<P: Precision> Instance<P> {
         self.geometry.any_probe::<T, true>(&inner, range, &mut |hit| accept(&Hit { instance: id, ..*hit }), tally)
     }
 
-    fn surface(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Surface<P::Real> {
+    fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Located<P::Core> {
         let inner = self.transform.probe_to_object(probe);
-        let local = Hit { instance: Hit::<P::Real>::NO_INSTANCE, ..*hit };
-        self.transform.surface_to_world::<P>(&self.geometry.group.surface(&inner, &local))
+        self.transform.located_to_world(&self.geometry.group.locate(&inner, &own(hit)))
     }
+
+    fn parameters(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Parameters<P::Real> {
+        let inner = self.transform.probe_to_object(probe);
+        self.transform.parameters_to_world(&self.geometry.group.parameters(&inner, &own(hit)))
+    }
+}
+
+/// The hit as the instanced geometry knows it.
+fn own<R: Real>(hit: &Hit<R>) -> Hit<R> {
+    Hit { instance: Hit::<R>::NO_INSTANCE, ..*hit }
 }
 
 /// A group with its accelerator.
@@ -423,7 +444,13 @@ impl<P: Precision> Geometry<P> {
     /// The surface at a hit that this geometry returned for the same ray.
     #[inline]
     pub fn surface(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Surface<P::Real> {
-        self.group.surface(&Probe::new(*ray), hit)
+        self.group.locate(&Probe::new(*ray), hit).stored::<P>()
+    }
+
+    /// Texture coordinates at a hit that this geometry returned for the same ray.
+    #[inline]
+    pub fn parameters(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Parameters<P::Real> {
+        self.group.parameters(&Probe::new(*ray), hit)
     }
 }
 

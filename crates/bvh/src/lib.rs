@@ -12,6 +12,6 @@ pub use build::BuildQuality;
 pub use geometry::{AcceleratorKind, Geometry, GeometryError, Group, Visibility};
 pub use ray::{Hit, Interval, Ray, Side};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};
-pub use shapes::{Probe, Shape, ShapeHit, Surface};
+pub use shapes::{Located, Parameters, Probe, Shape, ShapeHit, Surface};
 pub use transform::Transform;
 pub use tree::{Tally, Visits};

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
-use crate::shapes::{Probe, Surface};
+use crate::scalar::{Precision, Real, Vector, convert_vec};
+use crate::shapes::{Located, Parameters, Probe};
 
 /// An invertible affine map in the core's scalar, with its inverse.
 #[derive(Clone, Copy, Debug)]
@@ -39,27 +39,24 @@ impl<C: Real> Transform<C> {
 
     /// A surface of object space in the world: the point by the map, the normal by the inverse transpose, outward still
     /// outward where the map mirrors, the error bound grown by the map and its own rounding.
-    pub fn surface_to_world<P: Precision<Core = C>>(&self, s: &Surface<P::Real>) -> Surface<P::Real> {
+    pub fn located_to_world(&self, s: &Located<C>) -> Located<C> {
         let [x, y, z] = self.columns;
-        let point = convert_vec::<P::Real, C>(s.point);
-        let linear = x * point.x() + y * point.y() + z * point.z();
-        let world: <P::Real as Real>::Vec3 = convert_vec::<C, P::Real>(linear + self.translation);
-        let normal = convert_vec::<P::Real, C>(s.normal);
+        let p = s.point;
+        let (ax, ay, az, size) = (x.abs(), y.abs(), z.abs(), p.abs());
+        let magnitude = ax * size.x() + ay * size.y() + az * size.z() + self.translation.abs();
         let [ix, iy, iz] = self.inverse_columns;
-        let normal = C::Vec3::new(ix.dot(normal), iy.dot(normal), iz.dot(normal)).normalize();
-        let dpdu = convert_vec::<P::Real, C>(s.dpdu);
-        let growth = x.abs() + y.abs() + z.abs();
-        let magnitude = (x.abs() * point.x().abs() + y.abs() * point.y().abs() + z.abs() * point.z().abs()).max_element()
-            + self.translation.abs().max_element();
-        let rounding = P::Real::ROUNDOFF * P::Real::from_f64(4.0);
-        Surface {
-            point: world,
-            error: s.error * convert::<C, P::Real>(growth.max_element()) + convert::<C, P::Real>(magnitude) * rounding,
-            normal: convert_vec::<C, P::Real>(normal),
-            u: s.u,
-            v: s.v,
-            dpdu: convert_vec::<C, P::Real>(x * dpdu.x() + y * dpdu.y() + z * dpdu.z()),
+        Located {
+            point: x * p.x() + y * p.y() + z * p.z() + self.translation,
+            normal: C::Vec3::new(ix.dot(s.normal), iy.dot(s.normal), iz.dot(s.normal)).normalize(),
+            error: s.error * (ax + ay + az).max_element() + magnitude.max_element() * (C::ROUNDOFF * C::from_f64(16.0)),
         }
+    }
+
+    /// Texture coordinates of object space in the world: the derivative turns with the map.
+    pub fn parameters_to_world<R: Real>(&self, s: &Parameters<R>) -> Parameters<R> {
+        let [x, y, z] = self.columns;
+        let d = convert_vec::<R, C>(s.dpdu);
+        Parameters { dpdu: convert_vec::<C, R>(x * d.x() + y * d.y() + z * d.z()), ..*s }
     }
 }
 

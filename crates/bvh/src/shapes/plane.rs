@@ -1,7 +1,8 @@
 //! The infinite plane.
 
-use super::{Probe, Shape, ShapeHit, Surface, magnitude};
-use crate::aabb::Aabb;
+use glam::DVec3;
+
+use super::{Located, Parameters, Probe, Shape, ShapeHit};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
 
@@ -21,14 +22,14 @@ impl<R: Real> Plane<R> {
     /// u and v are world x and z.
     pub fn new(point: R::Vec3, normal: R::Vec3) -> Self {
         let n = normal.to_f64();
-        let axis = if n.x.abs() < 0.9 { glam::DVec3::X } else { glam::DVec3::Y };
+        let axis = if n.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
         let tangent = (axis - n * n.dot(axis)).normalize();
         Self { point, normal, tangent: R::Vec3::from_f64(tangent) }
     }
 }
 
 impl<R: Real> Shape<R> for Plane<R> {
-    fn bounds(&self) -> Option<Aabb> {
+    fn support(&self, _: DVec3) -> Option<f64> {
         None
     }
 
@@ -43,21 +44,22 @@ impl<R: Real> Shape<R> for Plane<R> {
     }
 
     #[inline]
-    fn surface<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Surface<R> {
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let normal = convert_vec::<R, P::Core>(self.normal);
         let through = convert_vec::<R, P::Core>(self.point);
-        let raw = probe.origin + probe.direction * convert::<R, P::Core>(hit.t);
-        let (point, error): (R::Vec3, R) = if P::ROBUST {
-            // Moved back onto the plane along the normal; what remains is the rounding of the stored coordinates.
-            let on_plane = raw - normal * (normal.dot(raw - through) / normal.dot(normal));
-            let point: R::Vec3 = convert_vec::<P::Core, R>(on_plane);
-            (point, (magnitude::<P>(point) + magnitude::<P>(self.point)) * (R::ROUNDOFF * R::from_f64(2.0)))
-        } else {
-            let point = probe.ray.at(hit.t);
-            (point, (magnitude::<P>(point) + hit.t) * (R::ROUNDOFF * R::from_f64(8.0)))
-        };
-        let offset = point - self.point;
+        let raw = probe.at(hit.t);
+        let scale = raw.abs().max_element() + through.abs().max_element();
+        let error = scale * (P::Core::ROUNDOFF * P::Core::from_f64(16.0));
+        // Robust: moved back onto the plane along the normal; what remains is the rounding of the stored coordinates.
+        let point = if P::ROBUST { raw - normal * (normal.dot(raw - through) / normal.dot(normal)) } else { raw };
+        Located { point, normal, error }
+    }
+
+    /// u along the tangent, v across it, from the plane's point; for a floor, world x and z.
+    #[inline]
+    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+        let offset = self.surface(probe, hit).point - self.point;
         let bitangent = self.tangent.cross(self.normal);
-        Surface { point, error, normal: self.normal, u: offset.dot(self.tangent), v: offset.dot(bitangent), dpdu: self.tangent }
+        Parameters { u: offset.dot(self.tangent), v: offset.dot(bitangent), dpdu: self.tangent }
     }
 }

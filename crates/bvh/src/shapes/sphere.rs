@@ -1,6 +1,6 @@
 //! The sphere.
 
-use super::{Probe, Shape, ShapeHit, Surface, first_root, magnitude};
+use super::{Located, Parameters, Probe, Shape, ShapeHit, first_root};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
@@ -16,6 +16,10 @@ pub struct Sphere<R: Real> {
 }
 
 impl<R: Real> Shape<R> for Sphere<R> {
+    fn support(&self, direction: DVec3) -> Option<f64> {
+        Some(self.centre.to_f64().dot(direction) + self.radius.to_f64() * direction.length())
+    }
+
     fn bounds(&self) -> Option<Aabb> {
         Some(Aabb::around(self.centre.to_f64(), DVec3::splat(self.radius.to_f64())))
     }
@@ -34,8 +38,9 @@ impl<R: Real> Shape<R> for Sphere<R> {
         } else {
             (-b, b * b - (f.dot(f) - r * r))
         };
-        // Written so that a NaN is a miss.
-        if !(half_squared >= P::Core::ZERO) {
+        // Written so that NaN is a miss.
+        let met = half_squared >= P::Core::ZERO;
+        if !met {
             return None;
         }
         let half = half_squared.sqrt();
@@ -44,34 +49,34 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     #[inline]
-    fn surface<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Surface<R> {
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let centre = convert_vec::<R, P::Core>(self.centre);
         let radius = convert::<R, P::Core>(self.radius);
-        let outward = probe.origin + probe.direction * convert::<R, P::Core>(hit.t) - centre;
-        let normal = outward.normalize();
-        let (point, error): (R::Vec3, R) = if P::ROBUST {
-            // Reprojected onto the sphere in the core's scalar, rounded once to the stored one.
-            let point: R::Vec3 = convert_vec::<P::Core, R>(centre + normal * radius);
-            let scale = magnitude::<P>(self.centre) + self.radius;
-            (point, scale * (R::ROUNDOFF * R::from_f64(2.0)))
-        } else {
-            let point = probe.ray.at(hit.t);
-            (point, (magnitude::<P>(point) + hit.t) * (R::ROUNDOFF * R::from_f64(8.0)))
-        };
-        let normal: R::Vec3 = convert_vec::<P::Core, R>(normal);
-        let (u, v, dpdu) = self.parameters(normal);
-        Surface { point, error, normal, u, v, dpdu }
+        let raw = probe.at(hit.t);
+        let normal = (raw - centre).normalize();
+        let scale = centre.abs().max_element() + radius;
+        if P::ROBUST {
+            // Reprojected onto the sphere in the core's scalar.
+            return Located {
+                point: centre + normal * radius,
+                normal,
+                error: scale * (P::Core::ROUNDOFF * P::Core::from_f64(16.0)),
+            };
+        }
+        // b² − c is wrong by some roundings of |f|², the distance from the surface by that over the diameter.
+        let f = probe.origin - centre;
+        let error = (scale + f.dot(f) / radius) * (P::Core::ROUNDOFF * P::Core::from_f64(16.0));
+        Located { point: raw, normal, error }
     }
-}
 
-impl<R: Real> Sphere<R> {
     /// u runs about +y from the −x side, v from the top: the orientation of an equirectangular map.
     #[inline]
-    fn parameters(&self, n: R::Vec3) -> (R, R, R::Vec3) {
+    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+        let n = self.surface(probe, hit).normal;
         let pi = R::from_f64(core::f64::consts::PI);
         let u = n.z().atan2(n.x()) / (pi + pi) + R::from_f64(0.5);
         let v = n.y().acos() / pi;
         let dpdu = R::Vec3::new(-n.z(), R::ZERO, n.x()) * (self.radius * (pi + pi));
-        (u, v, dpdu)
+        Parameters { u, v, dpdu }
     }
 }

@@ -1,6 +1,9 @@
 //! The triangle: watertight in the robust precisions, Möller–Trumbore in the fast one.
 
-use super::{Probe, Shape, ShapeHit, Surface, magnitude};
+use glam::DVec3;
+
+use super::edges::{Corner, cross};
+use super::{CoreVec, Located, Parameters, Probe, Shape, ShapeHit};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
@@ -14,62 +17,79 @@ pub struct Triangle<R: Real> {
 
 impl<R: Real> Triangle<R> {
     /// Unit normal by the right-hand rule, in f64; zero for a triangle without area.
-    pub fn normal(&self) -> glam::DVec3 {
+    pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         (b - a).cross(c - a).normalize_or_zero()
     }
 }
 
 impl<R: Real> Shape<R> for Triangle<R> {
+    fn support(&self, direction: DVec3) -> Option<f64> {
+        // Written so that NaN stays NaN.
+        let [a, b, c] = self.vertices.map(|p| p.to_f64().dot(direction));
+        Some((a + b + c) * 0.0 + a.max(b).max(c))
+    }
+
     fn bounds(&self) -> Option<Aabb> {
         Some(Aabb::from_points(self.vertices.map(Vector::to_f64)))
     }
 
     #[inline(always)]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        if P::ROBUST { self.watertight(probe, range, side) } else { self.moller_trumbore(probe, range, side) }
+        if !P::ROBUST {
+            return self.moller_trumbore(probe, range, side);
+        }
+        let [a, b, c] = self.vertices.map(|p| Corner::new(probe, p));
+        let hit = cross(probe, &a, &b, &c)?;
+        let [u, v] = hit.weights;
+        (range.contains(hit.t) && side.accepts(hit.from_outside)).then_some(ShapeHit { t: hit.t, u, v })
     }
 
     #[inline]
-    fn surface<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Surface<R> {
+    fn locate<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let [a, b, c] = self.vertices.map(convert_vec::<R, P::Core>);
-        let (u, v) = (convert::<R, P::Core>(hit.u), convert::<R, P::Core>(hit.v));
-        // The point from its barycentric coordinates lies in the triangle's plane whatever the ray's distance was.
-        let point: R::Vec3 = convert_vec::<P::Core, R>(a + (b - a) * u + (c - a) * v);
-        let scale = self.vertices.iter().fold(R::ZERO, |m, &p| m.max(magnitude::<P>(p)));
-        let normal = R::Vec3::from_f64(self.normal());
-        let dpdu: R::Vec3 = convert_vec::<P::Core, R>(b - a);
-        Surface { point, error: scale * (R::ROUNDOFF * R::from_f64(4.0)), normal, u: hit.u, v: hit.v, dpdu }
+        // From the weights it lies in the triangle's plane whatever the ray's distance was.
+        let [u, v] = inside::<P>([a, b, c], [hit.u, hit.v]);
+        let (ab, ac) = (b - a, c - a);
+        let scale = a.abs().max(b.abs()).max(c.abs()).max_element();
+        Located {
+            point: a + ab * u + ac * v,
+            normal: ab.cross(ac).normalize(),
+            error: scale * (P::Core::ROUNDOFF * P::Core::from_f64(16.0)),
+        }
+    }
+
+    fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+        let [a, b, _] = self.vertices;
+        Parameters { u: hit.u, v: hit.v, dpdu: b - a }
     }
 }
 
-impl<R: Real> Triangle<R> {
-    /// Edge functions of the corners relative to the ray, computed in the core's scalar: with f32 input and an f64 core
-    /// every difference is a single rounding, and the two triangles at an edge compute the same number for it with
-    /// opposite signs, so no ray passes between them (the property of "Watertight Ray/Triangle Intersection", Woop,
-    /// Benthin, Wald 2013, without its shear). An edge function of exactly zero belongs to both.
-    #[inline(always)]
-    fn watertight<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let [a, b, c] = self.vertices.map(|p| convert_vec::<R, P::Core>(p) - probe.origin);
-        let d = probe.direction;
-        let u = d.dot(c.cross(b));
-        let v = d.dot(a.cross(c));
-        let w = d.dot(b.cross(a));
-        let zero = P::Core::ZERO;
-        if (u < zero || v < zero || w < zero) && (u > zero || v > zero || w > zero) {
-            return None;
-        }
-        let determinant = u + v + w;
-        if determinant == zero || determinant.is_nan() {
-            return None;
-        }
-        let inverse = P::Core::ONE / determinant;
-        let (u, v, w) = (u * inverse, v * inverse, w * inverse);
-        let t: R = convert((a.dot(d) * u + b.dot(d) * v + c.dot(d) * w) * probe.inverse_length_squared);
-        // u, v, w are negative sums of one sign convention: the determinant is positive for a ray against the normal.
-        (range.contains(t) && side.accepts(determinant > zero)).then(|| ShapeHit { t, u: convert(v), v: convert(w) })
+/// Weights of the second and third corner kept away from the border by what rounding the point may move it. A ray that
+/// starts at an inner edge of a closed mesh then starts on the inner side of *both* faces there.
+#[inline(always)]
+pub(super) fn inside<P: Precision>([a, b, c]: [CoreVec<P>; 3], weights: [P::Real; 2]) -> [P::Core; 2] {
+    let [u, v] = weights.map(convert::<P::Real, P::Core>);
+    let least = u.min(v).min(P::Core::ONE - u - v);
+    let (ab, ac, bc) = (b - a, c - a, c - b);
+    let normal = ab.cross(ac);
+    let reach = a.abs().max(b.abs()).max(c.abs()).max_element() * convert::<P::Real, P::Core>(P::Real::ROUNDOFF);
+    // A weight is a distance from an edge over the height above it, and no height is below twice the area over the longest
+    // edge. Compared in squares: there is a root to take only near the border.
+    let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
+    let margin = reach * reach * P::Core::from_f64(64.0) * longest;
+    let area = normal.dot(normal);
+    if !P::ROBUST || least * least.abs() * area >= margin {
+        return [u, v];
     }
+    // Mixed with the centroid so far that the least weight becomes the margin, or is all there is to have.
+    let third = P::Core::from_f64(1.0 / 3.0);
+    let margin = (margin / area).sqrt().min(third);
+    let share = ((margin - least) / (third - least)).clamp(P::Core::ZERO, P::Core::ONE);
+    [u + (third - u) * share, v + (third - v) * share]
+}
 
+impl<R: Real> Triangle<R> {
     /// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997). Leaks at shared edges.
     #[inline(always)]
     fn moller_trumbore<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
@@ -77,18 +97,14 @@ impl<R: Real> Triangle<R> {
         let (ab, ac) = (b - a, c - a);
         let p = probe.direction.cross(ac);
         let determinant = ab.dot(p);
-        if determinant == P::Core::ZERO {
-            return None;
-        }
         let inverse = P::Core::ONE / determinant;
         let s = probe.origin - a;
         let u = s.dot(p) * inverse;
-        if !(P::Core::ZERO..=P::Core::ONE).contains(&u) {
-            return None;
-        }
         let q = s.cross(ab);
         let v = probe.direction.dot(q) * inverse;
-        if !(v >= P::Core::ZERO && u + v <= P::Core::ONE) {
+        // One branch for all three edges: a determinant of zero makes u and v infinite or NaN, then t as well.
+        let met = u.min(v).min(P::Core::ONE - (u + v)) >= P::Core::ZERO;
+        if !met {
             return None;
         }
         let t: R = convert(ac.dot(q) * inverse);

@@ -1,0 +1,70 @@
+//! A ray with what every test of it needs, made once per query.
+
+use super::CoreVec;
+use crate::ray::Ray;
+use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+
+/// A ray in the scalar of the core, where tests compute.
+#[derive(Clone, Copy, Debug)]
+pub struct Probe<P: Precision> {
+    /// The ray as it is stored.
+    pub ray: Ray<P::Real>,
+    /// Origin in the core's scalar.
+    pub origin: CoreVec<P>,
+    /// Direction in the core's scalar; of unit length only up to the rounding of the stored one, and of any length in the
+    /// space of an instance.
+    pub direction: CoreVec<P>,
+    /// One over the squared length of `direction` in the core's scalar.
+    pub inverse_length_squared: P::Core,
+    /// Two vectors across the direction, such that (first, second, direction) is right-handed: they span the plane onto
+    /// which triangles are projected. As long as the largest component of the direction at least.
+    pub across: [CoreVec<P>; 2],
+}
+
+impl<P: Precision> Probe<P> {
+    /// Prepares a ray.
+    #[inline(always)]
+    pub fn new(ray: Ray<P::Real>) -> Self {
+        let origin = convert_vec::<P::Real, P::Core>(ray.origin);
+        let direction = convert_vec::<P::Real, P::Core>(ray.direction);
+        Self::with(ray, origin, direction)
+    }
+
+    /// Prepares a ray given in the core's scalar, of any length: distances are in units of that length.
+    #[inline(always)]
+    pub fn from_core(origin: CoreVec<P>, direction: CoreVec<P>) -> Self {
+        let ray = Ray::new(convert_vec::<P::Core, P::Real>(origin), convert_vec::<P::Core, P::Real>(direction));
+        Self::with(ray, origin, direction)
+    }
+
+    #[inline(always)]
+    fn with(ray: Ray<P::Real>, origin: CoreVec<P>, direction: CoreVec<P>) -> Self {
+        let inverse_length_squared = P::Core::ONE / direction.dot(direction);
+        Self { ray, origin, direction, inverse_length_squared, across: across::<P>(direction) }
+    }
+
+    /// The point at a stored distance.
+    #[inline(always)]
+    pub(crate) fn at(&self, t: P::Real) -> CoreVec<P> {
+        self.origin + self.direction * convert::<P::Real, P::Core>(t)
+    }
+}
+
+/// The shear of "Watertight Ray/Triangle Intersection" (Woop, Benthin, Wald 2013) without its division: a point's shear
+/// coordinates times the direction's largest component.
+#[inline(always)]
+fn across<P: Precision>(d: CoreVec<P>) -> [CoreVec<P>; 2] {
+    let zero = P::Core::ZERO;
+    let (size, turned) = (d.abs(), -d);
+    let sign = |major: P::Core| P::Core::ONE.copysign(major);
+    if size.x() > size.y() && size.x() > size.z() {
+        let s = sign(d.x());
+        [CoreVec::<P>::new(turned.y(), d.x(), zero) * s, CoreVec::<P>::new(turned.z(), zero, d.x())]
+    } else if size.y() > size.z() {
+        let s = sign(d.y());
+        [CoreVec::<P>::new(zero, turned.z(), d.y()) * s, CoreVec::<P>::new(d.y(), turned.x(), zero)]
+    } else {
+        let s = sign(d.z());
+        [CoreVec::<P>::new(d.z(), zero, turned.x()) * s, CoreVec::<P>::new(zero, d.z(), turned.y())]
+    }
+}

@@ -1,0 +1,112 @@
+//! The surface at a hit, how far its point may be off, and rays that start outside that error.
+
+use crate::ray::{Interval, Ray};
+use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+
+/// The surface at a hit in the core's scalar.
+#[derive(Clone, Copy, Debug)]
+pub struct Located<C: Real> {
+    /// The hit point, moved onto the surface where the precision asks for it.
+    pub point: C::Vec3,
+    /// Geometric unit normal, pointing outwards whichever side was hit.
+    pub normal: C::Vec3,
+    /// Bound on the distance, in each axis, of `point` from the surface, and of the surface from where another test of it
+    /// will find it.
+    pub error: C,
+}
+
+impl<C: Real> Located<C> {
+    /// Rounded to the stored scalar, the bound grown by that rounding.
+    #[inline(always)]
+    pub fn stored<P: Precision<Core = C>>(&self) -> Surface<P::Real> {
+        let rounding = convert::<P::Real, C>(P::Real::ROUNDOFF);
+        let error = self.error + self.point.abs().max_element() * rounding;
+        Surface {
+            point: convert_vec::<C, P::Real>(self.point),
+            // The factor covers the rounding of the bound itself.
+            error: convert::<C, P::Real>(error * (C::ONE + rounding * C::from_f64(4.0))),
+            normal: convert_vec::<C, P::Real>(self.normal),
+        }
+    }
+}
+
+/// The surface at a hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<R: Real> {
+    /// The hit point, moved onto the surface where the precision asks for it.
+    pub point: R::Vec3,
+    /// Bound on the distance, in each axis, of `point` from the exact surface, including the error of the test that may
+    /// meet the surface again ("Managing Rounding Error", Physically Based Rendering, 4th edition, 6.8).
+    pub error: R,
+    /// Geometric unit normal, pointing outwards whichever side was hit.
+    pub normal: R::Vec3,
+}
+
+/// Texture coordinates at a hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters<R: Real> {
+    /// First texture coordinate.
+    pub u: R,
+    /// Second texture coordinate.
+    pub v: R,
+    /// Derivative of the point by u; not normalised, zero where it vanishes.
+    pub dpdu: R::Vec3,
+}
+
+impl<R: Real> Surface<R> {
+    /// Where a ray that leaves in `direction` starts: off the surface along the normal by as much as the point may be wrong,
+    /// on the side to which the direction points (outside for a tangent), each coordinate rounded away from the surface.
+    #[inline]
+    pub fn spawn(&self, direction: R::Vec3) -> R::Vec3 {
+        self.lifted(direction, self.error)
+    }
+
+    /// The ray to another point and the range before it, for a shadow ray to a light without a surface. None at distance
+    /// zero, where there is no direction.
+    #[inline]
+    pub fn spawn_to(&self, target: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
+        between(self.spawn(target - self.point), target)
+    }
+
+    /// The ray to a point of another surface and the range before it, such that neither surface is in its own light. None
+    /// where the two points coincide.
+    #[inline]
+    pub fn spawn_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
+        let across = target.point - self.point;
+        let start = self.spawn(across);
+        // A unit direction is rounded: at the far end it passes beside its target by that much of the distance.
+        let aim = across.length() * R::ROUNDOFF * R::from_f64(4.0);
+        between(start, target.lifted(-across, target.error + aim))
+    }
+
+    #[inline(always)]
+    fn lifted(&self, direction: R::Vec3, error: R) -> R::Vec3 {
+        let normal = if self.normal.dot(direction) < R::ZERO { -self.normal } else { self.normal };
+        let size = normal.abs();
+        let moved = self.point + normal * ((size.x() + size.y() + size.z()) * error);
+        R::Vec3::new(outward(moved.x(), normal.x()), outward(moved.y(), normal.y()), outward(moved.z(), normal.z()))
+    }
+}
+
+/// The next number on the side of `sign`.
+#[inline(always)]
+fn outward<R: Real>(x: R, sign: R) -> R {
+    if sign > R::ZERO {
+        x.next_up()
+    } else if sign < R::ZERO {
+        x.next_down()
+    } else {
+        x
+    }
+}
+
+/// The ray from one point to another, and the open range between them; lengths in f64, so that they neither vanish nor
+/// overflow on the way.
+#[inline]
+fn between<R: Real>(start: R::Vec3, end: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
+    let across = end.to_f64() - start.to_f64();
+    let distance = across.length();
+    let max = R::from_f64(distance);
+    let range = Interval { min: R::ZERO, max };
+    (max > R::ZERO && max.is_finite()).then(|| (Ray::new(start, R::Vec3::from_f64(across / distance)), range))
+}
