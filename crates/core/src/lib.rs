@@ -1,6 +1,7 @@
 //! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
 pub mod display;
 pub mod expr;
+pub mod noise;
 pub mod picture;
 pub mod scene;
 pub mod suggest;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::error::{ExprError, Result};
-use super::function::{CONSTANTS, FUNCTIONS, Function, constant, function};
+use super::function::{CONSTANTS, constant, function};
 use super::graph::{Graph, Id, Operation};
 use super::scope::{Scope, Variable};
 use super::semantics::{Binary, Unary};
@@ -22,7 +22,7 @@ const LARGEST_WHOLE_POWER: f64 = 65536.0;
 
 pub(super) struct Builder<'a> {
     pub graph: Graph,
-    names: &'a BTreeMap<String, f64>,
+    pub names: &'a BTreeMap<String, f64>,
     scope: Scope,
 }
 
@@ -143,17 +143,17 @@ impl<'a> Builder<'a> {
         })
     }
 
-    fn binary_numbers(&mut self, op: Binary, a: Id, b: Id) -> Id {
+    pub fn binary_numbers(&mut self, op: Binary, a: Id, b: Id) -> Id {
         binary_numbers(&mut self.graph, op, a, b)
     }
 
     /// A number in all three components; a vector unchanged.
-    fn widen(&mut self, id: Id) -> Id {
+    pub fn widen(&mut self, id: Id) -> Id {
         if self.graph.get(id).is_vector() { id } else { self.graph.add(Operation::Compose([id; 3])) }
     }
 
     /// `make` applied to the x, y and z of the operands (a number counts as its own component).
-    fn each(&mut self, operands: [Id; 3], make: impl Fn(&mut Graph, [Id; 3]) -> Id) -> Id {
+    pub fn each(&mut self, operands: [Id; 3], make: impl Fn(&mut Graph, [Id; 3]) -> Id) -> Id {
         let components = [0, 1, 2].map(|axis| {
             let parts = operands.map(|id| match self.graph.get(id).is_vector() {
                 true => self.graph.add(Operation::Component(id, axis)),
@@ -183,120 +183,12 @@ impl<'a> Builder<'a> {
         Ok(term.id)
     }
 
-    fn expect_vector(&self, term: &Term, what: &str) -> Result<Id> {
+    pub fn expect_vector(&self, term: &Term, what: &str) -> Result<Id> {
         if !self.is_vector(term) {
             let error = ExprError::new(format!("{what} must be a vector, and this is a number"), term.span.clone());
             return Err(error.with_hint("a vector is written `[x, y, z]` or `vec3(x, y, z)`"));
         }
         Ok(term.id)
-    }
-
-    /// A function called with these arguments; `span` is the whole call and `name_span` the name.
-    pub fn call(&mut self, name: &str, name_span: Range<usize>, arguments: &[Term], span: Range<usize>) -> Result<Id> {
-        let Some(function) = function(name) else {
-            return Err(self.unknown_function(name, name_span));
-        };
-        match (function, arguments) {
-            (Function::Unary(op), [a]) => self.unary(op, a),
-            (Function::Times(factor), [a]) => {
-                let factor = Term { id: self.graph.number(factor), span: name_span };
-                self.binary(Binary::Multiply, a, &factor)
-            }
-            (Function::Binary(op), [a, b]) => self.binary(op, a, b),
-            (Function::Atan, [a]) => self.unary(Unary::Atan, a),
-            (Function::Atan, [a, b]) => self.binary(Binary::Atan2, a, b),
-            (Function::Extremum(op), [first, rest @ ..]) if !rest.is_empty() => {
-                let start = first.clone();
-                let folded = rest.iter().try_fold(start, |so_far, next| -> Result<Term> {
-                    Ok(Term { id: self.binary(op, &so_far, next)?, span: span.clone() })
-                })?;
-                Ok(folded.id)
-            }
-            (Function::Clamp, [x, low, high]) => {
-                let raised = Term { id: self.binary(Binary::Max, x, low)?, span };
-                self.binary(Binary::Min, &raised, high)
-            }
-            (Function::Mix, [a, b, t]) => Ok(self.mix(a.id, b.id, t.id)),
-            (Function::Smoothstep, [low, high, x]) => Ok(self.smoothstep([low.id, high.id, x.id])),
-            (Function::If, [c, a, b]) => self.select(c, a, b),
-            (Function::Vector, [_, _, _]) => self.compose(arguments),
-            (Function::Vector, [x]) => Ok(self.widen(x.id)),
-            (Function::Checker, [x, y]) => self.binary(Binary::Checker, x, y),
-            (Function::Checker, [x, y, z]) => self.checker_in_space(x, y, z),
-            _ => self.call_on_vectors(function, name, arguments, span),
-        }
-    }
-
-    fn call_on_vectors(&mut self, function: Function, name: &str, arguments: &[Term], span: Range<usize>) -> Result<Id> {
-        let what = format!("an argument of `{name}`");
-        let wanted = match function {
-            Function::Length | Function::Normalize => 1,
-            Function::Dot | Function::Cross | Function::Reflect => 2,
-            _ => usize::MAX,
-        };
-        if arguments.len() != wanted {
-            return Err(wrong_count(function, name, arguments.len(), span));
-        }
-        let ids = arguments.iter().map(|a| self.expect_vector(a, &what)).collect::<Result<Vec<Id>>>()?;
-        let operation = match (function, ids.as_slice()) {
-            (Function::Length, [v]) => Operation::Length(*v),
-            (Function::Normalize, [v]) => Operation::Normalize(*v),
-            (Function::Dot, [a, b]) => Operation::Dot(*a, *b),
-            (Function::Cross, [a, b]) => Operation::Cross(*a, *b),
-            (Function::Reflect, [d, n]) => {
-                let along = self.graph.add(Operation::Dot(*d, *n));
-                let two = self.graph.number(2.0);
-                let twice = self.graph.add(Operation::Binary(Binary::Multiply, along, two));
-                let across = self.graph.add(Operation::Scale(*n, twice));
-                Operation::Vectors(Binary::Subtract, *d, across)
-            }
-            _ => return Err(wrong_count(function, name, arguments.len(), span)),
-        };
-        Ok(self.graph.add(operation))
-    }
-
-    fn mix(&mut self, a: Id, b: Id, t: Id) -> Id {
-        let vector = |id: Id| self.graph.get(id).is_vector();
-        if vector(t) {
-            return self.each([a, b, t], |graph, all| graph.add(Operation::Mix(all)));
-        }
-        if vector(a) || vector(b) {
-            let (a, b) = (self.widen(a), self.widen(b));
-            return self.graph.add(Operation::MixVectors([a, b, t]));
-        }
-        self.graph.add(Operation::Mix([a, b, t]))
-    }
-
-    fn smoothstep(&mut self, all: [Id; 3]) -> Id {
-        if all.iter().any(|id| self.graph.get(*id).is_vector()) {
-            return self.each(all, |graph, all| graph.add(Operation::Smoothstep(all)));
-        }
-        self.graph.add(Operation::Smoothstep(all))
-    }
-
-    fn checker_in_space(&mut self, x: &Term, y: &Term, z: &Term) -> Result<Id> {
-        let mut sum = self.graph.number(0.0);
-        for term in [x, y, z] {
-            let id = self.expect_number(term, "an argument of `checker`")?;
-            let cell = self.graph.add(Operation::Unary(Unary::Floor, id));
-            sum = self.binary_numbers(Binary::Add, sum, cell);
-        }
-        let two = self.graph.number(2.0);
-        Ok(self.binary_numbers(Binary::Modulo, sum, two))
-    }
-
-    fn unknown_function(&self, name: &str, span: Range<usize>) -> ExprError {
-        let error = ExprError::new(format!("unknown function `{name}`"), span);
-        if self.names.contains_key(name) || Variable::ALL.iter().any(|v| v.name() == name) || constant(name).is_some() {
-            return error.with_hint(format!("to multiply, write `{name} * (…)`"));
-        }
-        match closest(name, FUNCTIONS.iter().map(|(name, _)| *name)) {
-            Some(similar) => error.with_hint(format!("did you mean `{similar}`?")),
-            None => {
-                let names: Vec<&str> = FUNCTIONS.iter().map(|(name, _)| *name).collect();
-                error.with_hint(format!("functions: {}", names.join(", ")))
-            }
-        }
     }
 }
 
@@ -310,27 +202,4 @@ fn binary_numbers(graph: &mut Graph, op: Binary, a: Id, b: Id) -> Id {
         return graph.add(Operation::WholePower(a, exponent as i32));
     }
     graph.add(Operation::Binary(op, a, b))
-}
-
-fn wrong_count(function: Function, name: &str, count: usize, span: Range<usize>) -> ExprError {
-    let usage = match function {
-        Function::Unary(_) | Function::Times(_) => "(x)",
-        Function::Binary(Binary::Atan2) => "(y, x)",
-        Function::Binary(Binary::Step) => "(edge, x)",
-        Function::Binary(Binary::Power) => "(base, exponent)",
-        Function::Binary(_) => "(x, y)",
-        Function::Atan => "(x)` or `atan(y, x)",
-        Function::Extremum(_) => "(a, b, …)",
-        Function::Clamp => "(x, low, high)",
-        Function::Mix => "(a, b, t)",
-        Function::Smoothstep => "(low, high, x)",
-        Function::If => "(condition, then, else)",
-        Function::Vector => "(x, y, z)",
-        Function::Dot | Function::Cross => "(a, b)",
-        Function::Length | Function::Normalize => "(v)",
-        Function::Reflect => "(d, n)",
-        Function::Checker => "(x, y)` or `checker(x, y, z)",
-    };
-    let plural = if count == 1 { "" } else { "s" };
-    ExprError::new(format!("`{name}` does not take {count} argument{plural}"), span).with_hint(format!("write `{name}{usage}`"))
 }

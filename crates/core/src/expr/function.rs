@@ -1,6 +1,6 @@
 //! The functions of the language, by name: one table for the parser, the messages and the documentation.
 
-use super::semantics::{Binary, Unary};
+use super::semantics::{Binary, Noise, Unary};
 
 /// How a name followed by arguments is understood.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,30 @@ pub(super) enum Function {
     Reflect,
     /// `checker(x, y)` or `checker(x, y, z)`: 0 or 1.
     Checker,
+    /// `noise(p)`, `noise(x, y)` or `noise(x, y, z)`; sums have the count of octaves as one more argument.
+    Noise(Octaves),
+    /// The same in the plane only: `noise2(x, y)`.
+    PlaneNoise(Octaves),
+}
+
+/// What a noise function makes of the count of octaves that it is called with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Octaves {
+    /// Takes no count.
+    One,
+    Sum,
+    Turbulence,
+}
+
+impl Octaves {
+    /// The operation for this count of octaves.
+    pub const fn noise(self, count: u32) -> Noise {
+        match self {
+            Self::One => Noise::Single,
+            Self::Sum => Noise::Sum(count),
+            Self::Turbulence => Noise::Turbulence(count),
+        }
+    }
 }
 
 /// Every function, alphabetically.
@@ -54,6 +78,8 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("degrees", Function::Times(180.0 / core::f64::consts::PI)),
     ("dot", Function::Dot),
     ("exp", Function::Unary(Unary::Exp)),
+    ("fbm", Function::Noise(Octaves::Sum)),
+    ("fbm2", Function::PlaneNoise(Octaves::Sum)),
     ("floor", Function::Unary(Unary::Floor)),
     ("fract", Function::Unary(Unary::Fract)),
     ("if", Function::If),
@@ -64,6 +90,8 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("min", Function::Extremum(Binary::Min)),
     ("mix", Function::Mix),
     ("mod", Function::Binary(Binary::Modulo)),
+    ("noise", Function::Noise(Octaves::One)),
+    ("noise2", Function::PlaneNoise(Octaves::One)),
     ("normalize", Function::Normalize),
     ("pow", Function::Binary(Binary::Power)),
     ("radians", Function::Times(core::f64::consts::PI / 180.0)),
@@ -75,6 +103,8 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
     ("sqrt", Function::Unary(Unary::Sqrt)),
     ("step", Function::Binary(Binary::Step)),
     ("tan", Function::Unary(Unary::Tan)),
+    ("turbulence", Function::Noise(Octaves::Turbulence)),
+    ("turbulence2", Function::PlaneNoise(Octaves::Turbulence)),
     ("vec3", Function::Vector),
 ];
 

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use raywright_bvh::scalar::{Real, Vector};
 
 use super::scope::{Inputs, Variable};
-use super::semantics::{self, Binary, Unary};
+use super::semantics::{self, Binary, Noise, Unary};
 
 /// Index of a node in its graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -53,6 +53,10 @@ pub(super) enum Operation {
     Cross(Id, Id),
     Length(Id),
     Normalize(Id),
+    /// Gradient noise at a point of space.
+    SpaceNoise(Noise, Id),
+    /// Gradient noise at a point of a plane.
+    PlaneNoise(Noise, Id, Id),
 }
 
 /// What a node evaluates to.
@@ -102,7 +106,9 @@ impl Operation {
             | Self::Smoothstep(_)
             | Self::Select(_)
             | Self::Dot(..)
-            | Self::Length(_) => false,
+            | Self::Length(_)
+            | Self::SpaceNoise(..)
+            | Self::PlaneNoise(..) => false,
         }
     }
 
@@ -110,15 +116,19 @@ impl Operation {
     pub fn operands(&self) -> ([Id; 3], usize) {
         match *self {
             Self::Number(_) | Self::Input(_) => ([Id(0); 3], 0),
-            Self::Component(a, _) | Self::Unary(_, a) | Self::WholePower(a, _) | Self::Length(a) | Self::Normalize(a) => {
-                ([a; 3], 1)
-            }
+            Self::Component(a, _)
+            | Self::Unary(_, a)
+            | Self::WholePower(a, _)
+            | Self::Length(a)
+            | Self::Normalize(a)
+            | Self::SpaceNoise(_, a) => ([a; 3], 1),
             Self::Binary(_, a, b)
             | Self::Vectors(_, a, b)
             | Self::Scale(a, b)
             | Self::Shrink(a, b)
             | Self::Dot(a, b)
-            | Self::Cross(a, b) => ([a, b, b], 2),
+            | Self::Cross(a, b)
+            | Self::PlaneNoise(_, a, b) => ([a, b, b], 2),
             Self::Compose(all)
             | Self::Mix(all)
             | Self::Smoothstep(all)
@@ -137,6 +147,8 @@ impl Operation {
             Self::WholePower(a, exponent) => Self::WholePower(f(a), exponent),
             Self::Length(a) => Self::Length(f(a)),
             Self::Normalize(a) => Self::Normalize(f(a)),
+            Self::SpaceNoise(kind, a) => Self::SpaceNoise(kind, f(a)),
+            Self::PlaneNoise(kind, a, b) => Self::PlaneNoise(kind, f(a), f(b)),
             Self::Binary(op, a, b) => Self::Binary(op, f(a), f(b)),
             Self::Vectors(op, a, b) => Self::Vectors(op, f(a), f(b)),
             Self::Scale(a, b) => Self::Scale(f(a), f(b)),
@@ -181,6 +193,8 @@ impl Operation {
                 Self::Select([c, a, b]) => number(if semantics::is_true(number(c)) { a } else { b }),
                 Self::Dot(a, b) => vector(a).dot(vector(b)),
                 Self::Length(a) => vector(a).length(),
+                Self::SpaceNoise(kind, a) => semantics::space_noise(kind, vector(a)),
+                Self::PlaneNoise(kind, a, b) => semantics::plane_noise(kind, number(a), number(b)),
                 Self::Input(variable) => inputs.number(variable),
                 _ => R::ZERO,
             })

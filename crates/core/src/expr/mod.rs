@@ -9,13 +9,17 @@
 //! * **Operators**, loosest first: `a ? b : c`, `||`, `&&`, comparisons, `+ -`, `* / %`, prefix `- !`, `^`. Truth is a
 //!   number: 1 or 0; everything but 0 and NaN is true. `%` takes the sign of the divisor.
 //! * **Names**: `t`, the parameters, `pi`, `tau`, `e`, and the [variables](Variable) of the [`Scope`].
-//! * **Functions** act on every component of a vector, but for those of geometry (`dot`, `cross`, `length`, …).
-//!   Only the branch of a choice that is taken matters.
+//! * **Functions** of numbers act on every component of a vector: `abs sign floor ceil round fract mod min max clamp mix step
+//!   smoothstep sqrt pow exp ln sin cos tan asin acos atan atan2 degrees radians`. `if(c, a, b)` is `c ? a : b`: only the
+//!   branch taken matters. Of vectors: `dot cross length normalize reflect`.
+//! * **Patterns**: `checker(x, y)` is 0 or 1; `noise(p)` (a vector, or two or three numbers), `fbm(p, octaves)` and
+//!   `turbulence(p, octaves)` are [gradient noise](crate::noise) and its sums; `noise2`, `fbm2`, `turbulence2` in the plane.
 //!
 //! Constant parts are computed in f64 once; the rest runs in the scalar of the renderer. A source is bounded in length
 //! and depth, a program in size; both are errors, never a hang.
 
 mod build;
+mod call;
 mod error;
 mod function;
 mod graph;

@@ -3,6 +3,8 @@
 
 use raywright_bvh::scalar::{Real, Vector};
 
+use crate::noise;
+
 /// Operations on one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Unary {
@@ -50,6 +52,17 @@ pub(super) enum Binary {
     NotEqual,
     And,
     Or,
+}
+
+/// How octaves of gradient noise are added up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Noise {
+    /// One octave.
+    Single,
+    /// So many octaves.
+    Sum(u32),
+    /// The absolute values of so many octaves.
+    Turbulence(u32),
 }
 
 impl Binary {
@@ -170,4 +183,24 @@ pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
 #[inline(always)]
 pub(super) fn binary_vectors<R: Real>(op: Binary, a: R::Vec3, b: R::Vec3) -> R::Vec3 {
     R::Vec3::new(binary(op, a.x(), b.x()), binary(op, a.y(), b.y()), binary(op, a.z(), b.z()))
+}
+
+/// Gradient noise at a point of space.
+#[inline(always)]
+pub(super) fn space_noise<R: Real>(kind: Noise, p: R::Vec3) -> R {
+    match kind {
+        Noise::Single => noise::noise3(p),
+        Noise::Sum(octaves) => noise::fbm3(p, octaves),
+        Noise::Turbulence(octaves) => noise::turbulence3(p, octaves),
+    }
+}
+
+/// Gradient noise at a point of a plane.
+#[inline(always)]
+pub(super) fn plane_noise<R: Real>(kind: Noise, x: R, y: R) -> R {
+    match kind {
+        Noise::Single => noise::noise2(x, y),
+        Noise::Sum(octaves) => noise::fbm2(x, y, octaves),
+        Noise::Turbulence(octaves) => noise::turbulence2(x, y, octaves),
+    }
 }

@@ -302,3 +302,30 @@ fn oversized_programs_are_refused() {
     let error = compile(&terms.join("+"), &names(), Scope::Surface).expect_err("too large");
     assert!(error.message.contains("the limit is"), "{error}");
 }
+
+/// Noise functions are those of [`crate::noise`], in space for a vector or three numbers, in the plane for two.
+#[test]
+fn noise_functions() {
+    use crate::noise::{fbm2, fbm3, noise2, noise3, turbulence2, turbulence3};
+    let p = DVec3::new(0.3, 1.7, -2.9);
+    for (source, expected) in [
+        ("noise([0.3, 1.7, -2.9])", noise3::<f64>(p)),
+        ("noise(0.3, 1.7, -2.9)", noise3::<f64>(p)),
+        ("noise(0.3, 1.7)", noise2(0.3, 1.7)),
+        ("noise2(0.3, 1.7)", noise2(0.3, 1.7)),
+        ("fbm([0.3, 1.7, -2.9], 8)", fbm3::<f64>(p, 8)),
+        ("fbm(0.3, 1.7, 5)", fbm2(0.3, 1.7, 5)),
+        ("fbm2(0.3, 1.7, 5)", fbm2(0.3, 1.7, 5)),
+        ("turbulence(0.3, 1.7, -2.9, t)", turbulence3::<f64>(p, 2)),
+        ("turbulence2(0.3, 1.7, 8)", turbulence2(0.3, 1.7, 8)),
+    ] {
+        assert_eq!(value(source), expected, "{source}");
+    }
+    assert_eq!(refused("fbm([1, 2, 3], 0.5)").0, "the octaves of `fbm` must be a constant whole number from 1 to 24");
+    assert_eq!(refused("fbm([1, 2, 3], 25)").1, "25");
+    assert_eq!(refused("noise(1)").0, "a point of noise must be a vector, and this is a number");
+    assert_eq!(refused("noise2([1, 2, 3])").0, "`noise2` does not take 1 argument");
+    assert_eq!(refused("fbm2(1, 2, 3, 4)").0, "`fbm2` does not take 4 arguments");
+    let error = compile("fbm(p, 1 + u)", &names(), Scope::Surface).expect_err("octaves vary");
+    assert_eq!(error.span, 7..12);
+}

@@ -1,0 +1,230 @@
+//! Gradient noise in two and three dimensions, and its octave sums.
+//!
+//! The classic construction (Ken Perlin, "An Image Synthesizer", 1985; the quintic weights from his "Improving Noise", 2002)
+//! with lattice gradients hashed by the permutation polynomial (34 x² + x) mod 289 and normalised to first order (Ian McEwan,
+//! David Sheets, Mark Richardson, Stefan Gustavson, "Efficient computational noise in GLSL", 2012). Values are within about
+//! ±1, zero at the points of the lattice, and repeat every 289 units.
+
+use raywright_bvh::scalar::{Real, Vector};
+
+/// Most octaves that a sum may have: the last one repeats 2²³ times within a unit, which is all that an f32 can tell apart.
+pub const MAX_OCTAVES: u32 = 24;
+
+/// Period of the lattice, and count of the hash values.
+const PERIOD: usize = 289;
+
+/// perm(x) = (34 x² + x) mod 289 for every sum of two values below 289. The length is a power of two, so that a masked
+/// index needs no check; the rest is never read.
+static PERMUTATION: [u16; 1024] = permutation();
+
+/// Gradient of each hash value, its length corrected; in the scalar of the renderer. Lengths as in [`PERMUTATION`].
+static GRADIENTS_F32: [[f32; 3]; 512] = narrow(gradients());
+static GRADIENTS_F64: [[f64; 3]; 512] = gradients();
+static PLANE_GRADIENTS_F32: [[f32; 2]; 512] = narrow(plane_gradients());
+static PLANE_GRADIENTS_F64: [[f64; 2]; 512] = plane_gradients();
+
+const fn permutation() -> [u16; 1024] {
+    let mut table = [0; 1024];
+    let mut x = 0;
+    while x < 2 * PERIOD {
+        table[x] = ((34 * x * x + x) % PERIOD) as u16;
+        x += 1;
+    }
+    table
+}
+
+/// The gradient of a hash value before its length is corrected: a point of an octahedron over a 7 × 7 grid.
+///
+/// For 42 of the 289 hash values the point lies on the very edge where the octahedron is folded (c = 0 in real arithmetic),
+/// and which way it falls is decided by rounding. The pictures we are to reproduce were made in single precision with the
+/// division by 7 written as a product with the rounded 1/7, so that is the definition, in every precision of ours: each
+/// operation below is one correctly rounded f32 operation, and their order matters.
+const fn octahedron_point(hash: usize) -> [f32; 3] {
+    const SEVENTH: f32 = 1.0 / 7.0;
+    let scaled = hash as f32 * SEVENTH;
+    let row = scaled as u32 as f32;
+    let row_scaled = row * SEVENTH;
+    let mut a = scaled - row;
+    let mut b = row_scaled - row_scaled as u32 as f32 - 0.5;
+    let c = 0.5 - a.abs() - b.abs();
+    if c <= 0.0 {
+        a -= if a >= 0.0 { 0.5 } else { -0.5 };
+        b -= if b >= 0.0 { 0.5 } else { -0.5 };
+    }
+    [a, b, c]
+}
+
+/// A tangent of 1/√x at the mean squared length of the gradients: their lengths become one to first order.
+const fn length_correction(squared: f64) -> f64 {
+    1.792_842_914_001_59 - 0.853_734_720_953_14 * squared
+}
+
+const fn gradients() -> [[f64; 3]; 512] {
+    let mut table = [[0.0; 3]; 512];
+    let mut hash = 0;
+    while hash < PERIOD {
+        let [x, y, z] = octahedron_point(hash);
+        let (x, y, z) = (x as f64, y as f64, z as f64);
+        let factor = length_correction(x * x + y * y + z * z);
+        table[hash] = [x * factor, y * factor, z * factor];
+        hash += 1;
+    }
+    table
+}
+
+/// In the plane, 41 points of a square; no hash value is critical.
+const fn plane_gradients() -> [[f64; 2]; 512] {
+    let mut table = [[0.0; 2]; 512];
+    let mut hash = 0;
+    while hash < PERIOD {
+        let a = (hash % 41) as f64 * (2.0 / 41.0) - 1.0;
+        let (x, y) = (a - (a + 0.5).floor(), a.abs() - 0.5);
+        let factor = length_correction(x * x + y * y);
+        table[hash] = [x * factor, y * factor];
+        hash += 1;
+    }
+    table
+}
+
+const fn narrow<const N: usize>(table: [[f64; N]; 512]) -> [[f32; N]; 512] {
+    let mut narrowed = [[0.0; N]; 512];
+    let mut hash = 0;
+    while hash < PERIOD {
+        let mut axis = 0;
+        while axis < N {
+            narrowed[hash][axis] = table[hash][axis] as f32;
+            axis += 1;
+        }
+        hash += 1;
+    }
+    narrowed
+}
+
+/// The compiler drops the branch not taken: a scalar type has one size.
+#[inline(always)]
+const fn is_single<R: Real>() -> bool {
+    size_of::<R>() == size_of::<f32>()
+}
+
+/// The two lattice coordinates around `x`, modulo 289, and how far `x` is past the first one, in [0, 1).
+///
+/// Beyond 2³¹ an f32 is a whole number (2⁶³ for f64), so the distance is zero there, and which cell it is means nothing.
+#[inline(always)]
+fn cell<R: Real>(x: R) -> ([usize; 2], R) {
+    let (whole, below) = if is_single::<R>() {
+        let truncated = x.to_f32() as i32;
+        let lower = i32::from(R::from_f32(truncated as f32) > x);
+        let whole = truncated.wrapping_sub(lower);
+        (whole.rem_euclid(PERIOD as i32) as usize, R::from_f32(whole as f32))
+    } else {
+        let truncated = x.to_f64() as i64;
+        let lower = i64::from(R::from_f64(truncated as f64) > x);
+        let whole = truncated.wrapping_sub(lower);
+        (whole.rem_euclid(PERIOD as i64) as usize, R::from_f64(whole as f64))
+    };
+    let past = x - below;
+    let past = if past < R::ZERO || past > R::ONE { R::ZERO } else { past };
+    ([whole, if whole == PERIOD - 1 { 0 } else { whole + 1 }], past)
+}
+
+#[inline(always)]
+fn permute(x: usize) -> usize {
+    usize::from(PERMUTATION[x & 1023])
+}
+
+/// 6 t⁵ − 15 t⁴ + 10 t³.
+#[inline(always)]
+fn quintic<R: Real>(t: R) -> R {
+    t * t * t * (t * (t * R::from_f32(6.0) - R::from_f32(15.0)) + R::from_f32(10.0))
+}
+
+#[inline(always)]
+fn blend<R: Real>(a: R, b: R, t: R) -> R {
+    a + (b - a) * t
+}
+
+/// Gradient noise at a point of space.
+#[inline]
+pub fn noise3<R: Real>(p: R::Vec3) -> R {
+    let ([x0, x1], x) = cell(p.x());
+    let ([y0, y1], y) = cell(p.y());
+    let ([z0, z1], z) = cell(p.z());
+    let corner = |hash: usize, x: R, y: R, z: R| {
+        if is_single::<R>() {
+            let g = GRADIENTS_F32[hash & 511].map(R::from_f32);
+            g[0] * x + g[1] * y + g[2] * z
+        } else {
+            let g = GRADIENTS_F64[hash & 511].map(R::from_f64);
+            g[0] * x + g[1] * y + g[2] * z
+        }
+    };
+    let (u, v, w) = (x - R::ONE, y - R::ONE, z - R::ONE);
+    let (fade_x, fade_y, fade_z) = (quintic(x), quintic(y), quintic(z));
+    // One row of the cell, along z, at the hash of its x and y.
+    let row = |hash: usize, x: R, y: R| blend(corner(permute(hash + z0), x, y, z), corner(permute(hash + z1), x, y, w), fade_z);
+    let (hash0, hash1) = (permute(x0), permute(x1));
+    let (hash00, hash01) = (permute(hash0 + y0), permute(hash0 + y1));
+    let (hash10, hash11) = (permute(hash1 + y0), permute(hash1 + y1));
+    let face0 = blend(row(hash00, x, y), row(hash01, x, v), fade_y);
+    let face1 = blend(row(hash10, u, y), row(hash11, u, v), fade_y);
+    R::from_f64(2.2) * blend(face0, face1, fade_x)
+}
+
+/// Gradient noise at a point of a plane.
+#[inline]
+pub fn noise2<R: Real>(x: R, y: R) -> R {
+    let ([x0, x1], x) = cell(x);
+    let ([y0, y1], y) = cell(y);
+    let corner = |hash: usize, x: R, y: R| {
+        if is_single::<R>() {
+            let g = PLANE_GRADIENTS_F32[hash & 511].map(R::from_f32);
+            g[0] * x + g[1] * y
+        } else {
+            let g = PLANE_GRADIENTS_F64[hash & 511].map(R::from_f64);
+            g[0] * x + g[1] * y
+        }
+    };
+    let (u, v) = (x - R::ONE, y - R::ONE);
+    let (fade_x, fade_y) = (quintic(x), quintic(y));
+    let (hash0, hash1) = (permute(x0), permute(x1));
+    let side0 = blend(corner(permute(hash0 + y0), x, y), corner(permute(hash0 + y1), x, v), fade_y);
+    let side1 = blend(corner(permute(hash1 + y0), u, y), corner(permute(hash1 + y1), u, v), fade_y);
+    R::from_f64(2.3) * blend(side0, side1, fade_x)
+}
+
+/// Σ n(2ⁱ) / 2ⁱ for i below `octaves`.
+#[inline(always)]
+fn sum<R: Real>(octaves: u32, mut noise: impl FnMut(R) -> R) -> R {
+    let (mut total, mut frequency, mut amplitude) = (R::ZERO, R::ONE, R::ONE);
+    let half = R::from_f32(0.5);
+    for _ in 0..octaves.min(MAX_OCTAVES) {
+        total += noise(frequency) * amplitude;
+        frequency += frequency;
+        amplitude *= half;
+    }
+    total
+}
+
+/// Sum of octaves, each twice as fine and half as strong as the one before: Σ n(2ⁱ p) / 2ⁱ.
+pub fn fbm3<R: Real>(p: R::Vec3, octaves: u32) -> R {
+    sum(octaves, |frequency| noise3::<R>(p * frequency))
+}
+
+/// Sum of the octaves' absolute values: Σ |n(2ⁱ p)| / 2ⁱ.
+pub fn turbulence3<R: Real>(p: R::Vec3, octaves: u32) -> R {
+    sum(octaves, |frequency| noise3::<R>(p * frequency).abs())
+}
+
+/// [`fbm3`] in the plane.
+pub fn fbm2<R: Real>(x: R, y: R, octaves: u32) -> R {
+    sum(octaves, |frequency| noise2(x * frequency, y * frequency))
+}
+
+/// [`turbulence3`] in the plane.
+pub fn turbulence2<R: Real>(x: R, y: R, octaves: u32) -> R {
+    sum(octaves, |frequency| noise2(x * frequency, y * frequency).abs())
+}
+
+#[cfg(test)]
+#[path = "noise_tests.rs"]
+mod tests;
