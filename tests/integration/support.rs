@@ -1,6 +1,7 @@
 //! Runs the program in a fresh folder and compares what it says, with a message that shows both.
 
 use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 /// A fresh folder in which the program runs; deleted at the end of the test.
@@ -23,6 +24,16 @@ impl Desk {
     /// An empty folder.
     pub fn new() -> Self {
         Self { folder: tempfile::tempdir().expect("a temporary folder") }
+    }
+
+    /// Path of a file in it.
+    pub fn path(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Puts a file into it.
+    pub fn write(&self, name: impl AsRef<Path>, contents: impl AsRef<[u8]>) {
+        std::fs::write(self.path(name), contents).expect("the folder can be written to");
     }
 
     /// The command with its arguments, not yet started.

@@ -15,3 +15,38 @@ pub fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
 pub fn tell(message: impl fmt::Display) {
     let _ = writeln!(io::stderr().lock(), "{message}");
 }
+
+/// How much is said on standard error besides errors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verbosity {
+    /// Errors only.
+    Quiet,
+    /// Warnings, and what was written.
+    #[default]
+    Normal,
+    /// Effects, accelerator, times and rays too.
+    Verbose,
+}
+
+impl Verbosity {
+    /// Something the user should know although the picture is made: one message, whose further lines belong to it.
+    pub fn warn(self, message: impl fmt::Display) {
+        if self > Self::Quiet {
+            tell(format_args!("warning: {message}"));
+        }
+    }
+
+    /// What was done.
+    pub fn say(self, message: impl fmt::Display) {
+        if self > Self::Quiet {
+            tell(message);
+        }
+    }
+
+    /// What those want to know who ask for more.
+    pub fn detail(self, message: impl fmt::Display) {
+        if self == Self::Verbose {
+            tell(message);
+        }
+    }
+}

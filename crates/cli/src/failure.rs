@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::process::ExitCode;
 
+use raywright_io::{Error, ErrorKind};
+
 /// Exit code of the program. The numbers are part of the command line's contract.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -30,32 +32,49 @@ impl From<Exit> for ExitCode {
     }
 }
 
+impl From<ErrorKind> for Exit {
+    fn from(kind: ErrorKind) -> Self {
+        match kind {
+            ErrorKind::Input => Self::Input,
+            ErrorKind::File => Self::File,
+            ErrorKind::Limit => Self::Limit,
+            ErrorKind::Usage => Self::Usage,
+        }
+    }
+}
+
 /// A run that ends without doing what was asked: its exit code and what the user reads about it.
 #[derive(Debug)]
 pub struct Failure {
     /// Exit code.
     pub exit: Exit,
-    /// What went wrong, where, and what to do about it, without the leading `error: `; empty where the output has
-    /// already said it, and where nobody is left to read it.
+    /// The whole message: what went wrong, where, and what to do about it; empty where the output has already said it,
+    /// and where nobody is left to read it.
     pub message: String,
 }
 
 impl Failure {
-    /// A failure with its message.
-    pub fn new(exit: Exit, message: impl Into<String>) -> Self {
-        Self { exit, message: message.into() }
+    /// A failure whose message gets its `error: ` here.
+    pub fn new(exit: Exit, message: impl fmt::Display) -> Self {
+        Self { exit, message: format!("error: {message}") }
     }
 
-    /// A mistake in the command line; the message ends with where help is to be found.
-    pub fn usage(message: impl fmt::Display, command: &str) -> Self {
-        Self::new(Exit::Usage, format!("{message}\n\nFor more information, try 'raywright {command} --help'."))
+    /// A failure of which nothing more is to be said.
+    pub fn silent(exit: Exit) -> Self {
+        Self { exit, message: String::new() }
     }
 
     /// Standard output could not be written. A reader that has seen enough (`raywright schema | head`) is no failure.
     pub fn stdout(error: &io::Error) -> Self {
         match error.kind() {
-            io::ErrorKind::BrokenPipe => Self::new(Exit::Done, ""),
-            _ => Self::new(Exit::File, format!("cannot write to standard output: {error}")),
+            io::ErrorKind::BrokenPipe => Self::silent(Exit::Done),
+            _ => Self::new(Exit::File, format_args!("cannot write to standard output: {error}")),
         }
+    }
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self { exit: error.kind().into(), message: error.to_string() }
     }
 }

@@ -10,7 +10,9 @@ pub mod failure;
 
 mod commands;
 mod console;
+mod scene_input;
 mod suggest;
+mod table;
 
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
@@ -28,7 +30,7 @@ pub fn main() -> ExitCode {
         Ok(Ok(())) => Exit::Done,
         Ok(Err(failure)) => {
             if !failure.message.is_empty() {
-                console::tell(format_args!("error: {}", failure.message.trim_end()));
+                console::tell(failure.message.trim_end());
             }
             failure.exit
         }
@@ -40,10 +42,7 @@ pub fn main() -> ExitCode {
 fn run() -> Result<(), Failure> {
     match Arguments::try_parse() {
         Ok(arguments) => commands::run(arguments.command),
-        Err(error) if error.use_stderr() => {
-            let text = error.render().to_string();
-            Err(Failure::new(Exit::Usage, text.strip_prefix("error: ").unwrap_or(&text)))
-        }
+        Err(error) if error.use_stderr() => Err(Failure { exit: Exit::Usage, message: error.render().to_string() }),
         Err(help) => console::print(help.render().to_string()),
     }
 }

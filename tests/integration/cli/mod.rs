@@ -1,3 +1,4 @@
 //! The command line: what each command prints, which exit code it ends with, what it says about mistakes.
 
 mod help;
+mod scenes;

@@ -1,5 +1,10 @@
 //! The command line as clap reads it: how flags are spelled, documented and taken apart.
 
+mod scene;
+pub mod values;
+
+pub use scene::{CheckArgs, InfoArgs, SceneArgs};
+
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 
@@ -19,10 +24,26 @@ pub struct Arguments {
 /// One thing the program does.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Show what is in a scene or model file
+    Info(InfoArgs),
+    /// Check a scene or model file and report every problem
+    Check(CheckArgs),
+    /// List the built-in scenes, or print one of them
+    Presets(PresetsArgs),
     /// Print a completion script for a shell
     Completions(CompletionsArgs),
     /// Print the manual page
     Man(ManArgs),
+}
+
+/// Arguments of `presets`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  raywright presets                                 A table of names and titles\n  raywright presets whitted > my.scene.toml         A scene to start from"
+)]
+pub struct PresetsArgs {
+    /// Print this preset's scene file instead of the table
+    pub name: Option<String>,
 }
 
 /// Arguments of `completions`.

@@ -17,7 +17,7 @@ pub fn run(args: &ManArgs) -> Result<(), Failure> {
             Some(command) => command.clone(),
             None => {
                 let names: Vec<&str> = program.get_subcommands().map(clap::Command::get_name).collect();
-                return Err(Failure::usage(suggest::unknown("command", name, &names), "man"));
+                return Err(suggest::unknown("command", name, &names).into());
             }
         },
     };

@@ -1,0 +1,178 @@
+//! Values of flags that are more than a number or a word: sizes, vectors, rectangles, assignments, amounts of memory.
+//!
+//! Each parser says in its error what it expected; clap adds the flag and the value.
+
+use std::str::FromStr;
+
+/// Largest width or height of a picture, in pixels.
+pub const MAX_EDGE: u32 = 65536;
+
+/// Width and height of a picture, `WxH`, each from 1 to [`MAX_EDGE`].
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    const EXPECTED: &str = "expected WIDTHxHEIGHT in pixels, such as 1280x720";
+    let (width, height) = text.split_once(['x', 'X']).ok_or(EXPECTED)?;
+    let edge = |part: &str| match part.parse::<u32>() {
+        Ok(1..=MAX_EDGE) => Ok(part.parse().unwrap_or(MAX_EDGE)),
+        Ok(_) => Err(format!("width and height must be between 1 and {MAX_EDGE} pixels")),
+        Err(_) => Err(EXPECTED.to_owned()),
+    };
+    Ok([edge(width)?, edge(height)?])
+}
+
+/// A number that is neither NaN nor infinite.
+pub fn number(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err("expected a finite number".to_owned()),
+        Err(_) => Err("expected a number".to_owned()),
+    }
+}
+
+/// A finite number of at least zero.
+pub fn at_least_zero(text: &str) -> Result<f64, String> {
+    match number(text)? {
+        value if value >= 0.0 => Ok(value),
+        _ => Err("expected a number of at least 0".to_owned()),
+    }
+}
+
+/// An opening angle in degrees, above 0 and below 180.
+pub fn field_of_view(text: &str) -> Result<f64, String> {
+    match number(text)? {
+        value if value > 0.0 && value < 180.0 => Ok(value),
+        _ => Err("expected degrees above 0 and below 180".to_owned()),
+    }
+}
+
+/// Splits at commas into exactly `N` parts that all parse.
+fn list<T: FromStr, const N: usize>(text: &str) -> Option<[T; N]> {
+    let parts: Vec<T> = text.split(',').map(|part| part.trim().parse().ok()).collect::<Option<_>>()?;
+    parts.try_into().ok()
+}
+
+/// A point or direction, `x,y,z`.
+pub fn triple(text: &str) -> Result<[f64; 3], String> {
+    match list::<f64, 3>(text) {
+        Some(triple) if triple.iter().all(|v| v.is_finite()) => Ok(triple),
+        _ => Err("expected three numbers x,y,z without spaces, such as 0,1.5,-2".to_owned()),
+    }
+}
+
+/// A rectangle of pixels of a picture, counted from its top left corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns, above zero.
+    pub width: u32,
+    /// Rows, above zero.
+    pub height: u32,
+}
+
+/// A rectangle of pixels, `x,y,w,h`.
+pub fn crop(text: &str) -> Result<Crop, String> {
+    match list::<u32, 4>(text) {
+        Some([x, y, width, height]) if width > 0 && height > 0 => Ok(Crop { x, y, width, height }),
+        Some(_) => Err("width and height of the crop must be at least 1 pixel".to_owned()),
+        None => Err("expected four whole numbers x,y,width,height in pixels, such as 100,50,320,200".to_owned()),
+    }
+}
+
+/// A value for one of the scene's parameters, `NAME=VALUE`.
+pub fn assignment(text: &str) -> Result<(String, f64), String> {
+    const EXPECTED: &str = "expected NAME=VALUE with a number, such as roughness=0.3";
+    let (name, value) = text.split_once('=').ok_or(EXPECTED)?;
+    match (name.trim(), number(value)) {
+        ("", _) | (_, Err(_)) => Err(EXPECTED.to_owned()),
+        (name, Ok(value)) => Ok((name.to_owned(), value)),
+    }
+}
+
+/// An amount of memory in bytes, with an optional suffix K, M, G or T (powers of 1024).
+pub fn bytes(text: &str) -> Result<u64, String> {
+    const EXPECTED: &str = "expected bytes, such as 800000000, 512M or 2G";
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let power = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "" | "B" => 0,
+        "K" | "KB" | "KIB" => 1,
+        "M" | "MB" | "MIB" => 2,
+        "G" | "GB" | "GIB" => 3,
+        "T" | "TB" | "TIB" => 4,
+        _ => return Err(EXPECTED.to_owned()),
+    };
+    let amount: u64 = digits.parse().map_err(|_| EXPECTED)?;
+    match amount.checked_mul(1 << (10 * power)) {
+        Some(0) | None => Err(EXPECTED.to_owned()),
+        Some(bytes) => Ok(bytes),
+    }
+}
+
+/// What is seen where a camera ray hits nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Background {
+    /// The scene's sky.
+    Environment,
+    /// Nothing: the picture gets an alpha channel.
+    Transparent,
+    /// One linear colour.
+    Colour([f64; 3]),
+}
+
+/// A background: `env`, `transparent` or `R,G,B`.
+pub fn background(text: &str) -> Result<Background, String> {
+    match (text, triple(text)) {
+        ("env", _) => Ok(Background::Environment),
+        ("transparent", _) => Ok(Background::Transparent),
+        (_, Ok(colour)) if colour.iter().all(|&v| v >= 0.0) => Ok(Background::Colour(colour)),
+        _ => Err("expected env, transparent or a linear colour R,G,B of numbers from 0, such as 0.2,0.2,0.25".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The forms that the help texts show are read, and mean what they say.
+    #[test]
+    fn documented_forms_are_read() {
+        assert_eq!(size("1280x720"), Ok([1280, 720]));
+        assert_eq!(size("1X65536"), Ok([1, 65536]));
+        assert_eq!(triple("0,1.5,-2"), Ok([0.0, 1.5, -2.0]));
+        assert_eq!(crop("100,50,320,200"), Ok(Crop { x: 100, y: 50, width: 320, height: 200 }));
+        assert_eq!(assignment("roughness=0.3"), Ok(("roughness".to_owned(), 0.3)));
+        assert_eq!(bytes("512M"), Ok(512 << 20));
+        assert_eq!(bytes("2GiB"), Ok(2 << 30));
+        assert_eq!(bytes("800000000"), Ok(800_000_000));
+        assert_eq!(background("env"), Ok(Background::Environment));
+        assert_eq!(background("0.2,0.2,0.25"), Ok(Background::Colour([0.2, 0.2, 0.25])));
+        assert_eq!(field_of_view("45"), Ok(45.0));
+    }
+
+    /// Values that look almost right are refused instead of guessed at.
+    #[test]
+    fn malformed_values_are_refused() {
+        for text in ["", "640", "640x", "x480", "0x480", "640x65537", "640*480", "-1x5", "99999999999x1"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+        for text in ["", "1,2", "1,2,3,4", "1;2;3", "1,NaN,3", "1,inf,3", "1,,3"] {
+            assert!(triple(text).is_err(), "{text}");
+        }
+        for text in ["1,2,3", "1,2,0,4", "1,2,3,0", "-1,2,3,4", "1,2,3,4.5"] {
+            assert!(crop(text).is_err(), "{text}");
+        }
+        for text in ["", "=", "=1", "a", "a=", "a=b", "a=NaN"] {
+            assert!(assignment(text).is_err(), "{text}");
+        }
+        for text in ["", "G", "-1", "1.5G", "0", "12Q", "99999999T"] {
+            assert!(bytes(text).is_err(), "{text}");
+        }
+        for text in ["", "sky", "1,2", "-1,0,0"] {
+            assert!(background(text).is_err(), "{text}");
+        }
+        for text in ["0", "180", "-10", "wide", "NaN"] {
+            assert!(field_of_view(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! `info`: what is in a scene or model file, as a table.
+
+use std::collections::BTreeMap;
+
+use raywright_core::Scene;
+use raywright_core::scene::{LightKind, MeshData, MeshSource, Model, Pattern, Shape, Sky};
+use raywright_io::{Format, Limits, Loaded, Notation};
+
+use crate::args::InfoArgs;
+use crate::console::{self, Verbosity};
+use crate::failure::Failure;
+use crate::scene_input;
+use crate::table::{Align, lay_out};
+
+/// Prints the table.
+pub fn run(args: &InfoArgs) -> Result<(), Failure> {
+    let loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), Verbosity::Normal)?;
+    console::print(lay_out([Align::Left; 2], &rows(&loaded)))
+}
+
+fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
+    let scene = &loaded.scene;
+    let rows = [
+        ("file", loaded.source.name.clone()),
+        ("format", format(loaded.source.format).to_owned()),
+        ("title", scene.title.clone()),
+        ("picture", picture(scene)),
+        ("parameters", listed(scene.parameters.iter().map(|(name, value)| format!("{name} = {value}")))),
+        ("cameras", named(scene.cameras.iter().map(|camera| camera.name.as_str()))),
+        ("lights", kinds(scene.lights.iter().map(|light| light_kind(&light.kind)))),
+        ("sky", scene.sky.as_ref().map(sky_kind).unwrap_or_default().to_owned()),
+        ("objects", kinds(scene.objects.iter().map(|object| shape_kind(&object.shape)))),
+        ("generators", kinds(scene.generators.iter().map(|generator| shape_kind(&generator.object.shape)))),
+        ("triangles", triangles(scene)),
+        ("materials", kinds(scene.materials.iter().map(|material| model_kind(&material.model)))),
+        ("textures", count(scene.textures.len())),
+        ("images", images(scene)),
+        ("hash", loaded.hash.clone()),
+    ];
+    rows.into_iter().filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
+}
+
+fn format(format: Format) -> &'static str {
+    match format {
+        Format::Native(Notation::Toml) => "Raywright scene (TOML)",
+        Format::Native(Notation::Json) => "Raywright scene (JSON)",
+        Format::Gltf => "glTF 2.0",
+        Format::Glb => "glTF 2.0 (binary)",
+        Format::Obj => "Wavefront OBJ",
+    }
+}
+
+fn picture(scene: &Scene) -> String {
+    let [width, height] = scene.render.size;
+    let samples = match scene.render.pattern {
+        None => format!("{} samples", scene.render.samples),
+        Some(Pattern::Centre) => "1 sample (centre)".to_owned(),
+        Some(Pattern::Corners) => "4 samples (corners)".to_owned(),
+    };
+    format!("{width}x{height} pixels, {samples}, at most {} ray segments", scene.render.max_depth)
+}
+
+/// A count, empty for none, so that the row is left out.
+fn count(n: usize) -> String {
+    if n == 0 { String::new() } else { n.to_string() }
+}
+
+fn listed(items: impl Iterator<Item = String>) -> String {
+    items.collect::<Vec<_>>().join(", ")
+}
+
+/// How many, and the names of those that have one.
+fn named<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.collect();
+    let given = listed(names.iter().filter(|name| !name.is_empty()).map(|&name| name.to_owned()));
+    if given.is_empty() { count(names.len()) } else { format!("{}: {given}", names.len()) }
+}
+
+/// How many in all and of each kind: `6: 5 sphere, 1 plane`; `6 sphere` where there is one kind only.
+fn kinds<'a>(kinds: impl Iterator<Item = &'a str>) -> String {
+    let mut counts = BTreeMap::<&str, usize>::new();
+    kinds.for_each(|kind| *counts.entry(kind).or_default() += 1);
+    let total: usize = counts.values().sum();
+    let mut counts: Vec<(&str, usize)> = counts.into_iter().collect();
+    counts.sort_by_key(|&(_, n)| std::cmp::Reverse(n));
+    let several = counts.len() > 1;
+    let list = listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")));
+    if several { format!("{total}: {list}") } else { list }
+}
+
+fn shape_kind(shape: &Shape) -> &'static str {
+    match shape {
+        Shape::Sphere { .. } => "sphere",
+        Shape::Plane { .. } => "plane",
+        Shape::Disk { .. } => "disk",
+        Shape::Quad { .. } => "quad",
+        Shape::Box { .. } => "box",
+        Shape::Cylinder { .. } => "cylinder",
+        Shape::Cone { .. } => "cone",
+        Shape::Ellipsoid { .. } => "ellipsoid",
+        Shape::Hyperboloid { .. } => "hyperboloid",
+        Shape::Paraboloid { .. } => "paraboloid",
+        Shape::Torus { .. } => "torus",
+        Shape::Triangle { .. } => "triangle",
+        Shape::Mesh(_) => "mesh",
+    }
+}
+
+fn light_kind(kind: &LightKind) -> &'static str {
+    match kind {
+        LightKind::Directional { .. } => "directional",
+        LightKind::Point { .. } => "point",
+        LightKind::Spot { .. } => "spot",
+    }
+}
+
+fn sky_kind(sky: &Sky) -> &'static str {
+    match sky {
+        Sky::Constant(_) => "constant",
+        Sky::Gradient { .. } => "gradient",
+        Sky::Expression(_) => "expression",
+        Sky::Map(_) => "environment picture",
+    }
+}
+
+fn model_kind(model: &Model) -> &'static str {
+    match model {
+        Model::Classic(_) => "classic",
+        Model::Physical(_) => "physical",
+    }
+}
+
+/// Triangles of the meshes, each counted once, and as often as objects show them where that differs.
+fn triangles(scene: &Scene) -> String {
+    let of = |data: &MeshData| data.indices.len();
+    let meshes: BTreeMap<&str, usize> = scene
+        .meshes
+        .iter()
+        .filter_map(|mesh| match &mesh.source {
+            MeshSource::Inline(data) => Some((mesh.name.as_str(), of(data))),
+            MeshSource::File(_) => None,
+        })
+        .collect();
+    let stored: usize = meshes.values().sum();
+    let shown = scene.objects.iter().filter_map(|object| match &object.shape {
+        Shape::Mesh(name) => meshes.get(name.as_str()),
+        _ => None,
+    });
+    match (meshes.len(), shown.sum::<usize>()) {
+        (0, _) => String::new(),
+        (n, shown) if shown == stored => format!("{stored} in {n} {}", if n == 1 { "mesh" } else { "meshes" }),
+        (n, shown) => format!("{stored} in {n} {}, shown as {shown}", if n == 1 { "mesh" } else { "meshes" }),
+    }
+}
+
+fn images(scene: &Scene) -> String {
+    let described = scene.images.iter().map(|image| match &image.data {
+        Some(data) => format!("{} {}x{}", image.name, data.width, data.height),
+        None => format!("{} (missing)", image.name),
+    });
+    match scene.images.len() {
+        0 => String::new(),
+        n => format!("{n}: {}", listed(described)),
+    }
+}

@@ -1,0 +1,20 @@
+//! `presets`: the scenes that the program carries.
+
+use raywright_io::presets;
+
+use crate::args::PresetsArgs;
+use crate::console;
+use crate::failure::Failure;
+use crate::table::{Align, lay_out};
+
+/// Prints a table of names and titles, or the text of one preset.
+pub fn run(args: &PresetsArgs) -> Result<(), Failure> {
+    match &args.name {
+        Some(name) => console::print(presets::get(name.strip_prefix("preset:").unwrap_or(name))?.text),
+        None => {
+            let rows: Vec<[String; 2]> =
+                presets::list().into_iter().map(|preset| [format!("preset:{}", preset.name), preset.title]).collect();
+            console::print(lay_out([Align::Left; 2], &rows))
+        }
+    }
+}

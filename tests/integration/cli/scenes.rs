@@ -1,0 +1,87 @@
+//! `info`, `check` and `presets`: what the program says about scenes without rendering them.
+
+use crate::support::Desk;
+
+const TWO_SPHERES: &str = r#"
+format = 1
+title = "Two"
+[parameters]
+r = 0.5
+[render]
+size = [320, 200]
+pattern = "corners"
+[[cameras]]
+name = "front"
+pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }
+projection.pinhole = { vertical_fov = 40 }
+[[materials]]
+name = "red"
+model.classic = {}
+[[objects]]
+shape.sphere = { centre = [0, 0, 0], radius = "r" }
+material = "red"
+[[objects]]
+shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }
+material = "red"
+"#;
+
+/// The table of `info` counts what is there, and leaves rows out that have nothing to say.
+#[test]
+fn info_shows_what_is_in_a_scene() {
+    let desk = Desk::new();
+    desk.write("two.scene.toml", TWO_SPHERES);
+    let run = desk.run(&["info", "two.scene.toml", "--set", "r=0.25"]);
+    run.exits_with(0).says("");
+    let (table, hash) = run.text().split_once("hash        ").expect("a hash at the end");
+    assert_eq!(hash.trim_end().len(), 64, "{hash}");
+    let expected = "\
+file        two.scene.toml
+format      Raywright scene (TOML)
+title       Two
+picture     320x200 pixels, 4 samples (corners), at most 8 ray segments
+parameters  r = 0.25
+cameras     1: front
+objects     2: 1 plane, 1 sphere
+materials   1 classic
+";
+    assert_eq!(table, expected);
+}
+
+/// `check` says that a good file is good, and ends with the code that scripts look at when it is not.
+#[test]
+fn check_tells_good_files_from_bad_ones() {
+    let desk = Desk::new();
+    desk.write("two.scene.toml", TWO_SPHERES);
+    let good = desk.run(&["check", "two.scene.toml"]);
+    good.exits_with(0).says("");
+    assert_eq!(good.text(), "two.scene.toml: ok\n");
+    desk.write("bad.scene.toml", &TWO_SPHERES.replace("radius", "raduis"));
+    desk.run(&["check", "bad.scene.toml"]).exits_with(3);
+    desk.run(&["check", "missing.scene.toml"])
+        .exits_with(4)
+        .says("error: cannot read missing.scene.toml: no such file or folder");
+}
+
+/// A parameter that the scene does not have is a mistake of the command line, not of the file.
+#[test]
+fn unknown_parameters_are_wrong_use() {
+    let desk = Desk::new();
+    desk.write("two.scene.toml", TWO_SPHERES);
+    desk.run(&["check", "two.scene.toml", "--set", "q=1"]).exits_with(2);
+}
+
+/// The text of a preset is a scene file that the program itself accepts.
+#[test]
+fn presets_are_scene_files() {
+    let desk = Desk::new();
+    let table = desk.run(&["presets"]);
+    table.exits_with(0).says("");
+    for line in table.text().lines() {
+        let name = line.split_whitespace().next().and_then(|word| word.strip_prefix("preset:")).expect("a preset's name");
+        let text = desk.run(&["presets", name]);
+        text.exits_with(0).says("");
+        desk.write("copy.scene.toml", text.text());
+        desk.run(&["check", "copy.scene.toml"]).exits_with(0);
+    }
+    desk.run(&["presets", "no-such-preset"]).exits_with(2);
+}
