@@ -45,7 +45,7 @@ impl Diagnostics {
     /// All problems as text, at most twenty in full.
     pub(crate) fn render(&self, renderer: &Renderer) -> String {
         let mut blocks: Vec<String> =
-            self.problems.iter().take(SHOWN).map(|problem| renderer.render(&[self.group(problem)])).collect();
+            self.problems.iter().take(SHOWN).map(|problem| renderer.render(&self.groups(problem))).collect();
         if let Some(more) = self.problems.len().checked_sub(SHOWN).filter(|&more| more > 0) {
             let noun = if more == 1 { "problem" } else { "problems" };
             blocks.push(format!("{}: {more} more {noun} not shown", self.file));
@@ -53,18 +53,14 @@ impl Diagnostics {
         blocks.join("\n\n")
     }
 
-    fn group<'a>(&'a self, problem: &'a Diagnostic) -> Group<'a> {
+    fn groups<'a>(&'a self, problem: &'a Diagnostic) -> Vec<Group<'a>> {
+        let Some(span) = &problem.span else {
+            let title = format!("{}: {}", self.file, problem.message);
+            return titled(title, problem.hint.as_deref());
+        };
         let hint = problem.hint.as_ref().map(|hint| Level::HELP.message(hint));
-        match &problem.span {
-            None => {
-                let title = format!("{}: {}", self.file, problem.message);
-                Group::with_title(Level::ERROR.primary_title(title)).elements(hint)
-            }
-            Some(span) => {
-                let title = Level::ERROR.primary_title(&problem.message);
-                Group::with_title(title).element(self.snippet(span, &problem.label)).elements(hint)
-            }
-        }
+        let title = Level::ERROR.primary_title(&problem.message);
+        vec![Group::with_title(title).element(self.snippet(span, &problem.label)).elements(hint)]
     }
 
     /// Only the line of the place goes to the renderer, so that a long file costs no more than a short one.
@@ -74,6 +70,13 @@ impl Diagnostics {
         let path = if place.cut { format!("{}:{}:{}", self.file, place.line, place.column) } else { self.file.clone() };
         Snippet::source(&self.text[place.shown]).line_start(place.line).path(path).annotation(annotation)
     }
+}
+
+/// A message without a place, and its advice.
+pub(crate) fn titled<'a>(message: impl Into<std::borrow::Cow<'a, str>>, hint: Option<&'a str>) -> Vec<Group<'a>> {
+    let mut groups = vec![Group::with_title(Level::ERROR.primary_title(message))];
+    groups.extend(hint.map(|hint| Group::with_title(Level::HELP.secondary_title(hint))));
+    groups
 }
 
 /// Where a span lies in a text.

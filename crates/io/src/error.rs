@@ -3,9 +3,9 @@
 use std::fmt;
 use std::path::Path;
 
-use annotate_snippets::{Group, Level, Renderer};
+use annotate_snippets::Renderer;
 
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostics, titled};
 
 /// What a failure means for the caller; the command line gives each its exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,11 +88,7 @@ impl Error {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         match self {
             Self::Scene(diagnostics) => diagnostics.render(&renderer),
-            Self::Plain { message, hint, .. } => {
-                let group = Group::with_title(Level::ERROR.primary_title(message));
-                let hint = hint.as_ref().map(|hint| Level::HELP.message(hint));
-                renderer.render(&[group.elements(hint)])
-            }
+            Self::Plain { message, hint, .. } => renderer.render(&titled(message, hint.as_deref())),
         }
     }
 }

@@ -53,7 +53,7 @@ fn the_time_can_be_given_to_a_scene_that_says_none() {
 
 #[test]
 fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
-    let overrides = Overrides { at: None, set: vec![("zz".to_owned(), 1.0)] };
+    let overrides = Overrides { at: None, set: vec![("Z".to_owned(), 1.0)] };
     let error = parse("x", BALL, Notation::Toml, &overrides).expect_err("no such parameter");
     assert_eq!(error.kind(), ErrorKind::Usage);
     assert!(error.to_string().contains("did you mean `z`?"), "{error}");
