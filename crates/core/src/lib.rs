@@ -5,5 +5,6 @@ pub mod noise;
 pub mod picture;
 pub mod scene;
 pub mod suggest;
+pub mod validate;
 pub use raywright_bvh as bvh;
 pub use scene::Scene;

@@ -105,7 +105,7 @@ fn native_scene(
 ) -> Result<Loaded, Error> {
     folder.note(text.as_bytes());
     note_overrides(folder, &options.overrides);
-    let scene = native::parse(name, text, notation, &options.overrides)?;
+    let scene = native::parse(name, text, notation, &options.overrides)?.scene;
     let source =
         SourceInfo { name: name.to_owned(), stem: stem.to_owned(), format: Format::Native(notation), text: Some(text.into()) };
     Ok(Loaded { scene, warnings: Vec::new(), hash: folder.hash(), source })

@@ -6,11 +6,14 @@ mod failure;
 mod json;
 mod names;
 mod node;
+mod places;
 mod toml;
 
 use std::collections::BTreeMap;
 
 use raywright_core::Scene;
+use raywright_core::scene::FORMAT;
+use raywright_core::validate::validate;
 use serde::Deserialize;
 
 pub use names::Overrides;
@@ -34,16 +37,52 @@ pub enum Notation {
     Json,
 }
 
-/// Reads a scene; `file` is its name in messages. Images and meshes in other files are not read.
-pub fn parse(file: &str, text: &str, notation: Notation, overrides: &Overrides) -> Result<Scene, Error> {
+/// A scene with the tree it was read from, for the places of what is found out later.
+pub(crate) struct Parsed {
+    pub scene: Scene,
+    root: Node,
+}
+
+impl Parsed {
+    /// An error at the place of a path: `meshes[2].source.file`.
+    pub fn error(&self, file: &str, text: &str, path: &str, message: impl Into<String>) -> Error {
+        let span = places::span(&self.root, path);
+        let problem = Diagnostic { message: message.into(), span, label: String::new(), hint: None };
+        Error::Scene(Diagnostics::new(file, text, vec![problem]))
+    }
+}
+
+/// Reads and checks a scene; `file` is its name in messages. Images and meshes in other files are not read.
+pub(crate) fn parse(file: &str, text: &str, notation: Notation, overrides: &Overrides) -> Result<Parsed, Error> {
     let fail = |problems| Error::Scene(Diagnostics::new(file, text, problems));
     let mut root = tree(text, notation).map_err(fail)?;
+    other_format(&root).map_err(fail)?;
     let mut problems = Vec::new();
     let names = names::settle(&mut root, text, overrides, &mut problems)?;
-    match read(&mut root, text, &names) {
-        Ok(scene) if problems.is_empty() => Ok(scene),
-        Ok(_) => Err(fail(problems)),
-        Err(more) => Err(fail(problems.into_iter().chain(more).collect())),
+    let scene = match read(&mut root, text, &names) {
+        Ok(scene) if problems.is_empty() => scene,
+        Ok(_) => return Err(fail(problems)),
+        Err(more) => return Err(fail(problems.into_iter().chain(more).collect())),
+    };
+    let problems: Vec<_> = validate(&scene).into_iter().map(|problem| places::diagnostic(&root, text, problem)).collect();
+    if problems.is_empty() { Ok(Parsed { scene, root }) } else { Err(fail(problems)) }
+}
+
+/// A text of another version may be wrong in every line; only the version is worth a message then.
+fn other_format(root: &Node) -> Result<(), Vec<Diagnostic>> {
+    let Some(entry) = root.entry("format") else {
+        let hint = format!("the first line of a scene is `format = {FORMAT}`");
+        let message = "this is no scene: it has no `format`".to_owned();
+        return Err(vec![Diagnostic { message, span: None, label: String::new(), hint: Some(hint) }]);
+    };
+    match entry.node.value {
+        Value::Integer(format) if format == i64::from(FORMAT) => Ok(()),
+        _ => Err(vec![Diagnostic {
+            message: format!("this program reads format {FORMAT} of scenes"),
+            span: Some(entry.node.span.clone()),
+            label: "another one".to_owned(),
+            hint: None,
+        }]),
     }
 }
 

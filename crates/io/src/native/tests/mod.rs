@@ -9,7 +9,7 @@ use crate::error::Error;
 
 /// Reads a TOML scene named `x.scene.toml`.
 fn toml(text: &str) -> Result<Scene, Error> {
-    parse("x.scene.toml", text, Notation::Toml, &Overrides::default())
+    parse("x.scene.toml", text, Notation::Toml, &Overrides::default()).map(|parsed| parsed.scene)
 }
 
 /// Reads a TOML scene that must be right.

@@ -41,20 +41,20 @@ fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
 #[test]
 fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
     let overrides = Overrides { at: Some(1.0), set: vec![("z".to_owned(), 10.0)] };
-    let scene = parse("x", BALL, Notation::Toml, &overrides).expect("a scene");
+    let scene = parse("x", BALL, Notation::Toml, &overrides).expect("a scene").scene;
     assert_eq!((scene.t, scene.parameters["z"], scene.parameters["a"]), (1.0, 10.0, 11.0));
 }
 
 #[test]
 fn the_time_can_be_given_to_a_scene_that_says_none() {
     let overrides = Overrides { at: Some(0.5), set: Vec::new() };
-    assert_eq!(parse("x", "format = 1", Notation::Toml, &overrides).expect("a scene").t, 0.5);
+    assert_eq!(parse("x", "format = 1", Notation::Toml, &overrides).expect("a scene").scene.t, 0.5);
 }
 
 #[test]
 fn a_parameter_that_the_scene_does_not_have_is_a_usage_error_with_a_suggestion() {
     let overrides = Overrides { at: None, set: vec![("Z".to_owned(), 1.0)] };
-    let error = parse("x", BALL, Notation::Toml, &overrides).expect_err("no such parameter");
+    let error = parse("x", BALL, Notation::Toml, &overrides).err().expect("no such parameter");
     assert_eq!(error.kind(), ErrorKind::Usage);
     assert!(error.to_string().contains("did you mean `z`?"), "{error}");
 }
@@ -71,5 +71,5 @@ fn json_says_the_same_as_toml() {
         "materials": [{ "name": "red",
             "model": { "classic": { "colour": [1, "a / 10", 0], "diffuse": "1 - u", "ambient": "a" } } }],
         "objects": [{ "shape": { "sphere": { "centre": [0, "a", 1e0], "radius": 16 } }, "material": "red" }] }"#;
-    assert_eq!(parse("x", json, Notation::Json, &Overrides::default()).expect("a scene"), good(BALL));
+    assert_eq!(parse("x", json, Notation::Json, &Overrides::default()).expect("a scene").scene, good(BALL));
 }

@@ -1,0 +1,97 @@
+//! Cameras: poses that look somewhere, projections that open somewhat.
+
+use glam::DVec3;
+
+use super::SMALLEST;
+use super::check::Check;
+use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
+
+/// Sine of the least angle between a camera's view and its up direction.
+const PARALLEL: f64 = 1e-6;
+
+pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
+    if camera.name.parse::<u64>().is_ok() {
+        let message = format!("`{}` cannot be the name of a camera", camera.name);
+        check.inside("name", |check| check.advise(message, "a number chooses a camera by its place in the list"));
+    }
+    check.inside("pose", |check| pose(check, &camera.pose));
+    check.inside("projection", |check| projection(check, &camera.projection));
+    if let Some(aspect) = camera.aspect {
+        check.within("aspect", aspect, 1e-3, 1e3);
+    }
+}
+
+fn pose(check: &mut Check<'_>, pose: &Pose) {
+    match *pose {
+        Pose::LookAt { eye, target, up } => check.inside("look_at", |check| look_at(check, eye, target, up)),
+        Pose::Orbit { target, distance, azimuth, elevation } => check.inside("orbit", |check| {
+            check.point("target", target);
+            check.length("distance", distance);
+            check.finite("azimuth", azimuth);
+            check.between("elevation", elevation, -90.0, 90.0);
+        }),
+        Pose::Axes { eye, right, up, back } => check.inside("axes", |check| {
+            check.point("eye", eye);
+            check.direction("right", right);
+            check.direction("up", up);
+            check.direction("back", back);
+            let unit = |axis: Triple| DVec3::from(axis).normalize_or_zero();
+            let volume = unit(right).cross(unit(up)).dot(unit(back));
+            if volume.abs() < PARALLEL && [right, up, back].iter().all(|axis| unit(*axis) != DVec3::ZERO) {
+                check.report("`right`, `up` and `back` lie in one plane, so they span no picture");
+            }
+        }),
+    }
+}
+
+fn look_at(check: &mut Check<'_>, eye: Triple, target: Triple, up: Triple) {
+    check.point("eye", eye);
+    check.point("target", target);
+    check.direction("up", up);
+    let view = DVec3::from(target) - DVec3::from(eye);
+    if view.length() < SMALLEST {
+        check.inside("target", |check| check.report("`target` is where `eye` is, so the camera looks nowhere"));
+        return;
+    }
+    let sine = view.normalize_or_zero().cross(DVec3::from(up).normalize_or_zero()).length();
+    if sine < PARALLEL && up.iter().any(|x| *x != 0.0) {
+        let hint = "choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down";
+        check.inside("up", |check| check.advise("the camera looks along `up`, so no direction is upwards", hint));
+    }
+}
+
+fn projection(check: &mut Check<'_>, projection: &Projection) {
+    match projection {
+        Projection::Pinhole(lens) => check.inside("pinhole", |check| pinhole(check, lens)),
+        Projection::Orthographic { height } => {
+            check.length("orthographic.height", *height);
+        }
+        Projection::ThinLens { pinhole: lens, aperture_radius, focus_distance } => check.inside("thin_lens", |check| {
+            check.inside("pinhole", |check| pinhole(check, lens));
+            check.not_negative("aperture_radius", *aperture_radius);
+            check.length("focus_distance", *focus_distance);
+        }),
+    }
+}
+
+fn pinhole(check: &mut Check<'_>, lens: &Pinhole) {
+    let keys =
+        [("vertical_fov", lens.vertical_fov), ("horizontal_fov", lens.horizontal_fov), ("focal_length", lens.focal_length)];
+    let given: Vec<&str> = keys.iter().filter(|(_, value)| value.is_some()).map(|(key, _)| *key).collect();
+    let hint = "give one of `vertical_fov`, `horizontal_fov` (degrees) and `focal_length`";
+    match given.as_slice() {
+        [] => check.advise("the pinhole does not say how wide it opens", hint),
+        [_] => {}
+        [first, second, ..] => {
+            let message = format!("`{first}` and `{second}` both say how wide the pinhole opens");
+            check.inside(second, |check| check.advise(message, hint));
+        }
+    }
+    for (key, value) in keys {
+        match value {
+            None => {}
+            Some(length) if key == "focal_length" => check.within(key, length, 1e-6, 1e6),
+            Some(angle) => check.between(key, angle, 0.0, 180.0),
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! The collector of problems: it knows where in the scene the checks are, and has the checks that many values share.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::fmt::{Display, Write as _};
+
+use super::{FARTHEST, MOST, Problem, SMALLEST};
+use crate::expr::{self, ExprError, Scope};
+use crate::scene::{Colour, Scene, Triple};
+use crate::suggest::closest;
+
+/// Shortest and longest direction: beyond these, squares of its length do not fit a double.
+const SHORTEST_DIRECTION: f64 = 1e-100;
+const LONGEST_DIRECTION: f64 = 1e100;
+
+/// Greatest absolute value of a number that is no length, such as a radiance: its sums must fit the renderer's f32.
+const GREATEST: f64 = 1e30;
+
+/// Names that a scene defines, for the references to them.
+pub(super) struct Names<'a> {
+    pub images: HashSet<&'a str>,
+    pub textures: HashSet<&'a str>,
+    pub materials: HashSet<&'a str>,
+    pub meshes: HashSet<&'a str>,
+}
+
+pub(super) struct Check<'a> {
+    path: String,
+    problems: Vec<Problem>,
+    pub names: Names<'a>,
+    /// `t` and the parameters.
+    numbers: BTreeMap<String, f64>,
+}
+
+impl<'a> Check<'a> {
+    pub fn new(scene: &'a Scene) -> Self {
+        let names = Names {
+            images: scene.images.iter().map(|image| image.name.as_str()).collect(),
+            textures: scene.textures.iter().map(|texture| texture.name.as_str()).collect(),
+            materials: scene.materials.iter().map(|material| material.name.as_str()).collect(),
+            meshes: scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect(),
+        };
+        let mut numbers = scene.parameters.clone();
+        numbers.insert("t".to_owned(), scene.t);
+        Self { path: String::new(), problems: Vec::new(), names, numbers }
+    }
+
+    pub fn finish(self) -> Vec<Problem> {
+        self.problems
+    }
+
+    /// Checks what is under a key.
+    pub fn inside(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
+        let length = self.path.len();
+        let dot = if length == 0 { "" } else { "." };
+        // Writing to a String cannot fail.
+        let _ = write!(self.path, "{dot}{key}");
+        checks(self);
+        self.path.truncate(length);
+    }
+
+    /// Checks an element of the array here.
+    pub fn element(&mut self, index: usize, checks: impl FnOnce(&mut Self)) {
+        let length = self.path.len();
+        let _ = write!(self.path, "[{index}]");
+        checks(self);
+        self.path.truncate(length);
+    }
+
+    /// Checks each element of the array under a key.
+    pub fn each<T>(&mut self, key: &str, items: &[T], mut checks: impl FnMut(&mut Self, &T)) {
+        self.inside(key, |check| {
+            for (i, item) in items.iter().enumerate() {
+                check.element(i, |check| checks(check, item));
+            }
+        });
+    }
+
+    /// Notes a problem here.
+    pub fn report(&mut self, message: impl Into<String>) {
+        self.push(message.into(), None, None);
+    }
+
+    /// Notes a problem of a value: its name and what is said of it. With an empty key, the value is the one here.
+    fn value(&mut self, key: &str, said: impl Display) {
+        if key.is_empty() {
+            self.report(format!("{} {said}", self.here()));
+        } else {
+            self.inside(key, |check| check.report(format!("{} {said}", check.here())));
+        }
+    }
+
+    /// Notes a problem here, with advice.
+    pub fn advise(&mut self, message: impl Into<String>, hint: impl Into<String>) {
+        self.push(message.into(), Some(hint.into()), None);
+    }
+
+    fn push(&mut self, message: String, hint: Option<String>, within: Option<std::ops::Range<usize>>) {
+        if self.problems.len() < MOST {
+            self.problems.push(Problem { path: self.path.clone(), message, hint, within });
+        }
+    }
+
+    /// The key here, for messages.
+    fn here(&self) -> String {
+        format!("`{}`", self.path.rsplit('.').next().unwrap_or_default())
+    }
+
+    /// Names of an array must differ, and those that others refer to must exist.
+    pub fn names<T>(&mut self, key: &str, items: &[T], name: impl Fn(&T) -> &String, needed: bool) {
+        let mut seen: HashMap<&str, usize> = HashMap::new();
+        for (i, item) in items.iter().enumerate() {
+            let name = name(item).as_str();
+            let problem = match seen.insert(name, i) {
+                _ if name.is_empty() && needed => "`name` must not be empty".to_owned(),
+                _ if name.is_empty() => continue,
+                Some(first) => format!("`{name}` is also the name of `{key}[{first}]`"),
+                None => continue,
+            };
+            self.inside(key, |check| check.element(i, |check| check.inside("name", |check| check.report(problem))));
+        }
+    }
+
+    /// A name must be defined. `what` is the kind of thing: "material".
+    pub fn refers(&mut self, key: &str, name: &str, what: &str, defined: for<'n> fn(&'n Names<'a>) -> &'n HashSet<&'a str>) {
+        let known = defined(&self.names);
+        if known.contains(name) {
+            return;
+        }
+        let hint = match closest(name, known.iter().copied()) {
+            Some(word) => format!("did you mean `{word}`?"),
+            None if known.is_empty() => format!("the scene has no {what} at all"),
+            None => {
+                let mut list: Vec<_> = known.iter().copied().collect();
+                list.sort_unstable();
+                list.truncate(20);
+                format!("the {what} names of this scene: {}", list.join(", "))
+            }
+        };
+        self.inside(key, |check| check.advise(format!("unknown {what} `{name}`"), hint));
+    }
+
+    /// An expression of the hit must compile.
+    pub fn expression(&mut self, source: &str, scope: Scope) {
+        if let Err(error) = expr::compile(source, &self.numbers, scope) {
+            self.wrong_expression(error);
+        }
+    }
+
+    /// An expression of the hit must compile and be a number.
+    pub fn number_expression(&mut self, source: &str, scope: Scope) {
+        if let Err(error) = expr::compile_number(source, &self.numbers, scope) {
+            self.wrong_expression(error);
+        }
+    }
+
+    fn wrong_expression(&mut self, error: ExprError) {
+        let message = format!("in the expression of {}: {}", self.here(), error.message);
+        self.push(message, error.hint, Some(error.span));
+    }
+
+    /// A number within a range, both ends included.
+    pub fn within(&mut self, key: &str, value: f64, least: f64, greatest: f64) {
+        if !(least..=greatest).contains(&value) {
+            self.value(key, format_args!("must be from {least} to {greatest}, not {value}"));
+        }
+    }
+
+    /// A number within a range, both ends excluded.
+    pub fn between(&mut self, key: &str, value: f64, low: f64, high: f64) {
+        if !(value > low && value < high) {
+            self.value(key, format_args!("must be above {low} and below {high}, not {value}"));
+        }
+    }
+
+    /// A whole number within a range, both ends included.
+    pub fn count(&mut self, key: &str, value: u32, least: u32, greatest: u32) {
+        self.within(key, f64::from(value), f64::from(least), f64::from(greatest));
+    }
+
+    /// Any number that can be worked with.
+    pub fn finite(&mut self, key: &str, value: f64) {
+        if !value.is_finite() {
+            self.value(key, format_args!("must be a finite number, not {value}"));
+        } else if value.abs() > GREATEST {
+            self.value(key, format_args!("must be from {:e} to {GREATEST:e}, not {value:e}", -GREATEST));
+        }
+    }
+
+    /// A factor that is not negative.
+    pub fn not_negative(&mut self, key: &str, value: f64) {
+        if value < 0.0 {
+            self.value(key, format_args!("must not be negative, as {value} is"));
+        } else {
+            self.finite(key, value);
+        }
+    }
+
+    /// A length above zero.
+    pub fn length(&mut self, key: &str, value: f64) {
+        if value <= 0.0 {
+            self.value(key, format_args!("must be above zero, not {value}"));
+        } else if !(SMALLEST..=FARTHEST).contains(&value) {
+            self.value(key, format_args!("must be from {SMALLEST:e} to {FARTHEST:e}, not {value:e}"));
+        }
+    }
+
+    /// A point in space.
+    pub fn point(&mut self, key: &str, point: Triple) {
+        if point.iter().any(|x| !x.is_finite()) {
+            self.value(key, format_args!("must be three finite numbers, not {}", list(&point)));
+        } else if point.iter().any(|x| x.abs() > FARTHEST) {
+            self.value(key, format_args!("must lie within {FARTHEST:e} of the origin on each axis"));
+        }
+    }
+
+    /// A direction of any length above zero.
+    pub fn direction(&mut self, key: &str, direction: Triple) {
+        let longest = direction.iter().fold(0.0_f64, |longest, x| longest.max(x.abs()));
+        if direction.iter().any(|x| !x.is_finite()) {
+            self.value(key, format_args!("must be three finite numbers, not {}", list(&direction)));
+        } else if longest == 0.0 {
+            self.value(key, "has no length, so it is no direction");
+        } else if !(SHORTEST_DIRECTION..=LONGEST_DIRECTION).contains(&longest) {
+            self.value(key, format_args!("must be from {SHORTEST_DIRECTION:e} to {LONGEST_DIRECTION:e} long"));
+        }
+    }
+
+    /// Any colour that can be worked with.
+    pub fn colour(&mut self, key: &str, colour: Colour) {
+        if colour.0.iter().any(|x| !x.is_finite()) {
+            self.value(key, format_args!("must be finite, not {}", list(&colour.0)));
+        } else if colour.0.iter().any(|x| x.abs() > GREATEST) {
+            self.value(key, format_args!("must have no part beyond {GREATEST:e}"));
+        }
+    }
+
+    /// A colour without negative parts.
+    pub fn light(&mut self, key: &str, colour: Colour) {
+        if colour.0.iter().any(|x| *x < 0.0) {
+            self.value(key, format_args!("must have no negative part, as {} has", list(&colour.0)));
+        } else {
+            self.colour(key, colour);
+        }
+    }
+}
+
+/// `[1, 2, 3]`.
+pub(super) fn list(values: &[f64]) -> String {
+    let values: Vec<String> = values.iter().map(f64::to_string).collect();
+    format!("[{}]", values.join(", "))
+}

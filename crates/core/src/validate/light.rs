@@ -1,0 +1,67 @@
+//! Lights and the sky.
+
+use super::check::Check;
+use crate::expr::Scope;
+use crate::scene::{ColourInput, Light, LightKind, Sky, Sun};
+
+pub(super) fn light(check: &mut Check<'_>, light: &Light) {
+    check.light("colour", light.colour);
+    check.inside("kind", |check| match light.kind {
+        LightKind::Directional { to_light } => {
+            check.direction("directional.to_light", to_light);
+        }
+        LightKind::Point { position, range, .. } => check.inside("point", |check| {
+            check.point("position", position);
+            reach(check, range);
+        }),
+        LightKind::Spot { position, direction, inner_angle, outer_angle, range, .. } => check.inside("spot", |check| {
+            check.point("position", position);
+            check.direction("direction", direction);
+            check.within("inner_angle", inner_angle, 0.0, 90.0);
+            check.inside("outer_angle", |check| {
+                check.within("", outer_angle, 0.0, 90.0);
+                if outer_angle <= inner_angle {
+                    check.report(format!("`outer_angle` must be above `inner_angle`, which is {inner_angle}"));
+                }
+            });
+            reach(check, range);
+        }),
+    });
+}
+
+fn reach(check: &mut Check<'_>, range: Option<f64>) {
+    if let Some(range) = range {
+        check.length("range", range);
+    }
+}
+
+pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
+    match sky {
+        Sky::Constant(colour) => check.colour("constant", *colour),
+        Sky::Gradient { bottom, top, suns } => check.inside("gradient", |check| {
+            check.colour("bottom", *bottom);
+            check.colour("top", *top);
+            check.each("suns", suns, sun);
+        }),
+        Sky::Expression(input) => check.inside("expression", |check| match input {
+            ColourInput::Constant(colour) => check.colour("", *colour),
+            ColourInput::Expression(source) => check.expression(source, Scope::Sky),
+            ColourInput::Texture(_) | ColourInput::Checker(_) => {
+                let hint = "for a picture of the surroundings write `map = { image = \"…\" }`";
+                check.advise("a sky has no surface for a texture or checkerboard to lie on", hint);
+            }
+        }),
+        Sky::Map(map) => check.inside("map", |check| {
+            check.refers("image", &map.image, "image", |names| &names.images);
+            check.finite("rotation", map.rotation);
+            check.not_negative("strength", map.strength);
+        }),
+    }
+}
+
+fn sun(check: &mut Check<'_>, sun: &Sun) {
+    check.direction("direction", sun.direction);
+    check.colour("colour", sun.colour);
+    check.finite("weight", sun.weight);
+    check.count("exponent", sun.exponent, 1, 65536);
+}

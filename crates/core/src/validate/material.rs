@@ -1,0 +1,122 @@
+//! Materials of both families, and the inputs that vary over a surface.
+
+use super::check::Check;
+use crate::expr::Scope;
+use crate::scene::{AlphaMode, Classic, ColourInput, Model, Physical, TextureRef, TransmissionChoice, Weight};
+
+pub(super) fn model(check: &mut Check<'_>, model: &Model) {
+    match model {
+        Model::Classic(material) => check.inside("classic", |check| {
+            classic(check, material);
+            traced(check, material);
+        }),
+        Model::Physical(material) => check.inside("physical", |check| physical(check, material)),
+    }
+}
+
+/// The terms that are evaluated where the ray hits.
+fn classic(check: &mut Check<'_>, material: &Classic) {
+    check.inside("colour", |check| colour_input(check, &material.colour));
+    check.inside("local", |check| weight(check, &material.local, Scope::Surface));
+    if let Some(ambient) = material.ambient {
+        check.colour("ambient", ambient);
+    }
+    check.inside("diffuse", |check| weight(check, &material.diffuse, Scope::Light));
+    if let Some(specular) = &material.specular {
+        check.inside("specular", |check| {
+            check.count("exponent", specular.exponent, 1, 65536);
+            check.inside("strength", |check| weight(check, &specular.strength, Scope::Light));
+        });
+    }
+    if let Some(rim) = &material.rim {
+        check.inside("rim", |check| {
+            check.inside("strength", |check| weight(check, &rim.strength, Scope::Surface));
+            check.count("exponent", rim.exponent, 1, 64);
+        });
+    }
+    if let Some(emission) = &material.emission {
+        check.inside("emission", |check| colour_input(check, emission));
+    }
+    check.within("shadow_transmittance", material.shadow_transmittance, 0.0, 1.0);
+    if let Some(shadow) = &material.shadow {
+        check.inside("shadow", |check| weight(check, shadow, Scope::Light));
+    }
+}
+
+/// The terms that send further rays.
+fn traced(check: &mut Check<'_>, material: &Classic) {
+    if material.reflection.is_some() && material.transmission.is_some() {
+        let message = "a material with `transmission` reflects already, so it cannot have `reflection` too";
+        check.inside("reflection", |check| check.advise(message, "remove one of the two"));
+    }
+    if let Some(reflection) = &material.reflection {
+        check.inside("reflection", |check| {
+            check.inside("weight", |check| weight(check, &reflection.weight, Scope::Surface));
+            if let Some(fuzz) = &reflection.fuzz {
+                check.finite("fuzz.amount", fuzz.amount);
+                check.each("fuzz.frequencies", &fuzz.frequencies, |check, row| check.point("", *row));
+            }
+        });
+    }
+    if let Some(transmission) = &material.transmission {
+        check.inside("transmission", |check| {
+            check.within("ior", transmission.ior, 1e-3, 1e3);
+            if let TransmissionChoice::Switch { threshold } = transmission.choice {
+                check.within("choice.switch.threshold", threshold, 0.0, 1.0);
+            }
+            check.colour("reflected_tint", transmission.reflected_tint);
+            check.colour("refracted_tint", transmission.refracted_tint);
+        });
+    }
+}
+
+fn physical(check: &mut Check<'_>, material: &Physical) {
+    check.inside("base_colour", |check| colour_input(check, &material.base_colour));
+    check.within("metallic", material.metallic, 0.0, 1.0);
+    check.within("roughness", material.roughness, 0.0, 1.0);
+    check.within("ior", material.ior, 1.0, 1e3);
+    check.within("transmission", material.transmission, 0.0, 1.0);
+    check.light("emission", material.emission);
+    check.within("opacity", material.opacity, 0.0, 1.0);
+    if let AlphaMode::Mask { cutoff } = material.alpha {
+        check.not_negative("alpha.mask.cutoff", cutoff);
+    }
+    let textures = [
+        ("base_colour_texture", &material.base_colour_texture),
+        ("metallic_roughness_texture", &material.metallic_roughness_texture),
+        ("emission_texture", &material.emission_texture),
+    ];
+    for (key, texture) in textures {
+        if let Some(texture) = texture {
+            check.inside(key, |check| texture_ref(check, texture));
+        }
+    }
+}
+
+fn weight(check: &mut Check<'_>, weight: &Weight, scope: Scope) {
+    match weight {
+        Weight::Number(value) => check.finite("", *value),
+        Weight::Expression(source) => check.number_expression(source, scope),
+    }
+}
+
+fn colour_input(check: &mut Check<'_>, input: &ColourInput) {
+    match input {
+        ColourInput::Constant(colour) => check.colour("", *colour),
+        ColourInput::Expression(source) => check.expression(source, Scope::Surface),
+        ColourInput::Texture(input) => check.inside("texture", |check| texture_ref(check, &input.texture)),
+        ColourInput::Checker(input) => check.inside("checker", |check| {
+            check.colour("even", input.checker.even);
+            check.colour("odd", input.checker.odd);
+            check.length("size", input.checker.size);
+        }),
+    }
+}
+
+fn texture_ref(check: &mut Check<'_>, texture: &TextureRef) {
+    check.refers("name", &texture.name, "texture", |names| &names.textures);
+    check.colour("factor", texture.factor);
+    if let Some(rows) = &texture.uv_transform {
+        check.each("uv_transform", rows, |check, row| check.point("", *row));
+    }
+}

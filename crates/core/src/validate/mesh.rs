@@ -1,0 +1,70 @@
+//! Meshes, images and textures.
+
+use super::FARTHEST;
+use super::check::Check;
+use crate::scene::{Image, Mesh, MeshData, MeshSource, Texture};
+
+/// Sets of texture coordinates a mesh may have.
+const MOST_UV_SETS: usize = 8;
+
+pub(super) fn image(check: &mut Check<'_>, image: &Image) {
+    if image.path.is_empty() && image.data.is_none() {
+        check.inside("path", |check| check.report("`path` must name a file"));
+    }
+}
+
+pub(super) fn texture(check: &mut Check<'_>, texture: &Texture) {
+    check.refers("image", &texture.image, "image", |names| &names.images);
+}
+
+pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
+    check.inside("source", |check| match &mesh.source {
+        MeshSource::File(path) if path.is_empty() => check.inside("file", |check| check.report("`file` must name a file")),
+        MeshSource::File(_) => {}
+        MeshSource::Inline(data) => {
+            for (path, message) in mesh_data(data) {
+                check.inside(format_args!("inline.{path}"), |check| check.report(message));
+            }
+        }
+    });
+}
+
+/// What is wrong with the arrays of a mesh, at most one problem for each array: path within the mesh, and message.
+pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
+    let vertices = data.positions.len();
+    let mut problems = Vec::new();
+    let far = FARTHEST as f32;
+    if let Some(i) = data.positions.iter().position(|p| !p.iter().all(|x| x.abs() <= far)) {
+        let message = format!("every position must be finite and within {FARTHEST:e} of the origin on each axis");
+        problems.push((format!("positions[{i}]"), message));
+    }
+    if let Some(i) = data.indices.iter().position(|corners| corners.iter().any(|index| *index as usize >= vertices)) {
+        let message = format!("this triangle names a vertex that does not exist: there are {vertices}, counted from 0");
+        problems.push((format!("indices[{i}]"), message));
+    }
+    attribute(&mut problems, "normals", &data.normals, vertices, |x| x.is_finite());
+    attribute(&mut problems, "colours", &data.colours, vertices, |x| x.is_finite() && x >= 0.0);
+    if data.uvs.len() > MOST_UV_SETS {
+        problems.push(("uvs".to_owned(), format!("a mesh may have at most {MOST_UV_SETS} sets of texture coordinates")));
+    }
+    for (i, set) in data.uvs.iter().enumerate() {
+        attribute(&mut problems, &format!("uvs[{i}]"), set, vertices, |x| x.is_finite());
+    }
+    problems
+}
+
+/// An array with one entry a vertex, or none at all.
+fn attribute<const N: usize>(
+    problems: &mut Vec<(String, String)>,
+    name: &str,
+    values: &[[f32; N]],
+    vertices: usize,
+    right: impl Fn(f32) -> bool,
+) {
+    if !values.is_empty() && values.len() != vertices {
+        let message = format!("`{name}` must have one entry for each of the {vertices} positions, not {}", values.len());
+        problems.push((name.to_owned(), message));
+    } else if let Some(i) = values.iter().position(|value| !value.iter().all(|x| right(*x))) {
+        problems.push((format!("{name}[{i}]"), format!("`{name}[{i}]` must be finite, and a colour not negative")));
+    }
+}

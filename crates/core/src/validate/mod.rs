@@ -1,0 +1,78 @@
+//! Whether a scene makes sense: every rule that its types alone do not enforce, all problems at once, each with its path.
+//!
+//! Pure: no files are read, nothing is changed. Whoever reads a file turns the paths into places of it. A scene without
+//! problems can be prepared; what preparation may still refuse is its size.
+
+mod camera;
+mod check;
+mod light;
+mod material;
+mod mesh;
+mod object;
+mod render;
+mod transform;
+
+use std::ops::Range;
+
+pub use mesh::mesh_data;
+
+use self::check::Check;
+use crate::scene::{FORMAT, Scene};
+
+/// Problems that are collected before the rest is left unsaid.
+const MOST: usize = 100;
+
+/// Greatest absolute coordinate, in world units: beyond it, squares of distances no longer fit the renderer's f32.
+pub const FARTHEST: f64 = 1e15;
+
+/// Least radius, size or distance between things that must not coincide, in world units.
+pub const SMALLEST: f64 = 1e-15;
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Problem {
+    /// Where, from the root: `objects[3].shape.sphere.radius`. Empty: the scene as a whole. The last steps may be absent
+    /// from a file that leaves a key out.
+    pub path: String,
+    /// What is wrong, in one sentence without a full stop.
+    pub message: String,
+    /// What to do about it, where there is something to say.
+    pub hint: Option<String>,
+    /// In a text value, the bytes that are meant; none: all of it.
+    pub within: Option<Range<usize>>,
+}
+
+/// Everything that is wrong with a scene, in the order of its parts; at most a hundred problems.
+pub fn validate(scene: &Scene) -> Vec<Problem> {
+    let mut check = Check::new(scene);
+    if scene.format != FORMAT {
+        let message = format!("this program reads format {FORMAT} of scenes, not {}", scene.format);
+        check.inside("format", |check| check.report(message));
+        return check.finish();
+    }
+    render::parameters(&mut check, scene);
+    check.inside("render", |check| render::render(check, &scene.render));
+    check.inside("classic", |check| render::classic_rules(check, &scene.classic));
+    check.names("cameras", &scene.cameras, |camera| &camera.name, false);
+    check.each("cameras", &scene.cameras, camera::camera);
+    if let Some(sky) = &scene.sky {
+        check.inside("sky", |check| light::sky(check, sky));
+    }
+    check.each("lights", &scene.lights, light::light);
+    check.names("images", &scene.images, |image| &image.name, true);
+    check.each("images", &scene.images, mesh::image);
+    check.names("textures", &scene.textures, |texture| &texture.name, true);
+    check.each("textures", &scene.textures, mesh::texture);
+    check.names("materials", &scene.materials, |material| &material.name, true);
+    check.each("materials", &scene.materials, |check, material| {
+        check.inside("model", |check| material::model(check, &material.model));
+    });
+    check.names("meshes", &scene.meshes, |mesh| &mesh.name, true);
+    check.each("meshes", &scene.meshes, mesh::mesh);
+    check.each("objects", &scene.objects, object::object);
+    check.each("generators", &scene.generators, object::generator);
+    check.finish()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,49 @@
+//! Settings of the picture, parameters, and the rules that classic materials share.
+
+use super::check::Check;
+use crate::expr::parameter_name_problem;
+use crate::scene::{ClassicRules, Render, Scene, SpawnRule};
+
+/// Pixels along one side.
+const LONGEST_SIDE: u32 = 65536;
+
+/// Samples a pixel: the length of the sampler's sequence.
+const MOST_SAMPLES: u32 = 65536;
+
+/// Ray segments a path may have.
+const DEEPEST: u32 = 64;
+
+pub(super) fn parameters(check: &mut Check<'_>, scene: &Scene) {
+    check.finite("t", scene.t);
+    check.inside("parameters", |check| {
+        for (name, value) in &scene.parameters {
+            check.inside(name, |check| match parameter_name_problem(name) {
+                Some(why) => check.advise(format!("`{name}` cannot be the name of a parameter"), why),
+                None => check.finite("", *value),
+            });
+        }
+    });
+}
+
+pub(super) fn render(check: &mut Check<'_>, render: &Render) {
+    check.each("size", &render.size, |check, side| check.count("", *side, 1, LONGEST_SIDE));
+    check.count("samples", render.samples, 1, MOST_SAMPLES);
+    check.count("max_depth", render.max_depth, 1, DEEPEST);
+    check.within("exposure", render.exposure, -64.0, 64.0);
+    check.colour("veil", render.veil);
+}
+
+pub(super) fn classic_rules(check: &mut Check<'_>, rules: &ClassicRules) {
+    check.colour("ambient", rules.ambient);
+    if let Some(distance) = rules.shadow_max_distance {
+        check.length("shadow_max_distance", distance);
+    }
+    if let SpawnRule::Constant(offsets) = rules.spawn {
+        check.inside("spawn.constant", |check| {
+            check.not_negative("offset", offsets.offset);
+            check.not_negative("camera_min", offsets.camera_min);
+            check.not_negative("secondary_min", offsets.secondary_min);
+            check.not_negative("shadow_min", offsets.shadow_min);
+        });
+    }
+}

@@ -1,0 +1,339 @@
+//! Each rule, broken once: the problem must be found, at its path.
+
+use crate::scene::*;
+
+use super::{Problem, mesh_data, validate};
+
+const HERE: [f64; 3] = [0.0; 3];
+const ABOVE: [f64; 3] = [0.0, 1.0, 0.0];
+
+/// A scene with one of everything, without problems.
+fn sound() -> Scene {
+    let texture = || TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, factor: Colour::WHITE };
+    let material = Material { name: "red".into(), model: Model::Classic(Box::default()) };
+    let physical = Material {
+        name: "oak".into(),
+        model: Model::Physical(Box::new(Physical { base_colour_texture: Some(texture()), ..Physical::default() })),
+    };
+    Scene {
+        cameras: vec![Camera {
+            name: "front".into(),
+            pose: Pose::LookAt { eye: [0.0, 0.0, 5.0], target: HERE, up: ABOVE },
+            projection: Projection::Pinhole(Pinhole { vertical_fov: Some(45.0), ..Pinhole::default() }),
+            aspect: None,
+        }],
+        sky: Some(Sky::Gradient { bottom: Colour::BLACK, top: Colour::WHITE, suns: vec![] }),
+        lights: vec![Light {
+            name: String::new(),
+            kind: LightKind::Directional { to_light: ABOVE },
+            colour: Colour::WHITE,
+            shadows: true,
+            specular: true,
+        }],
+        images: vec![Image { name: "grain".into(), path: "grain.png".into(), data: None }],
+        textures: vec![Texture {
+            name: "wood".into(),
+            image: "grain".into(),
+            colour_space: ColourSpace::Srgb,
+            filter: Filter::Bilinear,
+            wrap_u: Wrap::Repeat,
+            wrap_v: Wrap::Repeat,
+        }],
+        materials: vec![material, physical],
+        meshes: vec![Mesh { name: "leaf".into(), source: MeshSource::Inline(std::sync::Arc::new(leaf())) }],
+        objects: vec![ball(1.0), Object { shape: Shape::Mesh("leaf".into()), ..ball(1.0) }],
+        ..Scene::default()
+    }
+}
+
+fn leaf() -> MeshData {
+    MeshData {
+        positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        indices: vec![[0, 1, 2]],
+        normals: vec![[0.0, 0.0, 1.0]; 3],
+        uvs: vec![vec![[0.0; 2]; 3]],
+        colours: vec![[1.0; 4]; 3],
+    }
+}
+
+fn ball(radius: f64) -> Object {
+    Object {
+        name: String::new(),
+        shape: Shape::Sphere { centre: HERE, radius },
+        material: "red".into(),
+        side: SideRule::Both,
+        face_viewer: true,
+        casts_shadow: true,
+        transform: Vec::new(),
+    }
+}
+
+fn broken(break_it: impl FnOnce(&mut Scene)) -> Vec<Problem> {
+    let mut scene = sound();
+    break_it(&mut scene);
+    validate(&scene)
+}
+
+/// The one problem that a change makes, as `path: message`.
+fn one(break_it: impl FnOnce(&mut Scene)) -> String {
+    match broken(break_it).as_slice() {
+        [problem] => format!("{}: {}", problem.path, problem.message),
+        other => panic!("expected one problem, found {other:#?}"),
+    }
+}
+
+/// The one problem that a shape has, from the path of its kind on.
+fn shape(shape: Shape) -> String {
+    let problem = one(|scene| scene.objects[0].shape = shape);
+    problem.strip_prefix("objects[0].shape.").expect("a problem of the shape").to_owned()
+}
+
+fn transform(step: TransformStep) -> String {
+    one(|scene| scene.objects[0].transform = vec![step])
+}
+
+fn classic(classic: Classic) -> String {
+    one(|scene| scene.materials[0].model = Model::Classic(Box::new(classic)))
+}
+
+fn physical(physical: Physical) -> String {
+    one(|scene| scene.materials[1].model = Model::Physical(Box::new(physical)))
+}
+
+#[test]
+fn a_sound_scene_has_no_problems() {
+    assert_eq!(validate(&sound()), []);
+    assert_eq!(validate(&Scene::default()), []);
+}
+
+#[test]
+fn another_format_is_the_only_problem_of_its_scene() {
+    assert_eq!(
+        one(|scene| (scene.format, scene.objects[0].material) = (2, String::new())),
+        "format: this program reads format 1 of scenes, not 2"
+    );
+}
+
+#[test]
+fn picture_settings_have_ranges() {
+    assert_eq!(one(|s| s.render.size[0] = 0), "render.size[0]: `size[0]` must be from 1 to 65536, not 0");
+    assert_eq!(one(|s| s.render.size[1] = 65537), "render.size[1]: `size[1]` must be from 1 to 65536, not 65537");
+    assert_eq!(one(|s| s.render.samples = 0), "render.samples: `samples` must be from 1 to 65536, not 0");
+    assert_eq!(one(|s| s.render.max_depth = 65), "render.max_depth: `max_depth` must be from 1 to 64, not 65");
+    assert_eq!(one(|s| s.render.exposure = f64::INFINITY), "render.exposure: `exposure` must be from -64 to 64, not inf");
+    assert_eq!(one(|s| s.render.veil.0[1] = f64::NAN), "render.veil: `veil` must be finite, not [0, NaN, 0]");
+    let spawn = SpawnRule::Constant(ConstantOffset {
+        offset: -1.0,
+        along: OffsetDirection::Normal,
+        camera_min: 0.0,
+        secondary_min: 0.0,
+        shadow_min: 0.0,
+    });
+    assert_eq!(one(|s| s.classic.spawn = spawn), "classic.spawn.constant.offset: `offset` must not be negative, as -1 is");
+    assert_eq!(
+        one(|s| s.classic.shadow_max_distance = Some(0.0)),
+        "classic.shadow_max_distance: `shadow_max_distance` must be above zero, not 0"
+    );
+    assert!(one(|s| _ = s.parameters.insert("pi".into(), 3.0)).starts_with("parameters.pi: `pi` cannot be the name"));
+}
+
+#[test]
+fn cameras_look_somewhere_and_open_somewhat() {
+    let pose = |pose| one(|s| s.cameras[0].pose = pose);
+    let eye = [1.0, 2.0, 3.0];
+    assert!(
+        pose(Pose::LookAt { eye, target: eye, up: ABOVE }).ends_with("`target` is where `eye` is, so the camera looks nowhere")
+    );
+    assert!(pose(Pose::LookAt { eye: ABOVE, target: HERE, up: ABOVE }).contains("looks along `up`"));
+    assert!(pose(Pose::LookAt { eye, target: HERE, up: HERE }).contains("`up` has no length"));
+    let orbit = |distance, elevation| pose(Pose::Orbit { target: HERE, distance, azimuth: 0.0, elevation });
+    assert!(orbit(0.0, 0.0).contains("`distance` must be above zero"));
+    assert!(orbit(1.0, 90.0).contains("`elevation` must be above -90 and below 90"));
+    let flat = Pose::Axes { eye, right: [1.0, 0.0, 0.0], up: ABOVE, back: [1.0, 1.0, 0.0] };
+    assert!(pose(flat).contains("lie in one plane"));
+    let lens = |vertical_fov, horizontal_fov, focal_length| {
+        one(|s| s.cameras[0].projection = Projection::Pinhole(Pinhole { vertical_fov, horizontal_fov, focal_length }))
+    };
+    assert!(lens(None, None, None).contains("does not say how wide it opens"));
+    assert!(lens(Some(1.0), None, Some(1.0)).contains("`vertical_fov` and `focal_length` both say"));
+    assert!(lens(Some(180.0), None, None).contains("`vertical_fov` must be above 0 and below 180"));
+    assert!(lens(None, None, Some(0.0)).contains("`focal_length` must be from"));
+    assert!(one(|s| s.cameras[0].projection = Projection::Orthographic { height: -1.0 }).contains("`height` must be above zero"));
+    assert!(one(|s| s.cameras[0].aspect = Some(0.0)).contains("`aspect` must be from"));
+    assert!(one(|s| s.cameras[0].name = "1".into()).contains("cannot be the name of a camera"));
+}
+
+#[test]
+fn lights_and_skies_are_sensible() {
+    let light = |kind| one(|s| s.lights[0].kind = kind);
+    let spot = |inner_angle, outer_angle| {
+        let (falloff, range) = (Falloff::InverseSquare, Some(1.0));
+        light(LightKind::Spot { position: HERE, direction: ABOVE, inner_angle, outer_angle, falloff, range })
+    };
+    assert!(light(LightKind::Directional { to_light: HERE }).contains("`to_light` has no length"));
+    assert!(
+        light(LightKind::Point { position: HERE, falloff: Falloff::None, range: Some(0.0) })
+            .contains("`range` must be above zero")
+    );
+    assert!(spot(30.0, 30.0).contains("`outer_angle` must be above `inner_angle`"));
+    assert!(spot(30.0, 91.0).contains("`outer_angle` must be from 0 to 90"));
+    assert!(one(|s| s.lights[0].colour.0[2] = -1.0).contains("must have no negative part"));
+    let checker = CheckerInput { checker: Checker { even: Colour::BLACK, odd: Colour::WHITE, size: 1.0 } };
+    assert!(one(|s| s.sky = Some(Sky::Expression(ColourInput::Checker(checker)))).contains("a sky has no surface"));
+    let map = SkyMap { image: "grian".into(), rotation: 0.0, strength: 1.0 };
+    let problems = broken(|s| s.sky = Some(Sky::Map(map)));
+    assert_eq!(problems[0].hint.as_deref(), Some("did you mean `grain`?"));
+    let sun = Sun { direction: ABOVE, colour: Colour::WHITE, weight: 1.0, exponent: 0 };
+    let sky = Sky::Gradient { bottom: Colour::BLACK, top: Colour::WHITE, suns: vec![sun] };
+    assert!(one(|s| s.sky = Some(sky)).starts_with("sky.gradient.suns[0].exponent: "));
+}
+
+#[test]
+fn materials_have_ranges_and_expressions_that_compile() {
+    assert!(classic(Classic { shadow_transmittance: 1.5, ..Classic::default() }).contains("must be from 0 to 1, not 1.5"));
+    let specular = |exponent| Specular {
+        model: SpecularModel::Blinn,
+        exponent,
+        strength: Weight::Number(1.0),
+        lit: true,
+        shadowed: true,
+        on_reflection: false,
+    };
+    assert!(
+        classic(Classic { specular: Some(specular(0)), ..Classic::default() }).contains("`exponent` must be from 1 to 65536")
+    );
+    assert!(
+        classic(Classic { rim: Some(Rim { strength: Weight::Number(1.0), exponent: 65 }), ..Classic::default() })
+            .contains("from 1 to 64")
+    );
+    let vector = Weight::Expression("p".into());
+    assert!(
+        classic(Classic { local: vector, ..Classic::default() })
+            .starts_with("materials[0].model.classic.local: in the expression of `local`")
+    );
+    assert!(classic(Classic { local: Weight::Number(f64::NAN), ..Classic::default() }).contains("finite"));
+    let to_light = ColourInput::Expression("l".into());
+    assert!(classic(Classic { colour: to_light, ..Classic::default() }).contains("`l` does not exist"));
+    let reflection = Some(Reflection { weight: Weight::Number(1.0), tinted: true, fuzz: None });
+    let transmission = |ior| {
+        Some(Transmission {
+            ior,
+            choice: TransmissionChoice::Split,
+            reflected_tint: Colour::WHITE,
+            refracted_tint: Colour::WHITE,
+        })
+    };
+    assert!(classic(Classic { transmission: transmission(0.0), ..Classic::default() }).contains("`ior` must be from"));
+    assert!(
+        classic(Classic { reflection, transmission: transmission(1.5), ..Classic::default() })
+            .contains("cannot have `reflection` too")
+    );
+    assert!(physical(Physical { roughness: -0.1, ..Physical::default() }).contains("`roughness` must be from 0 to 1"));
+    assert!(physical(Physical { ior: 0.5, ..Physical::default() }).contains("`ior` must be from 1 to"));
+    assert!(physical(Physical { emission: Colour([-1.0; 3]), ..Physical::default() }).contains("no negative part"));
+}
+
+#[test]
+fn an_expression_s_problem_says_where_in_the_text() {
+    let classic = Classic { colour: ColourInput::Expression("1 + bad".into()), ..Classic::default() };
+    let problems = broken(|s| s.materials[0].model = Model::Classic(Box::new(classic)));
+    assert_eq!(problems[0].within, Some(4..7));
+}
+
+#[test]
+fn names_are_unique_and_references_exist() {
+    assert_eq!(one(|s| s.materials[1].name = "red".into()), "materials[1].name: `red` is also the name of `materials[0]`");
+    assert_eq!(one(|s| s.objects[1].shape = Shape::Mesh("laef".into())), "objects[1].shape.mesh: unknown mesh `laef`");
+    assert_eq!(one(|s| s.objects[0].material = "rde".into()), "objects[0].material: unknown material `rde`");
+    assert_eq!(one(|s| s.textures[0].image = "x".into()), "textures[0].image: unknown image `x`");
+    assert_eq!(
+        one(|s| s.textures[0].name = "x".into()),
+        "materials[1].model.physical.base_colour_texture.name: unknown texture `wood`"
+    );
+    assert_eq!(one(|s| s.images[0].path = String::new()), "images[0].path: `path` must name a file");
+    assert_eq!(broken(|s| s.materials[1].name = String::new())[0].message, "`name` must not be empty");
+    let hints = broken(|s| s.objects[0].material = "rde".into());
+    assert_eq!(hints[0].hint.as_deref(), Some("did you mean `red`?"));
+}
+
+#[test]
+fn sizes_are_above_zero_and_directions_lead_somewhere() {
+    assert_eq!(shape(Shape::Sphere { centre: HERE, radius: -1.0 }), "sphere.radius: `radius` must be above zero, not -1");
+    assert!(shape(Shape::Sphere { centre: HERE, radius: f64::NAN }).contains("from 1e-15 to 1e15, not NaN"));
+    assert!(shape(Shape::Sphere { centre: [0.0, f64::INFINITY, 0.0], radius: 1.0 }).contains("three finite numbers"));
+    assert!(shape(Shape::Sphere { centre: [0.0, 1e20, 0.0], radius: 1.0 }).contains("within 1e15"));
+    assert!(shape(Shape::Plane { point: HERE, normal: HERE }).starts_with("plane.normal: `normal` has no length"));
+    assert!(shape(Shape::Disk { centre: HERE, normal: ABOVE, radius: 0.0 }).starts_with("disk.radius"));
+    assert!(shape(Shape::Quad { corner: HERE, edge_u: ABOVE, edge_v: [0.0, -3.0, 0.0] }).contains("no area"));
+    assert!(shape(Shape::Box { min: HERE, max: [1.0, 0.0, 1.0] }).contains("`max` must be above `min`"));
+    let cylinder = |height| Shape::Cylinder { base: HERE, axis: ABOVE, radius: 1.0, height, caps: true };
+    assert!(shape(cylinder(Some(0.0))).starts_with("cylinder.height"));
+    assert_eq!(broken(|s| s.objects[0].shape = cylinder(None)), []);
+    let cone = |top_radius| Shape::Cone { base: HERE, axis: ABOVE, radius: 1.0, top_radius, height: 1.0 };
+    assert!(shape(cone(-1.0)).starts_with("cone.top_radius"));
+    assert_eq!(broken(|s| s.objects[0].shape = cone(0.0)), []);
+    assert!(shape(Shape::Ellipsoid { centre: HERE, semi_axes: [1.0, 0.0, 1.0] }).starts_with("ellipsoid.semi_axes[1]"));
+    assert!(shape(Shape::Hyperboloid { centre: HERE, waist_radius: 1.0, c: 0.0, half_height: 1.0 }).starts_with("hyperboloid.c"));
+    assert!(shape(Shape::Paraboloid { apex: HERE, radius: 1.0, height: -1.0 }).starts_with("paraboloid.height"));
+    let torus = Shape::Torus { centre: HERE, axis: ABOVE, major_radius: 1.0, minor_radius: 1.0 };
+    assert!(shape(torus).starts_with("torus.minor_radius: `minor_radius` must be below"));
+    assert!(shape(Shape::Triangle { vertices: [HERE, ABOVE, [0.0, 2.0, 0.0]] }).contains("no area"));
+    assert!(shape(Shape::Triangle { vertices: [HERE, ABOVE, HERE] }).contains("no area"));
+}
+
+#[test]
+fn transforms_leave_something_to_see() {
+    assert!(transform(TransformStep::Scale([1.0, 0.0, 1.0])).contains("may be zero"));
+    assert!(transform(TransformStep::Scale([1.0, f64::NAN, 1.0])).contains("from 1e-15"));
+    assert!(transform(TransformStep::Rotate { axis: HERE, degrees: 1.0 }).contains("`axis` has no length"));
+    assert!(transform(TransformStep::Translate([f64::NAN; 3])).contains("three finite numbers"));
+    let flat = [[1.0, 2.0, 3.0, 0.0], [2.0, 4.0, 6.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    assert!(transform(TransformStep::Matrix(flat)).contains("flattens space"));
+    let tiny = [[1e-9, 0.0, 0.0, 5.0], [0.0, 1e-9, 0.0, 0.0], [0.0, 0.0, 1e-9, 0.0]];
+    assert_eq!(broken(|s| s.objects[0].transform = vec![TransformStep::Matrix(tiny)]), []);
+}
+
+#[test]
+fn generators_have_places_and_sound_objects() {
+    let generator = |kind, object| broken(|s| s.generators = vec![Generator { kind, object }]);
+    let grid = |counts| GeneratorKind::Grid { counts, origin: HERE, step: ABOVE };
+    let scatter = |count, max| GeneratorKind::Scatter { count, min: HERE, max, seed: 0 };
+    assert_eq!(generator(grid([1, 2, 3]), ball(1.0)), []);
+    assert_eq!(generator(grid([1, 0, 3]), ball(1.0))[0].path, "generators[0].kind.grid.counts[1]");
+    assert_eq!(generator(scatter(1, HERE), ball(1.0)), []);
+    assert_eq!(generator(scatter(0, HERE), ball(1.0))[0].path, "generators[0].kind.scatter.count");
+    assert_eq!(generator(scatter(1, [0.0, -1.0, 0.0]), ball(1.0))[0].path, "generators[0].kind.scatter.max");
+    assert_eq!(generator(scatter(1, HERE), ball(-1.0))[0].path, "generators[0].object.shape.sphere.radius");
+}
+
+#[test]
+fn mesh_arrays_are_finite_and_fit_each_other() {
+    let problem = |break_it: fn(&mut MeshData)| {
+        let mut data = leaf();
+        break_it(&mut data);
+        mesh_data(&data).iter().map(|(path, message)| format!("{path}: {message}")).collect::<Vec<_>>().join("\n")
+    };
+    assert_eq!(mesh_data(&leaf()), []);
+    assert_eq!(mesh_data(&MeshData::default()), []);
+    assert!(
+        problem(|mesh| mesh.indices[0][2] = 3)
+            .starts_with("indices[0]: this triangle names a vertex that does not exist: there are 3")
+    );
+    assert!(problem(|mesh| mesh.positions[1][0] = f32::NAN).starts_with("positions[1]: "));
+    assert!(problem(|mesh| mesh.positions[2][0] = f32::INFINITY).starts_with("positions[2]: "));
+    assert!(
+        problem(|mesh| mesh.normals.truncate(2))
+            .starts_with("normals: `normals` must have one entry for each of the 3 positions, not 2")
+    );
+    assert!(problem(|mesh| mesh.uvs[0].push([0.0; 2])).starts_with("uvs[0]: "));
+    assert!(problem(|mesh| mesh.colours[1][3] = -1.0).starts_with("colours[1]: "));
+    assert!(problem(|mesh| mesh.uvs = vec![vec![]; 9]).starts_with("uvs: "));
+    let scene =
+        broken(|s| s.meshes[0].source = MeshSource::Inline(std::sync::Arc::new(MeshData { indices: vec![[9; 3]], ..leaf() })));
+    assert_eq!(scene[0].path, "meshes[0].source.inline.indices[0]");
+}
+
+#[test]
+fn a_flood_of_problems_is_cut_off() {
+    assert_eq!(broken(|s| s.objects = vec![ball(-1.0); 5000]).len(), 100);
+}

@@ -1,0 +1,44 @@
+//! Affine transforms: what they map to nothing cannot be hit.
+
+use glam::{DMat3, DVec3};
+
+use super::check::{Check, list};
+use crate::scene::TransformStep;
+
+/// Least and greatest absolute scale factor.
+const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
+
+/// Least volume spanned by the unit vectors along a matrix's rows: below it the matrix flattens space.
+const FLAT: f64 = 1e-12;
+
+pub(super) fn steps(check: &mut Check<'_>, steps: &[TransformStep]) {
+    check.each("transform", steps, |check, step| match *step {
+        TransformStep::Translate(offset) => check.point("translate", offset),
+        TransformStep::Scale(factors) => check.inside("scale", |check| {
+            if factors.contains(&0.0) {
+                let factors = list(&factors);
+                check.report(format!("no factor of `scale` may be zero, as in {factors}: nothing would be left to see"));
+            } else if !factors.iter().all(|factor| SCALES.contains(&factor.abs())) {
+                check.report(format!("each factor of `scale` must be from 1e-15 to 1e15 or negative, not {}", list(&factors)));
+            }
+        }),
+        TransformStep::Rotate { axis, degrees } => check.inside("rotate", |check| {
+            check.direction("axis", axis);
+            check.finite("degrees", degrees);
+        }),
+        TransformStep::Matrix(rows) => check.inside("matrix", |check| matrix(check, &rows)),
+    });
+}
+
+fn matrix(check: &mut Check<'_>, rows: &[[f64; 4]; 3]) {
+    if rows.iter().flatten().any(|x| !(x.abs() <= 1e15)) {
+        check.report("each entry of `matrix` must be finite and from -1e15 to 1e15");
+        return;
+    }
+    let unit = |row: [f64; 4]| DVec3::new(row[0], row[1], row[2]).normalize_or_zero();
+    let volume = DMat3::from_cols(unit(rows[0]), unit(rows[1]), unit(rows[2])).determinant();
+    if volume.abs() < FLAT {
+        let hint = "its first three columns must be linearly independent";
+        check.advise("`matrix` flattens space, so nothing would be left to see", hint);
+    }
+}
