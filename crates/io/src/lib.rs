@@ -6,11 +6,16 @@
 mod diagnostic;
 mod error;
 mod folder;
+mod gltf;
+mod image_file;
+mod import;
 mod limits;
 mod load;
+mod mesh_tools;
 mod native;
 pub mod output;
 pub mod presets;
+mod uri;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use error::{Error, ErrorKind, Warning};

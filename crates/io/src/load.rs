@@ -8,6 +8,7 @@ use raywright_core::Scene;
 
 use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_limited};
+use crate::gltf;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
 use crate::presets;
@@ -89,10 +90,22 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
                     let text = native::text(&name, bytes, options.limits.text_bytes)?;
                     native_scene(&name, &stem(path), &text, notation, &folder, options)
                 }
-                Format::Gltf | Format::Glb | Format::Obj => Err(Error::input(name, "models are not read yet")),
+                format => model(path, bytes, format, &folder, options),
             }
         }
     }
+}
+
+/// A model becomes a whole scene; time and parameters mean nothing to it.
+fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: &LoadOptions) -> Result<Loaded, Error> {
+    folder.note(&bytes);
+    note_overrides(folder, &options.overrides);
+    let (scene, warnings) = match format {
+        Format::Obj => return Err(Error::input(path.display(), "OBJ files are not read yet")),
+        _ => gltf::load(path, &bytes, folder, &options.limits)?,
+    };
+    let source = SourceInfo { name: path.display().to_string(), stem: stem(path), format, text: None };
+    Ok(Loaded { scene, warnings, hash: folder.hash(), source })
 }
 
 fn native_scene(

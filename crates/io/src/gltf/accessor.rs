@@ -1,0 +1,194 @@
+//! A bounds-checked reader of accessors: every component type, strided or packed, normalised, sparse, without a view.
+//!
+//! Everything is checked when an accessor is opened; reading an element then can't fail. Nothing needs to be aligned.
+
+use gltf::json::accessor::{ComponentType, IndexComponentType, Type, sparse};
+use gltf::json::validation::Checked;
+
+use super::buffers::{Buffers, absent};
+use super::document::Document;
+use crate::import::{Fault, Outcome};
+
+/// Opens the accessors of one file.
+pub(super) struct Reader<'a> {
+    pub document: &'a Document,
+    pub buffers: &'a Buffers<'a>,
+    /// Bytes that one accessor may stand for.
+    pub memory_bytes: u64,
+}
+
+/// One accessor, ready to be read.
+#[derive(Debug)]
+pub(super) struct Accessor<'a> {
+    count: usize,
+    arity: usize,
+    component: ComponentType,
+    normalised: bool,
+    /// From the first element to the end of the last; empty where all elements are zero.
+    bytes: &'a [u8],
+    stride: usize,
+    /// Elements that a sparse accessor replaces, by ascending index.
+    patches: Vec<(u32, &'a [u8])>,
+}
+
+impl<'a> Reader<'a> {
+    /// Opens an accessor and checks all that it refers to.
+    ///
+    /// # Errors
+    /// A fault of kind input naming the accessor; of kind limit when it stands for more memory than is allowed.
+    pub fn open(&self, index: usize) -> Outcome<Accessor<'a>> {
+        self.open_unplaced(index).map_err(|fault| fault.at(format_args!("accessors[{index}]")))
+    }
+
+    fn open_unplaced(&self, index: usize) -> Outcome<Accessor<'a>> {
+        let list = &self.document.accessors;
+        let accessor = list.get(index).ok_or_else(|| absent("accessors", index, list.len()))?;
+        let Checked::Valid(component) = accessor.component_type else {
+            return Err(Fault::input("has an unknown componentType"));
+        };
+        let arity = match accessor.type_ {
+            Checked::Valid(Type::Scalar) => 1,
+            Checked::Valid(Type::Vec2) => 2,
+            Checked::Valid(Type::Vec3) => 3,
+            Checked::Valid(Type::Vec4) => 4,
+            // Matrices have padded columns; what is read so far has none.
+            Checked::Valid(_) => return Err(Fault::input("is a matrix where a vector is expected")),
+            Checked::Invalid => return Err(Fault::input("has an unknown type")),
+        };
+        let size = component.0.size() * arity;
+        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
+        if (count as u64).saturating_mul(size as u64) > self.memory_bytes {
+            return Err(Fault::limit(format!(
+                "counts {count} elements of {size} bytes; {} MiB are allowed",
+                self.memory_bytes >> 20
+            )));
+        }
+        let (bytes, stride) = match accessor.buffer_view {
+            Some(view) => self.slice(view.value(), accessor.byte_offset.unwrap_or_default().0, count, size)?,
+            None => (&[][..], size),
+        };
+        let patches = match &accessor.sparse {
+            Some(sparse) => self.patches(sparse, count, size).map_err(|fault| fault.at("sparse"))?,
+            None => Vec::new(),
+        };
+        Ok(Accessor { count, arity, component: component.0, normalised: accessor.normalized, bytes, stride, patches })
+    }
+
+    /// The bytes of `count` elements in a view from an offset on, and the distance between elements.
+    fn slice(&self, view: usize, offset: u64, count: usize, size: usize) -> Outcome<(&'a [u8], usize)> {
+        let (bytes, stride) = self.buffers.view(self.document, view)?;
+        let stride = stride.unwrap_or(size);
+        if stride < size {
+            return Err(Fault::input(format!("has elements of {size} bytes every {stride} bytes")));
+        }
+        let beyond =
+            || Fault::input(format!("{count} elements reach beyond bufferViews[{view}], which has {} bytes", bytes.len()));
+        let start = usize::try_from(offset).map_err(|_| beyond())?;
+        let length = match count {
+            0 => 0,
+            n => (n - 1).checked_mul(stride).and_then(|last| last.checked_add(size)).ok_or_else(beyond)?,
+        };
+        let end = start.checked_add(length).ok_or_else(beyond)?;
+        Ok((bytes.get(start..end).ok_or_else(beyond)?, stride))
+    }
+
+    /// The elements that a sparse accessor replaces.
+    fn patches(&self, sparse: &sparse::Sparse, count: usize, size: usize) -> Outcome<Vec<(u32, &'a [u8])>> {
+        let replaced = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+        if replaced > count {
+            return Err(Fault::input(format!("replaces {replaced} of {count} elements")));
+        }
+        let Checked::Valid(IndexComponentType(component)) = sparse.indices.component_type else {
+            return Err(Fault::input("indices have an unknown componentType"));
+        };
+        let (indices, index_stride) =
+            self.slice(sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0, replaced, component.size())?;
+        let (values, value_stride) =
+            self.slice(sparse.values.buffer_view.value(), sparse.values.byte_offset.0, replaced, size)?;
+        let mut patches = Vec::with_capacity(replaced);
+        for (index, value) in indices.chunks(index_stride).zip(values.chunks(value_stride)) {
+            let index = unsigned(component, index);
+            if index as usize >= count {
+                return Err(Fault::input(format!("replaces element {index} of {count}")));
+            }
+            patches.push((index, value));
+        }
+        // "Strictly increasing" by the specification; where a file repeats an index, the last value counts.
+        patches.sort_by_key(|&(index, _)| index);
+        Ok(patches)
+    }
+}
+
+impl Accessor<'_> {
+    /// Number of elements.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Components an element.
+    pub fn arity(&self) -> usize {
+        self.arity
+    }
+
+    /// Whether components may be indices.
+    pub fn is_unsigned(&self) -> bool {
+        matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+    }
+
+    /// Takes integers as fractions of their largest value even where the file does not say so.
+    pub fn normalise_integers(&mut self) {
+        self.normalised = true;
+    }
+
+    /// An element as numbers; missing components are zero. Integers are exact or, if normalised, fractions
+    /// (glTF 2.0, section 3.11).
+    pub fn vector<const N: usize>(&self, element: usize) -> [f32; N] {
+        let bytes = self.element(element);
+        let size = self.component.size();
+        let mut out = [0.0; N];
+        for (i, slot) in out.iter_mut().enumerate().take(self.arity) {
+            *slot = self.number(bytes.get(i * size..).unwrap_or_default());
+        }
+        out
+    }
+
+    /// An element as an index; only for unsigned components.
+    pub fn index(&self, element: usize) -> u32 {
+        unsigned(self.component, self.element(element))
+    }
+
+    fn element(&self, element: usize) -> &[u8] {
+        let after = self.patches.partition_point(|&(index, _)| index as usize <= element);
+        match after.checked_sub(1).and_then(|i| self.patches.get(i)) {
+            Some(&(index, value)) if index as usize == element => value,
+            _ => self.bytes.get(element * self.stride..).unwrap_or_default(),
+        }
+    }
+
+    fn number(&self, bytes: &[u8]) -> f32 {
+        // Fractions are formed in f64: the quotient of two f32 integers and the rounded f64 quotient agree, but u32 does not fit f32.
+        let (value, largest) = match self.component {
+            ComponentType::F32 => return f32::from_le_bytes(head(bytes)),
+            ComponentType::I8 => (f64::from(i8::from_le_bytes(head(bytes))), f64::from(i8::MAX)),
+            ComponentType::U8 => (f64::from(u8::from_le_bytes(head(bytes))), f64::from(u8::MAX)),
+            ComponentType::I16 => (f64::from(i16::from_le_bytes(head(bytes))), f64::from(i16::MAX)),
+            ComponentType::U16 => (f64::from(u16::from_le_bytes(head(bytes))), f64::from(u16::MAX)),
+            ComponentType::U32 => (f64::from(u32::from_le_bytes(head(bytes))), f64::from(u32::MAX)),
+        };
+        (if self.normalised { (value / largest).max(-1.0) } else { value }) as f32
+    }
+}
+
+/// The first bytes, zero where there are none.
+fn head<const N: usize>(bytes: &[u8]) -> [u8; N] {
+    bytes.first_chunk::<N>().copied().unwrap_or([0; N])
+}
+
+/// A little-endian unsigned number of 1, 2 or 4 bytes.
+fn unsigned(component: ComponentType, bytes: &[u8]) -> u32 {
+    match component.size() {
+        1 => u32::from(u8::from_le_bytes(head(bytes))),
+        2 => u32::from(u16::from_le_bytes(head(bytes))),
+        _ => u32::from_le_bytes(head(bytes)),
+    }
+}

@@ -1,0 +1,90 @@
+//! The binary data of a glTF file: buffers from the container, from files beside it, or from the JSON itself, and views of them.
+
+use std::borrow::Cow;
+
+use gltf::json;
+
+use super::document::Document;
+use crate::folder::Folder;
+use crate::import::{Budget, Fault, Outcome};
+use crate::uri;
+
+/// All buffers of a file, each cut to the length that the JSON gives it.
+pub(super) struct Buffers<'a> {
+    /// None where a buffer has no data: a placeholder that only an extension fills. Using one is an error, having one is not.
+    data: Vec<Option<Cow<'a, [u8]>>>,
+}
+
+impl<'a> Buffers<'a> {
+    /// Loads every buffer.
+    ///
+    /// # Errors
+    /// A fault of kind input when one is missing, refused or shorter than the JSON says.
+    pub fn load(document: &Document, binary: Option<&'a [u8]>, folder: &Folder, budget: &mut Budget) -> Outcome<Self> {
+        let mut data = Vec::new();
+        for (i, buffer) in document.buffers.iter().enumerate() {
+            let bytes = load_one(buffer, i, binary, folder).map_err(|fault| fault.at(format_args!("buffers[{i}]")))?;
+            if let Some(Cow::Owned(bytes)) = &bytes {
+                budget.memory(bytes.len(), 1)?;
+            }
+            data.push(bytes);
+        }
+        Ok(Self { data })
+    }
+
+    /// The bytes of a buffer view, and the stride it prescribes.
+    ///
+    /// # Errors
+    /// A fault of kind input when the view or its buffer does not exist, or when it reaches beyond the buffer.
+    pub fn view(&self, document: &Document, index: usize) -> Outcome<(&[u8], Option<usize>)> {
+        let place = |fault: Fault| fault.at(format_args!("bufferViews[{index}]"));
+        let view = document.buffer_views.get(index).ok_or_else(|| absent("bufferViews", index, document.buffer_views.len()))?;
+        let buffer =
+            self.data.get(view.buffer.value()).ok_or_else(|| place(absent("buffers", view.buffer.value(), self.data.len())))?;
+        let missing =
+            || Fault::input(format!("buffers[{}] has no uri, and the file no binary chunk for it", view.buffer.value()));
+        let buffer = buffer.as_ref().ok_or_else(|| place(missing()))?;
+        let start = view.byte_offset.unwrap_or_default().0;
+        let end = start.checked_add(view.byte_length.0);
+        let range = usize::try_from(start).ok().zip(end.and_then(|end| usize::try_from(end).ok()));
+        match range.and_then(|(start, end)| buffer.get(start..end)) {
+            Some(bytes) => Ok((bytes, view.byte_stride.map(|stride| stride.0))),
+            None => Err(place(Fault::input(format!(
+                "{} bytes from byte {start} reach beyond buffers[{}], which has {}",
+                view.byte_length.0,
+                view.buffer.value(),
+                buffer.len()
+            )))),
+        }
+    }
+}
+
+/// An index that points at nothing.
+pub(super) fn absent(list: &str, index: usize, length: usize) -> Fault {
+    Fault::input(format!("{list}[{index}] does not exist, the file has {length} of them"))
+}
+
+fn load_one<'a>(
+    buffer: &json::Buffer,
+    index: usize,
+    binary: Option<&'a [u8]>,
+    folder: &Folder,
+) -> Outcome<Option<Cow<'a, [u8]>>> {
+    let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
+    let short = |have: usize| Fault::input(format!("has {length} bytes by its byteLength, but only {have} are there"));
+    match (&buffer.uri, binary) {
+        (Some(uri), _) => {
+            let mut bytes = uri::read(folder, uri)?;
+            if bytes.len() < length {
+                return Err(short(bytes.len()));
+            }
+            bytes.truncate(length);
+            Ok(Some(Cow::Owned(bytes)))
+        }
+        (None, Some(chunk)) if index == 0 => match chunk.get(..length) {
+            Some(bytes) => Ok(Some(Cow::Borrowed(bytes))),
+            None => Err(short(chunk.len())),
+        },
+        (None, _) => Ok(None),
+    }
+}

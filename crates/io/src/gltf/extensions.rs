@@ -1,0 +1,52 @@
+//! Which glTF extensions are read, and what is said about the others.
+
+use super::document::Document;
+use crate::import::{Fault, Outcome, Warnings, shown};
+
+/// Extensions that are read, or whose absence changes nothing in the picture of the default state.
+const READ: [&str; 10] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    // Converted, with a warning at each material.
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    // Metadata.
+    "KHR_xmp_json_ld",
+    "KHR_xmp",
+];
+
+/// Refuses a file that can't be shown without an extension that is not read.
+///
+/// # Errors
+/// A fault of kind input naming the extensions.
+pub(super) fn check_required(required: &[String]) -> Outcome<()> {
+    // With variants, a file has a default look that needs nothing from the extension.
+    let able = |name: &&String| READ.contains(&name.as_str()) || name.as_str() == "KHR_materials_variants";
+    let missing: Vec<&str> = required.iter().filter(|name| !able(name)).map(String::as_str).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let list: Vec<String> = missing.iter().take(8).map(|name| format!("`{}`", shown(name))).collect();
+    Err(Fault::input(format!("requires the extension {}, which is not supported", list.join(", "))))
+}
+
+/// Warns about extensions that the file uses and that are ignored, declared or not.
+pub(super) fn warn_ignored(document: &Document, warnings: &mut Warnings) {
+    let declared = document.extensions_used.iter();
+    let of_root = document.extensions.others.keys();
+    let of_nodes = document.nodes.iter().flat_map(|node| node.extensions.others.keys());
+    let of_materials = document
+        .materials
+        .iter()
+        .filter_map(|material| material.extensions.as_ref())
+        .flat_map(|extensions| extensions.others.keys());
+    for name in declared.chain(of_root).chain(of_nodes).chain(of_materials) {
+        if !READ.contains(&name.as_str()) {
+            warnings.add(format!("extension {} is ignored", shown(name)));
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Materials of a glTF file as physical materials.
+
+use gltf::json;
+use gltf::json::validation::Checked;
+use raywright_core::scene::{AlphaMode, Colour, Material, Model, Physical};
+
+use super::Import;
+use super::buffers::absent;
+use super::specular_glossiness;
+use super::texture::Use;
+use crate::import::Outcome;
+
+/// A material of the scene, and what its users must know of it.
+#[derive(Clone, Debug)]
+pub(super) struct UsedMaterial {
+    /// Name in the scene.
+    pub name: String,
+    /// Its place in the scene's list.
+    place: usize,
+    /// Whether its surfaces can be seen from behind.
+    pub two_sided: bool,
+    /// Sets of texture coordinates that its textures use.
+    pub uv_sets: Vec<u32>,
+}
+
+impl Import<'_> {
+    /// The material of a primitive, converted when it is first used; none is the specification's default material.
+    pub(super) fn material(&mut self, index: Option<usize>) -> Outcome<UsedMaterial> {
+        if let Some(known) = self.materials.get(&index) {
+            return Ok(known.clone());
+        }
+        let default = json::Material::default();
+        let list = &self.document.materials;
+        let source = match index {
+            Some(i) => list.get(i).ok_or_else(|| absent("materials", i, list.len()))?,
+            None => &default,
+        };
+        let label = index.map_or_else(|| "the default material".to_owned(), |i| format!("materials[{i}]"));
+        let model = self.physical(source, &label).map_err(|fault| fault.at(&label))?;
+        let textures = [&model.base_colour_texture, &model.metallic_roughness_texture, &model.emission_texture];
+        let used = UsedMaterial {
+            name: self.names.materials.unique(source.name.as_deref().unwrap_or("default")),
+            place: self.scene.materials.len(),
+            // Rays must be able to leave what they entered.
+            two_sided: source.double_sided || model.transmission > 0.0,
+            uv_sets: textures.into_iter().flatten().map(|texture| texture.uv_set).collect(),
+        };
+        self.scene.materials.push(Material { name: used.name.clone(), model: Model::Physical(Box::new(model)) });
+        self.materials.insert(index, used.clone());
+        Ok(used)
+    }
+
+    /// Lets the colours of a mesh's vertices count; materials whose meshes have none do not pay for them.
+    pub(super) fn use_vertex_colours(&mut self, material: &UsedMaterial) {
+        if let Some(Material { model: Model::Physical(model), .. }) = self.scene.materials.get_mut(material.place) {
+            model.vertex_colours = true;
+        }
+    }
+
+    fn physical(&mut self, source: &json::Material, label: &str) -> Outcome<Physical> {
+        self.warn_unread(source, label);
+        let pbr = &source.pbr_metallic_roughness;
+        let extensions = source.extensions.clone().unwrap_or_default();
+        let [r, g, b, a] = pbr.base_color_factor.0.map(f64::from);
+        let mut out = Physical {
+            base_colour: Colour([r, g, b].map(|c| self.unit(c, label, "baseColorFactor"))).into(),
+            base_colour_texture: self.texture(pbr.base_color_texture.as_ref(), Use::Colour)?,
+            metallic: self.unit(pbr.metallic_factor.0.into(), label, "metallicFactor"),
+            roughness: self.unit(pbr.roughness_factor.0.into(), label, "roughnessFactor"),
+            metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
+            emission: self.emission(source, label),
+            emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
+            opacity: self.unit(a, label, "baseColorFactor alpha"),
+            unlit: extensions.unlit.is_some(),
+            ..Physical::default()
+        };
+        out.alpha = match source.alpha_mode {
+            Checked::Valid(json::material::AlphaMode::Opaque) => AlphaMode::Opaque,
+            Checked::Valid(json::material::AlphaMode::Mask) => {
+                AlphaMode::Mask { cutoff: self.unit(source.alpha_cutoff.unwrap_or_default().0.into(), label, "alphaCutoff") }
+            }
+            Checked::Valid(json::material::AlphaMode::Blend) => AlphaMode::Blend,
+            Checked::Invalid => {
+                self.warnings.add(format!("{label}: unknown alphaMode; it was taken as opaque"));
+                AlphaMode::Opaque
+            }
+        };
+        if let Some(ior) = &extensions.ior {
+            out.ior = self.ior(ior.ior.0.into(), label);
+        }
+        if let Some(transmission) = &extensions.transmission {
+            out.transmission = self.unit(transmission.transmission_factor.0.into(), label, "transmissionFactor");
+            if transmission.transmission_texture.is_some() {
+                self.warnings.add(format!("{label}: transmissionTexture is ignored; the factor counts everywhere"));
+            }
+        }
+        if let Some(glossy) = &extensions.pbr_specular_glossiness {
+            self.warnings.add(format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"));
+            let textures = [&glossy.diffuse_texture, &glossy.specular_glossiness_texture];
+            specular_glossiness::convert(glossy, &mut out);
+            out.base_colour_texture = self.texture(textures[0].as_ref(), Use::Colour)?;
+            out.metallic_roughness_texture = None;
+            if textures[1].is_some() {
+                self.warnings.add(format!("{label}: specularGlossinessTexture is ignored; the factors count everywhere"));
+            }
+        }
+        Ok(out)
+    }
+
+    /// Says what of a material is not read.
+    fn warn_unread(&mut self, source: &json::Material, label: &str) {
+        if source.normal_texture.is_some() {
+            self.warnings.add(format!("{label}: its normal map is ignored"));
+        }
+        if source.occlusion_texture.is_some() {
+            self.warnings.add(format!("{label}: its occlusion map is ignored: what light can't reach is found by tracing"));
+        }
+    }
+
+    fn emission(&mut self, source: &json::Material, label: &str) -> Colour {
+        let strength = source.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());
+        let mut strength = strength.map_or(1.0, |s| f64::from(s.emissive_strength.0));
+        if !(strength.is_finite() && strength >= 0.0) {
+            self.warnings.add(format!("{label}: emissiveStrength {strength} makes no sense; 1 was taken"));
+            strength = 1.0;
+        }
+        Colour(source.emissive_factor.0.map(|c| self.unit(c.into(), label, "emissiveFactor") * strength))
+    }
+
+    /// An index of refraction of at least 1. The extension's 0, "reflects everything", belongs to the specular-glossiness model.
+    fn ior(&mut self, value: f64, label: &str) -> f64 {
+        if value.is_finite() && value >= 1.0 {
+            return value;
+        }
+        self.warnings.add(format!("{label}: an index of refraction of {value} is not supported; 1.5 was taken"));
+        1.5
+    }
+
+    /// A factor that must lie between 0 and 1; others would make energy.
+    fn unit(&mut self, value: f64, label: &str, what: &str) -> f64 {
+        if (0.0..=1.0).contains(&value) {
+            return value;
+        }
+        let clamped = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
+        self.warnings.add(format!("{label}: {what} {value} is outside 0 to 1; {clamped} was taken"));
+        clamped
+    }
+}

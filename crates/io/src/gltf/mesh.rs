@@ -1,0 +1,205 @@
+//! Primitives of glTF meshes as triangle meshes.
+
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+use raywright_core::scene::MeshData;
+
+use super::Import;
+use super::accessor::Accessor;
+use super::material::UsedMaterial;
+use crate::import::{Fault, Outcome};
+use crate::mesh_tools;
+
+/// Sets of texture coordinates that are read; the specification asks for two.
+pub(super) const MOST_UV_SETS: u32 = 8;
+
+impl<'a> Import<'a> {
+    /// The triangles of one primitive; none with a warning when it has none.
+    pub(super) fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        material: &UsedMaterial,
+        (mesh, part): (usize, usize),
+    ) -> Outcome<Option<MeshData>> {
+        let place = format!("meshes[{mesh}].primitives[{part}]");
+        let Checked::Valid(mode) = primitive.mode else { return Err(Fault::input("has an unknown mode")) };
+        if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
+            self.warnings.add(format!("{place}: points and lines are ignored"));
+            return Ok(None);
+        }
+        if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+            self.warnings.add("morph targets are ignored: meshes are shown in their base shape");
+        }
+        let Some(positions) = self.attribute(primitive, Semantic::Positions, &[3])? else {
+            self.warnings.add(format!("{place}: has no POSITION and was left out"));
+            return Ok(None);
+        };
+        let corners = self.corners(primitive, mode, positions.count())?;
+        let (vertices, indices) = used_vertices(&corners, positions.count());
+        self.budget.memory(vertices.len(), size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>())?;
+        let mut data =
+            MeshData { positions: vertices.iter().map(|v| positions.vector(v)).collect(), indices, ..MeshData::default() };
+        if let Some(normals) = self.vertex_attribute(primitive, Semantic::Normals, &[3], &positions)? {
+            data.normals = vertices.iter().map(|v| normals.vector(v)).collect();
+        }
+        data.uvs = self.texture_coordinates(primitive, material, &positions, &vertices, &place)?;
+        if let Some(mut colours) = self.vertex_attribute(primitive, Semantic::Colors(0), &[3, 4], &positions)? {
+            colours.normalise_integers();
+            let opaque = colours.arity() == 3;
+            data.colours = vertices.iter().map(|v| colour(colours.vector(v), opaque)).collect();
+            self.use_vertex_colours(material);
+        }
+        let dropped = mesh_tools::drop_unusable(&mut data);
+        if dropped > 0 {
+            self.warnings.add(format!("{place}: {dropped} triangles with vertices that are not finite were left out"));
+        }
+        mesh_tools::mend_normals(&mut data);
+        Ok(if data.indices.is_empty() { None } else { Some(data) })
+    }
+
+    /// The accessor of an attribute, if the primitive has it.
+    fn attribute(&self, primitive: &Primitive, semantic: Semantic, arities: &[usize]) -> Outcome<Option<Accessor<'a>>> {
+        let name = semantic.to_string();
+        let Some(index) = primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
+        let accessor = self.reader.open(index.value()).map_err(|fault| fault.at(&name))?;
+        if !arities.contains(&accessor.arity()) {
+            return Err(Fault::input(format!("{name}: has {} components", accessor.arity())));
+        }
+        Ok(Some(accessor))
+    }
+
+    /// An attribute that must have as many elements as there are positions.
+    fn vertex_attribute(
+        &self,
+        primitive: &Primitive,
+        semantic: Semantic,
+        arities: &[usize],
+        positions: &Accessor,
+    ) -> Outcome<Option<Accessor<'a>>> {
+        let name = semantic.to_string();
+        match self.attribute(primitive, semantic, arities)? {
+            Some(accessor) if accessor.count() != positions.count() => {
+                Err(Fault::input(format!("{name}: has {} elements, but POSITION has {}", accessor.count(), positions.count())))
+            }
+            other => Ok(other),
+        }
+    }
+
+    /// All sets that the primitive has or its material asks for; a set it lacks is zero with a warning.
+    fn texture_coordinates(
+        &mut self,
+        primitive: &Primitive,
+        material: &UsedMaterial,
+        positions: &Accessor,
+        vertices: &Vertices,
+        place: &str,
+    ) -> Outcome<Vec<Vec<[f32; 2]>>> {
+        let mut sets = Vec::new();
+        let mut missing = Vec::new();
+        let present = |set: &u32| primitive.attributes.contains_key(&Checked::Valid(Semantic::TexCoords(*set)));
+        let own = (0..MOST_UV_SETS).take_while(present).count() as u32;
+        let wanted = material.uv_sets.iter().max().map_or(0, |most| most + 1);
+        self.budget.memory(vertices.len(), size_of::<[f32; 2]>() * own.max(wanted) as usize)?;
+        for set in 0..own.max(wanted) {
+            match self.vertex_attribute(primitive, Semantic::TexCoords(set), &[2], positions)? {
+                Some(uv) => sets.push(vertices.iter().map(|v| uv.vector(v).map(finite_or_zero)).collect()),
+                None => {
+                    sets.push(vec![[0.0; 2]; vertices.len()]);
+                    missing.push(set);
+                }
+            }
+        }
+        for set in missing.into_iter().filter(|set| material.uv_sets.contains(set)) {
+            self.warnings.add(format!("{place}: its material wants TEXCOORD_{set}, which it has not; (0, 0) was taken"));
+        }
+        Ok(sets)
+    }
+
+    /// Three vertex indices a triangle, whatever the topology.
+    fn corners(&mut self, primitive: &Primitive, mode: Mode, count: usize) -> Outcome<Vec<[u32; 3]>> {
+        let accessor = match primitive.indices {
+            Some(index) => Some(self.reader.open(index.value()).map_err(|fault| fault.at("indices"))?),
+            None => None,
+        };
+        if accessor.as_ref().is_some_and(|a| a.arity() != 1 || !a.is_unsigned()) {
+            return Err(Fault::input("indices: are no unsigned scalars"));
+        }
+        let length = accessor.as_ref().map_or(count, Accessor::count);
+        let triangles = match mode {
+            Mode::TriangleStrip | Mode::TriangleFan => length.saturating_sub(2),
+            _ => length / 3,
+        };
+        self.budget.triangles(triangles)?;
+        let vertex = |i: usize| -> Outcome<u32> {
+            let index = accessor.as_ref().map_or(i as u32, |a| a.index(i));
+            if (index as usize) < count { Ok(index) } else { Err(Fault::input(format!("indices: vertex {index} of {count}"))) }
+        };
+        let mut out = Vec::with_capacity(triangles);
+        for i in 0..triangles {
+            // glTF 2.0, section 3.7.2.1: the order that keeps every triangle of a strip facing the same way.
+            let [a, b, c] = match mode {
+                Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
+                Mode::TriangleFan => [i + 1, i + 2, 0],
+                _ => [3 * i, 3 * i + 1, 3 * i + 2],
+            };
+            let triangle = [vertex(a)?, vertex(b)?, vertex(c)?];
+            // Strips join their parts by triangles that use a vertex twice.
+            if triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0] {
+                out.push(triangle);
+            }
+        }
+        if !matches!(mode, Mode::TriangleStrip | Mode::TriangleFan) && length % 3 != 0 {
+            self.warnings.add(format!("{} indices left over after the last whole triangle were ignored", length % 3));
+        }
+        Ok(out)
+    }
+}
+
+/// The vertices of the file that a primitive uses.
+enum Vertices {
+    /// All of them.
+    All(usize),
+    /// Those of a list, ascending.
+    Some(Vec<u32>),
+}
+
+impl Vertices {
+    fn len(&self) -> usize {
+        match self {
+            Self::All(count) => *count,
+            Self::Some(list) => list.len(),
+        }
+    }
+
+    /// Indices in the file.
+    fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+        match self {
+            Self::All(count) => Box::new(0..*count),
+            Self::Some(list) => Box::new(list.iter().map(|&i| i as usize)),
+        }
+    }
+}
+
+/// Keeps a primitive that uses a small part of shared vertices from copying all of them.
+fn used_vertices(corners: &[[u32; 3]], count: usize) -> (Vertices, Vec<[u32; 3]>) {
+    if corners.len().saturating_mul(3) >= count {
+        return (Vertices::All(count), corners.to_vec());
+    }
+    let mut used = corners.as_flattened().to_vec();
+    used.sort_unstable();
+    used.dedup();
+    // Every corner is in the list it was made from.
+    let place = |i: &u32| used.partition_point(|u| u < i) as u32;
+    let indices = corners.iter().map(|[a, b, c]| [place(a), place(b), place(c)]).collect();
+    (Vertices::Some(used), indices)
+}
+
+/// A vertex colour as the specification bounds it; what is no number counts as white.
+fn colour(value: [f32; 4], opaque: bool) -> [f32; 4] {
+    let [r, g, b, a] = value.map(|c| if c.is_nan() { 1.0 } else { c.clamp(0.0, 1.0) });
+    [r, g, b, if opaque { 1.0 } else { a }]
+}
+
+fn finite_or_zero(value: f32) -> f32 {
+    if value.is_finite() { value } else { 0.0 }
+}

@@ -1,0 +1,156 @@
+//! Textures of a glTF file: images decoded once, samplers, and the map of texture coordinates (KHR_texture_transform).
+
+use gltf::json;
+use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
+use gltf::json::validation::Checked;
+use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, TextureRef, Wrap};
+
+use super::Import;
+use super::buffers::absent;
+use super::mesh::MOST_UV_SETS;
+use crate::import::{Fault, FaultKind, Outcome};
+use crate::{image_file, uri};
+
+/// What a texture's numbers mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Use {
+    /// Colours, stored by the sRGB curve.
+    Colour,
+    /// Numbers, stored as they are.
+    Data,
+}
+
+impl Import<'_> {
+    /// A material's use of a texture; none when it has none or, with a warning, when the image could not be had.
+    pub(super) fn texture(&mut self, info: Option<&json::texture::Info>, used_as: Use) -> Outcome<Option<TextureRef>> {
+        let Some(info) = info else { return Ok(None) };
+        let index = info.index.value();
+        let Some(name) = self.named_texture(index, used_as)? else { return Ok(None) };
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
+        if uv_set >= MOST_UV_SETS {
+            self.warnings
+                .add(format!("textures[{index}]: used with TEXCOORD_{uv_set}; sets from {MOST_UV_SETS} on are not read"));
+            return Ok(None);
+        }
+        Ok(Some(TextureRef { name, uv_set, uv_transform: transform.map(uv_rows), factor: Colour::WHITE }))
+    }
+
+    /// The scene's texture for one of the file's, made when it is first used.
+    fn named_texture(&mut self, index: usize, used_as: Use) -> Outcome<Option<String>> {
+        let key = (index, used_as == Use::Colour);
+        if let Some(known) = self.textures.get(&key) {
+            return Ok(known.clone());
+        }
+        let list = &self.document.textures;
+        let source = list.get(index).ok_or_else(|| absent("textures", index, list.len()))?;
+        let place = |fault: Fault| fault.at(format_args!("textures[{index}]"));
+        let sampler = self.sampler(source).map_err(place)?;
+        let image = match source.source.value() {
+            // What `gltf::json` says when there is no source.
+            none if none == u32::MAX as usize => {
+                self.warnings.add(format!("textures[{index}]: has no PNG or JPEG source; the material's factor alone counts"));
+                None
+            }
+            image => self.image(image).map_err(place)?,
+        };
+        let name = image.map(|image| {
+            let wish = source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&image);
+            let name = self.names.textures.unique(wish);
+            self.scene.textures.push(Texture {
+                name: name.clone(),
+                image,
+                colour_space: if used_as == Use::Colour { ColourSpace::Srgb } else { ColourSpace::Linear },
+                filter: filter(&sampler),
+                wrap_u: wrap(&sampler.wrap_s),
+                wrap_v: wrap(&sampler.wrap_t),
+            });
+            name
+        });
+        self.textures.insert(key, name.clone());
+        Ok(name)
+    }
+
+    fn sampler(&self, texture: &json::Texture) -> Outcome<Sampler> {
+        let list = &self.document.samplers;
+        match texture.sampler {
+            Some(index) => list.get(index.value()).cloned().ok_or_else(|| absent("samplers", index.value(), list.len())),
+            None => Ok(Sampler::default()),
+        }
+    }
+
+    /// The scene's image for one of the file's; none with a warning when it can't be had or is of a format not read here.
+    fn image(&mut self, index: usize) -> Outcome<Option<String>> {
+        if let Some(known) = self.images.get(&index) {
+            return Ok(known.clone());
+        }
+        let list = &self.document.images;
+        let source = list.get(index).ok_or_else(|| absent("images", index, list.len()))?;
+        let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
+        let bytes = self.image_bytes(source).map_err(place)?;
+        let decoded = match &bytes {
+            Ok(bytes) => match image_file::sniff(bytes) {
+                image_file::Kind::Foreign(_) | image_file::Kind::Unknown => {
+                    image_file::decode(bytes, self.limits).map_err(|f| f.message)
+                }
+                _ => Ok(image_file::decode(bytes, self.limits).map_err(place)?),
+            },
+            Err(why) => Err(why.clone()),
+        };
+        let name = match decoded {
+            Ok(data) => {
+                self.budget.memory(data.width as usize * data.height as usize, size_of::<[u8; 4]>()).map_err(place)?;
+                let file = self.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+                let path =
+                    source.uri.clone().filter(|uri| !uri::is_data(uri)).unwrap_or_else(|| format!("{file}#images[{index}]"));
+                let name = self.names.images.unique(source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&path));
+                self.scene.images.push(Image { name: name.clone(), path, data: Some(data.into()) });
+                Some(name)
+            }
+            Err(why) => {
+                self.warnings.add(format!("images[{index}]: {why}; the material's factor alone counts"));
+                None
+            }
+        };
+        self.images.insert(index, name.clone());
+        Ok(name)
+    }
+
+    /// An image's bytes, or why a picture can do without them: a file beside the scene that is missing or may not be read.
+    fn image_bytes(&self, source: &json::Image) -> Outcome<Result<Vec<u8>, String>> {
+        if let Some(view) = source.buffer_view {
+            return self.reader.buffers.view(self.document, view.value()).map(|(bytes, _)| Ok(bytes.to_vec()));
+        }
+        let Some(uri) = &source.uri else { return Ok(Err("has neither uri nor bufferView".to_owned())) };
+        match uri::read(self.folder, uri) {
+            Ok(bytes) => Ok(Ok(bytes)),
+            Err(fault) if fault.kind == FaultKind::Limit || uri::is_data(uri) => Err(fault),
+            Err(fault) => Ok(Err(fault.message)),
+        }
+    }
+}
+
+/// A sampler without filters leaves the choice to the reader. Mip maps are not used.
+fn filter(sampler: &Sampler) -> Filter {
+    match sampler.mag_filter {
+        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+        _ => Filter::Bilinear,
+    }
+}
+
+fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
+    match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::MirroredRepeat,
+        _ => Wrap::Repeat,
+    }
+}
+
+/// Offset · rotation · scale, with the rotation counter-clockwise as seen in the image, whose v axis points down.
+fn uv_rows(transform: &json::extensions::texture::TextureTransform) -> [[f64; 3]; 2] {
+    let [ox, oy] = transform.offset.0.map(f64::from);
+    let [sx, sy] = transform.scale.0.map(f64::from);
+    let angle = f64::from(transform.rotation.0);
+    let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+    [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]]
+}

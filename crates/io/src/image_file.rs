@@ -1,0 +1,134 @@
+//! Decoding of image files: PNG and JPEG textures, Radiance HDR and OpenEXR environments.
+//!
+//! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF 2.0 asks for (section 3.8.3).
+
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use raywright_core::scene::{ImageData, Pixels};
+
+use crate::Limits;
+use crate::import::{Fault, Outcome};
+
+/// What a file's first bytes say it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Png,
+    Jpeg,
+    Hdr,
+    Exr,
+    /// Known, but not read here.
+    Foreign(&'static str),
+    Unknown,
+}
+
+/// Looks at the first bytes; names and media types in files lie.
+pub(crate) fn sniff(bytes: &[u8]) -> Kind {
+    const SIGNATURES: [(&[u8], Kind); 10] = [
+        (b"\x89PNG\r\n\x1a\n", Kind::Png),
+        (b"\xff\xd8\xff", Kind::Jpeg),
+        (b"#?RADIANCE", Kind::Hdr),
+        (b"#?RGBE", Kind::Hdr),
+        (b"\x76\x2f\x31\x01", Kind::Exr),
+        (b"\xabKTX 20\xbb\r\n\x1a\n", Kind::Foreign("KTX2")),
+        (b"GIF8", Kind::Foreign("GIF")),
+        (b"BM", Kind::Foreign("BMP")),
+        (b"DDS ", Kind::Foreign("DDS")),
+        (b"II*\0", Kind::Foreign("TIFF")),
+    ];
+    if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
+        return Kind::Foreign("WebP");
+    }
+    SIGNATURES.iter().find(|(head, _)| bytes.starts_with(head)).map_or(Kind::Unknown, |&(_, kind)| kind)
+}
+
+/// Decodes a whole image file.
+///
+/// PNG and JPEG become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit samples rounded to 8 bits), HDR and EXR
+/// become [`Pixels::Linear`].
+///
+/// # Errors
+/// A fault of kind limit when the header asks for more than `limits` allow (nothing is allocated then); of kind input when
+/// the format is not read here or the data is broken.
+pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+    match sniff(bytes) {
+        Kind::Png => decode_with(ImageFormat::Png, bytes, limits),
+        Kind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits),
+        Kind::Hdr => decode_with(ImageFormat::Hdr, bytes, limits),
+        Kind::Exr => decode_exr(bytes, limits),
+        Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, HDR and EXR are read"))),
+        Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, HDR, EXR)")),
+    }
+}
+
+/// Checks a header's dimensions before anything is allocated for them.
+fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
+    if width == 0 || height == 0 {
+        return Err(Fault::input("is a picture without pixels"));
+    }
+    if width.saturating_mul(height) > limits.image_pixels {
+        return Err(Fault::limit(format!(
+            "is a picture of {width} x {height} pixels; at most {} pixels are read",
+            limits.image_pixels
+        )));
+    }
+    Ok(())
+}
+
+fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+    let broken = |e: image::ImageError| Fault::input(format!("is a broken picture ({e})"));
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    // The pixel count is checked below; this bounds what the decoder itself may allocate on the way.
+    let mut own = image::Limits::default();
+    own.max_alloc = Some(limits.image_pixels.saturating_mul(16));
+    reader.limits(own);
+    let decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    check_size(u64::from(width), u64::from(height), limits)?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
+    let pixels = match picture {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            Pixels::Linear(picture.into_rgba32f().pixels().map(|p| p.0.map(usable)).collect())
+        }
+        _ => Pixels::Codes(picture.into_rgba8().pixels().map(|p| p.0).collect()),
+    };
+    Ok(ImageData { width, height, pixels })
+}
+
+fn decode_exr(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+    use exr::prelude::{MetaData, ReadChannels, ReadLayers, read};
+    let broken = |e: exr::error::Error| Fault::input(format!("is a broken EXR picture ({e})"));
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+    for header in &meta.headers {
+        check_size(header.layer_size.0 as u64, header.layer_size.1 as u64, limits)?;
+    }
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgba_channels(
+            |size, _| (size.0, vec![[0.0_f32; 4]; size.0 * size.1]),
+            |(width, pixels): &mut (usize, Vec<[f32; 4]>), at, (r, g, b, a): (f32, f32, f32, f32)| {
+                if let Some(slot) = pixels.get_mut(at.1 * *width + at.0) {
+                    *slot = [r, g, b, a].map(usable);
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(broken)?;
+    let size = image.layer_data.size;
+    let (width, height) = (u32::try_from(size.0), u32::try_from(size.1));
+    match (width, height) {
+        (Ok(width), Ok(height)) => {
+            Ok(ImageData { width, height, pixels: Pixels::Linear(image.layer_data.channel_data.pixels.1) })
+        }
+        _ => Err(Fault::input("is a broken EXR picture (size)")),
+    }
+}
+
+/// A value that light can have: neither NaN nor infinite nor negative.
+fn usable(value: f32) -> f32 {
+    if value.is_nan() { 0.0 } else { value.clamp(0.0, f32::MAX) }
+}

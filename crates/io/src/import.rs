@@ -1,0 +1,222 @@
+//! What the importers of foreign formats share: faults that do not know their file yet, warnings, unique names, a budget.
+
+use std::collections::HashSet;
+use std::fmt;
+
+use raywright_core::Scene;
+
+use crate::folder::ReadError;
+use crate::{Error, Limits, Warning, human_bytes};
+
+/// What kind of failure a [`Fault`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FaultKind {
+    /// The content is wrong.
+    Input,
+    /// The content asks for more than the limits allow.
+    Limit,
+}
+
+/// A failure inside a file; [`Fault::into_error`] adds the file's name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Fault {
+    pub kind: FaultKind,
+    pub message: String,
+}
+
+/// Result of an importer's step.
+pub(crate) type Outcome<T> = Result<T, Fault>;
+
+/// A scene that came out of a foreign file, with what was ignored on the way.
+pub(crate) type Imported = (Scene, Vec<Warning>);
+
+impl Fault {
+    /// The content is wrong.
+    pub fn input(message: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Input, message: message.into() }
+    }
+
+    /// The content asks for too much.
+    pub fn limit(message: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Limit, message: message.into() }
+    }
+
+    /// The same fault with the place where it happened in front.
+    pub fn at(mut self, place: impl fmt::Display) -> Self {
+        self.message = format!("{place}: {}", self.message);
+        self
+    }
+
+    /// The fault as an error about a file.
+    pub fn into_error(self, file: impl fmt::Display) -> Error {
+        match self.kind {
+            FaultKind::Input => Error::input(file, self.message),
+            FaultKind::Limit => Error::limit(file, self.message),
+        }
+    }
+}
+
+impl From<ReadError> for Fault {
+    fn from(error: ReadError) -> Self {
+        match error {
+            ReadError::TooLarge(_) => Self::limit(error.to_string()),
+            // The file named by the user was read; one that it names and that is not there makes it wrong.
+            ReadError::Refused(_) | ReadError::Unreadable(_) => Self::input(error.to_string()),
+        }
+    }
+}
+
+/// Text of a file as messages show it: on one line, and not longer than a reader can bear.
+pub(crate) fn shown(text: &str) -> String {
+    const MOST: usize = 100;
+    let clean = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+    let more = text.chars().nth(MOST).map(|_| '…');
+    text.chars().take(MOST).map(clean).chain(more).collect()
+}
+
+/// Warnings, each said once and not more than a reader can take in.
+#[derive(Debug, Default)]
+pub(crate) struct Warnings {
+    messages: Vec<String>,
+    left_out: usize,
+}
+
+impl Warnings {
+    const MOST: usize = 100;
+
+    /// Adds a warning unless it was said already.
+    pub fn add(&mut self, message: impl Into<String>) {
+        let message = message.into();
+        if self.messages.contains(&message) {
+            return;
+        }
+        if self.messages.len() < Self::MOST {
+            self.messages.push(message);
+        } else {
+            self.left_out += 1;
+        }
+    }
+
+    /// The list for the user.
+    pub fn finish(mut self, file: impl fmt::Display) -> Vec<Warning> {
+        if self.left_out > 0 {
+            self.messages.push(format!("{} more warnings", self.left_out));
+        }
+        self.messages.into_iter().map(|message| Warning::new(&file, message)).collect()
+    }
+}
+
+/// Hands out names that differ from all the earlier ones, as close to the wish as possible.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    taken: HashSet<String>,
+    counter: usize,
+}
+
+impl Names {
+    /// The wish itself, or the wish with a number.
+    pub fn unique(&mut self, wish: &str) -> String {
+        let mut name = wish.to_owned();
+        while !self.taken.insert(name.clone()) {
+            // One counter for all wishes: a million meshes of one name must not cost a million tries each.
+            self.counter += 1;
+            name = format!("{wish} ({})", self.counter);
+        }
+        name
+    }
+}
+
+/// What decoding may still take.
+#[derive(Debug)]
+pub(crate) struct Budget {
+    limits: Limits,
+    bytes: u64,
+    triangles: u64,
+    objects: u64,
+}
+
+impl Budget {
+    /// The whole of what the limits allow.
+    pub fn new(limits: &Limits) -> Self {
+        Self { limits: *limits, bytes: limits.memory_bytes, triangles: limits.triangles, objects: limits.objects }
+    }
+
+    /// Claims memory before it is allocated.
+    ///
+    /// # Errors
+    /// A fault of kind limit when more is asked for than is left.
+    pub fn memory(&mut self, count: usize, bytes_each: usize) -> Outcome<()> {
+        let bytes = (count as u64).saturating_mul(bytes_each as u64);
+        let total = self.limits.memory_bytes;
+        self.bytes = self.bytes.checked_sub(bytes).ok_or_else(|| {
+            Fault::limit(format!("needs more memory than the limit of {} ({} more)", human_bytes(total), human_bytes(bytes)))
+        })?;
+        Ok(())
+    }
+
+    /// Claims triangles and the memory of their indices.
+    ///
+    /// # Errors
+    /// A fault of kind limit when more are asked for than are left.
+    pub fn triangles(&mut self, count: usize) -> Outcome<()> {
+        let total = self.limits.triangles;
+        self.triangles =
+            self.triangles.checked_sub(count as u64).ok_or_else(|| Fault::limit(format!("has more than {total} triangles")))?;
+        self.memory(count, size_of::<[u32; 3]>())
+    }
+
+    /// Claims an object.
+    ///
+    /// # Errors
+    /// A fault of kind limit when there are too many.
+    pub fn object(&mut self) -> Outcome<()> {
+        let total = self.limits.objects;
+        self.objects = self.objects.checked_sub(1).ok_or_else(|| Fault::limit(format!("has more than {total} objects")))?;
+        // Its names are texts of their own.
+        self.memory(1, size_of::<raywright_core::scene::Object>() + 128)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two meshes of one name would make every reference to them ambiguous.
+    #[test]
+    fn names_are_unique_even_against_numbered_wishes() {
+        let mut names = Names::default();
+        let made: Vec<_> = ["a", "a", "a (1)", "a", ""].iter().map(|wish| names.unique(wish)).collect();
+        let distinct: HashSet<_> = made.iter().collect();
+        assert_eq!(distinct.len(), made.len(), "{made:?}");
+        assert_eq!(made[0], "a");
+    }
+
+    /// A file with a million faults must not print a million lines.
+    #[test]
+    fn warnings_are_said_once_and_capped() {
+        let mut warnings = Warnings::default();
+        for i in 0..1000 {
+            warnings.add(format!("w{}", i % 500));
+        }
+        assert_eq!(warnings.finish("f").len(), Warnings::MOST + 1);
+    }
+
+    /// Claims add up, also when a single product overflows.
+    #[test]
+    fn budget_refuses_what_exceeds_it() {
+        let mut budget = Budget::new(&Limits { memory_bytes: 100, triangles: 3, ..Limits::default() });
+        assert!(budget.memory(10, 2).is_ok());
+        assert_eq!(budget.memory(usize::MAX, usize::MAX).unwrap_err().kind, FaultKind::Limit);
+        assert!(budget.triangles(4).is_err());
+        assert!(budget.triangles(3).is_ok());
+        assert!(budget.memory(45, 1).is_err());
+        assert!(budget.memory(44, 1).is_ok());
+    }
+
+    /// What a hostile file calls itself must not fill the terminal or steer it.
+    #[test]
+    fn shown_text_is_short_and_clean() {
+        assert_eq!(shown("a\x1b[31m\nb"), "a\u{fffd}[31m\u{fffd}b");
+        assert_eq!(shown(&"x".repeat(100_000)).chars().count(), 101);
+    }
+}

@@ -1,0 +1,282 @@
+//! glTF files whose right answer is known.
+
+use glam::DVec3;
+use raywright_core::scene::{
+    Colour, ColourInput, ColourSpace, Filter, LightKind, Model, Physical, Pixels, Pose, Projection, SideRule, Wrap,
+};
+use raywright_io::Loaded;
+
+use crate::shared::{assets, load, mesh_of, transform, triangle_count, world_triangles};
+
+fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
+    match loaded.scene.materials.iter().find(|m| m.name == name).map(|m| &m.model) {
+        Some(Model::Physical(physical)) => physical,
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+/// The farthest distance between corresponding corners of two files, object by object.
+fn farthest(a: &Loaded, b: &Loaded) -> f64 {
+    assert_eq!(a.scene.objects.len(), b.scene.objects.len());
+    let mut farthest = 0.0_f64;
+    for (x, y) in a.scene.objects.iter().zip(&b.scene.objects) {
+        let (x, y) = (world_triangles(a, x).0, world_triangles(b, y).0);
+        assert_eq!(x.len(), y.len());
+        for (p, q) in x.as_flattened().iter().zip(y.as_flattened()) {
+            farthest = farthest.max(p.distance(*q));
+        }
+    }
+    farthest
+}
+
+/// A real file from end to end: container, hierarchy, texture, camera.
+#[test]
+fn duck() {
+    let Some(path) = assets("gltf/Duck/Duck.glb") else { return };
+    let duck = load(&path);
+    assert_eq!(triangle_count(&duck), 4212);
+    assert_eq!((duck.scene.objects.len(), duck.scene.cameras.len(), duck.scene.lights.len()), (1, 1, 0));
+    assert_eq!(duck.scene.objects[0].side, SideRule::Outside);
+    let data = mesh_of(&duck, &duck.scene.objects[0]);
+    assert_eq!((data.positions.len(), data.normals.len(), data.uvs.len()), (2399, 2399, 1));
+    let image = duck.scene.images[0].data.as_ref().unwrap();
+    assert_eq!((image.width, image.height), (512, 512));
+    let texture = &duck.scene.textures[0];
+    assert_eq!((texture.colour_space, texture.filter, texture.wrap_u), (ColourSpace::Srgb, Filter::Bilinear, Wrap::Repeat));
+    let material = physical(&duck, &duck.scene.objects[0].material);
+    assert_eq!(material.base_colour_texture.as_ref().map(|t| t.name.as_str()), Some(texture.name.as_str()));
+    assert_eq!(material.metallic, 0.0);
+    // The root scales by 0.01: without it, the duck would be 166 units high.
+    let height = world_triangles(&duck, &duck.scene.objects[0]).0.as_flattened().iter().map(|p| p.y).fold(0.0, f64::max);
+    assert!((1.5..1.7).contains(&height), "{height}");
+}
+
+/// Buffers beside the file, with a blank in their name; the lamp's radiance is factor times strength.
+#[test]
+fn cornell() {
+    let Some(path) = assets("gltf/crafted/cornell/cornell.gltf") else { return };
+    let room = load(&path);
+    assert_eq!(room.scene.cameras.len(), 1);
+    let lamps: Vec<_> = room
+        .scene
+        .materials
+        .iter()
+        .filter_map(|m| match &m.model {
+            Model::Physical(p) if p.emission != Colour::BLACK => Some(p.emission),
+            _ => None,
+        })
+        .collect();
+    let [Colour(lamp)] = lamps.as_slice() else { panic!("one lamp, not {lamps:?}") };
+    assert!(lamp.iter().zip([15.0, 12.0, 9.0]).all(|(a, b)| (a - b).abs() < 1e-5), "{lamp:?}");
+    let Projection::Pinhole(view) = &room.scene.cameras[0].projection else { panic!("a pinhole") };
+    assert!(view.vertical_fov.is_some_and(|fov| fov > 10.0 && fov < 90.0));
+    assert_eq!(room.scene.cameras[0].aspect, None);
+}
+
+/// Normalised and plain integers of 8 and 16 bits mean the same as the floats of the twin.
+#[test]
+fn quantized_equals_its_float_twin() {
+    let Some(folder) = assets("gltf/crafted") else { return };
+    let (a, b) = (load(&folder.join("quantized.glb")), load(&folder.join("quantized_float_twin.glb")));
+    assert!(farthest(&a, &b) < 1e-6, "{}", farthest(&a, &b));
+    for (x, y) in a.scene.objects.iter().zip(&b.scene.objects) {
+        let (x, y) = (mesh_of(&a, x), mesh_of(&b, y));
+        for (p, q) in x.normals.as_flattened().iter().zip(y.normals.as_flattened()) {
+            assert!((p - q).abs() < 1e-6, "normal {p} {q}");
+        }
+        for (p, q) in x.colours.as_flattened().iter().zip(y.colours.as_flattened()) {
+            assert!((p - q).abs() < 1e-6, "colour {p} {q}");
+        }
+    }
+}
+
+/// Nested non-uniform scales, mirrors and matrices: same places, and normals on the same side of the same facets.
+#[test]
+fn nested_transforms_equal_their_baked_twin() {
+    let Some(folder) = assets("gltf/crafted") else { return };
+    let (a, b) = (load(&folder.join("nested_transforms.glb")), load(&folder.join("nested_transforms_baked_twin.glb")));
+    assert_eq!(a.scene.objects.len(), b.scene.objects.len());
+    let mut mirrored = 0;
+    for (x, y) in a.scene.objects.iter().zip(&b.scene.objects) {
+        let mirror = transform(x).0.determinant() < 0.0;
+        mirrored += usize::from(mirror);
+        let ((points, normals), (twin_points, twin_normals)) = (world_triangles(&a, x), world_triangles(&b, y));
+        assert_eq!(points.len(), twin_points.len());
+        for (i, (p, q)) in points.iter().zip(&twin_points).enumerate() {
+            // The twin may start a triangle at another corner.
+            let closest = |p: &DVec3| q.iter().map(|q| p.distance(*q)).fold(f64::MAX, f64::min);
+            assert!(p.iter().all(|p| closest(p) < 1e-5), "{}: {p:?} {q:?}", x.name);
+            let (n, m) = (normals[i][0], twin_normals[i][0]);
+            assert!(n.distance(m) < 1e-4, "{}: normal {n} {m}", x.name);
+        }
+    }
+    assert!(mirrored > 0, "the file has mirrored nodes");
+}
+
+/// All index types, no indices, strips and fans make the same quad.
+#[test]
+fn index_types_make_the_same_quads() {
+    let Some(path) = assets("gltf/crafted/index_types.glb") else { return };
+    let file = load(&path);
+    let mut areas = Vec::new();
+    for object in &file.scene.objects {
+        let data = mesh_of(&file, object);
+        let corner = |i: u32| DVec3::from(data.positions[i as usize].map(f64::from));
+        let mut area = DVec3::ZERO;
+        for [a, b, c] in &data.indices {
+            area += (corner(*b) - corner(*a)).cross(corner(*c) - corner(*a)) / 2.0;
+        }
+        assert_eq!(data.indices.len(), 2, "{}", object.name);
+        areas.push(area);
+    }
+    assert!(areas.len() >= 6, "{areas:?}");
+    // Equal as vectors: same size, same facing.
+    assert!(areas.iter().all(|area| area.distance(areas[0]) < 1e-6), "{areas:?}");
+}
+
+/// A flat sheet with five points raised by a sparse accessor.
+#[test]
+fn sparse_positions_raise_five_points() {
+    let Some(folder) = assets("gltf/crafted") else { return };
+    for path in crate::shared::files_below(&folder).iter().filter(|p| p.to_string_lossy().contains("sparse_")) {
+        let file = load(path);
+        let raised: usize = file.scene.objects.iter().map(|o| raised(&file, o)).sum();
+        assert_eq!(raised, 5, "{}", path.display());
+    }
+}
+
+fn raised(file: &Loaded, object: &raywright_core::scene::Object) -> usize {
+    let positions = &mesh_of(file, object).positions;
+    (0..3).map(|axis| positions.iter().filter(|p| p[axis].abs() > 1e-6).count()).min().unwrap_or(0)
+}
+
+/// `scene: 1` shows the second scene and nothing of the first.
+#[test]
+fn the_default_scene_is_shown() {
+    let Some(path) = assets("gltf/crafted/two_scenes_default_1.glb") else { return };
+    let file = load(&path);
+    let colours: Vec<_> = file.scene.objects.iter().map(|o| physical(&file, &o.material).base_colour.clone()).collect();
+    assert_eq!(colours.len(), 2, "{colours:?}");
+    for colour in colours {
+        let ColourInput::Constant(Colour([r, g, b])) = colour else { panic!("{colour:?}") };
+        assert!(r < g.max(b), "red is the other scene's: {r} {g} {b}");
+    }
+}
+
+/// Blanks, umlauts, sub-folders and data references: every image is found.
+#[test]
+fn encoded_references_are_found() {
+    let Some(folder) = assets("gltf/crafted/uri_encoding") else { return };
+    let file = load(&folder.join("uri encoding.gltf"));
+    let textured = file.scene.objects.iter().filter(|o| physical(&file, &o.material).base_colour_texture.is_some()).count();
+    assert_eq!(textured, file.scene.objects.len(), "{:?}", file.warnings);
+    assert!(textured >= 3);
+}
+
+/// Palettes, grey, alpha, gamma chunks and orientation tags: eight-bit codes that agree where the picture's do.
+#[test]
+fn image_formats_decode_alike() {
+    let Some(path) = assets("gltf/crafted/image_formats.glb") else { return };
+    let file = load(&path);
+    assert!(file.scene.images.len() >= 4);
+    for image in &file.scene.images {
+        let data = image.data.as_ref().unwrap();
+        let Pixels::Codes(codes) = &data.pixels else { panic!("{}: codes", image.name) };
+        assert_eq!(codes.len(), (data.width * data.height) as usize, "{}", image.name);
+    }
+}
+
+/// Node transforms are read in double precision: neighbours in geocentric coordinates keep their distance.
+#[test]
+fn node_translations_keep_double_precision() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.gltf");
+    let buffer = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0,1]}}],
+        "nodes":[{{"mesh":0,"translation":[6378137.123,0,0]}},{{"mesh":0,"translation":[6378137.373,0,0]}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],
+        "buffers":[{{"byteLength":36,"uri":"data:application/octet-stream;base64,{buffer}"}}]}}"#
+    );
+    std::fs::write(&path, json).unwrap();
+    let file = load(&path);
+    let [a, b] = [0, 1].map(|i| transform(&file.scene.objects[i]).1.x);
+    assert!((b - a - 0.25).abs() < 1e-9, "{}", b - a);
+    assert_eq!(file.scene.meshes.len(), 1, "objects of one mesh share it");
+}
+
+/// Both kinds of camera, with the pose of their nodes.
+#[test]
+fn cameras_have_their_nodes_pose() {
+    let Some(path) = assets("gltf/Cameras/Cameras.gltf") else { return };
+    let file = load(&path);
+    let [perspective, orthographic] = file.scene.cameras.as_slice() else { panic!("two cameras") };
+    let Projection::Pinhole(view) = &perspective.projection else { panic!("{perspective:?}") };
+    assert!((view.vertical_fov.unwrap() - 40.107).abs() < 1e-2, "{view:?}");
+    let Pose::Axes { eye, right, up, back } = &perspective.pose else { panic!("axes") };
+    assert_eq!((*eye, *right, *up, *back), ([0.5, 0.5, 3.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]));
+    let Projection::Orthographic { height } = orthographic.projection else { panic!("{orthographic:?}") };
+    assert_eq!(height, 2.0);
+}
+
+/// Point, spot and directional lights with position, direction, cone and intensity.
+#[test]
+fn punctual_lights_are_read() {
+    let Some(path) = assets("gltf/crafted/lights_punctual.glb") else { return };
+    let file = load(&path);
+    let kinds: Vec<_> = file.scene.lights.iter().map(|light| &light.kind).collect();
+    assert!(kinds.iter().any(|kind| matches!(kind, LightKind::Point { .. })), "{kinds:?}");
+    assert!(kinds.iter().any(|kind| matches!(kind, LightKind::Directional { .. })), "{kinds:?}");
+    let spot = kinds.iter().find_map(|kind| match kind {
+        LightKind::Spot { inner_angle, outer_angle, .. } => Some((*inner_angle, *outer_angle)),
+        _ => None,
+    });
+    assert!(spot.is_some_and(|(inner, outer)| inner < outer), "{spot:?}");
+}
+
+/// Wrap modes, filters and single-sidedness as the file says.
+#[test]
+fn samplers_and_sides_are_read() {
+    let Some(path) = assets("gltf/TextureSettingsTest/TextureSettingsTest.gltf") else { return };
+    let file = load(&path);
+    let wraps: Vec<_> = file.scene.textures.iter().map(|t| (t.wrap_u, t.wrap_v)).collect();
+    for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
+        assert!(wraps.iter().any(|(u, v)| *u == wrap || *v == wrap), "{wrap:?} in {wraps:?}");
+    }
+    let sides: Vec<_> = file.scene.objects.iter().map(|o| o.side).collect();
+    assert!(sides.contains(&SideRule::Both) && sides.contains(&SideRule::Outside), "{sides:?}");
+}
+
+/// What is ignored is said, once and by name.
+#[test]
+fn what_is_ignored_is_named() {
+    let Some(folder) = assets("gltf") else { return };
+    for (file, words) in [
+        ("AnimatedMorphCube/AnimatedMorphCube.gltf", ["animations", "morph targets"]),
+        ("Fox/Fox.glb", ["animations", "skins"]),
+        ("ClearCoatTest/ClearCoatTest.glb", ["KHR_materials_clearcoat", "normal map"]),
+    ] {
+        let text: Vec<_> = load(&folder.join(file)).warnings.into_iter().map(|w| w.message).collect();
+        for word in words {
+            assert!(text.iter().any(|w| w.contains(word)), "{file}: nothing about {word} in {text:?}");
+        }
+    }
+}
+
+/// Files that need what is not supported are refused with the extension's name.
+#[test]
+fn required_extensions_are_named() {
+    let Some(folder) = assets("gltf/compressed") else { return };
+    for (file, extension) in [
+        ("Box-Draco/Box_Draco.glb", "KHR_draco_mesh_compression"),
+        ("Duck-meshopt/Duck-vp-12-vt-12-vn-12.glb", "EXT_meshopt_compression"),
+        ("CesiumBalloonKTX2/CesiumBalloonKTX2.glb", "KHR_texture_basisu"),
+        ("CesiumBoxWebp-LocalTexture/CesiumBoxWebp-LocalTexture.gltf", "EXT_texture_webp"),
+    ] {
+        let error = crate::shared::try_load(&folder.join(file)).expect_err(file).to_string();
+        assert!(error.contains(extension) && error.contains(file.rsplit('/').next().unwrap()), "{error}");
+    }
+    assert!(crate::shared::try_load(&folder.join("BoxTexturedWebp/BoxTexturedWebp.gltf")).is_ok(), "WebP is optional there");
+}

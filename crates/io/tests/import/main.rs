@@ -1,0 +1,6 @@
+//! Models of other programs, loaded as a user would load them: known answers, whole collections, and hostile files.
+
+mod collections;
+mod gltf;
+mod malformed;
+mod shared;
