@@ -1,10 +1,23 @@
 //! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
+pub mod camera;
+pub mod counters;
+pub mod dispatch;
 pub mod display;
 pub mod expr;
+mod film;
+pub mod generate;
+mod integrator;
 pub mod noise;
 pub mod picture;
+pub mod prepare;
+pub mod render;
+pub mod sampler;
 pub mod scene;
+pub mod settings;
 pub mod suggest;
 pub mod validate;
+pub use dispatch::{Ready, prepare};
 pub use raywright_bvh as bvh;
+pub use render::{Observer, Rendered};
 pub use scene::Scene;
+pub use settings::Settings;

@@ -246,6 +246,9 @@ pub struct TextureRef {
     /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.
     #[serde(default)]
     pub uv_transform: Option<[[f64; 3]; 2]>,
+    /// Expressions of the hit for the coordinates u and v; none: the surface's own.
+    #[serde(default)]
+    pub uv: Option<[Weight; 2]>,
     /// Factor on the texel.
     #[serde(default = "white")]
     pub factor: Colour,

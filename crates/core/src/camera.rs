@@ -1,0 +1,161 @@
+//! Cameras, prepared: film positions to rays.
+
+use glam::{DMat3, DVec3};
+use raywright_bvh::{Aabb, Ray, Real, Vector};
+
+use crate::scene::{Camera as CameraData, Pinhole, Pose, Projection};
+
+/// A camera for a picture of one size.
+#[derive(Clone, Debug)]
+pub struct Camera<R: Real> {
+    eye: R::Vec3,
+    right: R::Vec3,
+    up: R::Vec3,
+    forward: R::Vec3,
+    /// Film units a pixel, horizontally and vertically; the film is one unit high.
+    pixel: [R; 2],
+    /// Half the picture's size in pixels.
+    half: [R; 2],
+    kind: Kind<R>,
+}
+
+#[derive(Clone, Debug)]
+enum Kind<R: Real> {
+    /// `forward` has the focal length.
+    Pinhole,
+    /// `right` and `up` have the height of the view.
+    Orthographic,
+    /// A pinhole whose rays start on a lens and meet at a distance.
+    ThinLens { radius: R, focus: R },
+}
+
+/// Orthonormal right, up, back.
+fn axes(pose: &Pose) -> (DVec3, DMat3) {
+    match *pose {
+        Pose::LookAt { eye, target, up } => (eye.into(), look_at(eye.into(), target.into(), up.into())),
+        Pose::Orbit { target, distance, azimuth, elevation } => {
+            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+            let offset = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
+            let target = DVec3::from(target);
+            let eye = target + offset * distance;
+            (eye, look_at(eye, target, DVec3::Y))
+        }
+        Pose::Axes { eye, right, up, back } => (eye.into(), DMat3::from_cols(right.into(), up.into(), back.into())),
+    }
+}
+
+fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> DMat3 {
+    let forward = (target - eye).normalize();
+    let right = forward.cross(up).normalize();
+    DMat3::from_cols(right, right.cross(forward), -forward)
+}
+
+/// Distance of an image one unit high.
+fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
+    let from_degrees = |fov: f64| 0.5 / libm::tan(fov.to_radians() * 0.5);
+    match *pinhole {
+        Pinhole { vertical_fov: Some(fov), .. } => from_degrees(fov),
+        Pinhole { horizontal_fov: Some(fov), .. } => from_degrees(fov) * aspect,
+        Pinhole { focal_length: Some(length), .. } => length,
+        // Validation requires one of the three.
+        _ => from_degrees(45.0),
+    }
+}
+
+impl<R: Real> Camera<R> {
+    /// Prepares a camera for a picture of `size` pixels.
+    pub fn new(data: &CameraData, size: [u32; 2]) -> Self {
+        let [width, height] = size.map(f64::from);
+        let (eye, frame) = axes(&data.pose);
+        let film_width = data.aspect.unwrap_or(width / height);
+        let (mut right, mut up, mut forward) = (frame.x_axis, frame.y_axis, -frame.z_axis);
+        let kind = match &data.projection {
+            Projection::Pinhole(pinhole) => {
+                forward *= focal_length(pinhole, film_width);
+                Kind::Pinhole
+            }
+            Projection::Orthographic { height } => {
+                right *= *height;
+                up *= *height;
+                Kind::Orthographic
+            }
+            Projection::ThinLens { pinhole, aperture_radius, focus_distance } => {
+                forward *= focal_length(pinhole, film_width);
+                if *aperture_radius == 0.0 {
+                    Kind::Pinhole
+                } else {
+                    Kind::ThinLens { radius: R::from_f64(*aperture_radius), focus: R::from_f64(*focus_distance) }
+                }
+            }
+        };
+        // Where the film's aspect is the picture's, both directions use exactly the same unit.
+        let pixel = if data.aspect.is_some() { [film_width / width, 1.0 / height] } else { [1.0 / height; 2] };
+        let v = R::Vec3::from_f64;
+        Self {
+            eye: v(eye),
+            right: v(right),
+            up: v(up),
+            forward: v(forward),
+            pixel: pixel.map(R::from_f64),
+            half: [R::from_f64(width * 0.5), R::from_f64(height * 0.5)],
+            kind,
+        }
+    }
+
+    /// Whether rays need a point on a lens.
+    pub fn has_lens(&self) -> bool {
+        matches!(self.kind, Kind::ThinLens { .. })
+    }
+
+    /// The ray through a film position, in pixels from the top left corner of the picture. `lens` is uniform in [0, 1)² and
+    /// only read where [`Camera::has_lens`].
+    #[inline]
+    pub fn ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
+        let u = (x - self.half[0]) * self.pixel[0];
+        let v = (self.half[1] - y) * self.pixel[1];
+        let across = self.right * u + self.up * v;
+        match self.kind {
+            Kind::Pinhole => Ray::new(self.eye, (self.forward + across).normalize()),
+            Kind::Orthographic => Ray::new(self.eye + across, self.forward),
+            Kind::ThinLens { radius, focus } => {
+                let direction = self.forward + across;
+                // The plane of focus is perpendicular to the view.
+                let sharp = direction * (focus / self.forward.length());
+                let (s, r) = (R::from_f32(lens[0]).sqrt() * radius, R::from_f64(core::f64::consts::TAU) * R::from_f32(lens[1]));
+                let origin = self.right * (s * r.cos()) + self.up * (s * r.sin());
+                Ray::new(self.eye + origin, (sharp - origin).normalize())
+            }
+        }
+    }
+}
+
+/// A camera that shows everything inside `bounds`, from slightly above and to the side.
+///
+/// The corners of the box are projected and the distance is the least one at which all of them are inside the picture with
+/// a margin of a twentieth.
+pub fn frame(bounds: &Aabb, aspect: f64) -> CameraData {
+    const VERTICAL_FOV: f64 = 40.0;
+    let bounds = if bounds.is_empty() { Aabb::around(DVec3::ZERO, DVec3::ONE) } else { *bounds };
+    let centre = bounds.centre();
+    let (azimuth, elevation) = (30.0_f64, 20.0_f64);
+    let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+    let back = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
+    let axes = look_at(back, DVec3::ZERO, DVec3::Y);
+    let half_height = libm::tan(VERTICAL_FOV.to_radians() * 0.5) * 0.95;
+    let half_width = half_height * aspect;
+    let distance = bounds
+        .corners()
+        .iter()
+        .map(|&corner| {
+            let p = axes.transpose() * (corner - centre);
+            p.z + (p.x.abs() / half_width).max(p.y.abs() / half_height)
+        })
+        .fold(0.0, f64::max);
+    let distance = if distance > 0.0 { distance } else { 1.0 };
+    CameraData {
+        name: "framed".to_owned(),
+        pose: Pose::LookAt { eye: (centre + back * distance).into(), target: centre.into(), up: [0.0, 1.0, 0.0] },
+        projection: Projection::Pinhole(Pinhole { vertical_fov: Some(VERTICAL_FOV), ..Pinhole::default() }),
+        aspect: None,
+    }
+}

@@ -1,0 +1,34 @@
+//! What a render did, counted per worker and summed at the end.
+
+use core::ops::AddAssign;
+
+/// Rays by kind and samples by fate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Rays from the camera.
+    pub camera: u64,
+    /// Mirror-reflected rays.
+    pub reflection: u64,
+    /// Refracted rays.
+    pub refraction: u64,
+    /// Rays scattered into a random direction.
+    pub scatter: u64,
+    /// Rays towards lights.
+    pub shadow: u64,
+    /// Samples that entered the film.
+    pub samples: u64,
+    /// Samples dropped because they were not finite.
+    pub dropped: u64,
+}
+
+impl AddAssign for Counters {
+    fn add_assign(&mut self, other: Self) {
+        self.camera += other.camera;
+        self.reflection += other.reflection;
+        self.refraction += other.refraction;
+        self.scatter += other.scatter;
+        self.shadow += other.shadow;
+        self.samples += other.samples;
+        self.dropped += other.dropped;
+    }
+}

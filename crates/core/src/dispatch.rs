@@ -1,0 +1,119 @@
+//! The one place where run-time choices become types: precision and kernel.
+
+use rayon::ThreadPoolBuilder;
+use raywright_bvh::{Fast, Precision, Reference, Robust};
+
+use crate::integrator::{Analytic, General, Kernel};
+use crate::prepare::{PrepareError, Prepared};
+use crate::render::{Observer, Rendered, render};
+use crate::scene::{Material, Model, Scene, Shape};
+use crate::settings::{Crop, KernelChoice, PrecisionChoice, Settings};
+
+/// A scene prepared for one set of settings, ready to render.
+pub struct Ready {
+    inner: AnyPrepared,
+    kernel: KernelChoice,
+    settings: Settings,
+}
+
+enum AnyPrepared {
+    Fast(Box<Prepared<Fast>>),
+    Robust(Box<Prepared<Robust>>),
+    Reference(Box<Prepared<Reference>>),
+}
+
+/// Evaluates an expression for whichever precision was prepared.
+macro_rules! each {
+    ($ready:expr, $prepared:ident => $value:expr) => {
+        match $ready {
+            AnyPrepared::Fast($prepared) => $value,
+            AnyPrepared::Robust($prepared) => $value,
+            AnyPrepared::Reference($prepared) => $value,
+        }
+    };
+}
+
+/// Bytes that geometry, textures and film take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Primitives and accelerators.
+    pub geometry: u64,
+    /// Decoded images.
+    pub textures: u64,
+    /// Sums and layers of the picture.
+    pub film: u64,
+}
+
+/// Prepares a validated scene.
+///
+/// # Errors
+/// See [`PrepareError`].
+pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Ready, PrepareError> {
+    let inner = match settings.precision {
+        PrecisionChoice::Fast => AnyPrepared::Fast(Box::new(Prepared::new(scene, settings)?)),
+        PrecisionChoice::Robust => AnyPrepared::Robust(Box::new(Prepared::new(scene, settings)?)),
+        PrecisionChoice::Reference => AnyPrepared::Reference(Box::new(Prepared::new(scene, settings)?)),
+    };
+    let kernel = if fits_analytic(scene) { settings.kernel } else { KernelChoice::General };
+    let ready = Ready { inner, kernel, settings: settings.clone() };
+    let memory = ready.memory();
+    let needed = memory.geometry + memory.textures + memory.film;
+    match settings.max_memory {
+        Some(allowed) if needed > allowed => Err(PrepareError::Memory { needed, allowed }),
+        _ => Ok(ready),
+    }
+}
+
+/// Whether the kernel for shapes with classic materials covers a scene.
+fn fits_analytic(scene: &Scene) -> bool {
+    let meshes = scene.objects.iter().chain(scene.generators.iter().map(|g| &g.object));
+    let physical = |m: &Material| matches!(m.model, Model::Physical(_));
+    !meshes.into_iter().any(|o| matches!(o.shape, Shape::Mesh(_))) && !scene.materials.iter().any(physical)
+}
+
+impl Ready {
+    /// Renders the picture.
+    pub fn render(&self, observer: &dyn Observer) -> Rendered {
+        let threads = self.settings.threads.unwrap_or(0);
+        let run = || each!(&self.inner, prepared => self.with_kernel(prepared, observer));
+        // The global pool has one thread a core; a pool of its own only where another number is asked for.
+        match ThreadPoolBuilder::new().num_threads(threads).build() {
+            Ok(pool) if threads != 0 => pool.install(run),
+            _ => run(),
+        }
+    }
+
+    fn with_kernel<P: Precision>(&self, prepared: &Prepared<P>, observer: &dyn Observer) -> Rendered {
+        match self.kernel {
+            KernelChoice::General => render::<P, General>(prepared, &self.settings, observer),
+            KernelChoice::Fitting => render::<P, Analytic>(prepared, &self.settings, observer),
+        }
+    }
+
+    /// Name of the kernel that runs.
+    pub fn kernel_name(&self) -> &'static str {
+        match self.kernel {
+            KernelChoice::General => General::NAME,
+            KernelChoice::Fitting => Analytic::NAME,
+        }
+    }
+
+    /// What is held in memory.
+    pub fn memory(&self) -> Memory {
+        let (geometry, textures) = each!(&self.inner, p => (p.geometry_bytes as u64, p.texture_bytes as u64));
+        let [width, height] = self.settings.size;
+        let Crop { width, height, .. } = self.settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
+        let a_pixel = 64 + 16 + 12 * self.settings.aovs.len() as u64;
+        Memory { geometry, textures, film: u64::from(width) * u64::from(height) * a_pixel }
+    }
+
+    /// Primitives in the scene's own set, an instance counting as one.
+    pub fn primitive_count(&self) -> usize {
+        each!(&self.inner, p => p.primitive_count())
+    }
+
+    /// The settings it was prepared for.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+}

@@ -1,0 +1,156 @@
+//! Whitted ray tracing: local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model for
+//! Shaded Display", 1980), for both families of materials.
+//!
+//! A path is a loop with a running throughput; only where a surface sends two rays does it call itself for one of them.
+
+mod classic;
+mod dielectric;
+mod kernel;
+mod physical;
+mod shadow;
+mod surface;
+
+pub(crate) use kernel::{Analytic, General, Kernel};
+pub(crate) use surface::Shading;
+
+use core::marker::PhantomData;
+
+use raywright_bvh::{Interval, Precision, Ray, Real, Vec3Of, Vector};
+
+use crate::counters::Counters;
+use crate::prepare::{Material, Prepared, Spawn};
+
+/// Surfaces that a ray may pass through because they are absent there (alpha below a cutoff) before it is given up.
+const MAX_CUTOUTS: u32 = 256;
+
+/// What a ray brought back.
+pub(crate) struct Brought<R: Real> {
+    pub radiance: R::Vec3,
+    /// Whether the first segment hit something.
+    pub hit: bool,
+}
+
+/// A ray to follow, with what it counts.
+pub(crate) struct Next<R: Real> {
+    pub ray: Ray<R>,
+    pub throughput: R::Vec3,
+}
+
+/// Follows rays through a prepared scene; one a worker.
+pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
+    pub scene: &'a Prepared<P>,
+    pub counters: Counters,
+    max_depth: u32,
+    camera_min: P::Real,
+    secondary_min: P::Real,
+    kernel: PhantomData<K>,
+}
+
+impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
+    pub fn new(scene: &'a Prepared<P>, max_depth: u32) -> Self {
+        let (camera_min, secondary_min) = match scene.rules.spawn {
+            Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
+            Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
+        };
+        Self { scene, counters: Counters::default(), max_depth, camera_min, secondary_min, kernel: PhantomData }
+    }
+
+    /// Radiance that arrives along a camera ray.
+    #[inline]
+    pub fn camera_ray(&mut self, ray: Ray<P::Real>) -> Brought<P::Real> {
+        self.counters.camera += 1;
+        let mut brought = self.follow(Next { ray, throughput: Vector::ONE }, self.max_depth, true);
+        brought.radiance += self.scene.veil;
+        brought
+    }
+
+    /// Follows a ray for up to `segments` segments, itself included.
+    fn follow(&mut self, first: Next<P::Real>, mut segments: u32, from_camera: bool) -> Brought<P::Real> {
+        let Next { mut ray, mut throughput } = first;
+        let mut radiance = Vec3Of::<P>::ZERO;
+        let mut camera = from_camera;
+        let mut hit_anything = false;
+        let mut cutouts = 0;
+        loop {
+            let min = if camera { self.camera_min } else { self.secondary_min };
+            let range = Interval { min, max: P::Real::INFINITY };
+            let Some(hit) = self.scene.geometry.closest(&ray, range, &mut ()) else {
+                let backdrop = if camera { self.scene.backdrop } else { None };
+                let seen = backdrop.unwrap_or_else(|| self.scene.sky.radiance(ray.origin, ray.direction));
+                radiance += throughput * seen;
+                break;
+            };
+            let shading = Shading::<P>::new::<K>(self.scene, &ray, &hit);
+            let next = match &self.scene.materials[shading.material as usize] {
+                Material::Classic(m) => self.classic(m, &shading, throughput, segments, &mut radiance),
+                Material::Physical(m) if K::PHYSICAL => {
+                    if let Some(behind) = self.cutout(m, &shading, &mut throughput, &mut radiance, segments) {
+                        cutouts += 1;
+                        if cutouts > MAX_CUTOUTS {
+                            break;
+                        }
+                        ray = behind;
+                        continue;
+                    }
+                    self.physical(m, &shading, throughput, segments, &mut radiance)
+                }
+                Material::Physical(_) | Material::Unused => None,
+            };
+            hit_anything = true;
+            segments -= 1;
+            match next {
+                Some(next) if segments > 0 => {
+                    ray = next.ray;
+                    throughput = next.throughput;
+                    camera = false;
+                }
+                _ => break,
+            }
+        }
+        Brought { radiance, hit: hit_anything }
+    }
+
+    /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
+    /// the side that the ray came from, −1 for the other.
+    #[inline(always)]
+    fn leave(&self, shading: &Shading<P>, direction: Vec3Of<P>, side: P::Real) -> Ray<P::Real> {
+        let origin = match self.scene.rules.spawn {
+            Spawn::ErrorBound => shading.surface.spawn(direction),
+            Spawn::Constant { offset, along_ray: true, .. } => shading.inputs().p + direction * offset,
+            Spawn::Constant { offset, .. } => shading.inputs().p + shading.inputs().n * (offset * side),
+        };
+        Ray::new(origin, direction)
+    }
+}
+
+/// What the layers beside the colour show of a first hit.
+pub(crate) struct FirstHit {
+    pub albedo: [f64; 3],
+    pub normal: [f64; 3],
+    pub position: [f64; 3],
+    pub distance: f64,
+    pub object: u32,
+    pub material: u32,
+}
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// The first hit of a camera ray; none for the sky.
+    pub fn first_hit(&self, ray: Ray<P::Real>) -> Option<FirstHit> {
+        let range = Interval { min: self.camera_min, max: P::Real::INFINITY };
+        let hit = self.scene.geometry.closest(&ray, range, &mut ())?;
+        let shading = Shading::<P>::new::<K>(self.scene, &ray, &hit);
+        let albedo = match &self.scene.materials[shading.material as usize] {
+            Material::Classic(m) => m.colour.at(&shading.point),
+            Material::Physical(m) => m.albedo_at(&shading),
+            Material::Unused => Vector::ZERO,
+        };
+        Some(FirstHit {
+            albedo: albedo.to_f64().to_array(),
+            normal: shading.inputs().n.to_f64().to_array(),
+            position: shading.inputs().p.to_f64().to_array(),
+            distance: hit.t.to_f64(),
+            object: shading.object,
+            material: shading.material,
+        })
+    }
+}

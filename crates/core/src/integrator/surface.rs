@@ -1,0 +1,128 @@
+//! The surface point of a hit, made once, as shading sees it.
+
+use raywright_bvh::{Hit, Precision, Ray, Real, Surface, Vec3Of, Vector};
+
+use super::Kernel;
+use crate::expr::Inputs;
+use crate::prepare::{ObjectRecord, Point, Prepared};
+
+/// A hit point with what materials read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shading<P: Precision> {
+    pub object: u32,
+    pub material: u32,
+    /// Geometric, normal outwards; what spawned rays start from.
+    pub surface: Surface<P::Real>,
+    /// Whether the ray arrived against the outward normal.
+    pub outside: bool,
+    /// Position, shading normal, directions, texture coordinates, distance. `l`, `shadow` and `occluder_distance` belong to
+    /// a light and are set where one is shaded.
+    pub point: Point<P::Real>,
+    /// Colour of the mesh's vertices with alpha; white where there is none.
+    pub vertex_colour: [P::Real; 4],
+}
+
+impl<P: Precision> Shading<P> {
+    #[inline(always)]
+    pub fn new<K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Self {
+        let surface = scene.geometry.surface(ray, hit);
+        let object = scene.object_of[hit.order() as usize];
+        let record = &scene.objects[object as usize];
+        let d = ray.direction;
+        let outside = d.dot(surface.normal) < P::Real::ZERO;
+        let mut shading = Self {
+            object,
+            material: record.material,
+            surface,
+            outside,
+            point: Point {
+                inputs: Inputs {
+                    p: surface.point,
+                    n: surface.normal,
+                    d,
+                    o: ray.origin,
+                    distance: hit.t,
+                    occluder_distance: P::Real::INFINITY,
+                    shadow: P::Real::ONE,
+                    ..Inputs::default()
+                },
+                second_uv: [P::Real::ZERO; 2],
+            },
+            vertex_colour: [P::Real::ONE; 4],
+        };
+        if record.coordinates {
+            let parameters = scene.geometry.parameters(ray, hit);
+            let inputs = &mut shading.point.inputs;
+            (inputs.u, inputs.v) = (parameters.u, parameters.v);
+            shading.point.second_uv = [parameters.u, parameters.v];
+        }
+        if K::MESHES {
+            shading.attributes(record, hit);
+        }
+        let inputs = &mut shading.point.inputs;
+        if record.face_viewer && !outside {
+            inputs.n = -inputs.n;
+        }
+        if K::MESHES && record.mesh.is_some() {
+            inputs.n = towards_viewer::<P>(inputs.n, surface.normal, outside, d);
+        }
+        inputs.r = d - inputs.n * (P::Real::from_f64(2.0) * d.dot(inputs.n));
+        shading
+    }
+
+    /// The hit as expressions see it.
+    #[inline(always)]
+    pub fn inputs(&self) -> &Inputs<P::Real> {
+        &self.point.inputs
+    }
+
+    /// Interpolates what the mesh's vertices carry.
+    fn attributes(&mut self, record: &ObjectRecord<P::Real>, hit: &Hit<P::Real>) {
+        let Some(mesh) = &record.mesh else { return };
+        let data = &mesh.data;
+        let [a, b, c] = data.indices[(hit.primitive - mesh.first) as usize].map(|i| i as usize);
+        let (b, c) = if mesh.flipped { (c, b) } else { (b, c) };
+        let (u, v) = (hit.u, hit.v);
+        let w = P::Real::ONE - u - v;
+        let real = P::Real::from_f32;
+        if !data.normals.is_empty() {
+            let normal =
+                |i: usize| Vec3Of::<P>::new(real(data.normals[i][0]), real(data.normals[i][1]), real(data.normals[i][2]));
+            let n = normal(a) * w + normal(b) * u + normal(c) * v;
+            let [x, y, z] = mesh.normals;
+            let n = (x * n.x() + y * n.y() + z * n.z()).normalize();
+            // Normals that cancel, or that a flat transform squeezes to nothing, leave the facet's.
+            if n.is_finite() {
+                self.point.inputs.n = n;
+            }
+        }
+        let uv = |set: &Vec<[f32; 2]>| {
+            let at = |k: usize| real(set[a][k]) * w + real(set[b][k]) * u + real(set[c][k]) * v;
+            [at(0), at(1)]
+        };
+        if let Some(set) = data.uvs.first() {
+            [self.point.inputs.u, self.point.inputs.v] = uv(set);
+        }
+        self.point.second_uv = data.uvs.get(1).map_or([self.point.inputs.u, self.point.inputs.v], uv);
+        if !data.colours.is_empty() {
+            let at = |k: usize| real(data.colours[a][k]) * w + real(data.colours[b][k]) * u + real(data.colours[c][k]) * v;
+            self.vertex_colour = core::array::from_fn(at);
+        }
+    }
+}
+
+/// A shading normal on the viewer's side: where interpolation tilts it past the silhouette, it is bent back until it is just
+/// perpendicular to the view, so that no reflection goes through the surface unseen.
+#[inline]
+fn towards_viewer<P: Precision>(n: Vec3Of<P>, geometric: Vec3Of<P>, outside: bool, d: Vec3Of<P>) -> Vec3Of<P> {
+    let facing = if outside { geometric } else { -geometric };
+    let away = d.dot(n);
+    if away < P::Real::ZERO {
+        return n;
+    }
+    if n.dot(facing) <= P::Real::ZERO {
+        return facing;
+    }
+    let bent = (n - d * (away * P::Real::from_f64(1.001))).normalize();
+    if bent.is_finite() { bent } else { facing }
+}

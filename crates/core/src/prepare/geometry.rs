@@ -1,0 +1,205 @@
+//! Objects become primitives: shapes as they are, meshes used once as triangles of the scene's own set, meshes used more
+//! often as instances of one shared geometry, generators as the objects they stand for.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+use raywright_bvh::shapes::{Plane, Sphere};
+use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
+
+use super::PrepareError;
+use crate::generate::expand;
+use crate::scene::{MeshData, MeshSource, Object, Scene, Shape, SideRule, TransformStep};
+
+/// What shading needs of an object.
+#[derive(Clone, Debug)]
+pub(crate) struct ObjectRecord<R: Real> {
+    pub material: u32,
+    pub face_viewer: bool,
+    /// Whether the material reads the texture coordinates of a shape.
+    pub coordinates: bool,
+    pub mesh: Option<MeshUse<R>>,
+}
+
+/// How an object shows its mesh.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshUse<R: Real> {
+    pub data: Arc<MeshData>,
+    /// Id of its first triangle in the scene's own set; zero for an instance, whose triangles count from zero.
+    pub first: u32,
+    /// Columns of the inverse transpose: object normals to world normals, not normalised.
+    pub normals: [R::Vec3; 3],
+    /// The triangles were turned over because the transform mirrors.
+    pub flipped: bool,
+}
+
+pub(super) struct Built<P: Precision> {
+    pub geometry: Geometry<P>,
+    pub objects: Vec<ObjectRecord<P::Real>>,
+    pub object_of: Vec<u32>,
+    pub bytes: usize,
+}
+
+/// The affine map of the steps, the first one applied first.
+pub(crate) fn affine(steps: &[TransformStep]) -> DAffine3 {
+    steps.iter().fold(DAffine3::IDENTITY, |map, step| {
+        let next = match *step {
+            TransformStep::Translate(v) => DAffine3::from_translation(v.into()),
+            TransformStep::Scale(v) => DAffine3::from_scale(v.into()),
+            TransformStep::Rotate { axis, degrees } => {
+                DAffine3::from_axis_angle(DVec3::from(axis).normalize(), degrees.to_radians())
+            }
+            TransformStep::Matrix([x, y, z]) => DAffine3::from_mat3_translation(
+                DMat3::from_cols_array_2d(&[[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]),
+                DVec3::new(x[3], y[3], z[3]),
+            ),
+        };
+        next * map
+    })
+}
+
+fn visibility(object: &Object) -> Visibility {
+    let side = match object.side {
+        SideRule::Both => Side::Both,
+        SideRule::Outside => Side::Outside,
+        SideRule::Inside => Side::Inside,
+    };
+    Visibility { side, casts_shadow: object.casts_shadow }
+}
+
+/// Builds everything that can be hit.
+pub(super) fn build<P: Precision>(scene: &Scene, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
+    let objects = expand(scene);
+    let mut builder = Builder::<P>::new(scene, kind, &objects);
+    for (index, object) in objects.iter().enumerate() {
+        let material = scene.materials.iter().position(|m| m.name == object.material).ok_or_else(|| PrepareError::Missing {
+            path: format!("objects[{index}].material"),
+            kind: "material",
+            name: object.material.clone(),
+        })?;
+        builder.add(index, object, material as u32)?;
+    }
+    let geometry = Geometry::new(builder.group, kind);
+    let bytes = geometry.bytes() + builder.shared.values().map(|g| g.bytes()).sum::<usize>();
+    Ok(Built { geometry, objects: builder.records, object_of: builder.object_of, bytes })
+}
+
+struct Builder<'a, P: Precision> {
+    kind: AcceleratorKind,
+    meshes: BTreeMap<&'a str, &'a Arc<MeshData>>,
+    uses: BTreeMap<String, usize>,
+    group: Group<P>,
+    shared: BTreeMap<String, Arc<Geometry<P>>>,
+    records: Vec<ObjectRecord<P::Real>>,
+    object_of: Vec<u32>,
+}
+
+impl<'a, P: Precision> Builder<'a, P> {
+    fn new(scene: &'a Scene, kind: AcceleratorKind, objects: &[Object]) -> Self {
+        let inline = scene.meshes.iter().filter_map(|m| match &m.source {
+            MeshSource::Inline(data) => Some((m.name.as_str(), data)),
+            MeshSource::File(_) => None,
+        });
+        let mut uses = BTreeMap::new();
+        for object in objects {
+            if let Shape::Mesh(name) = &object.shape {
+                *uses.entry(name.clone()).or_insert(0) += 1;
+            }
+        }
+        Self {
+            kind,
+            meshes: inline.collect(),
+            uses,
+            group: Group::default(),
+            shared: BTreeMap::new(),
+            records: Vec::with_capacity(objects.len()),
+            object_of: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, index: usize, object: &Object, material: u32) -> Result<(), PrepareError> {
+        let refused = |source| PrepareError::Geometry { object: index, source };
+        let mesh = match &object.shape {
+            Shape::Mesh(name) => Some(self.mesh(index, object, name)?),
+            shape => {
+                self.shape(shape, object).map_err(refused)?;
+                None
+            }
+        };
+        self.object_of.resize(self.group.len(), index as u32);
+        self.records.push(ObjectRecord { material, face_viewer: object.face_viewer, coordinates: false, mesh });
+        Ok(())
+    }
+
+    fn mesh(&mut self, index: usize, object: &Object, name: &str) -> Result<MeshUse<P::Real>, PrepareError> {
+        let missing =
+            || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };
+        let data = Arc::clone(self.meshes.get(name).ok_or_else(missing)?);
+        let refused = |source| PrepareError::Geometry { object: index, source };
+        let map = affine(&object.transform);
+        let mut first = self.group.len() as u32;
+        let mut flipped = false;
+        if self.uses.get(name).is_some_and(|&n| n > 1) {
+            let shared = match self.shared.get(name) {
+                Some(shared) => Arc::clone(shared),
+                None => {
+                    let mut group = Group::default();
+                    triangles(&mut group, &data, None, Visibility { casts_shadow: true, ..visibility(object) })
+                        .map_err(refused)?;
+                    let shared = Arc::new(Geometry::new(group, self.kind));
+                    self.shared.insert(name.to_owned(), Arc::clone(&shared));
+                    shared
+                }
+            };
+            self.group.instance(shared, map, visibility(object)).map_err(refused)?;
+            first = 0;
+        } else {
+            flipped = map.matrix3.determinant() < 0.0;
+            triangles(&mut self.group, &data, Some((map, flipped)), visibility(object)).map_err(refused)?;
+        }
+        let inverse_transpose = map.matrix3.inverse().transpose();
+        let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
+        Ok(MeshUse { data, first, normals: columns.map(Vector::from_f64), flipped })
+    }
+}
+
+/// Adds the triangles of a mesh, mapped where a map is given; a mirroring map turns them over so that outside stays outside.
+fn triangles<P: Precision>(
+    group: &mut Group<P>,
+    data: &MeshData,
+    map: Option<(DAffine3, bool)>,
+    visibility: Visibility,
+) -> Result<(), GeometryError> {
+    let position = |i: u32| -> Vec3Of<P> {
+        let p = DVec3::from(data.positions[i as usize].map(f64::from));
+        Vector::from_f64(map.map_or(p, |(m, _)| m.transform_point3(p)))
+    };
+    for &[a, b, c] in &data.indices {
+        let (b, c) = if map.is_some_and(|(_, flipped)| flipped) { (c, b) } else { (b, c) };
+        group.triangle([position(a), position(b), position(c)], visibility)?;
+    }
+    Ok(())
+}
+
+impl<P: Precision> Builder<'_, P> {
+    fn shape(&mut self, shape: &Shape, object: &Object) -> Result<u32, GeometryError> {
+        let (map, visibility) = (affine(&object.transform), visibility(object));
+        let v = Vector::from_f64;
+        match shape {
+            Shape::Sphere { centre, radius } => {
+                let (centre, radius) = (map.transform_point3((*centre).into()), P::Real::from_f64(*radius));
+                self.group.sphere(Sphere { centre: v(centre), radius }, visibility)
+            }
+            Shape::Plane { point, normal } => {
+                let normal = map.matrix3.inverse().transpose() * DVec3::from(*normal);
+                self.group.plane(Plane::new(v(map.transform_point3((*point).into())), v(normal.normalize())), visibility)
+            }
+            Shape::Triangle { vertices } => {
+                let vertices = vertices.map(|p| v(map.transform_point3(p.into())));
+                self.group.triangle(vertices, visibility)
+            }
+            _ => Err(GeometryError::NotFinite),
+        }
+    }
+}

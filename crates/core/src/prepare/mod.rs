@@ -1,0 +1,187 @@
+//! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
+//! rendering may do none of these.
+
+mod colour;
+mod geometry;
+mod irradiance;
+mod light;
+mod material;
+mod sky;
+mod texture;
+
+use raywright_bvh::{Geometry, GeometryError, Precision, Real, Vector};
+
+use crate::camera::{Camera, frame};
+use crate::expr::ExprError;
+use crate::scene::{ClassicRules, Colour, DepthLimit, OffsetDirection, Scene, ShadowRule, Sky as SkyData, SpawnRule};
+use crate::settings::{Background, Settings};
+
+pub(crate) use colour::Point;
+pub(crate) use geometry::ObjectRecord;
+pub(crate) use irradiance::Irradiance;
+pub(crate) use light::Light;
+pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
+pub(crate) use sky::Sky;
+
+/// Why a scene could not be prepared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PrepareError {
+    /// A primitive was refused.
+    #[error("objects[{object}]: {source}")]
+    Geometry {
+        /// Index of the object.
+        object: usize,
+        /// Why.
+        source: GeometryError,
+    },
+    /// A name that nothing has; validation reports it with its place.
+    #[error("{path}: there is no {kind} named `{name}`")]
+    Missing {
+        /// Where it is used.
+        path: String,
+        /// What was looked for.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// An expression of the hit that does not compile.
+    #[error("{path}: {source}")]
+    Expression {
+        /// Where it stands.
+        path: String,
+        /// Why.
+        source: ExprError,
+    },
+    /// The picture, geometry and textures would take more than the memory allowed.
+    #[error("rendering needs about {needed} bytes, but at most {allowed} are allowed")]
+    Memory {
+        /// Estimate in bytes.
+        needed: u64,
+        /// Limit in bytes.
+        allowed: u64,
+    },
+}
+
+/// Where spawned rays start, in the precision's scalar.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Spawn<R: Real> {
+    ErrorBound,
+    Constant { offset: R, along_ray: bool, camera_min: R, secondary_min: R, shadow_min: R },
+}
+
+/// The classic model's rules in the precision's scalar.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rules<R: Real> {
+    pub spawn: Spawn<R>,
+    pub first_occluder_decides: bool,
+    /// Infinite where the scene sets none.
+    pub shadow_max_distance: R,
+    pub local_only_at_limit: bool,
+}
+
+impl<R: Real> Rules<R> {
+    fn new(rules: &ClassicRules) -> Self {
+        let spawn = match rules.spawn {
+            SpawnRule::ErrorBound => Spawn::ErrorBound,
+            SpawnRule::Constant(c) => Spawn::Constant {
+                offset: R::from_f64(c.offset),
+                along_ray: c.along == OffsetDirection::Ray,
+                camera_min: R::from_f64(c.camera_min),
+                secondary_min: R::from_f64(c.secondary_min),
+                shadow_min: R::from_f64(c.shadow_min),
+            },
+        };
+        Self {
+            spawn,
+            first_occluder_decides: rules.shadow == ShadowRule::FirstInOrder,
+            shadow_max_distance: R::from_f64(rules.shadow_max_distance.unwrap_or(f64::INFINITY)),
+            local_only_at_limit: rules.depth_limit == DepthLimit::LocalOnly,
+        }
+    }
+}
+
+/// A scene as an integrator walks it.
+#[derive(Clone, Debug)]
+pub struct Prepared<P: Precision> {
+    pub(crate) geometry: Geometry<P>,
+    /// By index of the scene's objects, generated ones last.
+    pub(crate) objects: Vec<ObjectRecord<P::Real>>,
+    /// Object of each primitive, by [`raywright_bvh::Hit::order`].
+    pub(crate) object_of: Vec<u32>,
+    pub(crate) materials: Vec<Material<P::Real>>,
+    pub(crate) lights: Vec<Light<P::Real>>,
+    pub(crate) sky: Sky<P::Real>,
+    /// What camera rays see that hit nothing; none: the sky.
+    pub(crate) backdrop: Option<<P::Real as Real>::Vec3>,
+    /// The sky's cosine-weighted average; none where no material asks for it.
+    pub(crate) irradiance: Option<Irradiance<P::Real>>,
+    pub(crate) camera: Camera<P::Real>,
+    pub(crate) rules: Rules<P::Real>,
+    pub(crate) veil: <P::Real as Real>::Vec3,
+    /// Bytes of geometry and accelerators, shared geometry counted once.
+    pub geometry_bytes: usize,
+    /// Bytes of decoded images in use.
+    pub texture_bytes: usize,
+}
+
+/// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
+pub fn neutral_sky() -> SkyData {
+    SkyData::Gradient { bottom: Colour([0.4; 3]), top: Colour([1.0; 3]), suns: Vec::new() }
+}
+
+impl<P: Precision> Prepared<P> {
+    /// Prepares a scene. Its materials are prepared when an object uses them, so an unused one costs nothing.
+    ///
+    /// # Errors
+    /// What validation would have reported with a place, and what only the geometry can know.
+    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, PrepareError> {
+        let names = names(scene);
+        let textures = texture::Textures::new(scene);
+        let mut built = geometry::build::<P>(scene, settings.accelerator)?;
+        let mut materials = Vec::with_capacity(scene.materials.len());
+        for (index, material) in scene.materials.iter().enumerate() {
+            let used = built.objects.iter().any(|o| o.material == index as u32);
+            materials.push(if used { material::prepare(material, index, scene, &names, &textures)? } else { Material::Unused });
+        }
+        for object in &mut built.objects {
+            object.coordinates = object.mesh.is_none() && materials[object.material as usize].reads_coordinates();
+        }
+        let sky = sky::prepare::<P::Real>(scene, &names)?;
+        let physical = materials.iter().any(|m| matches!(m, Material::Physical(_)));
+        let irradiance = (physical && !sky.is_black()).then(|| Irradiance::new(&sky));
+        let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
+        let camera = settings.camera.clone().unwrap_or_else(|| frame(&built.geometry.bounded_part(), aspect));
+        let backdrop = match settings.background {
+            Background::Environment => None,
+            Background::Transparent => Some(Vector::ZERO),
+            Background::Colour(c) => Some(Vector::from_f64(c.into())),
+        };
+        Ok(Self {
+            geometry: built.geometry,
+            objects: built.objects,
+            object_of: built.object_of,
+            materials,
+            lights: scene.lights.iter().map(Light::new).collect(),
+            sky,
+            backdrop,
+            irradiance,
+            camera: Camera::new(&camera, settings.size),
+            rules: Rules::new(&scene.classic),
+            veil: Vector::from_f64(scene.render.veil.0.into()),
+            geometry_bytes: built.bytes,
+            texture_bytes: textures.bytes(),
+        })
+    }
+
+    /// Primitives in the scene's own set, an instance counting as one.
+    pub fn primitive_count(&self) -> usize {
+        self.geometry.len()
+    }
+}
+
+/// Time and parameters, as expressions see them.
+pub(crate) fn names(scene: &Scene) -> std::collections::BTreeMap<String, f64> {
+    let mut names = scene.parameters.clone();
+    names.insert("t".to_owned(), scene.t);
+    names
+}

@@ -1,0 +1,133 @@
+//! The sky, prepared: radiance by direction.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+use raywright_bvh::{Real, Vector};
+
+use super::PrepareError;
+use super::colour::{ColourSource, Point};
+use super::texture::{Textures, decoded};
+use crate::expr::{Inputs, Scope};
+use crate::scene::{ImageData, Pixels, Scene, Sky as SkyData};
+
+/// What a ray sees that hits nothing.
+#[derive(Clone, Debug)]
+pub(crate) enum Sky<R: Real> {
+    /// No sky: black.
+    None,
+    Constant(R::Vec3),
+    Gradient {
+        bottom: R::Vec3,
+        top: R::Vec3,
+        suns: Vec<Sun<R>>,
+    },
+    Expression(ColourSource<R>),
+    Map(Map<R>),
+}
+
+/// A lobe around a direction.
+#[derive(Clone, Debug)]
+pub(crate) struct Sun<R: Real> {
+    direction: R::Vec3,
+    colour: R::Vec3,
+    exponent: u32,
+}
+
+/// An equirectangular picture.
+#[derive(Clone, Debug)]
+pub(crate) struct Map<R: Real> {
+    image: Arc<ImageData>,
+    turn: R,
+    strength: R,
+}
+
+pub(super) fn prepare<R: Real>(scene: &Scene, names: &BTreeMap<String, f64>) -> Result<Sky<R>, PrepareError> {
+    let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
+    Ok(match &scene.sky {
+        None => Sky::None,
+        Some(SkyData::Constant(c)) => Sky::Constant(v(*c)),
+        Some(SkyData::Gradient { bottom, top, suns }) => {
+            let suns = suns.iter().map(|s| Sun {
+                direction: R::Vec3::from_f64(DVec3::from(s.direction).normalize()),
+                colour: R::Vec3::from_f64(DVec3::from(s.colour.0) * s.weight),
+                exponent: s.exponent,
+            });
+            Sky::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
+        }
+        Some(SkyData::Expression(input)) => {
+            let path = || "sky.expression".to_owned();
+            Sky::Expression(ColourSource::new(input, Scope::Sky, names, &Textures::new(scene), &path)?)
+        }
+        Some(SkyData::Map(map)) => {
+            let image = scene.images.iter().find(|i| i.name == map.image);
+            let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };
+            match &image.ok_or_else(missing)?.data {
+                Some(image) => Sky::Map(Map {
+                    image: Arc::clone(image),
+                    turn: R::from_f64(map.rotation / 360.0),
+                    strength: R::from_f64(map.strength),
+                }),
+                None => Sky::None,
+            }
+        }
+    })
+}
+
+impl<R: Real> Sky<R> {
+    /// Whether it gives no light at all.
+    pub fn is_black(&self) -> bool {
+        matches!(self, Self::None)
+    }
+
+    /// Radiance along a unit direction, seen from an origin.
+    #[inline(always)]
+    pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
+        match self {
+            Self::None => R::Vec3::ZERO,
+            Self::Constant(c) => *c,
+            Self::Gradient { bottom, top, suns } => {
+                let s = R::from_f64(0.5) * (d.y() + R::ONE);
+                let mut sky = *bottom * (R::ONE - s) + *top * s;
+                for sun in suns {
+                    let g = d.dot(sun.direction).max(R::ZERO);
+                    sky += sun.colour * g.powi(sun.exponent);
+                }
+                sky
+            }
+            Self::Expression(source) => {
+                let zero = R::ZERO;
+                source.at(&Point { inputs: Inputs { d, o: origin, ..Inputs::default() }, second_uv: [zero; 2] })
+            }
+            Self::Map(map) => map.radiance(d),
+        }
+    }
+}
+
+impl<R: Real> Map<R> {
+    /// Bilinear, repeating around and clamped at the poles.
+    fn radiance(&self, d: R::Vec3) -> R::Vec3 {
+        let (tau, half) = (R::from_f64(core::f64::consts::TAU), R::from_f64(0.5));
+        let u = d.z().atan2(d.x()) / tau + half - self.turn;
+        let v = d.y().acos() / R::from_f64(core::f64::consts::PI);
+        let (width, height) = (self.image.width, self.image.height);
+        let x = (u - u.floor()) * R::from_f64(f64::from(width)) - half;
+        let y = v * R::from_f64(f64::from(height)) - half;
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let column = |x: R| (x.to_f64() as i64).rem_euclid(i64::from(width)) as usize;
+        let row = |y: R| (y.to_f64() as i64).clamp(0, i64::from(height) - 1) as usize;
+        let at = |x: usize, y: usize| {
+            let i = y * width as usize + x;
+            let [r, g, b, _] = match &self.image.pixels {
+                Pixels::Linear(p) => p[i],
+                Pixels::Codes(p) => p[i].map(decoded),
+            };
+            R::Vec3::new(R::from_f32(r), R::from_f32(g), R::from_f32(b))
+        };
+        let mix = |a: R::Vec3, b: R::Vec3, w: R| a * (R::ONE - w) + b * w;
+        let (left, right, top, bottom) = (column(x0), column(x0 + R::ONE), row(y0), row(y0 + R::ONE));
+        mix(mix(at(left, top), at(right, top), fx), mix(at(left, bottom), at(right, bottom), fx), fy) * self.strength
+    }
+}

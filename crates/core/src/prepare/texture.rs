@@ -1,0 +1,172 @@
+//! Image textures: wrap modes, nearest and bilinear filtering, colour spaces.
+
+use std::collections::{BTreeMap, HashSet};
+use std::sync::{Arc, OnceLock};
+
+use raywright_bvh::{Real, Vector};
+
+use super::PrepareError;
+use super::colour::{Factor, Point};
+use crate::display::curve::decode;
+use crate::expr::Scope;
+use crate::scene::{ColourSpace, Filter, ImageData, Pixels, Scene, Texture, TextureRef, TransferCurve, Wrap};
+
+/// The textures and images of a scene, by name.
+pub(crate) struct Textures<'a> {
+    textures: BTreeMap<&'a str, (&'a Texture, Option<Arc<ImageData>>)>,
+}
+
+impl<'a> Textures<'a> {
+    pub fn new(scene: &'a Scene) -> Self {
+        let image = |name: &str| scene.images.iter().find(|i| i.name == name).and_then(|i| i.data.clone());
+        let textures = scene.textures.iter().map(|t| (t.name.as_str(), (t, image(&t.image))));
+        Self { textures: textures.collect() }
+    }
+
+    /// Bytes of the distinct images behind the textures.
+    pub fn bytes(&self) -> usize {
+        let mut seen = HashSet::new();
+        let images = self.textures.values().filter_map(|(_, image)| image.as_ref());
+        images
+            .filter(|image| seen.insert(Arc::as_ptr(image)))
+            .map(|image| match &image.pixels {
+                Pixels::Codes(p) => size_of_val(p.as_slice()),
+                Pixels::Linear(p) => size_of_val(p.as_slice()),
+            })
+            .sum()
+    }
+
+    /// How to read a use of a texture; none when its image could not be had.
+    pub fn sampler<R: Real>(
+        &self,
+        reference: &TextureRef,
+        names: &BTreeMap<String, f64>,
+        path: &dyn Fn() -> String,
+    ) -> Result<Option<Arc<Sampler<R>>>, PrepareError> {
+        let Some((texture, image)) = self.textures.get(reference.name.as_str()) else {
+            return Err(PrepareError::Missing { path: path(), kind: "texture", name: reference.name.clone() });
+        };
+        let Some(image) = image else { return Ok(None) };
+        let coordinates = match &reference.uv {
+            None => None,
+            Some([u, v]) => Some([Factor::new(u, Scope::Surface, names, path)?, Factor::new(v, Scope::Surface, names, path)?]),
+        };
+        Ok(Some(Arc::new(Sampler {
+            image: Arc::clone(image),
+            srgb: texture.colour_space == ColourSpace::Srgb,
+            filter: texture.filter,
+            wrap: [texture.wrap_u, texture.wrap_v],
+            second_set: reference.uv_set == 1,
+            coordinates,
+            transform: reference.uv_transform.map(|m| m.map(|row| row.map(R::from_f64))),
+            factor: R::Vec3::from_f64(reference.factor.0.into()),
+        })))
+    }
+}
+
+/// A use of a texture.
+#[derive(Clone, Debug)]
+pub(crate) struct Sampler<R: Real> {
+    image: Arc<ImageData>,
+    srgb: bool,
+    filter: Filter,
+    wrap: [Wrap; 2],
+    second_set: bool,
+    /// Expressions in place of the surface's own coordinates.
+    coordinates: Option<[Factor<R>; 2]>,
+    transform: Option<[[R; 3]; 2]>,
+    factor: R::Vec3,
+}
+
+impl<R: Real> Sampler<R> {
+    /// Linear colour at a point, with the factor.
+    pub fn colour(&self, point: &Point<R>) -> R::Vec3 {
+        let [r, g, b, _] = self.texel(point);
+        R::Vec3::new(r, g, b) * self.factor
+    }
+
+    /// The filtered texel: linear red, green, blue, and alpha.
+    pub fn texel(&self, point: &Point<R>) -> [R; 4] {
+        let [mut u, mut v] = match &self.coordinates {
+            Some([u, v]) => [u.at(point), v.at(point)],
+            None if self.second_set => point.second_uv,
+            None => [point.inputs.u, point.inputs.v],
+        };
+        if let Some([[a, b, c], [d, e, f]]) = self.transform {
+            (u, v) = (a * u + b * v + c, d * u + e * v + f);
+        }
+        let x = scaled(u, self.image.width, self.wrap[0]);
+        let y = scaled(v, self.image.height, self.wrap[1]);
+        match self.filter {
+            Filter::Nearest => {
+                self.fetch(index(x.floor(), self.image.width, self.wrap[0]), index(y.floor(), self.image.height, self.wrap[1]))
+            }
+            Filter::Bilinear => {
+                let half = R::from_f64(0.5);
+                let (x, y) = (x - half, y - half);
+                let (x0, y0) = (x.floor(), y.floor());
+                let (fx, fy) = (x - x0, y - y0);
+                let column = |x: R| index(x, self.image.width, self.wrap[0]);
+                let row = |y: R| index(y, self.image.height, self.wrap[1]);
+                let (left, right) = (column(x0), column(x0 + R::ONE));
+                let (top, bottom) = (row(y0), row(y0 + R::ONE));
+                let upper = blend(self.fetch(left, top), self.fetch(right, top), fx);
+                let lower = blend(self.fetch(left, bottom), self.fetch(right, bottom), fx);
+                blend(upper, lower, fy)
+            }
+        }
+    }
+
+    fn fetch(&self, column: usize, row: usize) -> [R; 4] {
+        let at = row * self.image.width as usize + column;
+        match &self.image.pixels {
+            Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
+            Pixels::Codes(pixels) => {
+                let [r, g, b, a] = pixels[at];
+                let colour = |code: u8| if self.srgb { decoded(code) } else { f32::from(code) / 255.0 };
+                [colour(r), colour(g), colour(b), f32::from(a) / 255.0].map(R::from_f32)
+            }
+        }
+    }
+}
+
+fn blend<R: Real>(a: [R; 4], b: [R; 4], weight: R) -> [R; 4] {
+    core::array::from_fn(|i| a[i] * (R::ONE - weight) + b[i] * weight)
+}
+
+/// A coordinate in texels. Whole turns of a repeating image are removed first, so that large tile counts keep their
+/// precision; what is not a number reads the first texel.
+fn scaled<R: Real>(u: R, size: u32, wrap: Wrap) -> R {
+    if !u.is_finite() {
+        return R::ZERO;
+    }
+    let size = R::from_f64(f64::from(size));
+    match wrap {
+        Wrap::Repeat => (u - u.floor()) * size,
+        Wrap::MirroredRepeat => {
+            let half = u * R::from_f64(0.5);
+            (half - half.floor()) * R::from_f64(2.0) * size
+        }
+        Wrap::Clamp => Real::clamp(u, R::from_f64(-1.0), R::from_f64(2.0)) * size,
+    }
+}
+
+/// The texel that a whole coordinate means. Whatever the rounding before, it lies in the image.
+fn index<R: Real>(texel: R, size: u32, wrap: Wrap) -> usize {
+    let (i, n) = (texel.to_f64() as i64, i64::from(size));
+    let i = match wrap {
+        Wrap::Repeat => i.rem_euclid(n),
+        Wrap::MirroredRepeat => {
+            let k = i.rem_euclid(2 * n);
+            if k < n { k } else { 2 * n - 1 - k }
+        }
+        Wrap::Clamp => i.clamp(0, n - 1),
+    };
+    i as usize
+}
+
+/// An sRGB code as a linear number.
+pub(super) fn decoded(code: u8) -> f32 {
+    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
+    TABLE.get_or_init(|| core::array::from_fn(|i| decode(TransferCurve::Srgb, i as f64 / 255.0) as f32))[usize::from(code)]
+}

@@ -1,0 +1,176 @@
+//! What a render is asked for besides the scene: every choice that the command line can override, resolved to plain values.
+
+use raywright_bvh::{AcceleratorKind, BuildQuality};
+
+use crate::scene::{Camera, Integrator, Pattern, Scene};
+
+/// A rung of the arithmetic ladder (`--precision`).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum PrecisionChoice {
+    /// Textbook formulas in f32.
+    Fast,
+    /// f32 storage, cancellation-free intersections with an f64 core.
+    #[default]
+    Robust,
+    /// f64 throughout.
+    Reference,
+}
+
+/// Which kernel runs. Both give the same bits; the general one exists as the proof of that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KernelChoice {
+    /// The smallest kernel that covers the scene.
+    #[default]
+    Fitting,
+    /// The kernel that covers everything.
+    General,
+}
+
+/// Where in a pixel its samples lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// A fixed pattern.
+    Pattern(Pattern),
+    /// So many samples of the general sampler, at least one.
+    General(u32),
+}
+
+impl Sampling {
+    /// `--spp`: the count of the scene's pattern keeps it, one sample of a pattern scene is the pixel's centre, anything
+    /// else uses the general sampler. None: as the scene says.
+    pub fn resolve(scene: &Scene, spp: Option<u32>) -> Self {
+        match (scene.render.pattern, spp) {
+            (Some(pattern), None) => Self::Pattern(pattern),
+            (Some(pattern), Some(n)) if n == pattern.count() => Self::Pattern(pattern),
+            (Some(_), Some(1)) => Self::Pattern(Pattern::Centre),
+            (_, Some(n)) => Self::General(n),
+            (None, None) => Self::General(scene.render.samples),
+        }
+    }
+
+    /// Samples a pixel.
+    pub fn count(self) -> u32 {
+        match self {
+            Self::Pattern(pattern) => pattern.count(),
+            Self::General(n) => n,
+        }
+    }
+}
+
+/// A part of the picture in pixels, counted from the top left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns, above zero.
+    pub width: u32,
+    /// Rows, above zero.
+    pub height: u32,
+}
+
+/// What camera rays see that hit nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Background {
+    /// The sky.
+    #[default]
+    Environment,
+    /// Nothing: alpha 0, black.
+    Transparent,
+    /// A linear colour; reflections and light still come from the sky.
+    Colour([f64; 3]),
+}
+
+/// Layers besides the colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Aov {
+    /// Base colour of the first hit, mean over the samples.
+    Albedo,
+    /// Shading normal of the first hit, mean over the samples.
+    Normal,
+    /// Position of the first hit, mean over the samples that hit.
+    Position,
+    /// Distance along the pixel-centre ray, −1 for the sky.
+    Depth,
+    /// Index of the object that the pixel-centre ray hits, −1 for the sky.
+    Object,
+    /// Index of its material, −1 for the sky.
+    Material,
+    /// Samples that entered the pixel.
+    Samples,
+    /// Standard error of the pixel's mean, per channel.
+    StandardError,
+}
+
+impl Aov {
+    /// Every layer with its name on the command line.
+    pub const ALL: [(&'static str, Self); 8] = [
+        ("albedo", Self::Albedo),
+        ("normal", Self::Normal),
+        ("position", Self::Position),
+        ("depth", Self::Depth),
+        ("object", Self::Object),
+        ("material", Self::Material),
+        ("samples", Self::Samples),
+        ("stderr", Self::StandardError),
+    ];
+}
+
+/// Everything a render is asked for besides the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Width and height of the whole picture in pixels.
+    pub size: [u32; 2],
+    /// The part that is rendered; none: all of it.
+    pub crop: Option<Crop>,
+    /// The view; none: framed automatically.
+    pub camera: Option<Camera>,
+    /// Samples of a pixel.
+    pub sampling: Sampling,
+    /// Ray segments a path may have, 1 to 64.
+    pub max_depth: u32,
+    /// How light is computed.
+    pub integrator: Integrator,
+    /// Seed of the general sampler.
+    pub seed: u64,
+    /// Threads; none: one a core.
+    pub threads: Option<usize>,
+    /// Arithmetic.
+    pub precision: PrecisionChoice,
+    /// Scan or tree.
+    pub accelerator: AcceleratorKind,
+    /// Which kernel.
+    pub kernel: KernelChoice,
+    /// What camera rays see that hit nothing.
+    pub background: Background,
+    /// Extra layers.
+    pub aovs: Vec<Aov>,
+    /// Edge of a tile in pixels; pictures do not depend on it.
+    pub tile_size: u32,
+    /// Bytes that geometry, textures and film may take together; none: no limit.
+    pub max_memory: Option<u64>,
+}
+
+impl Settings {
+    /// What the scene itself asks for, with its first camera.
+    pub fn of(scene: &Scene) -> Self {
+        Self {
+            size: scene.render.size,
+            crop: None,
+            camera: scene.cameras.first().cloned(),
+            sampling: Sampling::resolve(scene, None),
+            max_depth: scene.render.max_depth,
+            integrator: scene.render.integrator,
+            seed: scene.render.seed,
+            threads: None,
+            precision: PrecisionChoice::default(),
+            accelerator: AcceleratorKind::Tree(BuildQuality::default()),
+            kernel: KernelChoice::default(),
+            background: Background::default(),
+            aovs: Vec::new(),
+            tile_size: 32,
+            max_memory: None,
+        }
+    }
+}
