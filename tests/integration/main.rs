@@ -1,4 +1,5 @@
 //! The real program, run as a user runs it. One binary with modules, so that it links once.
 
 mod cli;
+mod reference;
 mod support;
