@@ -9,7 +9,7 @@ const ABOVE: [f64; 3] = [0.0, 1.0, 0.0];
 
 /// A scene with one of everything, without problems.
 fn sound() -> Scene {
-    let texture = || TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, factor: Colour::WHITE };
+    let texture = || TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, uv: None, factor: Colour::WHITE };
     let material = Material { name: "red".into(), model: Model::Classic(Box::default()) };
     let physical = Material {
         name: "oak".into(),
