@@ -7,6 +7,7 @@ pub mod expr;
 mod film;
 pub mod generate;
 mod integrator;
+pub mod metrics;
 pub mod noise;
 pub mod picture;
 pub mod prepare;

@@ -15,6 +15,7 @@ use raywright_bvh::scalar::Real;
 use crate::picture::Picture;
 use crate::scene::{Render, ToneMap, TransferCurve};
 pub use codes::CodeTable;
+use tone::Operator;
 
 /// Display values of a pixel that holds a NaN: pure magenta.
 pub const NAN_MARKER: [f32; 3] = [1.0, 0.0, 1.0];
@@ -42,7 +43,7 @@ impl Display {
     /// The mapping of single pixels, with its tables made.
     pub fn prepare(self) -> DisplayMap {
         DisplayMap {
-            tone_map: self.tone_map,
+            tone: Operator::new(self.tone_map),
             curve: self.curve,
             factor: Real::powf(2.0_f64, self.exposure_stops),
             codes: CodeTable::new(self.curve),
@@ -92,7 +93,7 @@ fn straight(rgb: [f32; 3], alpha: f32) -> [f32; 3] {
 /// A [`Display`] that is ready for pixels.
 #[derive(Clone, Debug)]
 pub struct DisplayMap {
-    tone_map: ToneMap,
+    tone: Operator,
     curve: TransferCurve,
     factor: f64,
     codes: CodeTable,
@@ -125,7 +126,7 @@ impl DisplayMap {
         }
         // Below zero there is no light; the upper bound keeps the tone maps' fractions finite.
         let clamped = exposed.map(|x| x.clamp(0.0, f64::from(f32::MAX)));
-        Some(tone::apply(self.tone_map, clamped).map(|y| y.clamp(0.0, 1.0) as f32))
+        Some(self.tone.apply(clamped).map(|y| y.clamp(0.0, 1.0) as f32))
     }
 }
 

@@ -1,17 +1,40 @@
 //! Tone maps: from exposed linear radiance, at least zero and finite, to display-linear values around 0..1.
 
-use super::agx::agx;
+use super::agx::Agx;
 use crate::scene::ToneMap;
 
-/// Applies a tone map to a colour whose channels are finite and not negative. Channels of the result may lie a little
-/// outside 0..1 where the map's own matrices leave the gamut; the caller clips them.
-pub fn apply(map: ToneMap, rgb: [f64; 3]) -> [f64; 3] {
-    match map {
-        ToneMap::None => rgb,
-        ToneMap::Aces => rgb.map(narkowicz),
-        ToneMap::AcesHill => hill(rgb),
-        ToneMap::Agx => agx(rgb),
-        ToneMap::KhronosNeutral => khronos_neutral(rgb),
+/// A tone map with the tables it needs.
+#[derive(Clone, Debug)]
+pub(super) enum Operator {
+    Clip,
+    Aces,
+    AcesHill,
+    Agx(Agx),
+    KhronosNeutral,
+}
+
+impl Operator {
+    pub(super) fn new(map: ToneMap) -> Self {
+        match map {
+            ToneMap::None => Self::Clip,
+            ToneMap::Aces => Self::Aces,
+            ToneMap::AcesHill => Self::AcesHill,
+            ToneMap::Agx => Self::Agx(Agx::new()),
+            ToneMap::KhronosNeutral => Self::KhronosNeutral,
+        }
+    }
+
+    /// Maps a colour whose channels are finite and not negative. Channels of the result may lie a little outside 0..1 where
+    /// the map's own matrices leave the gamut; the caller clips them.
+    #[inline]
+    pub(super) fn apply(&self, rgb: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Clip => rgb,
+            Self::Aces => rgb.map(narkowicz),
+            Self::AcesHill => hill(rgb),
+            Self::Agx(agx) => agx.apply(rgb),
+            Self::KhronosNeutral => khronos_neutral(rgb),
+        }
     }
 }
 
@@ -57,6 +80,10 @@ fn khronos_neutral(rgb: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn apply(map: ToneMap, rgb: [f64; 3]) -> [f64; 3] {
+        Operator::new(map).apply(rgb)
+    }
 
     fn close(a: [f64; 3], b: [f64; 3], tolerance: f64) -> bool {
         a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance)

@@ -1,0 +1,180 @@
+//! Everything that is said about two pictures, in one structure: what `compare` prints and writes.
+
+use serde::Serialize;
+
+use super::{
+    DEFAULT_PIXELS_PER_DEGREE, Errors, MetricsError, Statistics, check, differences, errors, flip, share_beyond, statistics,
+};
+use crate::display::Display;
+use crate::picture::{Encoding, Picture};
+
+/// Thresholds of display values in 255ths at which pixels are counted.
+const THRESHOLDS: [u32; 5] = [0, 1, 2, 8, 32];
+
+/// One of the two pictures, and what its numbers mean.
+#[derive(Clone, Copy, Debug)]
+pub struct Side<'a> {
+    /// The numbers.
+    pub picture: &'a Picture,
+    /// Their meaning.
+    pub encoding: Encoding,
+}
+
+/// A picture against a reference. Coverage and layers do not enter, but for [`Comparison::coverage`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Whether colours and coverage are the same numbers everywhere, bit for bit.
+    pub identical: bool,
+    /// What `errors` is computed on: linear radiance where both pictures have it, display values otherwise.
+    pub encoding: Encoding,
+    /// Errors of the numbers.
+    pub errors: Errors,
+    /// Pixels whose display values differ by more than a few thresholds.
+    pub beyond: Vec<Beyond>,
+    /// FLIP of the display values at [`DEFAULT_PIXELS_PER_DEGREE`].
+    pub flip: Statistics,
+    /// Largest difference of coverage (1 where a picture has none); none where neither has one.
+    pub coverage: Option<f64>,
+    /// FLIP of each pixel, row after row from the top.
+    #[serde(skip)]
+    pub flip_map: Vec<f32>,
+}
+
+/// How many pixels differ by more than a threshold in a channel; one that is not finite does so by any.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Beyond {
+    /// The threshold, in 255ths of the display range.
+    pub codes: u32,
+    /// Share of all pixels, 0 to 1.
+    pub share: f64,
+}
+
+/// Compares a picture with a reference of the same size. Linear pictures are shown through `display` where display values are
+/// needed: for FLIP, for counting pixels, and throughout where the other side has display values only.
+pub fn compare(picture: Side<'_>, reference: Side<'_>, display: Display) -> Result<Comparison, MetricsError> {
+    check(picture.picture, reference.picture)?;
+    let both_linear = picture.encoding == Encoding::Linear && reference.encoding == Encoding::Linear;
+    let sides = [picture, reference];
+    let shown = sides.map(|side| match side.encoding {
+        Encoding::Linear => Some(display.to_values(side.picture)),
+        Encoding::Display => None,
+    });
+    let values = [0, 1].map(|i| shown[i].as_ref().unwrap_or(sides[i].picture));
+    let numbers = if both_linear { [picture.picture, reference.picture] } else { values };
+    let flip_map = flip(values[0], values[1], DEFAULT_PIXELS_PER_DEGREE)?;
+    let differences = differences(values[0], values[1])?;
+    let beyond = THRESHOLDS.map(|codes| Beyond { codes, share: share_beyond(&differences, threshold(codes)) });
+    let coverage = coverage_difference(picture.picture, reference.picture);
+    Ok(Comparison {
+        width: picture.picture.width,
+        height: picture.picture.height,
+        identical: coverage.is_none_or(|difference| difference == 0.0) && same_bits(numbers[0], numbers[1]),
+        encoding: if both_linear { Encoding::Linear } else { Encoding::Display },
+        errors: errors(numbers[0], numbers[1])?,
+        beyond: beyond.to_vec(),
+        flip: statistics(&flip_map),
+        coverage,
+        flip_map,
+    })
+}
+
+/// A threshold in 255ths. A hair is added, so that codes that differ by exactly this much are not beyond it for the rounding
+/// of their quotients.
+fn threshold(codes: u32) -> f64 {
+    if codes == 0 { 0.0 } else { f64::from(codes) / 255.0 + 1e-6 }
+}
+
+fn same_bits(a: &Picture, b: &Picture) -> bool {
+    a.rgb.iter().zip(&b.rgb).all(|(a, b)| a.map(f32::to_bits) == b.map(f32::to_bits))
+}
+
+fn coverage_difference(a: &Picture, b: &Picture) -> Option<f64> {
+    if a.alpha.is_none() && b.alpha.is_none() {
+        return None;
+    }
+    let at = |picture: &Picture, i: usize| picture.alpha.as_ref().and_then(|alpha| alpha.get(i)).copied().unwrap_or(1.0);
+    let difference = |i| f64::from(at(a, i) - at(b, i)).abs();
+    Some((0..a.pixels()).map(difference).fold(0.0, |largest, x| if x > largest || x.is_nan() { x } else { largest }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ToneMap;
+
+    fn ramp() -> Picture {
+        let mut picture = Picture::new(16, 4);
+        for (i, rgb) in picture.rgb.iter_mut().enumerate() {
+            *rgb = [i as f32 / 40.0, 0.2, 1.0 - i as f32 / 64.0];
+        }
+        picture
+    }
+
+    fn linear(picture: &Picture) -> Side<'_> {
+        Side { picture, encoding: Encoding::Linear }
+    }
+
+    /// The same picture has no error in any figure.
+    #[test]
+    fn a_picture_is_identical_to_itself() {
+        let picture = ramp();
+        let own = compare(linear(&picture), linear(&picture), Display::default()).unwrap();
+        assert!(own.identical);
+        assert_eq!((own.errors.rmse, own.flip.maximum, own.coverage), (0.0, 0.0, None));
+        assert!(own.beyond.iter().all(|beyond| beyond.share == 0.0));
+    }
+
+    /// A linear picture against its own display picture is compared as displays, through the given display.
+    #[test]
+    fn unlike_encodings_meet_as_display_values() {
+        let picture = ramp();
+        let display = Display { tone_map: ToneMap::Aces, exposure_stops: -1.0, ..Display::default() };
+        let shown = display.to_values(&picture);
+        let side = Side { picture: &shown, encoding: Encoding::Display };
+        let comparison = compare(linear(&picture), side, display).unwrap();
+        assert_eq!((comparison.encoding, comparison.identical), (Encoding::Display, true));
+        let wrong = compare(linear(&picture), side, Display::PLAIN).unwrap();
+        assert!(wrong.errors.rmse > 0.01 && wrong.flip.mean > 0.01);
+    }
+
+    /// Codes one apart are not beyond 1/255, whatever the rounding; two apart are; and both differ.
+    #[test]
+    fn counting_is_in_whole_codes() {
+        let code = |k: u32| (f64::from(k) / 255.0) as f32;
+        for k in 0..253 {
+            let pictures = [0, 1, 2].map(|step| Picture { rgb: vec![[code(k + step), 0.5, 0.5]], ..Picture::new(1, 1) });
+            let side = |i: usize| Side { picture: &pictures[i], encoding: Encoding::Display };
+            let shares = |i| compare(side(0), side(i), Display::PLAIN).unwrap().beyond;
+            assert_eq!((shares(1)[0].share, shares(1)[1].share), (1.0, 0.0), "{k}");
+            assert_eq!((shares(2)[1].share, shares(2)[2].share), (1.0, 0.0), "{k}");
+        }
+    }
+
+    /// A difference in coverage alone is not hidden, nor is a single bit.
+    #[test]
+    fn coverage_and_single_bits_count() {
+        let picture = ramp();
+        let mut covered = picture.clone();
+        covered.alpha = Some(vec![1.0; 64]);
+        let compared = |other: &Picture| compare(linear(other), linear(&picture), Display::default()).unwrap();
+        assert_eq!((compared(&covered).identical, compared(&covered).coverage), (true, Some(0.0)));
+        covered.alpha = Some([vec![1.0; 63], vec![0.5]].concat());
+        assert_eq!((compared(&covered).identical, compared(&covered).coverage), (false, Some(0.5)));
+        let mut other = picture.clone();
+        other.rgb[9][1] = other.rgb[9][1].next_up();
+        assert!(!compared(&other).identical);
+        assert_eq!(compared(&other).errors.worst.map(|worst| (worst.x, worst.y)), Some((9, 0)));
+    }
+
+    /// Sizes that differ are an error, not a crop.
+    #[test]
+    fn sizes_must_agree() {
+        let (picture, other) = (ramp(), Picture::new(4, 16));
+        let error = compare(linear(&picture), linear(&other), Display::default()).unwrap_err();
+        assert_eq!(error, MetricsError::Size(16, 4, 4, 16));
+    }
+}

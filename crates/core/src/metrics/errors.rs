@@ -1,0 +1,214 @@
+//! Errors of the numbers themselves: RMSE, relative MSE, PSNR, the worst pixel, pixels beyond a threshold.
+
+use raywright_bvh::scalar::Real;
+use serde::Serialize;
+
+use super::{MetricsError, check};
+use crate::picture::Picture;
+
+/// Keeps the relative error of dark pixels finite.
+const RELATIVE_FLOOR: f64 = 0.01;
+/// One pixel in so many, the worst, is left out of the trimmed relative error.
+const TRIM: usize = 1000;
+
+/// Errors over all pixels and the three channels, in the numbers that the pictures hold. Pixels with a number that is not
+/// finite, in either picture, are left out and counted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Errors {
+    /// Pixels compared.
+    pub pixels: usize,
+    /// Pixels left out because a channel is NaN or infinite.
+    pub non_finite: usize,
+    /// Root of the mean squared error.
+    pub rmse: f64,
+    /// Mean of (I − R)² / (R² + 0.01).
+    pub relmse: f64,
+    /// The same without the worst 0.1 % of the pixels (rounded down), so that a few fireflies do not decide.
+    pub relmse_trimmed: f64,
+    /// Peak signal-to-noise ratio in decibels for a peak of 1; none where there is no error.
+    pub psnr: Option<f64>,
+    /// Mean absolute error.
+    pub mean_abs: f64,
+    /// Largest absolute error of a channel.
+    pub max_abs: f64,
+    /// Where that is, the first in reading order; none where there is no error.
+    pub worst: Option<WorstPixel>,
+}
+
+/// A pixel and what either picture has there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WorstPixel {
+    /// Column from the left.
+    pub x: u32,
+    /// Row from the top.
+    pub y: u32,
+    /// Colour in the picture.
+    pub picture: [f32; 3],
+    /// Colour in the reference.
+    pub reference: [f32; 3],
+}
+
+/// Errors of a picture against a reference of the same size.
+pub fn errors(picture: &Picture, reference: &Picture) -> Result<Errors, MetricsError> {
+    check(picture, reference)?;
+    let (mut squares, mut absolutes, mut max_abs, mut worst) = (0.0, 0.0, 0.0_f64, None);
+    let mut relative = Vec::with_capacity(picture.pixels());
+    for (index, (image, truth)) in picture.rgb.iter().zip(&reference.rgb).enumerate() {
+        if !is_finite(image) || !is_finite(truth) {
+            continue;
+        }
+        let mut pixel = 0.0;
+        for (&i, &r) in image.iter().zip(truth) {
+            let (i, r) = (f64::from(i), f64::from(r));
+            let error = i - r;
+            squares += error * error;
+            absolutes += error.abs();
+            pixel += error * error / (r * r + RELATIVE_FLOOR);
+            if error.abs() > max_abs {
+                (max_abs, worst) = (error.abs(), Some(index));
+            }
+        }
+        relative.push(pixel / 3.0);
+    }
+    let pixels = relative.len();
+    let per_channel = |sum: f64| if pixels == 0 { 0.0 } else { sum / (3 * pixels) as f64 };
+    let mse = per_channel(squares);
+    relative.sort_unstable_by(f64::total_cmp);
+    Ok(Errors {
+        pixels,
+        non_finite: picture.pixels() - pixels,
+        rmse: mse.sqrt(),
+        relmse: mean(&relative),
+        relmse_trimmed: mean(&relative[..pixels - pixels / TRIM]),
+        psnr: (mse > 0.0).then(|| -10.0 * Real::ln(mse) / core::f64::consts::LN_10),
+        mean_abs: per_channel(absolutes),
+        max_abs,
+        worst: worst.map(|index| worst_pixel(picture, reference, index)),
+    })
+}
+
+fn worst_pixel(picture: &Picture, reference: &Picture, index: usize) -> WorstPixel {
+    let width = picture.width as usize;
+    let (x, y) = ((index % width) as u32, (index / width) as u32);
+    WorstPixel { x, y, picture: picture.rgb[index], reference: reference.rgb[index] }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+}
+
+fn is_finite(rgb: &[f32; 3]) -> bool {
+    rgb.iter().all(|x| x.is_finite())
+}
+
+/// The largest absolute difference of the three channels, pixel by pixel; infinite where a number is not finite.
+pub fn differences(picture: &Picture, reference: &Picture) -> Result<Vec<f32>, MetricsError> {
+    check(picture, reference)?;
+    let difference = |(image, truth): (&[f32; 3], &[f32; 3])| {
+        if !is_finite(image) || !is_finite(truth) {
+            return f32::INFINITY;
+        }
+        image.iter().zip(truth).map(|(i, r)| (i - r).abs()).fold(0.0, f32::max)
+    };
+    Ok(picture.rgb.iter().zip(&reference.rgb).map(difference).collect())
+}
+
+/// Share of the pixels, 0 to 1, whose difference (see [`differences`]) is above a threshold.
+pub fn share_beyond(differences: &[f32], threshold: f64) -> f64 {
+    let beyond = differences.iter().filter(|&&difference| f64::from(difference) > threshold).count();
+    beyond as f64 / differences.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(width: u32, height: u32, value: f32) -> Picture {
+        Picture { rgb: vec![[value; 3]; (width * height) as usize], ..Picture::new(width, height) }
+    }
+
+    /// A picture is without error against itself, infinities and NaN apart.
+    #[test]
+    fn a_picture_equals_itself() {
+        let picture = grey(3, 2, 0.7);
+        let own = errors(&picture, &picture).unwrap();
+        assert_eq!((own.rmse, own.relmse, own.max_abs, own.psnr, own.worst), (0.0, 0.0, 0.0, None, None));
+        assert_eq!((own.pixels, own.non_finite), (6, 0));
+    }
+
+    /// Every figure by hand, for one wrong channel in a 2 × 2 picture.
+    #[test]
+    fn figures_are_as_defined() {
+        let reference = grey(2, 2, 0.5);
+        let mut picture = reference.clone();
+        picture.rgb[2][1] = 0.25;
+        let e = errors(&picture, &reference).unwrap();
+        let mse = 0.0625 / 12.0;
+        assert!((e.rmse - f64::sqrt(mse)).abs() < 1e-15);
+        assert!((e.relmse - 0.0625 / (0.25 + 0.01) / 12.0).abs() < 1e-15);
+        assert!((e.psnr.unwrap() + 10.0 * mse.log10()).abs() < 1e-12);
+        assert_eq!((e.mean_abs, e.max_abs), (0.25 / 12.0, 0.25));
+        let worst = WorstPixel { x: 0, y: 1, picture: [0.5, 0.25, 0.5], reference: [0.5; 3] };
+        assert_eq!(e.worst, Some(worst));
+        assert_eq!(e.relmse_trimmed, e.relmse, "four pixels have no 0.1 %");
+    }
+
+    /// The denominator of the relative error is the reference's: swapping the pictures changes it.
+    #[test]
+    fn relative_error_is_relative_to_the_reference() {
+        let (dark, bright) = (grey(1, 1, 0.0), grey(1, 1, 1.0));
+        assert!((errors(&bright, &dark).unwrap().relmse - 100.0).abs() < 1e-12);
+        assert!((errors(&dark, &bright).unwrap().relmse - 1.0 / 1.01).abs() < 1e-12);
+    }
+
+    /// Trimming takes the worst 0.1 % of the pixels away and divides by those that are left.
+    #[test]
+    fn trimming_leaves_the_worst_pixels_out() {
+        let reference = grey(50, 40, 0.0);
+        let mut picture = grey(50, 40, 0.1);
+        picture.rgb[7] = [100.0; 3];
+        picture.rgb[8] = [90.0; 3];
+        picture.rgb[9] = [1.0; 3];
+        let e = errors(&picture, &reference).unwrap();
+        // 2 000 pixels: two are left out, the third of the wrong ones stays.
+        assert!((e.relmse_trimmed - (1997.0 + 100.0) / 1998.0).abs() < 1e-5, "{}", e.relmse_trimmed);
+        assert!(e.relmse > 100.0);
+    }
+
+    /// F04: pixels that are not finite are counted, spoil no figure, and are beyond every threshold.
+    #[test]
+    fn f04_non_finite_pixels_are_counted_not_hidden() {
+        let reference = grey(4, 1, 0.5);
+        let mut picture = reference.clone();
+        picture.rgb[0][2] = f32::NAN;
+        picture.rgb[3][0] = f32::INFINITY;
+        let e = errors(&picture, &reference).unwrap();
+        assert_eq!((e.pixels, e.non_finite, e.rmse), (2, 2, 0.0));
+        let differences = differences(&picture, &reference).unwrap();
+        assert_eq!(share_beyond(&differences, 1e30), 0.5);
+        let all = Picture { rgb: vec![[f32::NAN; 3]; 4], ..reference.clone() };
+        assert_eq!(errors(&all, &reference).unwrap().non_finite, 4);
+    }
+
+    /// "Beyond" is strict, and one channel is enough.
+    #[test]
+    fn thresholds_are_strict() {
+        let reference = grey(2, 1, 0.0);
+        let mut picture = reference.clone();
+        picture.rgb[1][2] = -0.25;
+        let differences = differences(&picture, &reference).unwrap();
+        assert_eq!(share_beyond(&differences, 0.25), 0.0);
+        assert_eq!(share_beyond(&differences, 0.2499), 0.5);
+    }
+
+    /// Pictures of different sizes and empty ones are errors that say so.
+    #[test]
+    fn sizes_must_agree() {
+        let error = errors(&grey(2, 3, 0.0), &grey(3, 2, 0.0)).unwrap_err();
+        assert_eq!(error, MetricsError::Size(2, 3, 3, 2));
+        assert!(error.to_string().contains("2 × 3 against 3 × 2"));
+        assert_eq!(errors(&grey(0, 3, 0.0), &grey(0, 3, 0.0)), Err(MetricsError::Pixels));
+        let short = Picture { rgb: vec![[0.0; 3]], ..Picture::new(2, 2) };
+        assert_eq!(differences(&grey(2, 2, 0.0), &short), Err(MetricsError::Pixels));
+    }
+}

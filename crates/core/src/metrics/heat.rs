@@ -1,0 +1,64 @@
+//! A map of numbers as a picture: black through purple and orange to pale yellow, ever lighter.
+
+use crate::display::curve;
+use crate::picture::Picture;
+use crate::scene::TransferCurve;
+
+/// Display values at equal steps from 0 to 1. Luminance rises along the whole scale, so it also reads in grey.
+const SCALE: [[f64; 3]; 8] = [
+    [0.00, 0.00, 0.02],
+    [0.14, 0.07, 0.32],
+    [0.34, 0.09, 0.48],
+    [0.58, 0.16, 0.47],
+    [0.81, 0.27, 0.38],
+    [0.95, 0.47, 0.29],
+    [0.99, 0.72, 0.40],
+    [0.99, 0.97, 0.76],
+];
+
+/// A picture of one number a pixel, row after row from the top: 0 is black, `full` and everything above pale yellow, a NaN
+/// stays one. It is linear like any other picture; [`Display::PLAIN`](crate::display::Display::PLAIN) shows it as it is meant.
+pub fn heat_map(width: u32, height: u32, values: &[f32], full: f32) -> Picture {
+    let colour = |value: &f32| {
+        let rgb = scale_at(f64::from(value / full));
+        rgb.map(|x| curve::decode(TransferCurve::Srgb, x) as f32)
+    };
+    let mut picture = Picture::new(width, height);
+    for (rgb, value) in picture.rgb.iter_mut().zip(values) {
+        *rgb = colour(value);
+    }
+    picture
+}
+
+fn scale_at(x: f64) -> [f64; 3] {
+    let place = x.clamp(0.0, 1.0) * (SCALE.len() - 1) as f64;
+    let index = (place as usize).min(SCALE.len() - 2);
+    let (low, high, share) = (SCALE[index], SCALE[index + 1], place - index as f64);
+    [0, 1, 2].map(|c| low[c] + (high[c] - low[c]) * share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::display::{Display, NAN_MARKER};
+
+    /// More error is always lighter, in luminance, so the map can be read without its legend and in grey.
+    #[test]
+    fn luminance_rises_with_the_value() {
+        let values: Vec<f32> = (0..=1000).map(|i| i as f32 / 500.0).collect();
+        let picture = heat_map(1001, 1, &values, 2.0);
+        let luminance: Vec<f64> = picture.rgb.iter().map(|rgb| curve::luminance(rgb.map(f64::from))).collect();
+        assert!(luminance.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(luminance[0] < 0.01 && luminance[1000] > 0.85);
+    }
+
+    /// Values beyond the scale take its ends, and what is not a number is not given a colour of the scale.
+    #[test]
+    fn ends_and_nan_are_defined() {
+        let map = |value| Display::PLAIN.prepare().values(heat_map(1, 1, &[value], 0.5).rgb[0]);
+        assert_eq!(map(-1.0), map(0.0));
+        assert_eq!(map(0.5), map(f32::INFINITY));
+        assert_ne!(map(0.25), map(0.5));
+        assert_eq!(map(f32::NAN), NAN_MARKER);
+    }
+}

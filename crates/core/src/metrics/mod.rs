@@ -1,0 +1,41 @@
+//! How far a picture is from a reference: errors of the numbers, what an eye would notice, and a picture of both.
+
+mod comparison;
+mod errors;
+mod flip;
+mod heat;
+mod statistics;
+
+pub use comparison::{Beyond, Comparison, Side, compare};
+pub use errors::{Errors, WorstPixel, differences, errors, share_beyond};
+pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
+pub use heat::heat_map;
+pub use statistics::{Statistics, statistics};
+
+use crate::picture::Picture;
+
+/// Why two pictures cannot be compared.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum MetricsError {
+    /// Their sizes differ.
+    #[error("the pictures differ in size: {0} × {1} against {2} × {3} pixels")]
+    Size(u32, u32, u32, u32),
+    /// There is nothing to compare, or a buffer does not fit its picture.
+    #[error("a picture has no pixels, or not as many as its size says")]
+    Pixels,
+    /// The viewing condition of FLIP makes no sense.
+    #[error("{0} pixels per degree is outside 1 to 1000")]
+    PixelsPerDegree(f64),
+}
+
+/// Two pictures of one size, each with a colour for every pixel.
+fn check(picture: &Picture, reference: &Picture) -> Result<(), MetricsError> {
+    if (picture.width, picture.height) != (reference.width, reference.height) {
+        return Err(MetricsError::Size(picture.width, picture.height, reference.width, reference.height));
+    }
+    let n = picture.pixels();
+    if n == 0 || picture.rgb.len() != n || reference.rgb.len() != n {
+        return Err(MetricsError::Pixels);
+    }
+    Ok(())
+}

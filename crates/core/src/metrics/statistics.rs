@@ -1,0 +1,75 @@
+//! Mean and quantiles of a map of numbers.
+
+use serde::Serialize;
+
+/// How numbers are distributed. Quantiles are interpolated linearly between neighbours in order (type 7 of Hyndman and Fan,
+/// "Sample Quantiles in Statistical Packages", 1996).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Statistics {
+    /// Arithmetic mean.
+    pub mean: f64,
+    /// Least number.
+    pub minimum: f64,
+    /// A quarter is below.
+    pub first_quartile: f64,
+    /// Half is below.
+    pub median: f64,
+    /// Three quarters are below.
+    pub third_quartile: f64,
+    /// 99 % are below.
+    pub percentile_99: f64,
+    /// 99.9 % are below.
+    pub percentile_99_9: f64,
+    /// Greatest number.
+    pub maximum: f64,
+}
+
+/// Statistics of numbers that are not NaN; all zero for none at all.
+pub fn statistics(values: &[f32]) -> Statistics {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let mean = values.iter().map(|&x| f64::from(x)).sum::<f64>() / values.len().max(1) as f64;
+    let at = |share| quantile(&sorted, share);
+    Statistics {
+        mean,
+        minimum: at(0.0),
+        first_quartile: at(0.25),
+        median: at(0.5),
+        third_quartile: at(0.75),
+        percentile_99: at(0.99),
+        percentile_99_9: at(0.999),
+        maximum: at(1.0),
+    }
+}
+
+fn quantile(sorted: &[f32], share: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
+    let place = share * last as f64;
+    let low = f64::from(sorted[place as usize]);
+    let high = f64::from(sorted[(place as usize + 1).min(last)]);
+    // Equal neighbours stay what they are, infinite ones too.
+    if low == high { low } else { low + (high - low) * place.fract() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quantiles of 0, 1, …, 1000 in any order are their own ranks.
+    #[test]
+    fn quantiles_are_ranks() {
+        let values: Vec<f32> = (0..=1000).map(|i| ((i * 389) % 1001) as f32).collect();
+        let s = statistics(&values);
+        assert_eq!((s.mean, s.minimum, s.first_quartile, s.median), (500.0, 0.0, 250.0, 500.0));
+        assert_eq!((s.third_quartile, s.percentile_99, s.percentile_99_9, s.maximum), (750.0, 990.0, 999.0, 1000.0));
+    }
+
+    /// Between two numbers a quantile is interpolated; of one number every quantile is that one; of none it is zero.
+    #[test]
+    fn few_numbers_are_enough() {
+        assert_eq!(statistics(&[3.0, 1.0]).first_quartile, 1.5);
+        assert_eq!(statistics(&[2.0]).percentile_99, 2.0);
+        assert_eq!(statistics(&[]), Statistics::default());
+        assert_eq!(statistics(&[f32::INFINITY; 2]).median, f64::INFINITY);
+    }
+}
