@@ -26,6 +26,12 @@ impl Aabb {
         })
     }
 
+    /// The box around a shape by its support function, max p·direction over its points; none when one of them is.
+    pub fn from_support(support: impl Fn(DVec3) -> Option<f64>) -> Option<Self> {
+        let along = |d: DVec3| Some(DVec3::new(support(d * DVec3::X)?, support(d * DVec3::Y)?, support(d * DVec3::Z)?));
+        Some(Self { min: -along(DVec3::NEG_ONE)?, max: along(DVec3::ONE)? })
+    }
+
     /// The box from centre − half to centre + half.
     pub fn around(centre: DVec3, half: DVec3) -> Self {
         Self { min: centre - half, max: centre + half }

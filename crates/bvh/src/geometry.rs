@@ -12,7 +12,7 @@ use crate::aabb::{Aabb, PaddedBox};
 use crate::build::{BuildQuality, build};
 use crate::ray::{Hit, Interval, Ray, Side};
 use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
-use crate::shapes::{Located, Parameters, Plane, Probe, Shape, ShapeHit, Sphere, Surface, Triangle};
+use crate::shapes::{AnyShape, Located, Parameters, Placed, Plane, Probe, Shape, ShapeHit, Sphere, Surface, Triangle};
 use crate::transform::{Transform, transform_bounds};
 use crate::tree::{MAX_PRIMITIVES, Tally, Tree};
 
@@ -65,6 +65,8 @@ enum Kind {
     Sphere,
     Triangle,
     Plane,
+    Shape,
+    Placed,
     Instance,
 }
 
@@ -91,12 +93,23 @@ pub struct Group<P: Precision> {
     spheres: Vec<Sphere<P::Real>>,
     triangles: Vec<Triangle<P::Real>>,
     planes: Vec<Plane<P::Real>>,
+    /// The rarer shapes.
+    shapes: Vec<AnyShape<P::Real>>,
+    placed: Vec<Placed<P>>,
     instances: Vec<Instance<P>>,
 }
 
 impl<P: Precision> Default for Group<P> {
     fn default() -> Self {
-        Self { entries: vec![], spheres: vec![], triangles: vec![], planes: vec![], instances: vec![] }
+        Self {
+            entries: vec![],
+            spheres: vec![],
+            triangles: vec![],
+            planes: vec![],
+            shapes: vec![],
+            placed: vec![],
+            instances: vec![],
+        }
     }
 }
 
@@ -121,7 +134,7 @@ impl<P: Precision> Group<P> {
 
     /// Adds a sphere and returns its id.
     pub fn sphere(&mut self, sphere: Sphere<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
-        check_bounds(&sphere)?;
+        check_bounds(sphere.bounds())?;
         self.spheres.push(sphere);
         self.push(Kind::Sphere, visibility, self.spheres.len() - 1)
     }
@@ -138,9 +151,37 @@ impl<P: Precision> Group<P> {
     /// Adds a triangle and returns its id.
     pub fn triangle(&mut self, vertices: [Vec3Of<P>; 3], visibility: Visibility) -> Result<u32, GeometryError> {
         let triangle = Triangle { vertices };
-        check_bounds(&triangle)?;
+        check_bounds(triangle.bounds())?;
         self.triangles.push(triangle);
         self.push(Kind::Triangle, visibility, self.triangles.len() - 1)
+    }
+
+    /// Adds any shape and returns its id.
+    pub fn shape(&mut self, shape: AnyShape<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
+        match shape {
+            AnyShape::Sphere(sphere) => self.sphere(sphere, visibility),
+            AnyShape::Triangle(triangle) => self.triangle(triangle.vertices, visibility),
+            AnyShape::Plane(plane) => self.plane(plane, visibility),
+            shape if !shape.is_finite() => Err(GeometryError::NotFinite),
+            shape => {
+                self.shapes.push(shape);
+                self.push(Kind::Shape, visibility, self.shapes.len() - 1)
+            }
+        }
+    }
+
+    /// Adds any shape under an affine map and returns its id.
+    pub fn placed(&mut self, shape: AnyShape<P::Real>, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
+        if to_world == DAffine3::IDENTITY {
+            return self.shape(shape, visibility);
+        }
+        if !shape.is_finite() {
+            return Err(GeometryError::NotFinite);
+        }
+        let placed = Placed::new(shape, to_world).ok_or(GeometryError::Singular)?;
+        check_bounds(placed.bounds())?;
+        self.placed.push(placed);
+        self.push(Kind::Placed, visibility, self.placed.len() - 1)
     }
 
     /// Adds another geometry under an affine map and returns its id.
@@ -166,6 +207,8 @@ impl<P: Precision> Group<P> {
             Kind::Sphere => Shape::bounds(&self.spheres[index]),
             Kind::Triangle => Shape::bounds(&self.triangles[index]),
             Kind::Plane => None,
+            Kind::Shape => Shape::bounds(&self.shapes[index]),
+            Kind::Placed => self.placed[index].bounds(),
             Kind::Instance => self.instances[index].bounds,
         }
     }
@@ -180,6 +223,8 @@ impl<P: Precision> Group<P> {
             Kind::Sphere => self.spheres[index].intersect(probe, range, side),
             Kind::Triangle => self.triangles[index].intersect(probe, range, side),
             Kind::Plane => self.planes[index].intersect(probe, range, side),
+            Kind::Shape => self.shapes[index].intersect(probe, range, side),
+            Kind::Placed => self.placed[index].intersect(probe, range, side),
             Kind::Instance => return self.instances[index].closest(probe, range, id, tally),
         };
         hit.map(|ShapeHit { t, u, v }| Hit { t, u, v, primitive: id, instance: Hit::<P::Real>::NO_INSTANCE })
@@ -213,6 +258,8 @@ impl<P: Precision> Group<P> {
             Kind::Sphere => self.spheres[index].locate(probe, local),
             Kind::Triangle => self.triangles[index].locate(probe, local),
             Kind::Plane => self.planes[index].locate(probe, local),
+            Kind::Shape => self.shapes[index].locate(probe, local),
+            Kind::Placed => self.placed[index].locate(probe, local),
             Kind::Instance => self.instances[index].locate(probe, hit),
         }
     }
@@ -225,13 +272,15 @@ impl<P: Precision> Group<P> {
             Kind::Sphere => self.spheres[index].parameters(probe, local),
             Kind::Triangle => self.triangles[index].parameters(probe, local),
             Kind::Plane => self.planes[index].parameters(probe, local),
+            Kind::Shape => self.shapes[index].parameters(probe, local),
+            Kind::Placed => self.placed[index].parameters(probe, local),
             Kind::Instance => self.instances[index].parameters(probe, hit),
         }
     }
 }
 
-fn check_bounds<R: Real>(shape: &impl Shape<R>) -> Result<(), GeometryError> {
-    match shape.bounds() {
+fn check_bounds(bounds: Option<Aabb>) -> Result<(), GeometryError> {
+    match bounds {
         Some(b) if b.padded().is_none() => Err(GeometryError::NotFinite),
         _ => Ok(()),
     }
@@ -345,6 +394,8 @@ impl<P: Precision> Geometry<P> {
             + size_of_val(g.spheres.as_slice())
             + size_of_val(g.triangles.as_slice())
             + size_of_val(g.planes.as_slice())
+            + size_of_val(g.shapes.as_slice())
+            + size_of_val(g.placed.as_slice())
             + size_of_val(g.instances.as_slice())
             + accelerator
     }

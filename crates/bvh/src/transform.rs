@@ -44,12 +44,17 @@ impl<C: Real> Transform<C> {
         let p = s.point;
         let (ax, ay, az, size) = (x.abs(), y.abs(), z.abs(), p.abs());
         let magnitude = ax * size.x() + ay * size.y() + az * size.z() + self.translation.abs();
-        let [ix, iy, iz] = self.inverse_columns;
         Located {
             point: x * p.x() + y * p.y() + z * p.z() + self.translation,
-            normal: C::Vec3::new(ix.dot(s.normal), iy.dot(s.normal), iz.dot(s.normal)).normalize(),
+            normal: self.normal_to_world(s.normal).normalize(),
             error: s.error * (ax + ay + az).max_element() + magnitude.max_element() * (C::ROUNDOFF * C::from_f64(16.0)),
         }
+    }
+
+    /// A normal by the inverse transpose, not brought to unit length.
+    pub fn normal_to_world(&self, normal: C::Vec3) -> C::Vec3 {
+        let [x, y, z] = self.inverse_columns;
+        C::Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal))
     }
 
     /// Texture coordinates of object space in the world: the derivative turns with the map.

@@ -4,27 +4,73 @@
 //! numbers of the shape's own: the surface point is made once, by [`Shape::locate`], when the closest hit is known, and
 //! texture coordinates only for who asks.
 
+mod any;
+mod cone;
+mod cuboid;
+mod cylinder;
+mod disk;
 mod edges;
+mod ellipsoid;
+mod frame;
+mod hyperboloid;
+mod paraboloid;
+mod placed;
 mod plane;
 mod probe;
+mod quad;
+mod quadratic;
+mod quartic;
+mod sample;
 mod sphere;
 mod surface;
+mod torus;
 mod triangle;
 
+pub use any::AnyShape;
+pub use cone::Cone;
+pub use cuboid::Cuboid;
+pub use cylinder::{Cylinder, Ends};
+pub use disk::Disk;
+pub use ellipsoid::Ellipsoid;
+pub use hyperboloid::Hyperboloid;
+pub use paraboloid::Paraboloid;
+pub use placed::Placed;
 pub use plane::Plane;
 pub use probe::Probe;
+pub use quad::Quad;
+pub use sample::SampleArea;
 pub use sphere::Sphere;
 pub use surface::{Located, Parameters, Surface};
+pub use torus::Torus;
 pub use triangle::Triangle;
 
 use glam::DVec3;
 
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real};
+use crate::scalar::{Precision, Real, Vec3Of, convert_vec};
 
 /// A vector of the core's scalar.
 pub(crate) type CoreVec<P> = <<P as Precision>::Core as Real>::Vec3;
+
+/// A stored vector in the core's scalar.
+#[inline(always)]
+pub(crate) fn wide<P: Precision>(v: Vec3Of<P>) -> CoreVec<P> {
+    convert_vec::<P::Real, P::Core>(v)
+}
+
+/// A number of any scalar.
+#[inline(always)]
+pub(crate) fn num<C: Real>(x: f64) -> C {
+    C::from_f64(x)
+}
+
+/// What a test in this scalar may be wrong by, for lengths up to `scale`: some roundings of it. The longest chain of a shape
+/// has about ten.
+#[inline(always)]
+pub(crate) fn slack<C: Real>(scale: C) -> C {
+    scale * (C::ROUNDOFF * num(16.0))
+}
 
 /// What a shape's test returns: distance and two numbers that only the shape itself reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,11 +99,7 @@ pub trait Shape<R: Real> {
 
     /// The least axis-parallel box around it; none for a shape without bounds, which then stays outside any tree.
     fn bounds(&self) -> Option<Aabb> {
-        let reach = |d: DVec3| self.support(d);
-        Some(Aabb {
-            min: -DVec3::new(reach(-DVec3::X)?, reach(-DVec3::Y)?, reach(-DVec3::Z)?),
-            max: DVec3::new(reach(DVec3::X)?, reach(DVec3::Y)?, reach(DVec3::Z)?),
-        })
+        Aabb::from_support(|direction| self.support(direction))
     }
 
     /// The nearest hit within `range` (open at both ends) on an accepted side.

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::{Located, Parameters, Probe, Shape, ShapeHit};
+use super::frame::tangent;
+use super::{Located, Parameters, Probe, Shape, ShapeHit, slack, wide};
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+use crate::scalar::{Precision, Real, Vector, convert};
 
 /// All points p with (p − point)·normal = 0. Without bounds: it stays outside any tree.
 #[derive(Clone, Copy, Debug)]
@@ -21,10 +22,7 @@ impl<R: Real> Plane<R> {
     /// A plane through a point; `normal` has unit length. The tangent is x where the normal allows it, so that for a floor
     /// u and v are world x and z.
     pub fn new(point: R::Vec3, normal: R::Vec3) -> Self {
-        let n = normal.to_f64();
-        let axis = if n.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
-        let tangent = (axis - n * n.dot(axis)).normalize();
-        Self { point, normal, tangent: R::Vec3::from_f64(tangent) }
+        Self { point, normal, tangent: R::Vec3::from_f64(tangent(normal.to_f64())) }
     }
 }
 
@@ -35,9 +33,9 @@ impl<R: Real> Shape<R> for Plane<R> {
 
     #[inline(always)]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let normal = convert_vec::<R, P::Core>(self.normal);
+        let normal = wide::<P>(self.normal);
         let slope = normal.dot(probe.direction);
-        let height = normal.dot(convert_vec::<R, P::Core>(self.point) - probe.origin);
+        let height = normal.dot(wide::<P>(self.point) - probe.origin);
         // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
         let t: R = convert(height / slope);
         (t.is_finite() && range.contains(t) && side.accepts(slope < P::Core::ZERO)).then_some(ShapeHit::at(t))
@@ -45,11 +43,9 @@ impl<R: Real> Shape<R> for Plane<R> {
 
     #[inline]
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let normal = convert_vec::<R, P::Core>(self.normal);
-        let through = convert_vec::<R, P::Core>(self.point);
+        let (normal, through) = (wide::<P>(self.normal), wide::<P>(self.point));
         let raw = probe.at(hit.t);
-        let scale = raw.abs().max_element() + through.abs().max_element();
-        let error = scale * (P::Core::ROUNDOFF * P::Core::from_f64(16.0));
+        let error = slack(raw.abs().max_element() + through.abs().max_element());
         // Robust: moved back onto the plane along the normal; what remains is the rounding of the stored coordinates.
         let point = if P::ROBUST { raw - normal * (normal.dot(raw - through) / normal.dot(normal)) } else { raw };
         Located { point, normal, error }

@@ -1,9 +1,9 @@
 //! The sphere.
 
-use super::{Located, Parameters, Probe, Shape, ShapeHit, first_root};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, num, slack, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+use crate::scalar::{Precision, Real, Vector, convert};
 use glam::DVec3;
 
 /// All points at `radius` from `centre`.
@@ -28,7 +28,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
     /// ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7). Textbook: b² − c.
     #[inline(always)]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let f = probe.origin - convert_vec::<R, P::Core>(self.centre);
+        let f = probe.origin - wide::<P>(self.centre);
         let r = convert::<R, P::Core>(self.radius);
         let b = f.dot(probe.direction);
         let (middle, half_squared) = if P::ROBUST {
@@ -36,7 +36,8 @@ impl<R: Real> Shape<R> for Sphere<R> {
             let l = f + probe.direction * middle;
             (middle, (r * r - l.dot(l)) * probe.inverse_length_squared)
         } else {
-            (-b, b * b - (f.dot(f) - r * r))
+            let middle = -b * probe.inverse_length_squared;
+            (middle, middle * middle - (f.dot(f) - r * r) * probe.inverse_length_squared)
         };
         // Written so that NaN is a miss.
         let met = half_squared >= P::Core::ZERO;
@@ -50,33 +51,56 @@ impl<R: Real> Shape<R> for Sphere<R> {
 
     #[inline]
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let centre = convert_vec::<R, P::Core>(self.centre);
-        let radius = convert::<R, P::Core>(self.radius);
+        let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
         let raw = probe.at(hit.t);
         let normal = (raw - centre).normalize();
-        let scale = centre.abs().max_element() + radius;
         if P::ROBUST {
-            // Reprojected onto the sphere in the core's scalar.
-            return Located {
-                point: centre + normal * radius,
-                normal,
-                error: scale * (P::Core::ROUNDOFF * P::Core::from_f64(16.0)),
-            };
+            return self.at::<P>(normal);
         }
         // b² − c is wrong by some roundings of |f|², the distance from the surface by that over the diameter.
         let f = probe.origin - centre;
-        let error = (scale + f.dot(f) / radius) * (P::Core::ROUNDOFF * P::Core::from_f64(16.0));
-        Located { point: raw, normal, error }
+        let scale = centre.abs().max_element() + radius + f.dot(f) / radius;
+        Located { point: raw, normal, error: slack(scale) }
     }
 
     /// u runs about +y from the −x side, v from the top: the orientation of an equirectangular map.
     #[inline]
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let n = self.surface(probe, hit).normal;
-        let pi = R::from_f64(core::f64::consts::PI);
-        let u = n.z().atan2(n.x()) / (pi + pi) + R::from_f64(0.5);
+        let pi: R = num(core::f64::consts::PI);
+        let u = n.z().atan2(n.x()) / (pi + pi) + num(0.5);
         let v = n.y().acos() / pi;
         let dpdu = R::Vec3::new(-n.z(), R::ZERO, n.x()) * (self.radius * (pi + pi));
         Parameters { u, v, dpdu }
     }
+}
+
+impl<R: Real> Sphere<R> {
+    /// The surface in a direction from the centre; in the core's scalar, so that only the rounding to storage is left.
+    #[inline(always)]
+    fn at<P: Precision<Real = R>>(&self, normal: CoreVec<P>) -> Located<P::Core> {
+        let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
+        Located { point: centre + normal * radius, normal, error: slack(centre.abs().max_element() + radius) }
+    }
+}
+
+impl<R: Real> SampleArea<R> for Sphere<R> {
+    fn area(&self) -> f64 {
+        4.0 * core::f64::consts::PI * self.radius.to_f64() * self.radius.to_f64()
+    }
+
+    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+        (self.at::<P>(CoreVec::<P>::from_f64(sphere_direction(u.to_f64(), v.to_f64()))), num(1.0 / self.area()))
+    }
+
+    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
+        num(1.0 / self.area())
+    }
+}
+
+/// A unit vector for two numbers in [0, 1), evenly over the sphere.
+pub(super) fn sphere_direction(u: f64, v: f64) -> DVec3 {
+    let z = 1.0 - 2.0 * u;
+    let (ring, angle) = ((1.0 - z * z).max(0.0).sqrt(), v * core::f64::consts::TAU);
+    DVec3::new(ring * libm::cos(angle), ring * libm::sin(angle), z)
 }

@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::edges::{Corner, cross};
-use super::{CoreVec, Located, Parameters, Probe, Shape, ShapeHit};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+use crate::scalar::{Precision, Real, Vector, convert};
 
 /// Three corners, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug)]
@@ -47,16 +47,12 @@ impl<R: Real> Shape<R> for Triangle<R> {
 
     #[inline]
     fn locate<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let [a, b, c] = self.vertices.map(convert_vec::<R, P::Core>);
+        let [a, b, c] = self.vertices.map(wide::<P>);
         // From the weights it lies in the triangle's plane whatever the ray's distance was.
         let [u, v] = inside::<P>([a, b, c], [hit.u, hit.v]);
         let (ab, ac) = (b - a, c - a);
         let scale = a.abs().max(b.abs()).max(c.abs()).max_element();
-        Located {
-            point: a + ab * u + ac * v,
-            normal: ab.cross(ac).normalize(),
-            error: scale * (P::Core::ROUNDOFF * P::Core::from_f64(16.0)),
-        }
+        Located { point: a + ab * u + ac * v, normal: ab.cross(ac).normalize(), error: slack(scale) }
     }
 
     fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
@@ -77,15 +73,17 @@ pub(super) fn inside<P: Precision>([a, b, c]: [CoreVec<P>; 3], weights: [P::Real
     // A weight is a distance from an edge over the height above it, and no height is below twice the area over the longest
     // edge. Compared in squares: there is a root to take only near the border.
     let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
-    let margin = reach * reach * P::Core::from_f64(64.0) * longest;
+    let margin = reach * reach * num(64.0) * longest;
     let area = normal.dot(normal);
     if !P::ROBUST || least * least.abs() * area >= margin {
         return [u, v];
     }
-    // Mixed with the centroid so far that the least weight becomes the margin, or is all there is to have.
-    let third = P::Core::from_f64(1.0 / 3.0);
-    let margin = (margin / area).sqrt().min(third);
-    let share = ((margin - least) / (third - least)).clamp(P::Core::ZERO, P::Core::ONE);
+    // Mixed with the centroid so far that the least weight becomes the margin, but moved by no more than a few roundings:
+    // a needle stays a needle.
+    let third: P::Core = num(1.0 / 3.0);
+    let share = ((margin / area).sqrt() - least) / (third - least);
+    let way = (ab * (third - u) + ac * (third - v)).length();
+    let share = share.min(reach * num(16.0) / way).clamp(P::Core::ZERO, P::Core::ONE);
     [u + (third - u) * share, v + (third - v) * share]
 }
 
@@ -93,7 +91,7 @@ impl<R: Real> Triangle<R> {
     /// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997). Leaks at shared edges.
     #[inline(always)]
     fn moller_trumbore<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let [a, b, c] = self.vertices.map(convert_vec::<R, P::Core>);
+        let [a, b, c] = self.vertices.map(wide::<P>);
         let (ab, ac) = (b - a, c - a);
         let p = probe.direction.cross(ac);
         let determinant = ab.dot(p);
@@ -109,5 +107,26 @@ impl<R: Real> Triangle<R> {
         }
         let t: R = convert(ac.dot(q) * inverse);
         (range.contains(t) && side.accepts(determinant > P::Core::ZERO)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
+    }
+}
+
+impl<R: Real> SampleArea<R> for Triangle<R> {
+    fn area(&self) -> f64 {
+        let [a, b, c] = self.vertices.map(Vector::to_f64);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// The square is folded along its diagonal by a root ("Physically Based Rendering", 3rd edition, 13.6.5).
+    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+        let [a, b, c] = self.vertices.map(wide::<P>);
+        let root = convert::<R, P::Core>(u).sqrt();
+        let (ab, ac) = (b - a, c - a);
+        let point = a + ab * (P::Core::ONE - root) + ac * (convert::<R, P::Core>(v) * root);
+        let scale = a.abs().max(b.abs()).max(c.abs()).max_element();
+        (Located { point, normal: ab.cross(ac).normalize(), error: slack(scale) }, num(1.0 / self.area()))
+    }
+
+    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
+        num(1.0 / self.area())
     }
 }

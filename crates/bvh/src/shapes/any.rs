@@ -1,0 +1,141 @@
+//! The closed set of shapes: each arm only hands on to its own file.
+
+use glam::DVec3;
+
+use super::cylinder::Ends;
+use super::{
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Paraboloid, Parameters, Plane, Probe, Quad, SampleArea, Shape,
+    ShapeHit, Sphere, Torus, Triangle,
+};
+use crate::aabb::Aabb;
+use crate::ray::{Interval, Side};
+use crate::scalar::{Precision, Real, Vector};
+
+/// Any shape.
+#[derive(Clone, Copy, Debug)]
+pub enum AnyShape<R: Real> {
+    /// The sphere.
+    Sphere(Sphere<R>),
+    /// The infinite plane.
+    Plane(Plane<R>),
+    /// The disk.
+    Disk(Disk<R>),
+    /// The parallelogram.
+    Quad(Quad<R>),
+    /// The axis-parallel box.
+    Cuboid(Cuboid<R>),
+    /// The cylinder.
+    Cylinder(Cylinder<R>),
+    /// The cone, whole or truncated.
+    Cone(Cone<R>),
+    /// The ellipsoid.
+    Ellipsoid(Ellipsoid<R>),
+    /// The hyperboloid of one sheet.
+    Hyperboloid(Hyperboloid<R>),
+    /// The paraboloid.
+    Paraboloid(Paraboloid<R>),
+    /// The torus.
+    Torus(Torus<R>),
+    /// The triangle.
+    Triangle(Triangle<R>),
+}
+
+macro_rules! each {
+    ($any:expr, $shape:ident => $result:expr) => {
+        match $any {
+            AnyShape::Sphere($shape) => $result,
+            AnyShape::Plane($shape) => $result,
+            AnyShape::Disk($shape) => $result,
+            AnyShape::Quad($shape) => $result,
+            AnyShape::Cuboid($shape) => $result,
+            AnyShape::Cylinder($shape) => $result,
+            AnyShape::Cone($shape) => $result,
+            AnyShape::Ellipsoid($shape) => $result,
+            AnyShape::Hyperboloid($shape) => $result,
+            AnyShape::Paraboloid($shape) => $result,
+            AnyShape::Torus($shape) => $result,
+            AnyShape::Triangle($shape) => $result,
+        }
+    };
+}
+
+/// Those of finite area.
+macro_rules! each_finite {
+    ($any:expr, $shape:ident => $result:expr) => {
+        match $any {
+            AnyShape::Plane(_) | AnyShape::Cylinder(Cylinder { ends: Ends::None, .. }) => None,
+            AnyShape::Sphere($shape) => Some($result),
+            AnyShape::Disk($shape) => Some($result),
+            AnyShape::Quad($shape) => Some($result),
+            AnyShape::Cuboid($shape) => Some($result),
+            AnyShape::Cylinder($shape) => Some($result),
+            AnyShape::Cone($shape) => Some($result),
+            AnyShape::Ellipsoid($shape) => Some($result),
+            AnyShape::Hyperboloid($shape) => Some($result),
+            AnyShape::Paraboloid($shape) => Some($result),
+            AnyShape::Torus($shape) => Some($result),
+            AnyShape::Triangle($shape) => Some($result),
+        }
+    };
+}
+
+impl<R: Real> Shape<R> for AnyShape<R> {
+    fn support(&self, direction: DVec3) -> Option<f64> {
+        each!(self, shape => shape.support(direction))
+    }
+
+    fn bounds(&self) -> Option<Aabb> {
+        each!(self, shape => shape.bounds())
+    }
+
+    #[inline]
+    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        each!(self, shape => shape.intersect(probe, range, side))
+    }
+
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+        each!(self, shape => shape.locate(probe, hit))
+    }
+
+    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+        each!(self, shape => shape.parameters(probe, hit))
+    }
+}
+
+impl<R: Real> AnyShape<R> {
+    /// Whether it can be hit safely: its box is one of finite f32 numbers or, without a box, its parameters are finite.
+    pub fn is_finite(&self) -> bool {
+        match self {
+            AnyShape::Plane(plane) => plane.point.is_finite() && plane.normal.is_finite(),
+            AnyShape::Cylinder(c) if c.ends == Ends::None => c.base.is_finite() && c.axis.is_finite() && c.radius.is_finite(),
+            shape => shape.bounds().is_some_and(|b| b.padded().is_some()),
+        }
+    }
+
+    /// Area of the surface; none when it is infinite.
+    pub fn area(&self) -> Option<f64> {
+        each_finite!(self, shape => shape.area())
+    }
+
+    /// [`SampleArea::sample_area`]; none for a shape of infinite area.
+    pub fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> Option<(Located<P::Core>, P::Core)> {
+        each_finite!(self, shape => shape.sample_area::<P>(u, v))
+    }
+
+    /// [`SampleArea::density`]; none for a shape of infinite area.
+    pub fn density<P: Precision<Real = R>>(&self, point: &Located<P::Core>) -> Option<P::Core> {
+        each_finite!(self, shape => shape.density::<P>(point))
+    }
+}
+
+macro_rules! from {
+    ($($shape:ident),*) => {
+        $(impl<R: Real> From<$shape<R>> for AnyShape<R> {
+            fn from(shape: $shape<R>) -> Self {
+                Self::$shape(shape)
+            }
+        })*
+    };
+}
+
+from!(Sphere, Plane, Disk, Quad, Cuboid, Cylinder, Cone, Ellipsoid, Hyperboloid, Paraboloid, Torus, Triangle);

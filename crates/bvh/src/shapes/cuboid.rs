@@ -1,0 +1,150 @@
+//! The axis-parallel box.
+
+use glam::DVec3;
+
+use super::quadratic::Span;
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use crate::aabb::Aabb;
+use crate::ray::{Interval, Side};
+use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+
+/// A solid box with faces across the axes. A hit's first number is its face: 2·axis, plus one at the greater side.
+#[derive(Clone, Copy, Debug)]
+pub struct Cuboid<R: Real> {
+    /// Least corner.
+    pub min: R::Vec3,
+    /// Greatest corner, above the least in every axis.
+    pub max: R::Vec3,
+}
+
+impl<R: Real> Cuboid<R> {
+    /// From its least and greatest corner.
+    pub fn new(min: DVec3, max: DVec3) -> Self {
+        Self { min: R::Vec3::from_f64(min), max: R::Vec3::from_f64(max) }
+    }
+
+    /// Unit outward normal of a face.
+    #[inline(always)]
+    fn face<V: Vector<C>, C: Real>(axis: usize, sign: C) -> V {
+        let at = |i: usize| if i == axis { sign } else { C::ZERO };
+        V::new(at(0), at(1), at(2))
+    }
+
+    /// The point, kept on its face and away from the face's border by what rounding may move it.
+    #[inline(always)]
+    fn on_face<P: Precision<Real = R>>(&self, raw: CoreVec<P>, axis: usize, greater: bool) -> CoreVec<P> {
+        let at = |i: usize| {
+            let (min, max) = (self.min.axis(i), self.max.axis(i));
+            if i == axis {
+                return convert::<R, P::Core>(if greater { max } else { min });
+            }
+            let (low, high): (P::Core, P::Core) = (convert(min.next_up()), convert(max.next_down()));
+            raw.axis(i).min(high).max(low)
+        };
+        CoreVec::<P>::new(at(0), at(1), at(2))
+    }
+
+    fn located<P: Precision<Real = R>>(&self, raw: CoreVec<P>, axis: usize, greater: bool) -> Located<P::Core> {
+        let size = wide::<P>(self.min.abs().max(self.max.abs())).max_element();
+        let sign = if greater { P::Core::ONE } else { -P::Core::ONE };
+        let normal = Self::face::<CoreVec<P>, P::Core>(axis, sign);
+        if P::ROBUST {
+            return Located { point: self.on_face::<P>(raw, axis, greater), normal, error: slack(size) };
+        }
+        Located { point: raw, normal, error: slack(size + raw.abs().max_element()) }
+    }
+}
+
+/// The axis of a face number and whether it is the greater side.
+fn face_of<R: Real>(number: R) -> (usize, bool) {
+    let face = number.to_f64() as usize;
+    ((face / 2).min(2), face % 2 == 1)
+}
+
+impl<R: Real> Shape<R> for Cuboid<R> {
+    fn support(&self, direction: DVec3) -> Option<f64> {
+        let (min, max) = (self.min.to_f64(), self.max.to_f64());
+        Some((0.5 * (min + max)).dot(direction) + (0.5 * (max - min)).dot(direction.abs()))
+    }
+
+    fn bounds(&self) -> Option<Aabb> {
+        Some(Aabb::from_points([self.min.to_f64(), self.max.to_f64()]))
+    }
+
+    #[inline]
+    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let (below, above) = (wide::<P>(self.min) - probe.origin, wide::<P>(self.max) - probe.origin);
+        let mut span = Span::of(-P::Core::INFINITY, P::Core::INFINITY, 0);
+        for axis in 0..3_u8 {
+            let at = usize::from(axis);
+            let (low, high, slope) = (below.axis(at), above.axis(at), probe.direction.axis(at));
+            // A ray across this axis is between its faces always or never; no sign of zero matters.
+            if slope == P::Core::ZERO {
+                let between = low <= P::Core::ZERO && P::Core::ZERO <= high;
+                if !between {
+                    return None;
+                }
+                continue;
+            }
+            let (low, high) = (low / slope, high / slope);
+            span = span.cut(if slope > P::Core::ZERO {
+                Span { near: low, far: high, near_part: 2 * axis, far_part: 2 * axis + 1 }
+            } else {
+                Span { near: high, far: low, near_part: 2 * axis + 1, far_part: 2 * axis }
+            });
+        }
+        span.nearest(range, side)
+    }
+
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+        let (axis, greater) = face_of(hit.u);
+        self.located::<P>(probe.at(hit.t), axis, greater)
+    }
+
+    /// Each face has u and v in [0, 1] along its two axes: z, y on the x faces, x, z on the y faces, x, y on the z faces.
+    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+        let point = self.surface(probe, hit).point - self.min;
+        let size: Vec3Of<P> = self.max - self.min;
+        let (axis, _) = face_of(hit.u);
+        let (along_u, along_v) = [(2, 1), (0, 2), (0, 1)][axis];
+        Parameters {
+            u: point.axis(along_u) / size.axis(along_u),
+            v: point.axis(along_v) / size.axis(along_v),
+            dpdu: Self::face::<R::Vec3, R>(along_u, size.axis(along_u)),
+        }
+    }
+}
+
+impl<R: Real> SampleArea<R> for Cuboid<R> {
+    fn area(&self) -> f64 {
+        let s = self.max.to_f64() - self.min.to_f64();
+        2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)
+    }
+
+    /// The first number picks the pair of faces and the place along it, the half of its range picks the side.
+    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+        let s = self.max.to_f64() - self.min.to_f64();
+        let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];
+        let total = pairs[0] + pairs[1] + pairs[2];
+        let mut rest = u.to_f64() * total;
+        let mut axis = 0;
+        while axis < 2 && rest >= pairs[axis] {
+            rest -= pairs[axis];
+            axis += 1;
+        }
+        // Within the pair: which side, and where on it.
+        let twice = (rest / pairs[axis]).min(1.0) * 2.0;
+        let greater = twice >= 1.0;
+        let (along_u, along_v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let mut place = self.min.to_f64();
+        place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
+        place[along_v] += s[along_v] * v.to_f64();
+        let raw = CoreVec::<P>::from_f64(place);
+        let on_face = Located { point: self.on_face::<P>(raw, axis, greater), ..self.located::<P>(raw, axis, greater) };
+        (on_face, num(1.0 / self.area()))
+    }
+
+    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
+        num(1.0 / self.area())
+    }
+}

@@ -1,0 +1,192 @@
+//! The cylinder: infinite, a finite open tube, or a finite solid with caps.
+
+use glam::DVec3;
+
+use super::frame::{disk_support, split, spoke, turn};
+use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use crate::ray::{Interval, Side};
+use crate::scalar::{Precision, Real, Vector, convert};
+
+/// What bounds a cylinder along its axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ends {
+    /// Nothing: it is infinite.
+    None,
+    /// It ends, open.
+    Open,
+    /// It ends in caps and is a solid.
+    Capped,
+}
+
+/// All points at `radius` from a line, or from a piece of it. Formulas are homogeneous in the axis, so that the rounding of
+/// its components changes the shape's length or direction and never its roundness.
+#[derive(Clone, Copy, Debug)]
+pub struct Cylinder<R: Real> {
+    /// A point of the axis; the centre of one end when there are ends.
+    pub base: R::Vec3,
+    /// From the base to the other end; any length above zero for an infinite one.
+    pub axis: R::Vec3,
+    /// Radius, above zero.
+    pub radius: R,
+    /// How it ends.
+    pub ends: Ends,
+}
+
+/// Parts of a capped one, as a hit's first number.
+const WALL: u8 = 0;
+const BASE: u8 = 1;
+const TOP: u8 = 2;
+
+impl<R: Real> Cylinder<R> {
+    /// From a point of the axis, its direction of any length above zero, radius, and the height unless infinite.
+    pub fn new(base: DVec3, axis: DVec3, radius: f64, height: Option<f64>, caps: bool) -> Self {
+        let ends = match height {
+            None => Ends::None,
+            Some(_) if caps => Ends::Capped,
+            Some(_) => Ends::Open,
+        };
+        Self {
+            base: R::Vec3::from_f64(base),
+            axis: R::Vec3::from_f64(axis.normalize() * height.unwrap_or(1.0)),
+            radius: R::from_f64(radius),
+            ends,
+        }
+    }
+
+    /// The infinite wall along a ray, in distances from the ray's origin.
+    #[inline(always)]
+    pub(super) fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+        let (axis, radius) = (wide::<P>(self.axis), convert::<R, P::Core>(self.radius));
+        let (ahead, f) = approach(probe, wide::<P>(self.base));
+        let (m, n) = (probe.direction.cross(axis), f.cross(axis));
+        let (length, room) = (axis.dot(axis), radius * radius);
+        let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
+        if a == P::Core::ZERO {
+            // Along the axis the wall is never crossed: everything is inside or nothing is.
+            return (c <= a).then_some(Crossings { enter: -P::Core::INFINITY, leave: P::Core::INFINITY });
+        }
+        if !P::ROBUST {
+            return Quadratic::new(a, b, c).roots::<P>();
+        }
+        // b² − a·c without cancellation: the ray passes the axis at |m·f|/|m|.
+        let pass = m.dot(f);
+        let discriminant = (a * room - pass * pass) * length;
+        Quadratic { a, b, c, discriminant }.roots::<P>().map(|w| w.moved(ahead))
+    }
+
+    /// Where the ray is between the two ends, in distances from the ray's origin.
+    #[inline(always)]
+    fn between_ends<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Span<P::Core>> {
+        let axis = wide::<P>(self.axis);
+        let height = axis.dot(probe.origin - wide::<P>(self.base));
+        slab(height, axis.dot(probe.direction), axis.dot(axis), BASE, TOP)
+    }
+
+    #[inline(always)]
+    fn scale<P: Precision<Real = R>>(&self, point: CoreVec<P>) -> P::Core {
+        let own = self.base.abs().max_element() + self.axis.abs().max_element() + self.radius;
+        convert::<R, P::Core>(own) + point.abs().max_element()
+    }
+
+    /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction `out`.
+    fn on_wall<P: Precision<Real = R>>(&self, along: P::Core, out: CoreVec<P>) -> Located<P::Core> {
+        let normal = out.normalize();
+        let point = wide::<P>(self.base) + wide::<P>(self.axis) * along + normal * convert::<R, P::Core>(self.radius);
+        Located { point, normal, error: slack(self.scale::<P>(point)) }
+    }
+
+    /// The point of a cap at an offset from its centre.
+    fn on_cap<P: Precision<Real = R>>(&self, part: u8, offset: CoreVec<P>) -> Located<P::Core> {
+        let axis = wide::<P>(self.axis);
+        let (end, normal) = if part == TOP { (P::Core::ONE, axis.normalize()) } else { (P::Core::ZERO, -axis.normalize()) };
+        let point = wide::<P>(self.base) + axis * end + offset;
+        Located { point, normal, error: slack(self.scale::<P>(point)) }
+    }
+}
+
+impl<R: Real> Shape<R> for Cylinder<R> {
+    fn support(&self, direction: DVec3) -> Option<f64> {
+        let (base, axis, radius) = (self.base.to_f64(), self.axis.to_f64(), self.radius.to_f64());
+        let end = |centre: DVec3| disk_support(centre, axis, radius, direction);
+        (self.ends != Ends::None).then(|| end(base) + axis.dot(direction).max(0.0))
+    }
+
+    #[inline]
+    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let wall = self.wall(probe)?;
+        match self.ends {
+            Ends::None => wall.nearest(range, side, |_| true),
+            Ends::Open => {
+                let span = self.between_ends(probe)?;
+                wall.nearest(range, side, |t| span.near <= t && t <= span.far)
+            }
+            Ends::Capped => Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(probe)?).nearest(range, side),
+        }
+    }
+
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+        let part = hit.u.to_f64() as u8;
+        let raw = if part == WALL { point_at(probe, self.wall(probe), hit.t) } else { probe.at(hit.t) };
+        let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
+        if P::ROBUST && self.ends == Ends::Capped {
+            // Kept away from the seam by what rounding the point may move it, for rays that start inside.
+            let reach = self.scale::<P>(raw) * convert::<R, P::Core>(R::ROUNDOFF) * num(4.0);
+            let margin = (reach / wide::<P>(self.axis).length()).min(num(0.5));
+            along = along.max(margin).min(P::Core::ONE - margin);
+            let (distance, rim) = (out.length(), convert::<R, P::Core>(self.radius) - reach);
+            if part != WALL && distance > rim {
+                out *= rim.max(P::Core::ZERO) / distance;
+            }
+        }
+        if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) }
+    }
+
+    /// u turns about the axis; v runs along it, 0 to 1 between the ends; on a cap from the centre to the rim.
+    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+        let point = self.locate(probe, hit).point;
+        let (along, out) = split::<P>(point - wide::<P>(self.base), self.axis);
+        let (u, dpdu) = turn::<P>(out, self.axis);
+        let v = if hit.u == R::ZERO { convert(along) } else { convert::<P::Core, R>(out.length()) / self.radius };
+        Parameters { u, v, dpdu }
+    }
+}
+
+impl<R: Real> Cylinder<R> {
+    /// Areas of the wall and of one cap.
+    fn areas(&self) -> (f64, f64) {
+        let (radius, height) = (self.radius.to_f64(), self.axis.to_f64().length());
+        let cap = if self.ends == Ends::Capped { core::f64::consts::PI * radius * radius } else { 0.0 };
+        (core::f64::consts::TAU * radius * height, cap)
+    }
+}
+
+/// Of a finite one; an infinite one counts as if it ended.
+impl<R: Real> SampleArea<R> for Cylinder<R> {
+    fn area(&self) -> f64 {
+        let (wall, cap) = self.areas();
+        wall + 2.0 * cap
+    }
+
+    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+        let (wall, cap) = self.areas();
+        let out: CoreVec<P> = spoke::<P>(self.axis, u);
+        let place = v.to_f64() * (wall + 2.0 * cap);
+        let on_cap = |part, share: f64| {
+            let distance: P::Core = num(share.clamp(0.0, 1.0).sqrt());
+            self.on_cap::<P>(part, out * (distance * convert::<R, P::Core>(self.radius)))
+        };
+        let located = if place < wall {
+            self.on_wall::<P>(num(place / wall), out)
+        } else if place < wall + cap {
+            on_cap(BASE, (place - wall) / cap)
+        } else {
+            on_cap(TOP, (place - wall - cap) / cap)
+        };
+        (located, num(1.0 / self.area()))
+    }
+
+    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
+        num(1.0 / self.area())
+    }
+}

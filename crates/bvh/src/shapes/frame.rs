@@ -1,0 +1,56 @@
+//! Directions across an axis, and angles about it.
+
+use glam::DVec3;
+
+use super::{CoreVec, num, wide};
+use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+
+/// A unit vector across a unit vector: x as far as the axis allows it, so that about +y angles run from x to z, and on a
+/// floor tangent and bitangent are world x and z.
+pub(crate) fn tangent(axis: DVec3) -> DVec3 {
+    let start = if axis.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
+    (start - axis * axis.dot(start)).normalize()
+}
+
+/// Tangent and bitangent, which is tangent × axis; the axis may have any length.
+fn across(axis: DVec3) -> (DVec3, DVec3) {
+    let axis = axis.normalize();
+    let tangent = tangent(axis);
+    (tangent, tangent.cross(axis))
+}
+
+/// The angle of an offset about an axis as a texture coordinate in [0, 1], and the derivative of the offset by it. At the
+/// axis itself one half and zero.
+pub(crate) fn turn<P: Precision>(offset: CoreVec<P>, axis: Vec3Of<P>) -> (P::Real, Vec3Of<P>) {
+    let (t, b) = across(axis.to_f64());
+    let offset = offset.to_f64();
+    let (x, y) = (offset.dot(t), offset.dot(b));
+    let full: P::Real = num(core::f64::consts::TAU);
+    let angle = P::Real::from_f64(y).atan2(P::Real::from_f64(x));
+    (angle / full + num(0.5), Vec3Of::<P>::from_f64((b * x - t * y) * core::f64::consts::TAU))
+}
+
+/// The unit vector across an axis at a fraction `u` of the way round.
+pub(crate) fn spoke<P: Precision>(axis: Vec3Of<P>, u: P::Real) -> CoreVec<P> {
+    let (t, b) = across(axis.to_f64());
+    let angle: P::Core = convert::<P::Real, P::Core>(u) * num(core::f64::consts::TAU);
+    CoreVec::<P>::from_f64(t) * angle.cos() + CoreVec::<P>::from_f64(b) * angle.sin()
+}
+
+/// The part of an offset along an axis, as a fraction of the axis, and the part across it.
+#[inline(always)]
+pub(crate) fn split<P: Precision>(offset: CoreVec<P>, axis: Vec3Of<P>) -> (P::Core, CoreVec<P>) {
+    let axis = wide::<P>(axis);
+    let along = offset.dot(axis) / axis.dot(axis);
+    (along, offset - axis * along)
+}
+
+/// How far a disk reaches in a direction.
+pub(crate) fn disk_support(centre: DVec3, axis: DVec3, radius: f64, direction: DVec3) -> f64 {
+    centre.dot(direction) + radius * direction.cross(axis).length() / axis.length()
+}
+
+/// Length of a vector of two components: a square root and no platform's hypot, for the sake of equal bits.
+pub(crate) fn length(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}

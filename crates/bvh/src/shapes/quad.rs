@@ -1,0 +1,134 @@
+//! The quad: a parallelogram, watertight against whatever shares two of its corners.
+
+use glam::DVec3;
+
+use super::edges::{Corner, cross};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use crate::aabb::Aabb;
+use crate::ray::{Interval, Side};
+use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+
+/// A parallelogram by its four corners, of which each is rounded by itself: faces that share an edge share its bits.
+/// The outside is edge_u × edge_v.
+#[derive(Clone, Copy, Debug)]
+pub struct Quad<R: Real> {
+    /// Corners in order: corner, + edge_u, + edge_u + edge_v, + edge_v.
+    pub corners: [R::Vec3; 4],
+}
+
+impl<R: Real> Quad<R> {
+    /// From a corner and the two edges that leave it.
+    pub fn new(corner: DVec3, edge_u: DVec3, edge_v: DVec3) -> Self {
+        Self { corners: [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v].map(R::Vec3::from_f64) }
+    }
+
+    /// From the diagonals, so that the two halves have one normal though rounded corners need not lie in a plane.
+    #[inline(always)]
+    fn normal<P: Precision<Real = R>>(&self) -> CoreVec<P> {
+        let [a, b, c, d] = self.corners.map(wide::<P>);
+        (c - a).cross(d - b)
+    }
+
+    /// The point with given texture coordinates: on one half of the quad or on the other.
+    #[inline(always)]
+    fn point<P: Precision<Real = R>>(&self, [u, v]: [P::Core; 2]) -> CoreVec<P> {
+        let [a, b, c, d] = self.corners.map(wide::<P>);
+        if u >= v { a + (b - a) * (u - v) + (c - a) * v } else { a + (c - a) * u + (d - a) * (v - u) }
+    }
+
+    #[inline(always)]
+    fn error<P: Precision<Real = R>>(&self) -> P::Core {
+        let scale = self.corners.iter().fold(R::ZERO, |m, c| m.max(c.abs().max_element()));
+        // The second term for corners that rounding has moved out of the common plane.
+        slack(convert::<R, P::Core>(scale)) + convert::<R, P::Core>(scale * R::ROUNDOFF * num(4.0))
+    }
+
+    /// Two triangles with a diagonal, each watertight.
+    #[inline(always)]
+    fn watertight<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let [a, b, c, d] = self.corners.map(|p| Corner::new(probe, p));
+        let (hit, u, v) = if let Some(hit) = cross(probe, &a, &b, &c) {
+            let [second, third] = hit.weights;
+            (hit, second + third, third)
+        } else {
+            let hit = cross(probe, &a, &c, &d)?;
+            let [second, third] = hit.weights;
+            (hit, second, second + third)
+        };
+        (range.contains(hit.t) && side.accepts(hit.from_outside)).then_some(ShapeHit { t: hit.t, u, v })
+    }
+
+    /// The plane, and the point's coordinates in it.
+    #[inline(always)]
+    fn textbook<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let [a, b, _, d] = self.corners.map(wide::<P>);
+        let (edge_u, edge_v) = (b - a, d - a);
+        let normal = edge_u.cross(edge_v);
+        let slope = normal.dot(probe.direction);
+        let f = probe.origin - a;
+        let distance = -normal.dot(f) / slope;
+        let p = f + probe.direction * distance;
+        let inverse = P::Core::ONE / normal.dot(normal);
+        let (u, v) = (p.cross(edge_v).dot(normal) * inverse, edge_u.cross(p).dot(normal) * inverse);
+        let inside = u.min(v).min(P::Core::ONE - u).min(P::Core::ONE - v) >= P::Core::ZERO;
+        let t = convert(distance);
+        (inside && range.contains(t) && side.accepts(slope < P::Core::ZERO)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
+    }
+}
+
+impl<R: Real> Shape<R> for Quad<R> {
+    fn support(&self, direction: DVec3) -> Option<f64> {
+        // Written so that NaN stays NaN.
+        let [a, b, c, d] = self.corners.map(|p| p.to_f64().dot(direction));
+        Some((a + b + c + d) * 0.0 + a.max(b).max(c).max(d))
+    }
+
+    fn bounds(&self) -> Option<Aabb> {
+        Some(Aabb::from_points(self.corners.map(Vector::to_f64)))
+    }
+
+    #[inline]
+    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        if P::ROBUST { self.watertight(probe, range, side) } else { self.textbook(probe, range, side) }
+    }
+
+    fn locate<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+        let [a, b, _, d] = self.corners.map(wide::<P>);
+        let normal = self.normal::<P>();
+        let (mut u, mut v) = (convert::<R, P::Core>(hit.u), convert::<R, P::Core>(hit.v));
+        if P::ROBUST {
+            // Kept away from the border by what rounding the point may move it: a ray that starts at an inner edge of a
+            // closed room then starts on the inner side of both walls.
+            let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * convert::<R, P::Core>(R::ROUNDOFF) * num(8.0);
+            let keep = |x: P::Core, edge: CoreVec<P>| {
+                let margin = (reach / edge.length()).min(num(0.5));
+                x.max(margin).min(P::Core::ONE - margin)
+            };
+            (u, v) = (keep(u, b - a), keep(v, d - a));
+        }
+        Located { point: self.point::<P>([u, v]), normal: normal.normalize(), error: self.error::<P>() }
+    }
+
+    /// u along the first edge, v along the second.
+    fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+        let [a, b, _, _]: [Vec3Of<P>; 4] = self.corners;
+        Parameters { u: hit.u, v: hit.v, dpdu: b - a }
+    }
+}
+
+impl<R: Real> SampleArea<R> for Quad<R> {
+    fn area(&self) -> f64 {
+        let [a, b, c, d] = self.corners.map(Vector::to_f64);
+        0.5 * (c - a).cross(d - b).length()
+    }
+
+    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+        let point = self.point::<P>([convert(u), convert(v)]);
+        let located = Located { point, normal: self.normal::<P>().normalize(), error: self.error::<P>() };
+        (located, num(1.0 / self.area()))
+    }
+
+    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
+        num(1.0 / self.area())
+    }
+}

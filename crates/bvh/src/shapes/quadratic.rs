@@ -1,0 +1,160 @@
+//! Where a ray crosses a quadric: the two roots of a·t² + 2b·t + c, told apart by the direction of the crossing.
+
+use super::{CoreVec, Probe, ShapeHit};
+use crate::ray::{Interval, Side};
+use crate::scalar::{Precision, Real, Vector, convert};
+
+/// A quadric along a ray: a·t² + 2b·t + c is negative inside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Quadratic<C> {
+    pub a: C,
+    pub b: C,
+    pub c: C,
+    /// A quarter of the discriminant, b² − a·c, by the least cancelling formula that the quadric has.
+    pub discriminant: C,
+}
+
+/// Distances at which a ray goes into a quadric and out of it. Infinite where it does so never. With a positive leading
+/// coefficient the inside lies between them, with a negative one it is all the rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Crossings<C> {
+    pub enter: C,
+    pub leave: C,
+}
+
+impl<C: Real> Quadratic<C> {
+    /// With the discriminant from the coefficients.
+    #[inline(always)]
+    pub fn new(a: C, b: C, c: C) -> Self {
+        Self { a, b, c, discriminant: b * b - a * c }
+    }
+
+    /// The roots; none when there are none. Robust: the one that would cancel comes from the product of the two, which
+    /// also survives a leading coefficient of zero. Textbook: (−b ± √Δ)/a.
+    #[inline(always)]
+    pub fn roots<P: Precision<Core = C>>(&self) -> Option<Crossings<C>> {
+        let met = self.discriminant >= C::ZERO;
+        if !met {
+            return None;
+        }
+        let root = self.discriminant.sqrt();
+        if !P::ROBUST {
+            let inverse = C::ONE / self.a;
+            return Some(Crossings { enter: (-self.b - root) * inverse, leave: (root - self.b) * inverse });
+        }
+        Some(if self.b >= C::ZERO {
+            let sum = -self.b - root;
+            Crossings { enter: sum / self.a, leave: self.c / sum }
+        } else {
+            let sum = root - self.b;
+            Crossings { enter: self.c / sum, leave: sum / self.a }
+        })
+    }
+}
+
+impl<C: Real> Crossings<C> {
+    /// The same crossings seen from a point that lies `distance` before the one they were measured from.
+    #[inline(always)]
+    pub fn moved(self, distance: C) -> Self {
+        Self { enter: self.enter + distance, leave: self.leave + distance }
+    }
+
+    /// The nearest crossing in the range, on an accepted side, that `keep` keeps.
+    #[inline(always)]
+    pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side, keep: impl Fn(C) -> bool) -> Option<ShapeHit<R>> {
+        let candidate = |t: C, from_outside: bool| {
+            let stored: R = convert(t);
+            (side.accepts(from_outside) && range.contains(stored) && keep(t)).then_some(stored)
+        };
+        match (candidate(self.enter, true), candidate(self.leave, false)) {
+            (Some(a), Some(b)) => Some(ShapeHit::at(a.min(b))),
+            (a, b) => a.or(b).map(ShapeHit::at),
+        }
+    }
+
+    /// The crossing whose stored distance was returned as `t`, unrounded.
+    #[inline(always)]
+    pub fn unrounded<R: Real>(&self, t: R) -> C {
+        let t: C = convert(t);
+        if (self.enter - t).abs() <= (self.leave - t).abs() { self.enter } else { self.leave }
+    }
+}
+
+/// Where to measure from. Robust: the ray's point nearest to `centre`, so that no coefficient carries the distance of the
+/// origin. Textbook: the origin. Returns the distance to that point and the point relative to `centre`.
+#[inline(always)]
+pub(crate) fn approach<P: Precision>(probe: &Probe<P>, centre: CoreVec<P>) -> (P::Core, CoreVec<P>) {
+    let f = probe.origin - centre;
+    if !P::ROBUST {
+        return (P::Core::ZERO, f);
+    }
+    let ahead = -f.dot(probe.direction) * probe.inverse_length_squared;
+    (ahead, f + probe.direction * ahead)
+}
+
+/// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance where the precision asks for it.
+#[inline(always)]
+pub(crate) fn point_at<P: Precision>(probe: &Probe<P>, crossings: Option<Crossings<P::Core>>, t: P::Real) -> CoreVec<P> {
+    match crossings {
+        Some(c) if P::ROBUST => probe.origin + probe.direction * c.unrounded(t),
+        _ => probe.at(t),
+    }
+}
+
+/// The range of distances that a convex body covers: an intersection of ranges, each with a number for the part of the
+/// surface that bounds it there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span<C> {
+    pub near: C,
+    pub far: C,
+    pub near_part: u8,
+    pub far_part: u8,
+}
+
+impl<C: Real> Span<C> {
+    /// A range bounded at both ends by the same part.
+    #[inline(always)]
+    pub fn of(near: C, far: C, part: u8) -> Self {
+        Self { near, far, near_part: part, far_part: part }
+    }
+
+    /// What both have.
+    #[inline(always)]
+    pub fn cut(self, other: Self) -> Self {
+        let (near, near_part) = if other.near > self.near { (other.near, other.near_part) } else { (self.near, self.near_part) };
+        let (far, far_part) = if other.far < self.far { (other.far, other.far_part) } else { (self.far, self.far_part) };
+        Self { near, far, near_part, far_part }
+    }
+
+    /// The first end in the range on an accepted side, with its part as the hit's first number.
+    #[inline(always)]
+    pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let hit = |t: R, part: u8| ShapeHit { t, u: R::from_f64(f64::from(part)), v: R::ZERO };
+        let (near, far): (R, R) = (convert(self.near), convert(self.far));
+        let covered = self.near < self.far;
+        if !covered {
+            None
+        } else if side.accepts(true) && range.contains(near) {
+            Some(hit(near, self.near_part))
+        } else if side.accepts(false) && range.contains(far) {
+            Some(hit(far, self.far_part))
+        } else {
+            None
+        }
+    }
+}
+
+/// The distances at which `height + slope·t` lies between 0 and `top`; parts `low` and `high` bound it. None when it never
+/// does.
+#[inline(always)]
+pub(crate) fn slab<C: Real>(height: C, slope: C, top: C, low: u8, high: u8) -> Option<Span<C>> {
+    if slope == C::ZERO {
+        return (C::ZERO <= height && height <= top).then(|| Span::of(-C::INFINITY, C::INFINITY, low));
+    }
+    let (at_low, at_high) = (-height / slope, (top - height) / slope);
+    Some(if slope > C::ZERO {
+        Span { near: at_low, far: at_high, near_part: low, far_part: high }
+    } else {
+        Span { near: at_high, far: at_low, near_part: high, far_part: low }
+    })
+}
