@@ -383,6 +383,16 @@ impl<P: Precision> Geometry<P> {
         self.group.is_empty()
     }
 
+    /// Number of primitives without bounds, which every query tests.
+    pub fn unbounded_count(&self) -> usize {
+        self.unbounded.len()
+    }
+
+    /// Number of instances.
+    pub fn instance_count(&self) -> usize {
+        self.group.instances.len()
+    }
+
     /// Bytes of primitives and accelerator; shared geometry of instances is not counted here.
     pub fn bytes(&self) -> usize {
         let g = &self.group;

@@ -3,8 +3,9 @@
 use rayon::ThreadPoolBuilder;
 use raywright_bvh::{Fast, Precision, Reference, Robust};
 
+use crate::effects::{EffectReport, detect};
 use crate::integrator::{Analytic, General, Kernel};
-use crate::prepare::{PrepareError, Prepared};
+use crate::prepare::{PrepareError, Prepared, Tables};
 use crate::render::{Observer, Rendered, render};
 use crate::scene::{Material, Model, Scene, Shape};
 use crate::settings::{Crop, KernelChoice, PrecisionChoice, Settings};
@@ -14,6 +15,7 @@ pub struct Ready {
     inner: AnyPrepared,
     kernel: KernelChoice,
     settings: Settings,
+    effects: EffectReport,
 }
 
 enum AnyPrepared {
@@ -55,7 +57,7 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Ready, PrepareError
         PrecisionChoice::Reference => AnyPrepared::Reference(Box::new(Prepared::new(scene, settings)?)),
     };
     let kernel = if fits_analytic(scene) { settings.kernel } else { KernelChoice::General };
-    let ready = Ready { inner, kernel, settings: settings.clone() };
+    let ready = Ready { inner, kernel, settings: settings.clone(), effects: detect(scene, settings) };
     let memory = ready.memory();
     let needed = memory.geometry + memory.textures + memory.film;
     match settings.max_memory {
@@ -107,9 +109,14 @@ impl Ready {
         Memory { geometry, textures, film: u64::from(width) * u64::from(height) * a_pixel }
     }
 
-    /// Primitives in the scene's own set, an instance counting as one.
-    pub fn primitive_count(&self) -> usize {
-        each!(&self.inner, p => p.primitive_count())
+    /// Sizes of the tables that effects need; an absent effect's are empty.
+    pub fn tables(&self) -> Tables {
+        each!(&self.inner, p => p.tables())
+    }
+
+    /// What is simulated, absent and left out.
+    pub fn effects(&self) -> &EffectReport {
+        &self.effects
     }
 
     /// The settings it was prepared for.

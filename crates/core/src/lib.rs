@@ -1,8 +1,10 @@
 //! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
 pub mod camera;
+mod complete;
 pub mod counters;
 pub mod dispatch;
 pub mod display;
+pub mod effects;
 pub mod expr;
 mod film;
 pub mod generate;
@@ -17,6 +19,7 @@ pub mod scene;
 pub mod settings;
 pub mod suggest;
 pub mod validate;
+pub use complete::complete;
 pub use dispatch::{Ready, prepare};
 pub use raywright_bvh as bvh;
 pub use render::{Observer, Rendered};

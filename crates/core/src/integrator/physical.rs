@@ -6,10 +6,9 @@ use core::f64::consts::PI;
 use raywright_bvh::{Precision, Ray, Real, Vec3Of, Vector};
 
 use super::{Kernel, Next, Shading, Tracer};
+use crate::effects::MIRROR_ROUGHNESS;
 use crate::prepare::{Alpha, Physical};
 
-/// Perceptual roughness up to which a reflection is traced as a mirror's.
-const MIRROR_ROUGHNESS: f64 = 0.05;
 /// Least perceptual roughness of a local highlight: below it the lobe of a light without size is a spike.
 const LEAST_ROUGHNESS: f64 = 0.03;
 

@@ -52,7 +52,8 @@ impl<R: Real> Fade<R> {
 }
 
 impl<R: Real> Light<R> {
-    pub fn new(light: &LightData) -> Self {
+    /// `casters`: whether anything in the scene casts shadows; without it no ray asks.
+    pub fn new(light: &LightData, casters: bool) -> Self {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
         let unit = |t: [f64; 3]| R::Vec3::from_f64(glam::DVec3::from(t).normalize());
         let kind = match light.kind {
@@ -73,7 +74,7 @@ impl<R: Real> Light<R> {
                 }
             }
         };
-        Self { kind, colour: v(light.colour.0), shadows: light.shadows, specular: light.specular }
+        Self { kind, colour: v(light.colour.0), shadows: light.shadows && casters, specular: light.specular }
     }
 
     /// The light as a point sees it; none where nothing of it arrives.

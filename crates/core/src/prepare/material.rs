@@ -118,6 +118,18 @@ impl<R: Real> Material<R> {
         }
     }
 
+    /// Whether any light source besides the sky can show on it.
+    pub fn answers_to_lights(&self) -> bool {
+        match self {
+            Self::Classic(m) => {
+                let highlight = m.specular.as_ref().is_some_and(|s| s.on_reflection && !s.strength.is_zero());
+                highlight || (!m.local.is_zero() && (!m.diffuse.is_zero() || m.specular.is_some()))
+            }
+            Self::Physical(m) => !m.unlit,
+            Self::Unused => false,
+        }
+    }
+
     /// Share of light that passes when this is the occluder, where it is the same everywhere.
     pub fn shadow_transmittance(&self) -> R {
         match self {

@@ -124,6 +124,25 @@ pub struct Prepared<P: Precision> {
     pub texture_bytes: usize,
 }
 
+/// How much was built of what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tables {
+    /// Primitives of the scene's own set, an instance counting as one.
+    pub primitives: usize,
+    /// Those without bounds.
+    pub unbounded: usize,
+    /// Those that are instances.
+    pub instances: usize,
+    /// Light sources besides the sky.
+    pub lights: usize,
+    /// Materials that something shows.
+    pub materials: usize,
+    /// Whether the sky's cosine-weighted average was computed.
+    pub irradiance: bool,
+    /// Bytes of decoded images.
+    pub texture_bytes: usize,
+}
+
 /// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
 pub fn neutral_sky() -> SkyData {
     SkyData::Gradient { bottom: Colour([0.4; 3]), top: Colour([1.0; 3]), suns: Vec::new() }
@@ -147,6 +166,8 @@ impl<P: Precision> Prepared<P> {
             object.coordinates = object.mesh.is_none() && materials[object.material as usize].reads_coordinates();
         }
         let sky = sky::prepare::<P::Real>(scene, &names)?;
+        let lit = materials.iter().any(Material::answers_to_lights);
+        let casters = scene.objects.iter().chain(scene.generators.iter().map(|g| &g.object)).any(|o| o.casts_shadow);
         let physical = materials.iter().any(|m| matches!(m, Material::Physical(_)));
         let irradiance = (physical && !sky.is_black()).then(|| Irradiance::new(&sky));
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
@@ -161,7 +182,8 @@ impl<P: Precision> Prepared<P> {
             objects: built.objects,
             object_of: built.object_of,
             materials,
-            lights: scene.lights.iter().map(Light::new).collect(),
+            // A light that shows on nothing is not built: no loop turns for it.
+            lights: if lit { scene.lights.iter().map(|l| Light::new(l, casters)).collect() } else { Vec::new() },
             sky,
             backdrop,
             irradiance,
@@ -173,9 +195,17 @@ impl<P: Precision> Prepared<P> {
         })
     }
 
-    /// Primitives in the scene's own set, an instance counting as one.
-    pub fn primitive_count(&self) -> usize {
-        self.geometry.len()
+    /// Sizes of the tables that effects need; an absent effect's are empty.
+    pub fn tables(&self) -> Tables {
+        Tables {
+            primitives: self.geometry.len(),
+            unbounded: self.geometry.unbounded_count(),
+            instances: self.geometry.instance_count(),
+            lights: self.lights.len(),
+            materials: self.materials.iter().filter(|m| !matches!(m, Material::Unused)).count(),
+            irradiance: self.irradiance.is_some(),
+            texture_bytes: self.texture_bytes,
+        }
     }
 }
 

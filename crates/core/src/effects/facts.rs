@@ -1,0 +1,173 @@
+//! What the reachable part of a scene contains: for each thing the path of the first place that calls for it.
+
+use std::collections::BTreeSet;
+
+use crate::scene::{
+    AlphaMode, Checker, Classic, Colour, ColourInput, Mesh, MeshSource, Model, Object, Physical, Projection, Scene, Shape, Sky,
+    Weight,
+};
+use crate::settings::Settings;
+
+/// Path of what calls for a thing; none where nothing does.
+type Source = Option<String>;
+
+/// Perceptual roughness up to which Whitted shading traces a reflection as a mirror's.
+pub(crate) const MIRROR_ROUGHNESS: f64 = 0.05;
+
+#[derive(Clone, Debug, Default)]
+pub(super) struct Facts {
+    pub ambient: Source,
+    pub lit: Source,
+    pub light: Source,
+    pub shadowing_light: Source,
+    pub glossy_light: Source,
+    pub occluder: Source,
+    pub highlight: Source,
+    pub rim: Source,
+    pub reflection: Source,
+    pub fuzz: Source,
+    pub refraction: Source,
+    pub rough_reflection: Source,
+    pub rough_refraction: Source,
+    pub diffuse_physical: Source,
+    pub alpha: Source,
+    pub emission: Source,
+    pub unlit: Source,
+    pub image: Source,
+    pub program: Source,
+    pub checker: Source,
+    pub vertex_colours: Source,
+    pub smooth_normals: Source,
+    pub instance: Source,
+    pub unbounded: Source,
+    pub sky: Source,
+    pub sky_map: Source,
+    pub lens: Source,
+}
+
+fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
+    if present && slot.is_none() {
+        *slot = Some(path());
+    }
+}
+
+impl Facts {
+    pub fn gather(scene: &Scene, settings: &Settings) -> Self {
+        let mut facts = Self::default();
+        let objects: Vec<(String, &Object)> = (scene.objects.iter().enumerate().map(|(i, o)| (format!("objects[{i}]"), o)))
+            .chain(scene.generators.iter().enumerate().map(|(i, g)| (format!("generators[{i}].object"), &g.object)))
+            .collect();
+        facts.objects(scene, &objects);
+        let used: BTreeSet<&str> = objects.iter().map(|(_, o)| o.material.as_str()).collect();
+        for (i, material) in scene.materials.iter().enumerate().filter(|(_, m)| used.contains(m.name.as_str())) {
+            match &material.model {
+                Model::Classic(m) => facts.classic(m, scene.classic.ambient, &format!("materials[{i}].model.classic")),
+                Model::Physical(m) => facts.physical(m, &format!("materials[{i}].model.physical")),
+            }
+        }
+        for (i, light) in scene.lights.iter().enumerate().filter(|(_, l)| l.colour != Colour::BLACK) {
+            let path = || format!("lights[{i}]");
+            note(&mut facts.light, true, path);
+            note(&mut facts.shadowing_light, light.shadows, path);
+            note(&mut facts.glossy_light, light.specular, path);
+        }
+        match &scene.sky {
+            None => {}
+            Some(Sky::Map(_)) => note(&mut facts.sky_map, true, || "sky.map".to_owned()),
+            Some(Sky::Expression(_)) => note(&mut facts.program, true, || "sky.expression".to_owned()),
+            Some(_) => {}
+        }
+        note(&mut facts.sky, scene.sky.is_some(), || "sky".to_owned());
+        let lens = |c: &crate::scene::Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
+        note(&mut facts.lens, settings.camera.as_ref().is_some_and(lens), || "cameras".to_owned());
+        facts
+    }
+
+    fn objects(&mut self, scene: &Scene, objects: &[(String, &Object)]) {
+        for (i, (path, object)) in objects.iter().enumerate() {
+            note(&mut self.occluder, object.casts_shadow, || path.clone());
+            let unbounded = matches!(object.shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. });
+            note(&mut self.unbounded, unbounded, || format!("{path}.shape"));
+            let Shape::Mesh(name) = &object.shape else { continue };
+            let repeated = objects[..i].iter().any(|(_, o)| o.shape == object.shape);
+            note(&mut self.instance, repeated, || format!("{path}.shape.mesh"));
+            let mesh = scene.meshes.iter().find(|m| m.name == *name);
+            let smooth = |m: &Mesh| matches!(&m.source, MeshSource::Inline(data) if !data.normals.is_empty());
+            note(&mut self.smooth_normals, mesh.is_some_and(smooth), || format!("{path}.shape.mesh"));
+        }
+    }
+
+    fn colour(&mut self, input: &ColourInput, path: impl Fn() -> String) {
+        match input {
+            ColourInput::Constant(_) => {}
+            ColourInput::Expression(_) => note(&mut self.program, true, path),
+            ColourInput::Texture(_) => note(&mut self.image, true, path),
+            ColourInput::Checker(c) => {
+                let Checker { even, odd, .. } = &c.checker;
+                note(&mut self.checker, even != odd, path);
+            }
+        }
+    }
+
+    fn weight(&mut self, weight: &Weight, path: impl Fn() -> String) -> bool {
+        note(&mut self.program, matches!(weight, Weight::Expression(_)), path);
+        *weight != Weight::Number(0.0)
+    }
+
+    fn classic(&mut self, m: &Classic, ambient: Colour, path: &str) {
+        let at = |field: &str| format!("{path}.{field}");
+        let local = self.weight(&m.local, || at("local"));
+        self.colour(&m.colour, || at("colour"));
+        let diffuse = self.weight(&m.diffuse, || at("diffuse"));
+        note(&mut self.ambient, local && m.ambient.unwrap_or(ambient) != Colour::BLACK, || match m.ambient {
+            Some(_) => at("ambient"),
+            None => "classic.ambient".to_owned(),
+        });
+        note(&mut self.lit, local && diffuse, || at("diffuse"));
+        if let Some(s) = &m.specular {
+            let strong = self.weight(&s.strength, || at("specular.strength"));
+            note(&mut self.highlight, strong && (local || s.on_reflection), || at("specular"));
+        }
+        if let Some(r) = &m.rim {
+            let strong = self.weight(&r.strength, || at("rim.strength"));
+            note(&mut self.rim, strong && local, || at("rim"));
+        }
+        if let Some(r) = &m.reflection {
+            let strong = self.weight(&r.weight, || at("reflection.weight"));
+            note(&mut self.reflection, strong, || at("reflection"));
+            note(&mut self.fuzz, strong && r.fuzz.as_ref().is_some_and(|f| f.amount != 0.0), || at("reflection.fuzz"));
+        }
+        note(&mut self.refraction, m.transmission.is_some(), || at("transmission"));
+        if let Some(shadow) = &m.shadow {
+            self.weight(shadow, || at("shadow"));
+        }
+        if let Some(emission) = &m.emission {
+            self.colour(emission, || at("emission"));
+            note(&mut self.emission, *emission != ColourInput::Constant(Colour::BLACK), || at("emission"));
+        }
+    }
+
+    fn physical(&mut self, m: &Physical, path: &str) {
+        let at = |field: &str| format!("{path}.{field}");
+        self.colour(&m.base_colour, || at("base_colour"));
+        note(&mut self.image, m.base_colour_texture.is_some(), || at("base_colour_texture"));
+        note(&mut self.image, m.metallic_roughness_texture.is_some(), || at("metallic_roughness_texture"));
+        note(&mut self.vertex_colours, m.vertex_colours, || at("vertex_colours"));
+        note(&mut self.alpha, m.alpha != AlphaMode::Opaque, || at("alpha"));
+        note(&mut self.emission, m.emission != Colour::BLACK, || at("emission"));
+        note(&mut self.unlit, m.unlit, || at("unlit"));
+        if m.unlit {
+            return;
+        }
+        let textured = m.metallic_roughness_texture.is_some();
+        let smooth = m.roughness <= MIRROR_ROUGHNESS;
+        let clear = m.transmission > 0.0 && (m.metallic < 1.0 || textured);
+        note(&mut self.lit, true, || path.to_owned());
+        note(&mut self.highlight, true, || at("roughness"));
+        note(&mut self.reflection, smooth || textured || clear, || at("roughness"));
+        note(&mut self.rough_reflection, !smooth, || at("roughness"));
+        note(&mut self.refraction, clear, || at("transmission"));
+        note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
+        note(&mut self.diffuse_physical, (m.metallic < 1.0 || textured) && m.transmission < 1.0, || at("base_colour"));
+    }
+}
