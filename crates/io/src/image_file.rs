@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use raywright_core::scene::{ImageData, Pixels};
 
 use crate::Limits;
-use crate::import::{Fault, Outcome};
+use crate::import::{Budget, Fault, Outcome};
 
 /// What a file's first bytes say it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +59,23 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
         Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, HDR and EXR are read"))),
         Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, HDR, EXR)")),
     }
+}
+
+/// A texture's pixels, or why a picture can do without them: a format that is not read here.
+///
+/// # Errors
+/// As [`decode`] where the format is read, and of kind limit when the budget does not last.
+pub(crate) fn decode_texture(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<Result<ImageData, String>> {
+    if matches!(sniff(bytes), Kind::Foreign(_) | Kind::Unknown) {
+        return Ok(decode(bytes, limits).map_err(|fault| fault.message));
+    }
+    let data = decode(bytes, limits)?;
+    let pixel = match data.pixels {
+        Pixels::Codes(_) => size_of::<[u8; 4]>(),
+        Pixels::Linear(_) => size_of::<[f32; 4]>(),
+    };
+    budget.memory(data.width as usize * data.height as usize, pixel)?;
+    Ok(Ok(data))
 }
 
 /// Checks a header's dimensions before anything is allocated for them.

@@ -13,6 +13,7 @@ mod limits;
 mod load;
 mod mesh_tools;
 mod native;
+mod obj;
 pub mod output;
 pub mod presets;
 mod uri;

@@ -11,7 +11,7 @@ use crate::folder::{Folder, read_limited};
 use crate::gltf;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
-use crate::presets;
+use crate::{obj, presets};
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,7 +101,7 @@ fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: 
     folder.note(&bytes);
     note_overrides(folder, &options.overrides);
     let (scene, warnings) = match format {
-        Format::Obj => return Err(Error::input(path.display(), "OBJ files are not read yet")),
+        Format::Obj => obj::load(path, &bytes, folder, &options.limits)?,
         _ => gltf::load(path, &bytes, folder, &options.limits)?,
     };
     let source = SourceInfo { name: path.display().to_string(), stem: stem(path), format, text: None };

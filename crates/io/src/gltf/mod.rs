@@ -97,6 +97,14 @@ struct TableNames {
     meshes: Names,
 }
 
+/// A mesh of the scene.
+#[derive(Clone, Debug)]
+struct UsedMesh {
+    name: String,
+    /// Its place in the scene's list.
+    place: usize,
+}
+
 /// The import of one file under way.
 struct Import<'a> {
     document: &'a Document,
@@ -114,8 +122,8 @@ struct Import<'a> {
     textures: HashMap<(usize, bool), Option<String>>,
     /// As `textures`, by index of the image.
     images: HashMap<usize, Option<String>>,
-    /// Name in the scene by mesh and primitive; none where nothing of it can be drawn.
-    meshes: HashMap<(usize, usize), Option<String>>,
+    /// By mesh and primitive; none where nothing of it can be drawn.
+    meshes: HashMap<(usize, usize), Option<UsedMesh>>,
 }
 
 impl Import<'_> {
@@ -166,33 +174,33 @@ impl Import<'_> {
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
             let material = self.material(primitive.material.map(|m| m.value())).map_err(place)?;
-            let name = match self.meshes.get(&(index, i)) {
+            let used = match self.meshes.get(&(index, i)) {
                 Some(known) => known.clone(),
                 None => {
                     let data = self.primitive(primitive, &material, (index, i)).map_err(place)?;
                     let wish = mesh.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("mesh");
-                    let name = data.map(|data| {
-                        let name = self.names.meshes.unique(wish);
-                        self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()) });
-                        name
+                    let used = data.map(|data| {
+                        let used = UsedMesh { name: self.names.meshes.unique(wish), place: self.scene.meshes.len() };
+                        self.scene.meshes.push(Mesh { name: used.name.clone(), source: MeshSource::Inline(data.into()) });
+                        used
                     });
-                    self.meshes.insert((index, i), name.clone());
-                    name
+                    self.meshes.insert((index, i), used.clone());
+                    used
                 }
             };
-            if let Some(name) = name {
+            if let Some(used) = used {
                 let object_name = if node_name.is_empty() { mesh.name.as_deref().unwrap_or_default() } else { node_name };
-                self.object(object_name, name, &material, placed)?;
+                self.object(object_name, used, &material, placed)?;
             }
         }
         Ok(())
     }
 
     /// Adds one object that shows a mesh where a node puts it.
-    fn object(&mut self, name: &str, mesh: String, material: &UsedMaterial, placed: &Placed) -> Outcome<()> {
+    fn object(&mut self, name: &str, mesh: UsedMesh, material: &UsedMaterial, placed: &Placed) -> Outcome<()> {
         self.budget.object()?;
         let (mesh, transform) = match mesh_tools::is_invertible(&placed.world) {
-            true => (mesh, mesh_tools::transform_steps(&placed.world)),
+            true => (mesh.name, mesh_tools::transform_steps(&placed.world)),
             false => (self.flattened(mesh, placed)?, Vec::new()),
         };
         self.scene.objects.push(Object {
@@ -208,11 +216,11 @@ impl Import<'_> {
     }
 
     /// A copy of a mesh in world space, for nodes that squeeze it flat: such a transform has no inverse to trace rays with.
-    fn flattened(&mut self, mesh: String, placed: &Placed) -> Outcome<String> {
-        let source = self.scene.meshes.iter().find(|m| m.name == mesh).map(|m| m.source.clone());
-        let Some(MeshSource::Inline(data)) = source else { return Ok(mesh) };
+    fn flattened(&mut self, mesh: UsedMesh, placed: &Placed) -> Outcome<String> {
+        let source = self.scene.meshes.get(mesh.place).map(|mesh| mesh.source.clone());
+        let Some(MeshSource::Inline(data)) = source else { return Ok(mesh.name) };
         self.budget.memory(data.positions.len(), size_of::<[f32; 3]>() * 2)?;
-        let name = self.names.meshes.unique(&mesh);
+        let name = self.names.meshes.unique(&mesh.name);
         let data = mesh_tools::squeezed(&data, &placed.world);
         self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()) });
         Ok(name)

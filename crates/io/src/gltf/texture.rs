@@ -88,18 +88,12 @@ impl Import<'_> {
         let source = list.get(index).ok_or_else(|| absent("images", index, list.len()))?;
         let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
         let bytes = self.image_bytes(source).map_err(place)?;
-        let decoded = match &bytes {
-            Ok(bytes) => match image_file::sniff(bytes) {
-                image_file::Kind::Foreign(_) | image_file::Kind::Unknown => {
-                    image_file::decode(bytes, self.limits).map_err(|f| f.message)
-                }
-                _ => Ok(image_file::decode(bytes, self.limits).map_err(place)?),
-            },
-            Err(why) => Err(why.clone()),
+        let decoded = match bytes {
+            Ok(bytes) => image_file::decode_texture(&bytes, self.limits, &mut self.budget).map_err(place)?,
+            Err(why) => Err(why),
         };
         let name = match decoded {
             Ok(data) => {
-                self.budget.memory(data.width as usize * data.height as usize, size_of::<[u8; 4]>()).map_err(place)?;
                 let file = self.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
                 let path =
                     source.uri.clone().filter(|uri| !uri::is_data(uri)).unwrap_or_else(|| format!("{file}#images[{index}]"));

@@ -3,4 +3,5 @@
 mod collections;
 mod gltf;
 mod malformed;
+mod obj;
 mod shared;

@@ -1,0 +1,176 @@
+//! MTL materials as physical materials.
+//!
+//! MTL describes Phong shading and names rendering tricks (`illum`); what is meant by common files is read like this:
+//!
+//! | in the file | becomes |
+//! |---|---|
+//! | `illum` 6, 7; 4, 9 with `d` below 1 or `Tf` | smooth glass with index `Ni`, tinted by `Tf` |
+//! | `illum` 3 | a mirror tinted by `Ks`; with a `Kd` that is not black, a metal of colour `Kd` as rough as `Ns` says (Blender writes metals so) |
+//! | `illum` 5 | a polished dielectric with index `Ni` over `Kd` |
+//! | `Kd` black, `Ks` not | a metal of colour `Ks`, as rough as `Ns` says |
+//! | no `Ks`, or `illum` 0, 1 | matte: `Kd` without any highlight (index 1, so that nothing mirrors) |
+//! | anything else | a dielectric of index 1.5 over `Kd`, as rough as `Ns` says |
+//!
+//! Mirrors are physical metals and not classic ones, so that every integrator can trace all materials of a file. `d` or `Tr`
+//! below opaque is coverage; `Ke` is radiance; `Pr` and `Pm` of the PBR extension go before what is derived. `Ka` means
+//! nothing where light is simulated.
+
+use raywright_core::Scene;
+use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Physical, TextureRef};
+
+use super::texture::{Map, Textures};
+use crate::import::{Budget, Outcome, Warnings, shown};
+
+/// Perceptual roughness of the lobe that a Phong exponent describes: its α is √(2/(n+2)) (Walter, Marschner, Li, Torrance,
+/// "Microfacet Models for Refraction through Rough Surfaces", 2007), and roughness is √α.
+fn roughness(exponent: f64) -> f64 {
+    (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
+}
+
+/// A material as the scene wants it.
+///
+/// # Errors
+/// A fault when a texture is broken or too large.
+pub(super) fn convert(
+    source: &tobj::Material,
+    textures: &mut Textures,
+    scene: &mut Scene,
+    budget: &mut Budget,
+    warnings: &mut Warnings,
+) -> Outcome<Physical> {
+    warn_unread(source, warnings);
+    let unknown = |key: &str| source.unknown_param.get(key).map(String::as_str);
+    let mut texture = |statement: Option<&str>, space, warnings: &mut Warnings| -> Outcome<Option<TextureRef>> {
+        statement.map_or(Ok(None), |statement| textures.get(statement, space, scene, budget, warnings))
+    };
+    let mut out = surface(source);
+    out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb, warnings)?;
+    out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb, warnings)?;
+    let emission = source.emissive.unwrap_or(if out.emission_texture.is_some() { [1.0; 3] } else { [0.0; 3] });
+    out.emission = Colour(emission.map(|c| if c.is_finite() { f64::from(c).max(0.0) } else { 0.0 }));
+    if let Some(value) = unknown("Pr").and_then(parsed) {
+        out.roughness = unit(value);
+    }
+    if let Some(value) = unknown("Pm").and_then(parsed) {
+        out.metallic = unit(value);
+    }
+    if out.transmission == 0.0 {
+        out.opacity = opacity(source, warnings);
+        let own_alpha = match (&source.dissolve_texture, &source.diffuse_texture) {
+            (Some(alpha), Some(colour)) => Map::parse(alpha).path == Map::parse(colour).path,
+            _ => false,
+        };
+        if out.opacity < 1.0 || own_alpha {
+            out.alpha = AlphaMode::Blend;
+        } else if source.dissolve_texture.is_some() {
+            warnings.add(format!("material `{}`: map_d in a picture of its own is ignored", shown(&source.name)));
+        }
+    }
+    Ok(out)
+}
+
+/// Colour and lobes, by the table above.
+fn surface(source: &tobj::Material) -> Physical {
+    let rgb = |colour: Option<[f32; 3]>, missing: f64| colour.map_or([missing; 3], |c| c.map(|c| unit(f64::from(c))));
+    let diffuse = rgb(source.diffuse, if source.diffuse_texture.is_some() { 1.0 } else { 0.8 });
+    let specular = rgb(source.specular, 0.0);
+    let filter = source.unknown_param.get("Tf").map(|text| {
+        let mut numbers = text.split_whitespace().map(|word| parsed(word).unwrap_or(1.0));
+        [0; 3].map(|_| unit(numbers.next().unwrap_or(1.0)))
+    });
+    let black = |c: [f64; 3]| c.iter().all(|&c| c == 0.0);
+    let index = source.optical_density.map(f64::from).filter(|n| n.is_finite() && *n >= 1.0);
+    let rough = source.shininess.map_or(1.0, |n| roughness(f64::from(n)));
+    let illum = source.illumination_model.unwrap_or(2);
+    let clear = filter.is_some_and(|tint| !black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
+    let of = |colour: [f64; 3]| Physical { base_colour: Colour(colour).into(), ..Physical::default() };
+    match illum {
+        6 | 7 => Physical { transmission: 1.0, roughness: 0.0, ior: index.unwrap_or(1.5), ..of(filter.unwrap_or([1.0; 3])) },
+        4 | 9 if clear => {
+            Physical { transmission: 1.0, roughness: 0.0, ior: index.unwrap_or(1.5), ..of(filter.unwrap_or([1.0; 3])) }
+        }
+        3 if black(diffuse) => Physical { metallic: 1.0, roughness: 0.0, ..of(specular) },
+        3 => Physical { metallic: 1.0, roughness: rough, ..of(diffuse) },
+        5 => Physical { roughness: 0.0, ior: index.unwrap_or(1.5), ..of(diffuse) },
+        0 | 1 => Physical { ior: 1.0, ..of(diffuse) },
+        _ if black(specular) => Physical { ior: 1.0, ..of(diffuse) },
+        _ if black(diffuse) && source.diffuse_texture.is_none() => Physical { metallic: 1.0, roughness: rough, ..of(specular) },
+        _ => Physical { roughness: rough, ..of(diffuse) },
+    }
+}
+
+/// `d`, or 1 − `Tr` where that is all there is.
+fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
+    if let Some(dissolve) = source.dissolve {
+        return unit(f64::from(dissolve));
+    }
+    match source.unknown_param.get("Tr").and_then(|text| parsed(text)) {
+        // Old exporters wrote Tr for d: nobody describes what can't be seen.
+        Some(1.0) => {
+            warnings.add(format!("material `{}`: Tr 1 alone was taken as opaque", shown(&source.name)));
+            1.0
+        }
+        Some(transparency) => unit(1.0 - transparency),
+        None => 1.0,
+    }
+}
+
+/// Says what of a material is not read.
+fn warn_unread(source: &tobj::Material, warnings: &mut Warnings) {
+    const READ: [&str; 6] = ["Tf", "Tr", "Pr", "Pm", "map_Ke", "Kt"];
+    let mut ignored: Vec<&str> = source.unknown_param.keys().map(String::as_str).filter(|key| !READ.contains(key)).collect();
+    let known =
+        [("map_Ks", &source.specular_texture), ("map_Ns", &source.shininess_texture), ("map_bump", &source.normal_texture)];
+    ignored.extend(known.iter().filter(|(_, texture)| texture.is_some()).map(|(name, _)| *name));
+    if ignored.is_empty() {
+        return;
+    }
+    // The parameters come from a map without order.
+    ignored.sort_unstable();
+    ignored.truncate(20);
+    warnings.add(format!("material `{}`: {} ignored", shown(&source.name), shown(&ignored.join(", "))));
+}
+
+fn parsed(text: &str) -> Option<f64> {
+    text.split_whitespace().next()?.parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+fn unit(value: f64) -> f64 {
+    if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use raywright_core::scene::ColourInput;
+
+    fn of(text: &str) -> Physical {
+        let text = format!("newmtl m\n{text}");
+        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
+        surface(&materials[0])
+    }
+
+    fn base(material: &Physical) -> [f64; 3] {
+        match material.base_colour {
+            ColourInput::Constant(Colour(colour)) => colour,
+            ref other => panic!("{other:?}"),
+        }
+    }
+
+    /// The table at the top, line by line.
+    #[test]
+    fn illumination_models_mean_what_the_table_says() {
+        let glass = of("Kd 0 0 0\nTf 0.5 1 1\nNi 1.25\nd 0.1\nillum 7");
+        assert_eq!((glass.transmission, glass.roughness, glass.ior, base(&glass)), (1.0, 0.0, 1.25, [0.5, 1.0, 1.0]));
+        assert_eq!(of("illum 4").transmission, 0.0);
+        assert_eq!(of("illum 4\nd 0.5").transmission, 1.0);
+        let mirror = of("Kd 0 0 0\nKs 1 0.5 0.25\nNs 1000\nillum 3");
+        assert_eq!((mirror.metallic, mirror.roughness, base(&mirror)), (1.0, 0.0, [1.0, 0.5, 0.25]));
+        let metal = of("Kd 1 0.5 0.25\nKs 0.5 0.5 0.5\nNs 30\nillum 3");
+        assert_eq!((metal.metallic, metal.roughness, base(&metal)), (1.0, 0.5, [1.0, 0.5, 0.25]));
+        let matte = of("Kd 0.5 0.5 0.5\nillum 1");
+        assert_eq!((matte.ior, matte.roughness, matte.metallic), (1.0, 1.0, 0.0));
+        let shiny = of("Kd 0.5 0.5 0.5\nKs 0.3 0.3 0.3\nNs 30\nillum 2");
+        assert_eq!((shiny.ior, shiny.roughness, shiny.metallic), (1.5, 0.5, 0.0));
+    }
+}

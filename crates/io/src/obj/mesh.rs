@@ -1,0 +1,160 @@
+//! From polygons with welded vertices to triangle meshes, one for each material and kind of shading.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec3};
+use raywright_core::display::curve;
+use raywright_core::scene::{MeshData, TransferCurve};
+
+use super::polygon::{self, Clipper};
+use super::survey::{Run, Shading};
+use crate::import::{Fault, Outcome};
+
+/// The faces of one material that are all flat, or all smooth.
+#[derive(Debug)]
+pub(super) struct Part {
+    /// As in [`Run::material`].
+    pub material: Option<usize>,
+    pub data: MeshData,
+}
+
+/// A place, by the bits of its coordinates: vertices that differ in texture coordinates only share a smooth normal.
+type Place = (u32, [u32; 3]);
+
+/// Makes the meshes of all runs.
+///
+/// # Errors
+/// A fault of kind limit when there are too many vertices or concave polygons are too large.
+pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>> {
+    let models: Vec<(Run, tobj::Mesh)> =
+        models.into_iter().filter_map(|model| Some((*runs.get(model.name.parse::<usize>().ok()?)?, model.mesh))).collect();
+    let normals = smooth_normals(&models);
+    // Some programs count colours to 255.
+    let bytes = models.iter().flat_map(|(_, mesh)| &mesh.vertex_color).any(|&c| c > 1.0);
+    let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
+    let mut clipper = Clipper::new();
+    let mut parts: Vec<Part> = Vec::new();
+    let mut numbers: HashMap<(Option<usize>, bool), usize> = HashMap::new();
+    for (run, mesh) in &models {
+        let next = parts.len();
+        let number = *numbers.entry((run.material, run.shading == Shading::Flat)).or_insert(next);
+        if number == next {
+            parts.push(Part { material: run.material, data: MeshData::default() });
+        }
+        if let Some(part) = parts.get_mut(number) {
+            append_vertices(&mut part.data, run, mesh, &normals, scale)?;
+            append_triangles(&mut part.data, mesh, &mut clipper)?;
+        }
+    }
+    Ok(parts)
+}
+
+/// The places in `mesh.indices` of each polygon's corners.
+fn polygons(mesh: &tobj::Mesh) -> impl Iterator<Item = &[u32]> {
+    // tobj leaves the arities out where all are triangles.
+    let count = if mesh.face_arities.is_empty() { mesh.indices.len() / 3 } else { mesh.face_arities.len() };
+    let mut rest = mesh.indices.as_slice();
+    (0..count).map_while(move |i| {
+        let arity = mesh.face_arities.get(i).map_or(3, |&arity| arity as usize);
+        let (face, after) = rest.split_at_checked(arity)?;
+        rest = after;
+        Some(face)
+    })
+}
+
+fn position(mesh: &tobj::Mesh, vertex: u32) -> [f32; 3] {
+    triple(&mesh.positions, vertex as usize)
+}
+
+fn triple(values: &[f32], i: usize) -> [f32; 3] {
+    values.get(3 * i..).and_then(|rest| rest.first_chunk()).copied().unwrap_or_default()
+}
+
+fn double(p: [f32; 3]) -> DVec3 {
+    Vec3::from_array(p).as_dvec3()
+}
+
+fn place(group: u32, p: [f32; 3]) -> Place {
+    // + 0 makes one of the two zeros.
+    (group, p.map(|c| (c + 0.0).to_bits()))
+}
+
+/// For each smoothing group and place the sum of the polygons' normals, weighted by area.
+fn smooth_normals(models: &[(Run, tobj::Mesh)]) -> HashMap<Place, DVec3> {
+    let mut sums = HashMap::new();
+    let mut points = Vec::new();
+    for (run, mesh) in models {
+        let Shading::Group(group) = run.shading else { continue };
+        for face in polygons(mesh) {
+            points.clear();
+            points.extend(face.iter().map(|&vertex| double(position(mesh, vertex))));
+            let normal = polygon::normal(&points);
+            if normal.is_finite() {
+                for &vertex in face {
+                    *sums.entry(place(group, position(mesh, vertex))).or_insert(DVec3::ZERO) += normal;
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// Adds a run's vertices to a mesh.
+fn append_vertices(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, normals: &HashMap<Place, DVec3>, scale: f32) -> Outcome<()> {
+    let before = out.positions.len();
+    let count = mesh.positions.len() / 3;
+    if u32::try_from(before + count).is_err() {
+        return Err(Fault::limit("has more than 4294967295 vertices"));
+    }
+    out.positions.extend((0..count).map(|i| triple(&mesh.positions, i)));
+    match run.shading {
+        Shading::Flat => {}
+        Shading::Given => out.normals.extend((0..count).map(|i| triple(&mesh.normals, i))),
+        Shading::Group(group) => out.normals.extend((0..count).map(|i| {
+            let sum = normals.get(&place(group, triple(&mesh.positions, i))).copied().unwrap_or_default();
+            sum.normalize_or_zero().as_vec3().to_array()
+        })),
+    }
+    append_uvs(out, run, mesh, before, count);
+    if !mesh.vertex_color.is_empty() {
+        out.colours.extend((0..count).map(|i| colour(triple(&mesh.vertex_color, i).map(|c| c * scale))));
+    }
+    Ok(())
+}
+
+/// Adds the triangles of a run whose vertices were added last.
+fn append_triangles(out: &mut MeshData, mesh: &tobj::Mesh, clipper: &mut Clipper) -> Outcome<()> {
+    // The count was checked when the vertices were added.
+    let offset = (out.positions.len() - mesh.positions.len() / 3) as u32;
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for face in polygons(mesh) {
+        points.clear();
+        points.extend(face.iter().map(|&vertex| double(position(mesh, vertex))));
+        triangles.clear();
+        clipper.triangulate(&points, &mut triangles)?;
+        let vertex = |corner: usize| face.get(corner).map_or(offset, |&vertex| vertex + offset);
+        out.indices.extend(triangles.iter().map(|triangle| triangle.map(vertex)));
+    }
+    Ok(())
+}
+
+/// Adds texture coordinates; where only some runs of a mesh have them, the others get zero.
+fn append_uvs(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, before: usize, count: usize) {
+    if run.textured && out.uvs.is_empty() {
+        out.uvs.push(vec![[0.0; 2]; before]);
+    }
+    let Some(set) = out.uvs.first_mut() else { return };
+    let uv = |i: usize| match mesh.texcoords.get(2 * i..).and_then(|rest| rest.first_chunk()) {
+        // The format counts v from the bottom row, a scene from the top.
+        Some(&[u, v]) if run.textured && u.is_finite() && v.is_finite() => [u, 1.0 - v],
+        _ => [0.0; 2],
+    };
+    set.extend((0..count).map(uv));
+}
+
+/// Vertex colours are written as shown, by the sRGB curve.
+fn colour(rgb: [f32; 3]) -> [f32; 4] {
+    let linear = |c: f32| if c.is_nan() { 1.0 } else { curve::decode(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32 };
+    let [r, g, b] = rgb.map(linear);
+    [r, g, b, 1.0]
+}

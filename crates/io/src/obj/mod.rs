@@ -1,0 +1,132 @@
+//! Import of Wavefront OBJ with its MTL material libraries (the Advanced Visualizer's manual, appendices B1 and "MTL").
+//!
+//! What is read: polygons with any number of corners, normals given or by smoothing groups, texture coordinates, vertex
+//! colours, and materials with their textures as [`material`] describes. Each material becomes a mesh (two, where some of
+//! its faces are flat and others smooth); objects and groups by name are not kept. Curves, surfaces, points and lines are
+//! named in a warning.
+
+mod lines;
+mod material;
+mod mesh;
+mod mtl;
+mod polygon;
+mod survey;
+mod texture;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use raywright_core::Scene;
+use raywright_core::scene::{Material, Mesh, MeshSource, Model, Object, Shape, SideRule};
+
+use crate::folder::Folder;
+use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings};
+use crate::{Error, Limits, mesh_tools};
+
+use mtl::Library;
+use survey::Survey;
+use texture::Textures;
+
+/// Reads an OBJ file, given its bytes, with the material libraries and images beside it.
+///
+/// # Errors
+/// An error of kind input naming line and cause, or of kind limit. A missing library or texture is only a warning.
+pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Result<Imported, Error> {
+    import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
+}
+
+fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
+    let mut warnings = Warnings::default();
+    let mut budget = Budget::new(limits);
+    let survey = survey::survey(&lines::decode(bytes), &mut budget, &mut warnings)?;
+    let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
+    let models = models(&survey)?;
+    let parts = mesh::build(&survey.runs, models)?;
+    let mut scene =
+        Scene { title: file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(), ..Scene::default() };
+    let mut materials = Materials {
+        survey: &survey,
+        library,
+        textures: Textures::new(folder, limits),
+        names: Names::default(),
+        known: HashMap::new(),
+    };
+    let mut names = Names::default();
+    for mut part in parts {
+        let dropped = mesh_tools::drop_unusable(&mut part.data);
+        if dropped > 0 {
+            warnings.add(format!("{dropped} triangles with vertices that are not finite were left out"));
+        }
+        if part.data.indices.is_empty() {
+            continue;
+        }
+        mesh_tools::mend_normals(&mut part.data);
+        let material = materials.get(part.material, !part.data.colours.is_empty(), &mut scene, &mut budget, &mut warnings)?;
+        budget.object()?;
+        let label = materials.label(part.material).to_owned();
+        let name = names.unique(&label);
+        scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(part.data.into()) });
+        scene.objects.push(Object {
+            name: label,
+            shape: Shape::Mesh(name),
+            material,
+            side: SideRule::Both,
+            face_viewer: true,
+            casts_shadow: true,
+            transform: Vec::new(),
+        });
+    }
+    if scene.objects.is_empty() {
+        warnings.add("the file has no triangles: nothing to see");
+    }
+    Ok((scene, warnings.finish(file.display())))
+}
+
+/// What tobj makes of the rewritten text: for each run a list of welded vertices, and polygons.
+fn models(survey: &Survey) -> Outcome<Vec<tobj::Model>> {
+    let options = tobj::LoadOptions { single_index: true, ..tobj::LoadOptions::default() };
+    let no_materials = |_: &Path| Ok(Default::default());
+    match tobj::load_obj_buf(&mut survey.text.as_bytes(), &options, no_materials) {
+        Ok((models, _)) => Ok(models),
+        Err(error) => Err(Fault::input(format!("is no valid OBJ ({error})"))),
+    }
+}
+
+/// The materials of a file, converted when they are first used.
+struct Materials<'a> {
+    survey: &'a Survey,
+    library: Library,
+    textures: Textures<'a>,
+    names: Names,
+    /// Place in the scene's list by number in the survey, and whether vertex colours count.
+    known: HashMap<(Option<usize>, bool), String>,
+}
+
+impl Materials<'_> {
+    /// The name that the file uses.
+    fn label(&self, number: Option<usize>) -> &str {
+        number.and_then(|i| self.survey.materials.get(i)).map_or("default", String::as_str)
+    }
+
+    /// Name in the scene of a material for meshes with or without colours of their own.
+    fn get(
+        &mut self,
+        number: Option<usize>,
+        coloured: bool,
+        scene: &mut Scene,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Outcome<String> {
+        if let Some(name) = self.known.get(&(number, coloured)) {
+            return Ok(name.clone());
+        }
+        let label = self.label(number).to_owned();
+        let source = self.library.get(&label, number.is_some(), warnings);
+        let mut model = material::convert(source.as_ref(), &mut self.textures, scene, budget, warnings)?;
+        model.vertex_colours = coloured;
+        let name = self.names.unique(&label);
+        scene.materials.push(Material { name: name.clone(), model: Model::Physical(Box::new(model)) });
+        self.known.insert((number, coloured), name.clone());
+        Ok(name)
+    }
+}

@@ -1,0 +1,144 @@
+//! Material libraries: found, made safe for `tobj`, parsed by it.
+//!
+//! `tobj` panics on a colour with fewer than three numbers (one is enough by the manual) and gives a whole library up for
+//! a line that it can't read; such lines are completed or dropped before.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use super::lines::{Statement, decode, number, statements};
+use crate::folder::{Folder, ReadError};
+use crate::import::{Fault, Outcome, Warnings, shown};
+
+/// The materials of all libraries that an OBJ file names; of two of one name, the later counts.
+#[derive(Debug, Default)]
+pub(super) struct Library {
+    materials: HashMap<String, tobj::Material>,
+}
+
+impl Library {
+    /// A material by name; a default one, with a warning if `asked` for by name, when there is none.
+    pub fn get(&self, name: &str, asked: bool, warnings: &mut Warnings) -> Cow<'_, tobj::Material> {
+        match self.materials.get(name) {
+            Some(material) => Cow::Borrowed(material),
+            None => {
+                if asked {
+                    warnings.add(format!("material `{}` is in no library; grey was taken", shown(name)));
+                }
+                Cow::Owned(tobj::Material::default())
+            }
+        }
+    }
+}
+
+/// Reads the libraries named by `mtllib` statements. One that can't be had is a warning.
+///
+/// # Errors
+/// A fault of kind limit when one is too large.
+pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -> Outcome<Library> {
+    let mut library = Library::default();
+    let mut seen = Vec::new();
+    for rest in names {
+        if seen.contains(&rest) {
+            continue;
+        }
+        seen.push(rest);
+        for bytes in files(rest, folder, warnings)? {
+            let text = safe(&decode(&bytes), warnings);
+            match tobj::load_mtl_buf(&mut text.as_bytes()) {
+                Ok((materials, _)) => library.materials.extend(materials.into_iter().map(|m| (m.name.clone(), m))),
+                Err(error) => warnings.add(format!("material library `{}` was not read ({error})", shown(rest))),
+            }
+        }
+    }
+    Ok(library)
+}
+
+/// A path as files from other systems write it, in the form that [`Folder::read`] takes.
+pub(super) fn relative(path: &str) -> String {
+    path.trim().trim_matches('"').replace('\\', "/")
+}
+
+/// The libraries behind one `mtllib`: one file whose name may have blanks, or else several files.
+fn files(rest: &str, folder: &Folder, warnings: &mut Warnings) -> Outcome<Vec<Vec<u8>>> {
+    let whole = folder.read(&relative(rest));
+    let words: Vec<&str> = rest.split_whitespace().collect();
+    match whole {
+        Ok(bytes) => Ok(vec![bytes]),
+        Err(ReadError::TooLarge(why)) => Err(Fault::limit(why)),
+        Err(why) if words.len() < 2 => {
+            warnings.add(format!("material library: {why}"));
+            Ok(Vec::new())
+        }
+        Err(_) => {
+            let mut found = Vec::new();
+            for word in words {
+                match folder.read(&relative(word)) {
+                    Ok(bytes) => found.push(bytes),
+                    Err(ReadError::TooLarge(why)) => return Err(Fault::limit(why)),
+                    Err(why) => warnings.add(format!("material library: {why}")),
+                }
+            }
+            Ok(found)
+        }
+    }
+}
+
+/// A library's text with every statement complete, or gone with a warning.
+fn safe(text: &str, warnings: &mut Warnings) -> String {
+    let mut out = String::with_capacity(text.len());
+    for statement in statements(text) {
+        match completed(&statement) {
+            Some(line) => {
+                out.push_str(&line);
+                out.push('\n');
+            }
+            None => warnings.add(format!(
+                "material library, line {}: `{} {}` was not understood",
+                statement.line,
+                shown(statement.keyword),
+                shown(statement.rest)
+            )),
+        }
+    }
+    out
+}
+
+/// A statement as tobj takes it.
+fn completed(statement: &Statement) -> Option<String> {
+    let Statement { keyword, rest, .. } = *statement;
+    let numbers = || rest.split_whitespace().map_while(number).map(|(word, _)| word);
+    match keyword {
+        "newmtl" => Some(format!("newmtl {}", if rest.is_empty() { "unnamed" } else { rest })),
+        "Ka" | "Kd" | "Ks" | "Ke" | "Tf" => {
+            // "If only r is specified, then g and b are assumed to be equal to r."
+            let mut rgb = numbers().take(3).collect::<Vec<_>>();
+            let last = *rgb.last()?;
+            rgb.resize(3, last);
+            Some(format!("{keyword} {}", rgb.join(" ")))
+        }
+        "d" => Some(format!("d {}", number(rest.trim_start_matches("-halo").trim_start().split_whitespace().next()?)?.0)),
+        "Ns" | "Ni" | "Tr" | "Pr" | "Pm" => Some(format!("{keyword} {}", numbers().next()?)),
+        "illum" => Some(format!("illum {}", rest.split_whitespace().next()?.parse::<u8>().ok()?)),
+        _ if rest.is_empty() => None,
+        _ => Some(format!("{keyword} {rest}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// tobj panics on the first of these and gives up on the others.
+    #[test]
+    fn incomplete_statements_do_no_harm() {
+        let text = "newmtl\nKd 0.5\nnewmtl a b\nKe 1 2\nNs\nillum x\nd -halo 0.25\nKs spectral f\nmap_Kd\nTf 1f 2 3 4\n";
+        let mut warnings = Warnings::default();
+        let safe = safe(text, &mut warnings);
+        let (materials, _) = tobj::load_mtl_buf(&mut safe.as_bytes()).unwrap();
+        assert_eq!(warnings.finish("f").len(), 4);
+        let [unnamed, named] = materials.as_slice() else { panic!("{materials:?}") };
+        assert_eq!((unnamed.name.as_str(), unnamed.diffuse), ("unnamed", Some([0.5; 3])));
+        assert_eq!((named.name.as_str(), named.emissive, named.dissolve), ("a b", Some([1.0, 2.0, 2.0]), Some(0.25)));
+    }
+}

@@ -1,0 +1,180 @@
+//! Triangulation of polygons with any number of corners, convex or not ("Triangulation by Ear Clipping", Eberly 2002).
+
+use glam::{DVec2, DVec3};
+
+use crate::import::{Fault, Outcome};
+
+/// Comparisons that the concave polygons of one file may take: about a second.
+const MOST_WORK: u64 = 300_000_000;
+
+/// Cuts polygons into triangles, with bounded work.
+pub(super) struct Clipper {
+    work: u64,
+}
+
+impl Clipper {
+    /// A fresh allowance of work.
+    pub fn new() -> Self {
+        Self { work: MOST_WORK }
+    }
+
+    /// Adds three corners (as places in `points`) a triangle, facing as the polygon does.
+    ///
+    /// # Errors
+    /// A fault of kind limit when the file's concave polygons take too much work.
+    pub fn triangulate(&mut self, points: &[DVec3], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
+        if points.len() < 3 {
+            return Ok(());
+        }
+        let normal = normal(points);
+        let flat: Vec<DVec2> = points.iter().map(|p| project(*p, normal)).collect();
+        if points.len() == 3 || is_convex(&flat) || !normal.is_finite() {
+            out.extend((2..points.len()).map(|i| [0, i - 1, i]));
+            return Ok(());
+        }
+        self.clip(&flat, out)
+    }
+
+    fn clip(&mut self, points: &[DVec2], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
+        let mut left: Vec<usize> = (0..points.len()).collect();
+        let (mut at, mut failed) = (0, 0);
+        while left.len() > 3 {
+            let n = left.len();
+            let tip = (at + 1) % n;
+            let ear = [left[at], left[tip], left[(at + 2) % n]];
+            self.work = self.work.checked_sub(n as u64).ok_or_else(|| Fault::limit("its concave polygons are too large"))?;
+            // A polygon that crosses itself may have no ear left: then any corner goes, and the loop ends all the same.
+            if failed > n || is_ear(points, &left, ear) {
+                out.push(ear);
+                left.remove(tip);
+                // The corner before the ear has a new neighbour: its turn again.
+                at = if tip == 0 { n - 2 } else { at }.saturating_sub(1);
+                failed = 0;
+            } else {
+                at = tip;
+                failed += 1;
+            }
+        }
+        out.push([left[0], left[1], left[2]]);
+        Ok(())
+    }
+}
+
+/// Twice the polygon's area, as a vector along its normal (Newell's method; Sutherland, Sproull, Schumacker 1974).
+pub(super) fn normal(points: &[DVec3]) -> DVec3 {
+    let Some(&first) = points.first() else { return DVec3::ZERO };
+    points.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum()
+}
+
+/// Drops the axis that the normal is closest to, so that the polygon turns counter-clockwise.
+fn project(p: DVec3, normal: DVec3) -> DVec2 {
+    let size = normal.abs();
+    let (a, b, along) = if size.x >= size.y && size.x >= size.z {
+        (p.y, p.z, normal.x)
+    } else if size.y >= size.z {
+        (p.z, p.x, normal.y)
+    } else {
+        (p.x, p.y, normal.z)
+    };
+    if along < 0.0 { DVec2::new(b, a) } else { DVec2::new(a, b) }
+}
+
+/// Whether a counter-clockwise polygon never turns right and goes round once.
+fn is_convex(points: &[DVec2]) -> bool {
+    let n = points.len();
+    let edge = |i: usize| points[(i + 1) % n] - points[i % n];
+    let turns_left = (0..n).all(|i| edge(i).perp_dot(edge(i + 1)) >= 0.0);
+    // A star turns left everywhere, too; going round once, edges turn from pointing left to pointing right just once.
+    let rounds = (0..n).filter(|&i| edge(i).x < 0.0 && edge(i + 1).x >= 0.0).count();
+    turns_left && rounds <= 1
+}
+
+/// Whether cutting a corner off leaves the rest whole: it turns left, and no other corner lies in its triangle.
+fn is_ear(points: &[DVec2], left: &[usize], ear: [usize; 3]) -> bool {
+    let [a, b, c] = ear.map(|i| points[i]);
+    if side(a, b, c) <= 0.0 {
+        return false;
+    }
+    left.iter().all(|&i| {
+        let p = points[i];
+        // Keyhole polygons use a place twice; a corner of the ear does not stand in its own way.
+        p == a || p == b || p == c || side(a, b, p) < 0.0 || side(b, c, p) < 0.0 || side(c, a, p) < 0.0
+    })
+}
+
+/// Twice the area of a triangle; above zero where p is left of the way from a to b.
+fn side(a: DVec2, b: DVec2, p: DVec2) -> f64 {
+    (b - a).perp_dot(p - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn triangulated(points: &[DVec3]) -> Vec<[usize; 3]> {
+        let mut out = Vec::new();
+        Clipper::new().triangulate(points, &mut out).unwrap();
+        out
+    }
+
+    fn area(points: &[DVec3], triangles: &[[usize; 3]]) -> f64 {
+        triangles.iter().map(|t| normal(&t.map(|i| points[i])).length() / 2.0).sum()
+    }
+
+    /// A fan over an L covers what is outside of it: the sum of areas tells.
+    #[test]
+    fn concave_polygons_are_covered_exactly() {
+        let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+        for start in 0..6 {
+            for mirrored in [false, true] {
+                let mut points: Vec<_> = (0..6).map(|i| corners[(i + start) % 6]).map(|(x, z)| DVec3::new(x, 5.0, z)).collect();
+                if mirrored {
+                    points.reverse();
+                }
+                let triangles = triangulated(&points);
+                assert_eq!(triangles.len(), 4);
+                assert!((area(&points, &triangles) - 3.0).abs() < 1e-12, "{start} {mirrored} {triangles:?}");
+                let facing = normal(&points);
+                assert!(triangles.iter().all(|t| normal(&t.map(|i| points[i])).dot(facing) > 0.0), "{triangles:?}");
+            }
+        }
+    }
+
+    /// What is no polygon at all still ends, with the right number of triangles.
+    #[test]
+    fn degenerate_polygons_end() {
+        let same = vec![DVec3::ONE; 50];
+        assert_eq!(triangulated(&same).len(), 48);
+        let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+        let often: Vec<_> = square.iter().copied().cycle().take(200).collect();
+        assert_eq!(triangulated(&often).len(), 198);
+        assert!(triangulated(&square[..2]).is_empty());
+    }
+
+    /// The work is bounded, whatever the polygon.
+    #[test]
+    fn huge_concave_polygons_are_refused() {
+        let tooth = |i: i32| DVec3::new(f64::from(i), f64::from(i % 2) * (1.0 + f64::from(i % 7)), 0.0);
+        let points: Vec<_> = (0..200_000).map(tooth).collect();
+        let mut out = Vec::new();
+        assert!(Clipper::new().triangulate(&points, &mut out).is_err());
+    }
+
+    proptest! {
+        /// A star-shaped polygon is covered exactly: its area is the sum of its triangles' areas.
+        #[test]
+        fn star_shaped_polygons_keep_their_area(radii in prop::collection::vec(0.1_f64..1.0, 3..40)) {
+            let n = radii.len() as f64;
+            let point = |(i, r): (usize, &f64)| {
+                let angle = std::f64::consts::TAU * i as f64 / n;
+                DVec3::new(r * angle.cos(), r * angle.sin(), 0.25 * r * angle.cos())
+            };
+            let points: Vec<_> = radii.iter().enumerate().map(point).collect();
+            let triangles = triangulated(&points);
+            prop_assert_eq!(triangles.len(), points.len() - 2);
+            let whole = normal(&points).length() / 2.0;
+            prop_assert!((area(&points, &triangles) - whole).abs() < 1e-9 * whole);
+        }
+    }
+}

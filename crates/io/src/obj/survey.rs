@@ -1,0 +1,271 @@
+//! A first walk over an OBJ file: every number and index is checked, and the text is rewritten into the part of the format
+//! that `tobj` reads right.
+//!
+//! `tobj` parses numbers and welds vertices. Given a file as it is, it would refuse numbers that other programs write, lose
+//! smoothing groups and the names of unknown materials, shift vertex colours when only some vertices have them, take index
+//! 0 for "none", and compute with indices before it compares them; and its errors name no line. The rewritten text has all
+//! vertices first, then one group for each [`Run`], named by its number, with absolute indices that exist.
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+use super::lines::{Statement, number, statements};
+use crate::import::{Budget, Fault, Outcome, Warnings, shown};
+
+/// Where a run's normals come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Shading {
+    /// Flat facets.
+    Flat,
+    /// The file's own normals.
+    Given,
+    /// The mean of the facets of a smoothing group that meet in a point.
+    Group(u32),
+}
+
+/// What the faces of one group of the rewritten text have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Run {
+    /// Index into [`Survey::materials`]; none before the first `usemtl`.
+    pub material: Option<usize>,
+    /// Normals.
+    pub shading: Shading,
+    /// Whether all corners have texture coordinates.
+    pub textured: bool,
+}
+
+/// What the first walk found.
+#[derive(Debug, Default)]
+pub(super) struct Survey {
+    /// The rewritten text.
+    pub text: String,
+    /// What its groups mean, by number.
+    pub runs: Vec<Run>,
+    /// Names of materials in order of first use.
+    pub materials: Vec<String>,
+    /// What stands behind each `mtllib`.
+    pub libraries: Vec<String>,
+}
+
+/// Numbers of positions, texture coordinates and normals.
+type Counts = [usize; 3];
+
+struct Walk<'s, 'a> {
+    survey: Survey,
+    warnings: &'s mut Warnings,
+    totals: Counts,
+    so_far: Counts,
+    coloured: bool,
+    material: Option<usize>,
+    smoothing: u32,
+    material_numbers: HashMap<&'a str, usize>,
+    run_numbers: HashMap<Run, usize>,
+    /// Faces of the rewritten text, by run.
+    faces: Vec<String>,
+}
+
+/// Walks over a text.
+///
+/// # Errors
+/// A fault of kind input naming line and cause; of kind limit when there is too much of anything.
+pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Survey> {
+    let (totals, coloured, corners) = count(text);
+    // The text once more, what tobj keeps of a vertex and of a corner, and what becomes of it.
+    budget.memory(text.len(), 2)?;
+    budget.memory(totals.iter().sum::<usize>(), 32)?;
+    budget.memory(corners, 128)?;
+    budget.triangles(corners)?;
+    let mut walk = Walk {
+        survey: Survey::default(),
+        warnings,
+        totals,
+        so_far: [0; 3],
+        coloured,
+        material: None,
+        smoothing: 0,
+        material_numbers: HashMap::new(),
+        run_numbers: HashMap::new(),
+        faces: Vec::new(),
+    };
+    for statement in statements(text) {
+        walk.statement(&statement).map_err(|fault| fault.at(format_args!("line {}", statement.line)))?;
+    }
+    let Walk { mut survey, faces, .. } = walk;
+    for (i, faces) in faces.iter().enumerate() {
+        survey.text.push_str(&format!("g {i}\n"));
+        survey.text.push_str(faces);
+    }
+    Ok(survey)
+}
+
+/// How many vertices of each kind there are, whether any has a colour, and how many corners the faces have.
+fn count(text: &str) -> (Counts, bool, usize) {
+    let (mut counts, mut coloured, mut corners) = ([0; 3], false, 0);
+    for statement in statements(text) {
+        match statement.keyword {
+            "v" => {
+                counts[0] += 1;
+                coloured |= statement.rest.split_whitespace().count() >= 6;
+            }
+            "vt" => counts[1] += 1,
+            "vn" => counts[2] += 1,
+            "f" | "fo" => corners += statement.rest.split_whitespace().count(),
+            _ => {}
+        }
+    }
+    (counts, coloured, corners)
+}
+
+impl<'a> Walk<'_, 'a> {
+    fn statement(&mut self, statement: &Statement<'a>) -> Outcome<()> {
+        match statement.keyword {
+            "v" => self.position(statement.rest)?,
+            "vt" => self.vertex(1, "vt", statement.rest, 1..=2)?,
+            "vn" => self.vertex(2, "vn", statement.rest, 3..=3)?,
+            "f" | "fo" => self.face(statement.rest)?,
+            "usemtl" => {
+                let next = self.material_numbers.len();
+                let number = *self.material_numbers.entry(statement.rest).or_insert(next);
+                if number == next {
+                    self.survey.materials.push(statement.rest.to_owned());
+                }
+                self.material = Some(number);
+            }
+            // "off", "0", or a group's number; whatever else stands there is one group, too.
+            "s" => {
+                self.smoothing = if matches!(statement.rest, "off" | "") { 0 } else { statement.rest.parse().unwrap_or(u32::MAX) }
+            }
+            "mtllib" => self.survey.libraries.push(statement.rest.to_owned()),
+            "o" | "g" => {}
+            "l" | "p" => self.warnings.add("points and lines are ignored"),
+            other => self.warnings.add(format!("statements `{}` are ignored", shown(other))),
+        }
+        Ok(())
+    }
+
+    /// `v x y z`, with a weight that divides (4 numbers), or with a colour (6, or 7 with an alpha that is ignored).
+    fn position(&mut self, rest: &str) -> Outcome<()> {
+        let mut words = Vec::with_capacity(8);
+        for word in rest.split_whitespace().take(8) {
+            words.push(number(word).ok_or_else(|| Fault::input(format!("v: `{}` is no number", shown(word))))?);
+        }
+        let weighted = words.len() == 4 && words.last().is_some_and(|weight| weight.1 != 0.0) && !self.coloured;
+        let kept = match words.len() {
+            4 if weighted => 4,
+            3 | 4 => 3,
+            6 | 7 => 6,
+            n => return Err(Fault::input(format!("v: {n} numbers; there should be 3, 4 or 6"))),
+        };
+        self.so_far[0] += 1;
+        self.survey.text.push('v');
+        for (word, _) in words.iter().take(kept) {
+            self.survey.text.push(' ');
+            self.survey.text.push_str(word);
+        }
+        if self.coloured && kept < 6 {
+            self.survey.text.push_str(" 1 1 1");
+        }
+        self.survey.text.push('\n');
+        Ok(())
+    }
+
+    /// A texture coordinate or normal; numbers that may be missing are zero.
+    fn vertex(&mut self, kind: usize, keyword: &str, rest: &str, numbers: std::ops::RangeInclusive<usize>) -> Outcome<()> {
+        self.survey.text.push_str(keyword);
+        let mut found = 0;
+        for word in rest.split_whitespace().take(*numbers.end()) {
+            let (word, _) = number(word).ok_or_else(|| Fault::input(format!("{keyword}: `{}` is no number", shown(word))))?;
+            self.survey.text.push(' ');
+            self.survey.text.push_str(word);
+            found += 1;
+        }
+        if !numbers.contains(&found) {
+            return Err(Fault::input(format!("{keyword}: {found} numbers; there should be {}", numbers.end())));
+        }
+        self.survey.text.push_str(&" 0".repeat(numbers.end() - found));
+        self.survey.text.push('\n');
+        self.so_far[kind] += 1;
+        Ok(())
+    }
+
+    fn face(&mut self, rest: &str) -> Outcome<()> {
+        let mut corners = Vec::with_capacity(4);
+        for word in rest.split_whitespace() {
+            corners.push(self.corner(word).map_err(|fault| fault.at(format_args!("f: `{}`", shown(word))))?);
+        }
+        if corners.len() < 3 {
+            self.warnings.add("faces with fewer than three corners are ignored");
+            return Ok(());
+        }
+        let textured = corners.iter().all(|corner| corner.texture.is_some());
+        let given = corners.iter().all(|corner| corner.normal.is_some());
+        let shading = match self.smoothing {
+            _ if given => Shading::Given,
+            0 => Shading::Flat,
+            group => Shading::Group(group),
+        };
+        let run = Run { material: self.material, shading, textured };
+        let next = self.faces.len();
+        let index = *self.run_numbers.entry(run).or_insert(next);
+        if index == next {
+            self.faces.push(String::new());
+            self.survey.runs.push(run);
+        }
+        let Some(out) = self.faces.get_mut(index) else { return Ok(()) };
+        out.push('f');
+        for corner in corners {
+            let Corner { position, texture, normal } = corner;
+            // Writing to a text can't fail.
+            let _ = match (texture.filter(|_| textured), normal.filter(|_| given)) {
+                (Some(vt), Some(vn)) => write!(out, " {position}/{vt}/{vn}"),
+                (Some(vt), None) => write!(out, " {position}/{vt}"),
+                (None, Some(vn)) => write!(out, " {position}//{vn}"),
+                (None, None) => write!(out, " {position}"),
+            };
+        }
+        out.push('\n');
+        Ok(())
+    }
+
+    /// The indices of a corner. A texture coordinate or normal that does not exist is left out with a warning, as other
+    /// programs do; a position must exist.
+    fn corner(&mut self, word: &str) -> Outcome<Corner> {
+        let mut parts = word.split('/');
+        let [v, vt, vn] = [parts.next().unwrap_or_default(), parts.next().unwrap_or_default(), parts.next().unwrap_or_default()];
+        if parts.next().is_some() {
+            return Err(Fault::input("has more than three parts"));
+        }
+        let missing = || Fault::input(format!("vertex {} of {}", shown(v), self.totals[0]));
+        let position = self.index(v, 0)?.ok_or_else(missing)?;
+        let mut optional = |part: &str, kind: usize, what: &str| -> Outcome<Option<usize>> {
+            if part.is_empty() {
+                return Ok(None);
+            }
+            let index = self.index(part, kind)?;
+            if index.is_none() {
+                self.warnings.add(format!("faces refer to {what} that do not exist; they were read without"));
+            }
+            Ok(index)
+        };
+        let texture = optional(vt, 1, "texture coordinates")?;
+        Ok(Corner { position, texture, normal: optional(vn, 2, "normals")? })
+    }
+
+    /// An absolute index from 1, or none where nothing has it.
+    fn index(&self, part: &str, kind: usize) -> Outcome<Option<usize>> {
+        let index: i64 = part.parse().map_err(|_| Fault::input(format!("`{}` is no whole number", shown(part))))?;
+        let absolute = match index {
+            0 => return Err(Fault::input("indices start at 1")),
+            i if i > 0 => usize::try_from(i).ok(),
+            i => usize::try_from(i.unsigned_abs()).ok().and_then(|back| (self.so_far[kind] + 1).checked_sub(back)),
+        };
+        Ok(absolute.filter(|i| (1..=self.totals[kind]).contains(i)))
+    }
+}
+
+/// Absolute indices from 1 of a face's corner.
+struct Corner {
+    position: usize,
+    texture: Option<usize>,
+    normal: Option<usize>,
+}

@@ -1,0 +1,206 @@
+//! Textures of material libraries: options, file name, image.
+
+use std::collections::HashMap;
+
+use raywright_core::Scene;
+use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, TextureRef, Wrap};
+
+use super::lines::number;
+use super::mtl::relative;
+use crate::folder::{Folder, ReadError};
+use crate::import::{Budget, Fault, Names, Outcome, Warnings};
+use crate::{Limits, image_file};
+
+/// A texture statement taken apart.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Map {
+    /// Path of the image.
+    pub path: String,
+    /// Whether the image ends at its borders.
+    pub clamp: bool,
+    /// Factor on u and v.
+    pub scale: [f64; 2],
+    /// Added to u and v after that.
+    pub offset: [f64; 2],
+}
+
+/// Options and how many words they take at most; those with `0` stand for one to three numbers.
+const OPTIONS: [(&str, usize); 15] = [
+    ("-blendu", 1),
+    ("-blendv", 1),
+    ("-bm", 1),
+    ("-boost", 1),
+    ("-cc", 1),
+    ("-clamp", 1),
+    ("-colorspace", 1),
+    ("-imfchan", 1),
+    ("-mm", 2),
+    ("-texres", 1),
+    ("-type", 1),
+    ("-o", 0),
+    ("-s", 0),
+    ("-t", 0),
+    ("-noise", 0),
+];
+
+impl Map {
+    /// Takes `[options] file name [options]` apart; the name may have blanks.
+    pub fn parse(text: &str) -> Self {
+        let mut map = Self { path: String::new(), clamp: false, scale: [1.0; 2], offset: [0.0; 2] };
+        let mut rest = text.trim();
+        while let Some(after) = map.option(rest) {
+            rest = after;
+        }
+        // Some programs put options behind the name.
+        let option = |at: &usize| rest.get(*at..).is_some_and(|tail| OPTIONS.iter().any(|(name, _)| first_word(tail).0 == *name));
+        let end = rest.match_indices(" -").map(|(at, _)| at + 1).find(option).unwrap_or(rest.len());
+        let (path, mut tail) = rest.split_at(end);
+        while let Some(after) = map.option(tail) {
+            tail = after;
+        }
+        map.path = relative(path);
+        map
+    }
+
+    /// Reads one option and returns what follows it.
+    fn option<'t>(&mut self, text: &'t str) -> Option<&'t str> {
+        let (name, mut rest) = first_word(text);
+        let (_, words) = OPTIONS.iter().find(|(option, _)| *option == name)?;
+        let mut numbers = Vec::new();
+        for _ in 0..if *words == 0 { 3 } else { *words } {
+            let (word, after) = first_word(rest);
+            let value = word.parse::<f64>().ok().filter(|_| number(word).is_some());
+            if *words == 0 && value.is_none() {
+                break;
+            }
+            numbers.extend(value);
+            if name == "-clamp" {
+                self.clamp = word == "on";
+            }
+            rest = after;
+        }
+        let pair = |missing: f64| [numbers.first().copied().unwrap_or(missing), numbers.get(1).copied().unwrap_or(missing)];
+        match name {
+            "-s" => self.scale = pair(1.0),
+            "-o" => self.offset = pair(0.0),
+            _ => {}
+        }
+        Some(rest)
+    }
+
+    /// The map of a scene's texture coordinates, whose v counts from the top; none where it changes nothing.
+    fn rows(&self) -> Option<[[f64; 3]; 2]> {
+        let ([su, sv], [ou, ov]) = (self.scale, self.offset);
+        let finite = [su, sv, ou, ov].iter().all(|x| x.is_finite());
+        // v' = 1 − (sv·(1 − v) + ov)
+        (finite && (self.scale != [1.0; 2] || self.offset != [0.0; 2])).then_some([[su, 0.0, ou], [0.0, sv, 1.0 - sv - ov]])
+    }
+}
+
+/// The first word and what follows it.
+fn first_word(text: &str) -> (&str, &str) {
+    let text = text.trim_start();
+    let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
+    (word, rest.trim_start())
+}
+
+/// The images and textures made so far.
+pub(super) struct Textures<'f> {
+    folder: &'f Folder,
+    limits: &'f Limits,
+    /// By path; none where an image could not be had.
+    images: HashMap<String, Option<String>>,
+    names: Names,
+}
+
+impl<'f> Textures<'f> {
+    /// None yet.
+    pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
+        Self { folder, limits, images: HashMap::new(), names: Names::default() }
+    }
+
+    /// A use of the texture that a statement describes; none with a warning when its image could not be had.
+    ///
+    /// # Errors
+    /// A fault of kind input when the image is broken, of kind limit when it is too large.
+    pub fn get(
+        &mut self,
+        statement: &str,
+        space: ColourSpace,
+        scene: &mut Scene,
+        budget: &mut Budget,
+        warnings: &mut Warnings,
+    ) -> Outcome<Option<TextureRef>> {
+        let map = Map::parse(statement);
+        let image = match self.images.get(&map.path) {
+            Some(known) => known.clone(),
+            None => {
+                let image = self.image(&map.path, scene, budget, warnings)?;
+                self.images.insert(map.path.clone(), image.clone());
+                image
+            }
+        };
+        let Some(image) = image else { return Ok(None) };
+        let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
+        let same = |t: &&Texture| t.image == image && t.colour_space == space && t.wrap_u == wrap;
+        let known = scene.textures.iter().find(same).map(|texture| texture.name.clone());
+        let name = known.unwrap_or_else(|| {
+            let name = self.names.unique(&image);
+            let texture =
+                Texture { name: name.clone(), image, colour_space: space, filter: Filter::Bilinear, wrap_u: wrap, wrap_v: wrap };
+            scene.textures.push(texture);
+            name
+        });
+        Ok(Some(TextureRef { name, uv_set: 0, uv_transform: map.rows(), factor: Colour::WHITE }))
+    }
+
+    fn image(&self, path: &str, scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Option<String>> {
+        let decoded = match self.folder.read(path) {
+            Ok(bytes) => {
+                image_file::decode_texture(&bytes, self.limits, budget).map_err(|fault| fault.at(format_args!("`{path}`")))?
+            }
+            Err(ReadError::TooLarge(why)) => return Err(Fault::limit(why)),
+            Err(why) => Err(why.to_string()),
+        };
+        match decoded {
+            Ok(data) => {
+                scene.images.push(Image { name: path.to_owned(), path: path.to_owned(), data: Some(data.into()) });
+                Ok(Some(path.to_owned()))
+            }
+            Err(why) => {
+                warnings.add(format!("texture: {why}; the material's factor alone counts"));
+                Ok(None)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Options stand before and behind names, and names have blanks.
+    #[test]
+    fn statements_are_taken_apart() {
+        let map = |text: &str| {
+            let map = Map::parse(text);
+            (map.path, map.clamp, map.scale, map.offset)
+        };
+        let plain = |path: &str| (path.to_owned(), false, [1.0; 2], [0.0; 2]);
+        assert_eq!(map("a b.png"), plain("a b.png"));
+        assert_eq!(map("-bm 3 bump-map.jpg"), plain("bump-map.jpg"));
+        assert_eq!(map("bump map -2.jpg -bm 1.5"), plain("bump map -2.jpg"));
+        assert_eq!(map("-mm 0.1 0.3 x\\y.jpg"), plain("x/y.jpg"));
+        assert_eq!(map("-clamp on -s 2 3 1 -o 0.5 c.png"), ("c.png".to_owned(), true, [2.0, 3.0], [0.5, 0.0]));
+        assert_eq!(map("-s"), plain(""));
+    }
+
+    /// Scale and offset are meant for v from the bottom: the bottom-left texel of a doubled image stays where it is.
+    #[test]
+    fn scale_keeps_the_bottom_left_corner() {
+        let [u, v] = Map::parse("-s 2 2 x.png").rows().unwrap();
+        let at = |x: f64, y: f64| [u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]];
+        assert_eq!(at(0.0, 1.0), [0.0, 1.0]);
+        assert_eq!(at(0.5, 0.5), [1.0, 0.0]);
+    }
+}

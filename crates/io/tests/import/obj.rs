@@ -1,0 +1,191 @@
+//! OBJ files whose right answer is known, whole collections, and hostile ones.
+
+use glam::{DVec3, Vec3};
+use raywright_core::scene::{AlphaMode, Colour, ColourInput, MeshData, Model, Physical, SideRule};
+use raywright_io::Loaded;
+
+use crate::shared::{assets, check_sound, files_below, load, mesh, mesh_of, triangle_count, try_load};
+
+fn physical<'a>(loaded: &'a Loaded, name: &str) -> &'a Physical {
+    match loaded.scene.materials.iter().find(|m| m.name == name).map(|m| &m.model) {
+        Some(Model::Physical(physical)) => physical,
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+fn corner(data: &MeshData, i: u32) -> DVec3 {
+    Vec3::from_array(data.positions[i as usize]).as_dvec3()
+}
+
+/// Sum of the triangles' areas, as vectors and as numbers.
+fn areas(data: &MeshData) -> (DVec3, f64) {
+    let area = |[a, b, c]: &[u32; 3]| (corner(data, *b) - corner(data, *a)).cross(corner(data, *c) - corner(data, *a)) / 2.0;
+    data.indices.iter().map(area).fold((DVec3::ZERO, 0.0), |(v, s), area| (v + area, s + area.length()))
+}
+
+fn write(text: &str) -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("test.obj");
+    std::fs::write(&path, text).unwrap();
+    (folder, path)
+}
+
+/// Quads, hexagons and a concave L by material; the lamp shines.
+#[test]
+fn cornell_room() {
+    let Some(path) = assets("obj/crafted/cornell_quads_ngons.obj") else { return };
+    let room = load(&path);
+    let names: Vec<_> = room.scene.meshes.iter().map(|m| m.name.as_str()).collect();
+    assert_eq!(names, ["white", "red", "green", "lamp", "blue"]);
+    assert_eq!(physical(&room, "lamp").emission, Colour([15.0, 12.0, 9.0]));
+    // Floor, ceiling and back wall of 2 x 2, and the L: 0.6 x 0.4 and 0.2 x 0.7.
+    let (_, white) = areas(mesh(&room, "white"));
+    assert!((white - (12.0 + 0.24 + 0.14)).abs() < 1e-6, "{white}");
+    assert_eq!(mesh(&room, "blue").indices.len(), 4 + 6 * 2);
+    assert_eq!(physical(&room, "red").base_colour, ColourInput::Constant(Colour([0.65_f32, 0.05, 0.05].map(f64::from))));
+    assert!(room.scene.objects.iter().all(|o| o.side == SideRule::Both));
+}
+
+/// Glass is glass and a mirror is a mirror.
+#[test]
+fn glass_and_mirror() {
+    let Some(path) = assets("obj/crafted/glass_and_mirror.obj") else { return };
+    let file = load(&path);
+    let glass = physical(&file, "glass");
+    assert_eq!((glass.transmission, glass.ior, glass.roughness), (1.0, 1.5, 0.0));
+    assert_eq!((glass.alpha, glass.opacity), (AlphaMode::Opaque, 1.0), "what is refracted is not also faded");
+    let mirror = physical(&file, "mirror");
+    assert_eq!((mirror.metallic, mirror.roughness, mirror.transmission), (1.0, 0.0, 0.0));
+}
+
+/// A smoothing group shares a normal along its edge; without one, facets stay flat.
+#[test]
+fn smoothing_groups() {
+    let Some(path) = assets("obj/crafted/no_normals_smooth.obj") else { return };
+    let file = load(&path);
+    let [smooth, flat] = [0, 1].map(|i| mesh_of(&file, &file.scene.objects[i]));
+    assert_eq!((smooth.indices.len(), flat.indices.len()), (2, 2));
+    assert!(flat.normals.is_empty());
+    assert_eq!(smooth.positions.len(), 4, "the shared edge is welded");
+    // At the ridge (x = 0) the mean of both facets, which are mirrored in x.
+    for (p, n) in smooth.positions.iter().zip(&smooth.normals) {
+        assert!(p[0] != 0.0 || n[0].abs() < 1e-6, "{p:?} {n:?}");
+        assert!(p[0] == 0.0 || n[0].abs() > 0.1, "{p:?} {n:?}");
+    }
+}
+
+/// Indices from the end count from where they stand.
+#[test]
+fn negative_indices() {
+    let Some(path) = assets("obj/crafted/negative_indices.obj") else { return };
+    let file = load(&path);
+    let data = mesh_of(&file, &file.scene.objects[0]);
+    assert_eq!(data.indices.len(), 3);
+    let (_, area) = areas(data);
+    assert!((area - 1.5).abs() < 1e-9, "{area}");
+    assert_eq!(data.normals, vec![[0.0, 0.0, 1.0]; data.positions.len()]);
+    // v = 0 is the top row in a scene, the bottom row in the file.
+    let at = |p: [f32; 3]| data.uvs[0][data.positions.iter().position(|q| *q == p).unwrap()];
+    assert_eq!((at([0.0, 0.0, 0.0]), at([1.0, 1.0, 0.0])), ([0.0, 1.0], [1.0, 0.0]));
+}
+
+/// The counts of well-known models.
+#[test]
+fn well_known_models() {
+    let Some(folder) = assets("obj/common") else { return };
+    for (file, triangles) in [("fandisk.obj", 12946), ("spot.obj", 5856), ("teapot.obj", 6320), ("suzanne.obj", 968)] {
+        assert_eq!(triangle_count(&load(&folder.join(file))), triangles, "{file}");
+    }
+}
+
+/// Every shared OBJ file loads and shows something, except the one made of lines.
+#[test]
+fn all_files_load() {
+    let Some(folder) = assets("obj") else { return };
+    for path in files_below(&folder).into_iter().filter(|p| p.extension().is_some_and(|e| e == "obj")) {
+        let loaded = load(&path);
+        check_sound(&loaded, &path);
+        assert!(triangle_count(&loaded) > 0 || path.ends_with("line-prim.obj"), "{}: {:?}", path.display(), loaded.warnings);
+    }
+}
+
+/// Several libraries on one line, one of which exists; a name with blanks.
+#[test]
+fn libraries_are_found() {
+    let Some(folder) = assets("obj") else { return };
+    let several = load(&folder.join("tinyobj/mtllib-multiple-files-issue-112.obj"));
+    assert_eq!(physical(&several, "default").base_colour, ColourInput::Constant(Colour::BLACK));
+    assert!(several.warnings.iter().any(|w| w.message.contains("invalid-file-aaa.mtl")), "{:?}", several.warnings);
+    let blanks = load(&folder.join("assimp/space_in_material_name.obj"));
+    assert!(blanks.scene.materials.iter().any(|m| m.name == "Hard Shiny Plastic White"), "{:?}", blanks.scene.materials);
+}
+
+/// The Cornell box of Embree: every name of a material keeps its colour, whichever face uses it first.
+#[test]
+fn materials_go_with_their_faces() {
+    let Some(path) = assets("obj/tinyobj/cornell_box.obj") else { return };
+    let file = load(&path);
+    for (name, colour) in [("red", [1.0, 0.0, 0.0]), ("green", [0.0, 1.0, 0.0]), ("white", [1.0; 3])] {
+        assert_eq!(physical(&file, name).base_colour, ColourInput::Constant(Colour(colour)), "{name}");
+    }
+}
+
+/// Vertex colours are decoded from the sRGB curve, and multiply.
+#[test]
+fn vertex_colours() {
+    let (_folder, path) = write("v 0 0 0 1 0.5 0\nv 1 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n");
+    let file = load(&path);
+    let data = mesh_of(&file, &file.scene.objects[0]);
+    assert!((data.colours[0][1] - 0.214_041_14).abs() < 1e-6, "{:?}", data.colours);
+    assert_eq!(data.colours[1], [1.0; 4], "a vertex without colour is white");
+    assert!(physical(&file, &file.scene.objects[0].material).vertex_colours);
+}
+
+/// What is wrong is refused with its line.
+#[test]
+fn errors_name_line_and_cause() {
+    for (text, words) in [
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "line 4: f: `0`: indices start at 1"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 99999\n", "line 5: f: `99999`: vertex 99999 of 3"),
+        ("v 0 0 0\nf -2 1 1\n", "vertex -2 of 1"),
+        ("v 0 0 0\nf -9223372036854775808 1 1\n", "of 1"),
+        ("v 0 0 0\nf 99999999999999999999 1 1\n", "no whole number"),
+        ("v 0 zero 0\n", "line 1: v: `zero` is no number"),
+        ("v 0 0\n", "line 1: v: 2 numbers"),
+        ("vn 1 2\n", "vn: 2 numbers"),
+        ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
+    ] {
+        let (_folder, path) = write(text);
+        let error = try_load(&path).expect_err(text).to_string();
+        assert!(error.contains(words) && error.contains("test.obj"), "{text:?}: {error}");
+    }
+}
+
+/// A missing texture, a missing library and a reference out of the folder are warnings; nothing outside is read.
+#[test]
+fn missing_things_are_warnings() {
+    let (folder, path) = write("mtllib ../x.mtl\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+    std::fs::write(folder.path().join("m.mtl"), "newmtl m\nKd 1 0 0\nmap_Kd /etc/passwd\nmap_Ke gone.png\n").unwrap();
+    let file = load(&path);
+    let material = physical(&file, "m");
+    assert!(material.base_colour_texture.is_none() && material.emission_texture.is_none());
+    assert_eq!(material.emission, Colour::BLACK);
+    let text = format!("{:?}", file.warnings);
+    for words in ["../x.mtl", "/etc/passwd", "gone.png"] {
+        assert!(text.contains(words), "nothing about {words} in {text}");
+    }
+}
+
+/// The verdicts that the collection of malformed files prescribes.
+#[test]
+fn malformed_files_get_their_verdict() {
+    let Some(folder) = assets("malformed/obj") else { return };
+    assert!(try_load(&folder.join("index_out_of_range.obj")).is_err());
+    assert!(try_load(&folder.join("index_zero.obj")).is_err());
+    for file in ["huge_coordinates.obj", "mtl_missing_texture.obj"] {
+        let path = folder.join(file);
+        let loaded = load(&path);
+        check_sound(&loaded, &path);
+        assert!(!loaded.warnings.is_empty(), "{file}");
+    }
+}
