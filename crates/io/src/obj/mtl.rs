@@ -117,7 +117,7 @@ fn completed(statement: &Statement) -> Option<String> {
             rgb.resize(3, last);
             Some(format!("{keyword} {}", rgb.join(" ")))
         }
-        "d" => Some(format!("d {}", number(rest.trim_start_matches("-halo").trim_start().split_whitespace().next()?)?.0)),
+        "d" => Some(format!("d {}", number(rest.trim_start_matches("-halo").split_whitespace().next()?)?.0)),
         "Ns" | "Ni" | "Tr" | "Pr" | "Pm" => Some(format!("{keyword} {}", numbers().next()?)),
         "illum" => Some(format!("illum {}", rest.split_whitespace().next()?.parse::<u8>().ok()?)),
         _ if rest.is_empty() => None,

@@ -151,7 +151,7 @@ impl<'f> Textures<'f> {
             scene.textures.push(texture);
             name
         });
-        Ok(Some(TextureRef { name, uv_set: 0, uv_transform: map.rows(), factor: Colour::WHITE }))
+        Ok(Some(TextureRef { name, uv_set: 0, uv: None, uv_transform: map.rows(), factor: Colour::WHITE }))
     }
 
     fn image(&self, path: &str, scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Option<String>> {
