@@ -5,12 +5,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{Plane, Sphere};
+use raywright_bvh::shapes::{
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+};
 use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
 use super::PrepareError;
 use crate::generate::expand;
-use crate::scene::{MeshData, MeshSource, Object, Scene, Shape, SideRule, TransformStep};
+use crate::scene::{MeshData, MeshSource, Object, Scene, Shape, SideRule, TransformStep, Triple};
 
 /// What shading needs of an object.
 #[derive(Clone, Debug)]
@@ -183,23 +185,47 @@ fn triangles<P: Precision>(
 }
 
 impl<P: Precision> Builder<'_, P> {
-    fn shape(&mut self, shape: &Shape, object: &Object) -> Result<u32, GeometryError> {
+    /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact in f64, so that what a
+    /// generator scatters costs no transform.
+    fn shape(&mut self, shape: &Shape, object: &Object) -> Result<(), GeometryError> {
         let (map, visibility) = (affine(&object.transform), visibility(object));
-        let v = Vector::from_f64;
-        match shape {
-            Shape::Sphere { centre, radius } => {
-                let (centre, radius) = (map.transform_point3((*centre).into()), P::Real::from_f64(*radius));
-                self.group.sphere(Sphere { centre: v(centre), radius }, visibility)
-            }
-            Shape::Plane { point, normal } => {
-                let normal = map.matrix3.inverse().transpose() * DVec3::from(*normal);
-                self.group.plane(Plane::new(v(map.transform_point3((*point).into())), v(normal.normalize())), visibility)
-            }
-            Shape::Triangle { vertices } => {
-                let vertices = vertices.map(|p| v(map.transform_point3(p.into())));
-                self.group.triangle(vertices, visibility)
-            }
-            _ => Err(GeometryError::NotFinite),
-        }
+        let moved_only = map.matrix3 == DMat3::IDENTITY;
+        let offset = if moved_only { map.translation } else { DVec3::ZERO };
+        let Some(shape) = any_shape(shape, offset) else { return Ok(()) };
+        let added = if moved_only { self.group.shape(shape, visibility) } else { self.group.placed(shape, map, visibility) };
+        added.map(drop)
     }
+}
+
+/// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is many.
+fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
+    let at = |p: Triple| DVec3::from(p) + offset;
+    let v = |p: Triple| DVec3::from(p);
+    Some(match *shape {
+        Shape::Sphere { centre, radius } => {
+            AnyShape::Sphere(Sphere { centre: Vector::from_f64(at(centre)), radius: R::from_f64(radius) })
+        }
+        Shape::Plane { point, normal } => {
+            AnyShape::Plane(Plane::new(Vector::from_f64(at(point)), Vector::from_f64(v(normal).normalize())))
+        }
+        Shape::Disk { centre, normal, radius } => AnyShape::Disk(Disk::new(at(centre), v(normal), radius)),
+        Shape::Quad { corner, edge_u, edge_v } => AnyShape::Quad(Quad::new(at(corner), v(edge_u), v(edge_v))),
+        Shape::Box { min, max } => AnyShape::Cuboid(Cuboid::new(at(min), at(max))),
+        Shape::Cylinder { base, axis, radius, height, caps } => {
+            AnyShape::Cylinder(Cylinder::new(at(base), v(axis), radius, height, caps))
+        }
+        Shape::Cone { base, axis, radius, top_radius, height } => {
+            AnyShape::Cone(Cone::new(at(base), v(axis), radius, top_radius, height))
+        }
+        Shape::Ellipsoid { centre, semi_axes } => AnyShape::Ellipsoid(Ellipsoid::new(at(centre), v(semi_axes))),
+        Shape::Hyperboloid { centre, waist_radius, c, half_height } => {
+            AnyShape::Hyperboloid(Hyperboloid::new(at(centre), waist_radius, c, half_height))
+        }
+        Shape::Paraboloid { apex, radius, height } => AnyShape::Paraboloid(Paraboloid::new(at(apex), radius, height)),
+        Shape::Torus { centre, axis, major_radius, minor_radius } => {
+            AnyShape::Torus(Torus::new(at(centre), v(axis), major_radius, minor_radius))
+        }
+        Shape::Triangle { vertices } => AnyShape::Triangle(Triangle { vertices: vertices.map(|p| Vector::from_f64(at(p))) }),
+        Shape::Mesh(_) => return None,
+    })
 }
