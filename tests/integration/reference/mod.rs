@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use raywright::core::display::Display;
 use raywright::core::picture::Picture;
 use raywright::core::scene::{ToneMap, TransferCurve};
-use raywright::core::{Rendered, Settings, prepare};
+use raywright::core::{Rendered, Scene, Settings, prepare};
 use raywright::io::output::read_picture;
 use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
 
@@ -26,14 +26,19 @@ pub fn read(path: &Path) -> Picture {
     read_picture(path, &Limits::default()).unwrap_or_else(|e| panic!("{e}")).picture
 }
 
-/// Renders a preset at a time with parameters, through the library.
-pub fn render(preset: &str, at: f64, set: &[(&str, f64)], adjust: impl Fn(&mut Settings)) -> Rendered {
+/// A preset at a time with parameters.
+pub fn scene(preset: &str, at: f64, set: &[(&str, f64)]) -> Scene {
     let overrides = Overrides { at: Some(at), set: set.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect() };
     let options = LoadOptions { overrides, limits: Limits::default() };
-    let loaded = load(&Input::Preset(preset.to_owned()), &options).unwrap_or_else(|e| panic!("{e}"));
-    let mut settings = Settings::of(&loaded.scene);
+    load(&Input::Preset(preset.to_owned()), &options).unwrap_or_else(|e| panic!("{e}")).scene
+}
+
+/// Renders a preset at a time with parameters, through the library.
+pub fn render(preset: &str, at: f64, set: &[(&str, f64)], adjust: impl Fn(&mut Settings)) -> Rendered {
+    let scene = scene(preset, at, set);
+    let mut settings = Settings::of(&scene);
     adjust(&mut settings);
-    prepare(&loaded.scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&())
+    prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&())
 }
 
 /// The display transform that most references use.

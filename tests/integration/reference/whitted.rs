@@ -1,19 +1,33 @@
 //! The canonical preset against the shader that it comes from: every view, linear and display, ids, and the bounce study.
 
 use raywright::core::picture::Picture;
-use raywright::core::settings::{Aov, PrecisionChoice};
+use raywright::core::prepare;
+use raywright::core::scene::{
+    Classic, ConstantOffset, Model, OffsetDirection, Pattern, Scene, ShadowRule, SpawnRule, SpecularModel, TransmissionChoice,
+};
+use raywright::core::settings::{Aov, PrecisionChoice, Sampling, Settings};
 
-use super::{ACES_22, read, reference, render, share_beyond};
+use super::{ACES_22, read, reference, render, scene, share_beyond};
 
 const VIEWS: [(&str, f64, [u32; 2]); 3] =
     [("t0_640x360", 0.0, [640, 360]), ("t2p5_640x360", 2.5, [640, 360]), ("t12_256x256", 12.0, [256, 256])];
 
-/// The bounds of the reference: 1/255 on stable pixels for at most 0.05 % of them, 8/255 on all for at most 1.5 %.
+/// Shares beyond the bounds of the reference: on stable pixels by 1/255, on all by 8/255.
+fn shares(ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) -> bool) -> (f64, f64) {
+    (share_beyond(ours, theirs, 1.0 / 255.0, stable), share_beyond(ours, theirs, 8.0 / 255.0, |_| true))
+}
+
+/// At most 0.05 % of the stable pixels and 1.5 % of all may lie beyond.
+fn within((tight, loose): (f64, f64)) -> bool {
+    tight <= 0.0005 && loose <= 0.015
+}
+
 fn check(what: &str, ours: &Picture, theirs: &Picture, stable: &dyn Fn(usize) -> bool) {
-    let (tight, loose) = (share_beyond(ours, theirs, 1.0 / 255.0, stable), share_beyond(ours, theirs, 8.0 / 255.0, |_| true));
-    eprintln!("{what}: {:.4} % of stable pixels off by > 1/255, {:.3} % of all by > 8/255", tight * 100.0, loose * 100.0);
-    assert!(tight <= 0.0005, "{what}: {:.4} % of the stable pixels are off by more than 1/255", tight * 100.0);
-    assert!(loose <= 0.015, "{what}: {:.3} % of all pixels are off by more than 8/255", loose * 100.0);
+    let found = shares(ours, theirs, stable);
+    let text =
+        format!("{what}: {:.4} % of stable pixels off by > 1/255, {:.3} % of all by > 8/255", found.0 * 100.0, found.1 * 100.0);
+    eprintln!("{text}");
+    assert!(within(found), "{text}");
 }
 
 /// Protects: every rule and constant of the preset, in linear and display values, and which object each pixel sees.
@@ -66,5 +80,76 @@ fn bounce_study() {
         });
         let theirs = read(&folder.join(format!("bounces_t2p5_320x180/linear_b{depth}.exr")));
         check(&format!("depth {depth}"), &ours.picture, &theirs, &|_| false);
+    }
+}
+
+/// The mean of the four quarter points of each pixel: a picture of twice the size, sampled at its pixel centres.
+fn quarter_points(t: f64, [width, height]: [u32; 2]) -> Picture {
+    let fine = render("whitted", t, &[], |s| {
+        s.size = [2 * width, 2 * height];
+        s.sampling = Sampling::Pattern(Pattern::Centre);
+    });
+    let mut coarse = Picture::new(width, height);
+    for (i, pixel) in coarse.rgb.iter_mut().enumerate() {
+        let (x, y) = (2 * (i as u32 % width), 2 * (i as u32 / width));
+        let four = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].map(|(x, y)| fine.picture.pixel(x, y).unwrap_or_default());
+        *pixel = std::array::from_fn(|k| four.iter().map(|p| p[k]).sum::<f32>() / 4.0);
+    }
+    coarse
+}
+
+/// Protects the tests above: each single wrong rule that the reference lists is seen by its bounds in at least one view.
+#[test]
+fn a_single_wrong_rule_is_seen() {
+    let Some(folder) = reference("whitted") else { return };
+    type Mistake = (&'static str, fn(&mut Scene));
+    let mistakes: [Mistake; 5] = [
+        ("the product of the occluders", |s| s.classic.shadow = ShadowRule::Product),
+        ("an offset of 1e-5", |s| {
+            let d = 1e-5;
+            let along = OffsetDirection::Normal;
+            let constants = ConstantOffset { offset: d, along, camera_min: d, secondary_min: d, shadow_min: d };
+            s.classic.spawn = SpawnRule::Constant(constants);
+        }),
+        ("no Fresnel switch", |s| {
+            let glass = classic(s, "glass").transmission.as_mut().expect("glass transmits");
+            glass.choice = TransmissionChoice::Switch { threshold: 2.0 };
+        }),
+        ("no fuzz", |s| classic(s, "gold").reflection.as_mut().expect("gold reflects").fuzz = None),
+        ("the incoming direction in the mirror's highlight", |s| {
+            classic(s, "mirror").specular.as_mut().expect("the mirror shines").model = SpecularModel::Blinn;
+        }),
+    ];
+    let seen = |make: &dyn Fn(f64, [u32; 2]) -> Picture| {
+        let fails = |&(name, t, size): &(&str, f64, [u32; 2])| {
+            let folder = folder.join(name);
+            let mask = read(&folder.join("stable.png"));
+            let ours = ACES_22.to_values(&make(t, size));
+            let found = shares(&ours, &read(&folder.join("final.exr")), &|i| mask.rgb[i][0] > 0.5);
+            eprintln!("    {name}: {:.3} % of stable pixels, {:.3} % of all", found.0 * 100.0, found.1 * 100.0);
+            !within(found)
+        };
+        VIEWS.iter().filter(|view| fails(view)).count() > 0
+    };
+    eprintln!("quarter points in place of corners");
+    assert!(seen(&quarter_points), "quarter points are not seen");
+    for (name, change) in mistakes {
+        eprintln!("{name}");
+        let make = |t: f64, size: [u32; 2]| {
+            let mut scene = scene("whitted", t, &[]);
+            change(&mut scene);
+            let settings = Settings { size, ..Settings::of(&scene) };
+            prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+        };
+        assert!(seen(&make), "{name} is not seen");
+    }
+}
+
+/// The terms of a classic material of the preset.
+fn classic<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Classic {
+    let material = scene.materials.iter_mut().find(|m| m.name == name).expect("the preset has the material");
+    match &mut material.model {
+        Model::Classic(m) => m,
+        Model::Physical(_) => panic!("{name} is classic"),
     }
 }
