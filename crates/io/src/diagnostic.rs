@@ -44,8 +44,7 @@ impl Diagnostics {
 
     /// All problems as text, at most twenty in full.
     pub(crate) fn render(&self, renderer: &Renderer) -> String {
-        let mut blocks: Vec<String> =
-            self.problems.iter().take(SHOWN).map(|problem| renderer.render(&self.groups(problem))).collect();
+        let mut blocks: Vec<String> = self.problems.iter().take(SHOWN).map(|problem| self.block(problem, renderer)).collect();
         if let Some(more) = self.problems.len().checked_sub(SHOWN).filter(|&more| more > 0) {
             let noun = if more == 1 { "problem" } else { "problems" };
             blocks.push(format!("{}: {more} more {noun} not shown", self.file));
@@ -53,14 +52,13 @@ impl Diagnostics {
         blocks.join("\n\n")
     }
 
-    fn groups<'a>(&'a self, problem: &'a Diagnostic) -> Vec<Group<'a>> {
+    fn block(&self, problem: &Diagnostic, renderer: &Renderer) -> String {
         let Some(span) = &problem.span else {
-            let title = format!("{}: {}", self.file, problem.message);
-            return titled(title, problem.hint.as_deref());
+            return plain(&format!("{}: {}", self.file, problem.message), problem.hint.as_deref(), renderer);
         };
         let hint = problem.hint.as_ref().map(|hint| Level::HELP.message(hint));
         let title = Level::ERROR.primary_title(&problem.message);
-        vec![Group::with_title(title).element(self.snippet(span, &problem.label)).elements(hint)]
+        renderer.render(&[Group::with_title(title).element(self.snippet(span, &problem.label)).elements(hint)])
     }
 
     /// Only the line of the place goes to the renderer, so that a long file costs no more than a short one.
@@ -73,10 +71,11 @@ impl Diagnostics {
 }
 
 /// A message without a place, and its advice.
-pub(crate) fn titled<'a>(message: impl Into<std::borrow::Cow<'a, str>>, hint: Option<&'a str>) -> Vec<Group<'a>> {
-    let mut groups = vec![Group::with_title(Level::ERROR.primary_title(message))];
-    groups.extend(hint.map(|hint| Group::with_title(Level::HELP.secondary_title(hint))));
-    groups
+pub(crate) fn plain(message: &str, hint: Option<&str>, renderer: &Renderer) -> String {
+    let error = renderer.render(&[Group::with_title(Level::ERROR.primary_title(message))]);
+    let help = hint.map(|hint| renderer.render(&[Group::with_title(Level::HELP.secondary_title(hint))]));
+    // Two reports, because one would put an empty gutter between them.
+    help.map_or_else(|| error.clone(), |help| format!("{error}\n{help}"))
 }
 
 /// Where a span lies in a text.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use annotate_snippets::Renderer;
 
-use crate::diagnostic::{Diagnostics, titled};
+use crate::diagnostic::{Diagnostics, plain};
 
 /// What a failure means for the caller; the command line gives each its exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +88,7 @@ impl Error {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         match self {
             Self::Scene(diagnostics) => diagnostics.render(&renderer),
-            Self::Plain { message, hint, .. } => renderer.render(&titled(message, hint.as_deref())),
+            Self::Plain { message, hint, .. } => plain(message, hint.as_deref(), &renderer),
         }
     }
 }

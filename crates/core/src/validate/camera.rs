@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::SMALLEST;
-use super::check::Check;
+use super::check::{Check, list};
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 
 /// Sine of the least angle between a camera's view and its up direction.
@@ -55,8 +55,9 @@ fn look_at(check: &mut Check<'_>, eye: Triple, target: Triple, up: Triple) {
     }
     let sine = view.normalize_or_zero().cross(DVec3::from(up).normalize_or_zero()).length();
     if sine < PARALLEL && up.iter().any(|x| *x != 0.0) {
+        let message = format!("the camera looks along `up`, {}, so no direction of the picture is upwards", list(&up));
         let hint = "choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down";
-        check.inside("up", |check| check.advise("the camera looks along `up`, so no direction is upwards", hint));
+        check.inside("up", |check| check.advise(message, hint));
     }
 }
 

@@ -271,7 +271,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
             _ => return Err(self.wrong(&format!("an array of {length} values"))),
         };
         if items.len() != length {
-            let message = format!("{self} must be an array of {length} values, not {}", items.len());
+            let message = format!("{self} must be an array of {length} values, not of {}", items.len());
             return Err(Failure::new(message).at(self.node.span.clone()));
         }
         self.deserialize_seq(visitor)

@@ -78,7 +78,7 @@ impl de::Error for Failure {
     }
 
     fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
-        Self::new(format!("expected {expected}, found {length} of them"))
+        Self::new(format!("expected {expected}, found an array of {length}"))
     }
 
     fn unknown_variant(variant: &str, expected: &'static [&'static str]) -> Self {

@@ -71,16 +71,16 @@ pub(crate) fn parse(file: &str, text: &str, notation: Notation, overrides: &Over
 /// A text of another version may be wrong in every line; only the version is worth a message then.
 fn other_format(root: &Node) -> Result<(), Vec<Diagnostic>> {
     let Some(entry) = root.entry("format") else {
-        let hint = format!("the first line of a scene is `format = {FORMAT}`");
+        let hint = format!("a scene begins with `format = {FORMAT}`, in JSON with `\"format\": {FORMAT}`");
         let message = "this is no scene: it has no `format`".to_owned();
         return Err(vec![Diagnostic { message, span: None, label: String::new(), hint: Some(hint) }]);
     };
     match entry.node.value {
         Value::Integer(format) if format == i64::from(FORMAT) => Ok(()),
         _ => Err(vec![Diagnostic {
-            message: format!("this program reads format {FORMAT} of scenes"),
+            message: format!("this program reads format {FORMAT} of scenes, and this is another"),
             span: Some(entry.node.span.clone()),
-            label: "another one".to_owned(),
+            label: String::new(),
             hint: None,
         }]),
     }

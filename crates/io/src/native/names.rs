@@ -32,10 +32,10 @@ pub(crate) fn settle(
     let mut names = BTreeMap::new();
     let mut t = overrides.at.unwrap_or(0.0);
     if let Some(node) = root.get_mut("t") {
-        match overrides.at {
-            Some(value) => node.value = Value::Float(value),
-            None => t = number(node, "t", text, &names, noted),
+        if overrides.at.is_none() {
+            t = number(node, "t", text, &names, noted);
         }
+        node.value = Value::Float(t);
     } else if let (Some(at), Value::Table(entries)) = (overrides.at, &mut root.value) {
         let node = Node { span: 0..0, value: Value::Float(at) };
         entries.push(Entry { key: "t".to_owned(), key_span: 0..0, node });

@@ -61,12 +61,9 @@ fn convert(value: &DeValue<'_>, span: std::ops::Range<usize>, wrong: &mut Vec<Di
 }
 
 fn not_a_number(span: std::ops::Range<usize>) -> Diagnostic {
-    Diagnostic {
-        message: "this number is too large".to_owned(),
-        span: Some(span),
-        label: String::new(),
-        hint: Some("write it with a decimal point".to_owned()),
-    }
+    let message = "this number is too large".to_owned();
+    let hint = Some("whole numbers go up to 18446744073709551615; with a decimal point there is no such limit".to_owned());
+    Diagnostic { message, span: Some(span), label: String::new(), hint }
 }
 
 fn diagnostics(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
@@ -88,10 +85,17 @@ fn diagnostics(text: &str, errors: &[toml::de::Error]) -> Vec<Diagnostic> {
 
 fn diagnostic(text: &str, error: &toml::de::Error) -> Diagnostic {
     let message = error.message().replace('\n', ", ");
-    let hint = match message.as_str() {
-        "duplicate key" => Some("each key may be given once in a table".to_owned()),
-        _ if text.trim_start().starts_with('{') => Some("this looks like JSON: name the file NAME.scene.json".to_owned()),
-        _ => None,
+    let hint = if text.trim_start().starts_with('{') {
+        Some("this looks like JSON: name the file NAME.scene.json")
+    } else if message == "duplicate key" {
+        Some("each key may be given once in a table")
+    } else if message.starts_with("string values must be quoted") {
+        Some("text stands in quotes; numbers, true and false do not")
+    } else if message.starts_with("invalid basic string, expected") {
+        Some("text ends with the quote it began with, in the same line")
+    } else {
+        None
     };
-    Diagnostic { message: format!("not valid TOML: {message}"), span: error.span(), label: String::new(), hint }
+    let (message, hint) = (format!("not valid TOML: {message}"), hint.map(str::to_owned));
+    Diagnostic { message, span: error.span(), label: String::new(), hint }
 }

@@ -1,11 +1,15 @@
 //! What the native format promises, by example.
 
+mod messages_expressions;
+mod messages_rules;
+mod messages_syntax;
+mod messages_types;
 mod reading;
 
 use raywright_core::Scene;
 
 use super::{Notation, Overrides, parse};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Reads a TOML scene named `x.scene.toml`.
 fn toml(text: &str) -> Result<Scene, Error> {
@@ -15,4 +19,16 @@ fn toml(text: &str) -> Result<Scene, Error> {
 /// Reads a TOML scene that must be right.
 fn good(text: &str) -> Scene {
     toml(text).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A wrong scene must be refused with exactly this message, which stands between line breaks.
+fn shows(file: &str, text: &str, message: &str) {
+    let notation = if file.ends_with("json") { Notation::Json } else { Notation::Toml };
+    match parse(file, text, notation, &Overrides::default()) {
+        Ok(_) => panic!("this was accepted:\n{text}"),
+        Err(error) => {
+            assert_eq!(error.kind(), ErrorKind::Input);
+            assert_eq!(format!("\n{error}\n"), message, "the message changed; it is now:\n{error}\n");
+        }
+    }
 }

@@ -1,0 +1,183 @@
+//! Messages about expressions. Each was read as a newcomer would.
+
+use super::shows;
+
+#[test]
+fn an_unknown_name() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[parameters]
+speed = 2
+[[objects]]
+material = "m"
+shape.sphere = { centre = [0, "sped * t", 0], radius = 1 }
+"#,
+        r#"
+error: in the expression of `centre[1]`: unknown name `sped`
+ --> x.scene.toml:6:32
+  |
+6 | shape.sphere = { centre = [0, "sped * t", 0], radius = 1 }
+  |                                ^^^^
+  |
+  = help: did you mean `speed`? names that exist here: e, pi, tau, speed, t
+"#,
+    );
+}
+
+#[test]
+fn an_expression_that_breaks_off() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+t = "2 *"
+"#,
+        r#"
+error: in the expression of `t`: the expression ends where a value is expected
+ --> x.scene.toml:2:9
+  |
+2 | t = "2 *"
+  |         ^
+  |
+  = help: a value is a number, a name, a function or something in parentheses
+"#,
+    );
+}
+
+#[test]
+fn an_expression_without_end() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+t = "(((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1)))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))"
+"#,
+        r#"
+error: in the expression of `t`: this expression is nested more than 64 deep
+ --> x.scene.toml:2:71
+  |
+2 | t = "(((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((((1))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))))...
+  |                                                                       ^
+"#,
+    );
+}
+
+#[test]
+fn a_division_by_zero() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+exposure = "1 / t"
+"#,
+        r#"
+error: in the expression of `exposure`: the value of this expression is inf
+ --> x.scene.toml:3:13
+  |
+3 | exposure = "1 / t"
+  |             ^^^^^
+  |
+  = help: a number of the scene must be finite
+"#,
+    );
+}
+
+#[test]
+fn a_parameter_that_uses_a_later_one() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[parameters]
+a = "2 * b"
+b = 1
+"#,
+        r#"
+error: in the expression of `a`: unknown name `b`
+ --> x.scene.toml:3:10
+  |
+3 | a = "2 * b"
+  |          ^
+  |
+  = help: names that exist here: e, pi, tau, t
+"#,
+    );
+}
+
+#[test]
+fn a_parameter_named_like_the_time() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[parameters]
+t = 1
+"#,
+        r#"
+error: `t` cannot be the name of a parameter
+ --> x.scene.toml:3:1
+  |
+3 | t = 1
+  | ^
+  |
+  = help: `t` is the time
+"#,
+    );
+}
+
+#[test]
+fn a_number_of_the_hit_where_numbers_are_settled() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[objects]]
+material = "m"
+shape.sphere = { centre = [0, 0, 0], radius = "u" }
+"#,
+        r#"
+error: in the expression of `radius`: `u` does not exist in a number of the scene, which is evaluated once while loading
+ --> x.scene.toml:4:48
+  |
+4 | shape.sphere = { centre = [0, 0, 0], radius = "u" }
+  |                                                ^
+  |
+  = help: names that exist here: e, pi, tau, t
+"#,
+    );
+}
+
+#[test]
+fn a_vector_for_a_weight() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[materials]]
+name = "m"
+model.classic.diffuse = "p"
+"#,
+        r#"
+error: in the expression of `diffuse`: a weight must be a number, and this is a vector
+ --> x.scene.toml:4:26
+  |
+4 | model.classic.diffuse = "p"
+  |                          ^
+"#,
+    );
+}
+
+#[test]
+fn a_surface_variable_in_the_sky() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[sky]
+expression = "mix(0.2, 1, n.y)"
+"#,
+        r#"
+error: in the expression of `expression`: `n` does not exist in the sky
+ --> x.scene.toml:3:27
+  |
+3 | expression = "mix(0.2, 1, n.y)"
+  |                           ^
+  |
+  = help: names that exist here: d, o, e, pi, tau, t
+"#,
+    );
+}

@@ -1,0 +1,256 @@
+//! Messages about scenes that make no sense. Each was read as a newcomer would.
+
+use super::shows;
+
+#[test]
+fn an_unknown_material() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[materials]]
+name = "red"
+model.classic = {}
+[[objects]]
+material = "rde"
+shape.sphere = { centre = [0, 0, 0], radius = 1 }
+"#,
+        r#"
+error: unknown material `rde`
+ --> x.scene.toml:6:12
+  |
+6 | material = "rde"
+  |            ^^^^^
+  |
+  = help: did you mean `red`?
+"#,
+    );
+}
+
+#[test]
+fn two_materials_of_one_name() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[materials]]
+name = "red"
+model.classic = {}
+[[materials]]
+name = "red"
+model.physical = {}
+"#,
+        r#"
+error: `red` is also the name of `materials[0]`
+ --> x.scene.toml:6:8
+  |
+6 | name = "red"
+  |        ^^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_negative_radius() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[parameters]
+r = -1
+[[materials]]
+name = "red"
+model.classic = {}
+[[objects]]
+material = "red"
+shape.sphere = { centre = [0, 0, 0], radius = "r / 2" }
+"#,
+        r#"
+error: `radius` must be above zero, not -0.5
+ --> x.scene.toml:9:47
+  |
+9 | shape.sphere = { centre = [0, 0, 0], radius = "r / 2" }
+  |                                               ^^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_direction_without_length() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[lights]]
+kind.directional.to_light = [0, 0, 0]
+colour = 1
+"#,
+        r#"
+error: `to_light` has no length, so it is no direction
+ --> x.scene.toml:3:29
+  |
+3 | kind.directional.to_light = [0, 0, 0]
+  |                             ^^^^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_camera_that_looks_at_its_own_eye() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[cameras]]
+projection.pinhole.vertical_fov = 40
+[cameras.pose.look_at]
+eye = [1, 2, 3]
+target = [1, 2, 3]
+"#,
+        r#"
+error: `target` is where `eye` is, so the camera looks nowhere
+ --> x.scene.toml:6:10
+  |
+6 | target = [1, 2, 3]
+  |          ^^^^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_camera_that_looks_along_up() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[cameras]]
+pose.look_at = { eye = [0, 5, 0], target = [0, 0, 0] }
+projection.pinhole.vertical_fov = 40
+"#,
+        r#"
+error: the camera looks along `up`, [0, 1, 0], so no direction of the picture is upwards
+ --> x.scene.toml:3:16
+  |
+3 | pose.look_at = { eye = [0, 5, 0], target = [0, 0, 0] }
+  |                ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+  |
+  = help: choose an `up` that does not point along the view, [0, 0, -1] for a camera that looks down
+"#,
+    );
+}
+
+#[test]
+fn two_opening_angles() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[cameras]]
+pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }
+projection.pinhole = { vertical_fov = 40, focal_length = 1 }
+"#,
+        r#"
+error: `vertical_fov` and `focal_length` both say how wide the pinhole opens
+ --> x.scene.toml:4:58
+  |
+4 | projection.pinhole = { vertical_fov = 40, focal_length = 1 }
+  |                                                          ^
+  |
+  = help: give one of `vertical_fov`, `horizontal_fov` (degrees) and `focal_length`
+"#,
+    );
+}
+
+#[test]
+fn no_number() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[lights]]
+kind.point.position = [0, nan, 0]
+colour = inf
+"#,
+        r#"
+error: `position` must be three finite numbers, not [0, NaN, 0]
+ --> x.scene.toml:3:23
+  |
+3 | kind.point.position = [0, nan, 0]
+  |                       ^^^^^^^^^^^
+
+error: `colour` must be finite, not [inf, inf, inf]
+ --> x.scene.toml:4:10
+  |
+4 | colour = inf
+  |          ^^^
+"#,
+    );
+}
+
+#[test]
+fn a_picture_without_pixels() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+size = [640, 0]
+max_depth = 0
+"#,
+        r#"
+error: `size[1]` must be from 1 to 65536, not 0
+ --> x.scene.toml:3:14
+  |
+3 | size = [640, 0]
+  |              ^
+
+error: `max_depth` must be from 1 to 64, not 0
+ --> x.scene.toml:4:13
+  |
+4 | max_depth = 0
+  |             ^
+"#,
+    );
+}
+
+#[test]
+fn a_mesh_whose_arrays_do_not_fit() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[meshes]]
+name = "leaf"
+[meshes.source.inline]
+positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+indices = [[0, 1, 3]]
+normals = [[0, 0, 1]]
+"#,
+        r#"
+error: this triangle names a vertex that does not exist: there are 3, counted from 0
+ --> x.scene.toml:6:12
+  |
+6 | indices = [[0, 1, 3]]
+  |            ^^^^^^^^^
+
+error: `normals` must have one entry for each of the 3 positions, not 1
+ --> x.scene.toml:7:11
+  |
+7 | normals = [[0, 0, 1]]
+  |           ^^^^^^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_transform_that_flattens() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[materials]]
+name = "red"
+model.classic = {}
+[[objects]]
+material = "red"
+shape.sphere = { centre = [0, 0, 0], radius = 1 }
+transform = [{ scale = [1, 0, 1] }]
+"#,
+        r#"
+error: no factor of `scale` may be zero, as in [1, 0, 1]: nothing would be left to see
+ --> x.scene.toml:8:24
+  |
+8 | transform = [{ scale = [1, 0, 1] }]
+  |                        ^^^^^^^^^
+"#,
+    );
+}

@@ -1,0 +1,271 @@
+//! Messages about texts that are no TOML, or no scene at all. Each was read as a newcomer would.
+
+use super::shows;
+
+#[test]
+fn an_empty_file() {
+    shows(
+        "x.scene.toml",
+        r#""#,
+        r#"
+error: x.scene.toml: the file is empty
+help: the smallest scene is `format = 1`
+"#,
+    );
+}
+
+#[test]
+fn no_format() {
+    shows(
+        "x.scene.toml",
+        r#"title = "x"
+"#,
+        r#"
+error: x.scene.toml: this is no scene: it has no `format`
+help: a scene begins with `format = 1`, in JSON with `"format": 1`
+"#,
+    );
+}
+
+#[test]
+fn a_later_format() {
+    shows(
+        "x.scene.toml",
+        r#"format = 2
+new_key = 1
+"#,
+        r#"
+error: this program reads format 1 of scenes, and this is another
+ --> x.scene.toml:1:10
+  |
+1 | format = 2
+  |          ^
+"#,
+    );
+}
+
+#[test]
+fn a_value_without_quotes() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+title = hello
+"#,
+        r#"
+error: not valid TOML: string values must be quoted, expected literal string
+ --> x.scene.toml:2:9
+  |
+2 | title = hello
+  |         ^^^^^
+  |
+  = help: text stands in quotes; numbers, true and false do not
+"#,
+    );
+}
+
+#[test]
+fn text_that_is_not_closed() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+title = "hello
+"#,
+        r#"
+error: not valid TOML: invalid basic string, expected `"`
+ --> x.scene.toml:2:15
+  |
+2 | title = "hello
+  |               ^
+  |
+  = help: text ends with the quote it began with, in the same line
+"#,
+    );
+}
+
+#[test]
+fn a_duplicate_key() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+title = "a"
+title = "b"
+"#,
+        r#"
+error: not valid TOML: duplicate key
+ --> x.scene.toml:3:1
+  |
+3 | title = "b"
+  | ^^^^^
+  |
+  = help: each key may be given once in a table
+"#,
+    );
+}
+
+#[test]
+fn json_in_a_toml_file() {
+    shows(
+        "x.scene.toml",
+        r#"{ "format": 1 }"#,
+        r#"
+error: not valid TOML: invalid key-value pair, expected key
+ --> x.scene.toml:1:1
+  |
+1 | { "format": 1 }
+  | ^
+  |
+  = help: this looks like JSON: name the file NAME.scene.json
+"#,
+    );
+}
+
+#[test]
+fn a_header_that_is_not_closed() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render
+size = [1, 1]
+"#,
+        r#"
+error: not valid TOML: unclosed table, expected `]`
+ --> x.scene.toml:2:8
+  |
+2 | [render
+  |        ^
+"#,
+    );
+}
+
+#[test]
+fn a_date() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+t = 2026-01-01
+"#,
+        r#"
+error: `t` must be a number, or an expression in quotes, not a date
+ --> x.scene.toml:2:5
+  |
+2 | t = 2026-01-01
+  |     ^^^^^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_number_that_is_too_large() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+seed = 123456789012345678901234567890
+"#,
+        r#"
+error: this number is too large
+ --> x.scene.toml:3:8
+  |
+3 | seed = 123456789012345678901234567890
+  |        ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+  |
+  = help: whole numbers go up to 18446744073709551615; with a decimal point there is no such limit
+"#,
+    );
+}
+
+#[test]
+fn a_comment_in_json() {
+    shows(
+        "x.scene.json",
+        r#"{
+  "format": 1, // one
+  "t": 0
+}"#,
+        r#"
+error: not valid JSON: comments are not allowed
+ --> x.scene.json:2:16
+  |
+2 |   "format": 1, // one
+  |                ^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_last_comma_in_json() {
+    shows(
+        "x.scene.json",
+        r#"{ "format": 1, "t": 0, }"#,
+        r#"
+error: not valid JSON: trailing commas are not allowed
+ --> x.scene.json:1:22
+  |
+1 | { "format": 1, "t": 0, }
+  |                      ^
+"#,
+    );
+}
+
+#[test]
+fn a_duplicate_key_in_json() {
+    shows(
+        "x.scene.json",
+        r#"{ "format": 1, "t": 0, "t": 1 }"#,
+        r#"
+error: duplicate key `t`
+ --> x.scene.json:1:24
+  |
+1 | { "format": 1, "t": 0, "t": 1 }
+  |                        ^^^
+"#,
+    );
+}
+
+#[test]
+fn half_of_a_json_file() {
+    shows(
+        "x.scene.json",
+        r#"{ "format": 1, "render": { "size": [640"#,
+        r#"
+error: not valid JSON: unterminated array
+ --> x.scene.json:1:36
+  |
+1 | { "format": 1, "render": { "size": [640
+  |                                    ^^^^
+"#,
+    );
+}
+
+#[test]
+fn an_array_as_a_scene() {
+    shows(
+        "x.scene.json",
+        r#"[1]"#,
+        r#"
+error: x.scene.json: this is no scene: it has no `format`
+help: a scene begins with `format = 1`, in JSON with `"format": 1`
+"#,
+    );
+}
+
+#[test]
+fn a_wrong_number_in_json() {
+    shows(
+        "x.scene.json",
+        r#"{ "format": 1, "render": { "samples": 1.5, "size": [1, "t + 0.5"] } }"#,
+        r#"
+error: `samples` must be a whole number, not 1.5
+ --> x.scene.json:1:39
+  |
+1 | { "format": 1, "render": { "samples": 1.5, "size": [1, "t + 0.5"] } }
+  |                                       ^^^
+
+error: `size[1]` must be a whole number, not 0.5
+ --> x.scene.json:1:56
+  |
+1 | { "format": 1, "render": { "samples": 1.5, "size": [1, "t + 0.5"] } }
+  |                                                        ^^^^^^^^^
+"#,
+    );
+}

@@ -1,0 +1,362 @@
+//! Messages about values of the wrong kind, unknown words and missing keys. Each was read as a newcomer would.
+
+use super::shows;
+
+#[test]
+fn an_unknown_section() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[camera]
+name = "a"
+"#,
+        r#"
+error: unknown key `camera`
+ --> x.scene.toml:2:2
+  |
+2 | [camera]
+  |  ^^^^^^ not a key of a scene
+  |
+  = help: did you mean `cameras`?
+"#,
+    );
+}
+
+#[test]
+fn an_unknown_key() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+sampels = 4
+"#,
+        r#"
+error: unknown key `sampels`
+ --> x.scene.toml:3:1
+  |
+3 | sampels = 4
+  | ^^^^^^^ not a key of `render`
+  |
+  = help: did you mean `samples`?
+"#,
+    );
+}
+
+#[test]
+fn another_spelling() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[lights]]
+kind.directional.to_light = [0, 1, 0]
+color = 1
+"#,
+        r#"
+error: `lights[0]`: missing key `colour`
+ --> x.scene.toml:2:1
+  |
+2 | [[lights]]
+  | ^^^^^^^^^^
+
+error: unknown key `color`
+ --> x.scene.toml:4:1
+  |
+4 | color = 1
+  | ^^^^^ not a key of `lights[0]`
+  |
+  = help: did you mean `colour`?
+"#,
+    );
+}
+
+#[test]
+fn a_missing_key() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[objects]]
+shape.sphere = { centre = [0, 0, 0], radius = 1 }
+"#,
+        r#"
+error: `objects[0]`: missing key `material`
+ --> x.scene.toml:2:1
+  |
+2 | [[objects]]
+  | ^^^^^^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn one_table_where_many_are_possible() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[materials]
+name = "red"
+"#,
+        r#"
+error: `materials` must be an array, not a table
+ --> x.scene.toml:2:1
+  |
+2 | [materials]
+  | ^^^^^^^^^^^
+  |
+  = help: there may be several: write `[[materials]]` with double brackets
+"#,
+    );
+}
+
+#[test]
+fn many_tables_where_one_is_possible() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[render]]
+samples = 4
+"#,
+        r#"
+error: `render` must be a table of keys, not an array
+ --> x.scene.toml:2:1
+  |
+2 | [[render]]
+  | ^^^^^^^^^^
+  |
+  = help: there is one of it: write `[render]` with single brackets
+"#,
+    );
+}
+
+#[test]
+fn text_where_a_number_is_needed() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+samples = true
+"#,
+        r#"
+error: `samples` must be a number, or an expression in quotes, not true or false
+ --> x.scene.toml:3:11
+  |
+3 | samples = true
+  |           ^^^^
+"#,
+    );
+}
+
+#[test]
+fn a_fraction_where_a_whole_number_is_needed() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+samples = 4.5
+"#,
+        r#"
+error: `samples` must be a whole number, not 4.5
+ --> x.scene.toml:3:11
+  |
+3 | samples = 4.5
+  |           ^^^
+"#,
+    );
+}
+
+#[test]
+fn a_negative_count() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+samples = -4
+"#,
+        r#"
+error: `samples` must be a whole number from 0 to 4294967295, not -4
+ --> x.scene.toml:3:11
+  |
+3 | samples = -4
+  |           ^^
+"#,
+    );
+}
+
+#[test]
+fn two_numbers_for_a_point() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[objects]]
+material = "m"
+shape.sphere = { centre = [0, 0], radius = 1 }
+"#,
+        r#"
+error: `centre` must be an array of 3 values, not of 2
+ --> x.scene.toml:4:27
+  |
+4 | shape.sphere = { centre = [0, 0], radius = 1 }
+  |                           ^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn an_unknown_word() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+tone_map = "filmic"
+"#,
+        r#"
+error: `tone_map` cannot be `filmic`
+ --> x.scene.toml:3:12
+  |
+3 | tone_map = "filmic"
+  |            ^^^^^^^^
+  |
+  = help: it can be: none, aces, aces-hill, agx, khronos-neutral
+"#,
+    );
+}
+
+#[test]
+fn a_mistyped_word() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[render]
+gamma = "sRGB"
+"#,
+        r#"
+error: `gamma` cannot be `sRGB`
+ --> x.scene.toml:3:9
+  |
+3 | gamma = "sRGB"
+  |         ^^^^^^
+  |
+  = help: did you mean `srgb`?
+"#,
+    );
+}
+
+#[test]
+fn an_unknown_shape() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[objects]]
+material = "m"
+shape.spere = { centre = [0, 0, 0], radius = 1 }
+"#,
+        r#"
+error: `shape` cannot be `spere`
+ --> x.scene.toml:4:7
+  |
+4 | shape.spere = { centre = [0, 0, 0], radius = 1 }
+  |       ^^^^^
+  |
+  = help: did you mean `sphere`?
+"#,
+    );
+}
+
+#[test]
+fn two_shapes_at_once() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[objects]]
+material = "m"
+shape = { mesh = "a", sphere = { centre = [0, 0, 0], radius = 1 } }
+"#,
+        r#"
+error: `shape` must have exactly one key that says which kind it is, not 2
+ --> x.scene.toml:4:23
+  |
+4 | shape = { mesh = "a", sphere = { centre = [0, 0, 0], radius = 1 } }
+  |                       ^^^^^^ one key too many
+"#,
+    );
+}
+
+#[test]
+fn a_shape_without_its_keys() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[objects]]
+material = "m"
+shape = "sphere"
+"#,
+        r#"
+error: `sphere` needs a value
+ --> x.scene.toml:4:9
+  |
+4 | shape = "sphere"
+  |         ^^^^^^^^
+  |
+  = help: write `shape = { sphere = … }` with centre, radius
+"#,
+    );
+}
+
+#[test]
+fn a_word_that_takes_no_keys() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[materials]]
+name = "m"
+model.physical.alpha = { blend = 0.5 }
+"#,
+        r#"
+error: `blend` has no value of its own
+ --> x.scene.toml:4:34
+  |
+4 | model.physical.alpha = { blend = 0.5 }
+  |                                  ^^^
+  |
+  = help: write `alpha = "blend"`
+"#,
+    );
+}
+
+#[test]
+fn a_colour_that_is_none() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[sky]
+constant = [1, 1]
+"#,
+        r#"
+error: `constant`: expected a colour: [red, green, blue] or one number for grey, found an array of 2
+ --> x.scene.toml:3:12
+  |
+3 | constant = [1, 1]
+  |            ^^^^^^
+"#,
+    );
+}
+
+#[test]
+fn an_unknown_input() {
+    shows(
+        "x.scene.toml",
+        r#"format = 1
+[[materials]]
+name = "m"
+model.classic.colour = { image = "wood" }
+"#,
+        r#"
+error: `colour`: unknown key `image`
+ --> x.scene.toml:4:26
+  |
+4 | model.classic.colour = { image = "wood" }
+  |                          ^^^^^
+  |
+  = help: the keys here: texture, checker
+"#,
+    );
+}
