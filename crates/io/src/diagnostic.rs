@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
+use crate::error::ErrorKind;
+
 /// Problems shown in full; a text that was never a scene can have thousands.
 const SHOWN: usize = 20;
 
@@ -33,13 +35,15 @@ pub struct Diagnostics {
     pub text: Arc<str>,
     /// At least one.
     pub problems: Vec<Diagnostic>,
+    /// What they mean for the caller.
+    pub kind: ErrorKind,
 }
 
 impl Diagnostics {
-    /// Sorts the problems by place.
+    /// Sorts the problems by place; they mean that the content is wrong.
     pub fn new(file: impl Into<String>, text: impl Into<Arc<str>>, mut problems: Vec<Diagnostic>) -> Self {
         problems.sort_by_key(|problem| problem.span.as_ref().map_or(0, |span| span.start));
-        Self { file: file.into(), text: text.into(), problems }
+        Self { file: file.into(), text: text.into(), problems, kind: ErrorKind::Input }
     }
 
     /// All problems as text, at most twenty in full.

@@ -78,8 +78,16 @@ impl Error {
     /// What the failure means for the caller.
     pub fn kind(&self) -> ErrorKind {
         match self {
-            Self::Scene(_) => ErrorKind::Input,
+            Self::Scene(diagnostics) => diagnostics.kind,
             Self::Plain { kind, .. } => *kind,
+        }
+    }
+
+    /// What is wrong, without the place and the advice.
+    pub(crate) fn message(&self) -> &str {
+        match self {
+            Self::Scene(diagnostics) => diagnostics.problems.first().map_or("", |problem| &problem.message),
+            Self::Plain { message, .. } => message,
         }
     }
 

@@ -50,6 +50,12 @@ impl Folder {
         Ok(Self { root: Some(parent.canonicalize()?), ..Self::none(file_bytes) })
     }
 
+    /// The folder that holds a file which was read from this one, for what that file names in turn.
+    pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
+        let path = self.resolve(reference)?;
+        Ok(Self { root: path.parent().map(Path::to_owned), ..Self::none(self.file_bytes) })
+    }
+
     /// The folder of a scene that has none.
     pub fn none(file_bytes: u64) -> Self {
         Self { root: None, file_bytes, hash: RefCell::new(Sha256::new()) }

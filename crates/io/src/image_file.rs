@@ -93,7 +93,10 @@ fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
 }
 
 fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
-    let broken = |e: image::ImageError| Fault::input(format!("is a broken picture ({e})"));
+    let broken = |e: image::ImageError| match e {
+        image::ImageError::Limits(e) => Fault::limit(format!("is a picture that takes too much memory to read ({e})")),
+        e => Fault::input(format!("is a broken picture ({e})")),
+    };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     // The pixel count is checked below; this bounds what the decoder itself may allocate on the way.
     let mut own = image::Limits::default();

@@ -2,15 +2,17 @@
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use raywright_core::Scene;
+use raywright_core::scene::MeshSource;
+use raywright_core::validate::validate;
+use raywright_core::{Scene, generate};
 
 use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_limited};
 use crate::gltf;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
+use crate::source::{Format, SourceInfo};
 use crate::{obj, presets};
 
 /// Where a scene comes from.
@@ -44,32 +46,6 @@ pub struct Loaded {
     pub source: SourceInfo,
 }
 
-/// Where a scene came from.
-#[derive(Clone, Debug)]
-pub struct SourceInfo {
-    /// As the user named it: a path, or `preset:NAME`.
-    pub name: String,
-    /// The name without folders and endings, for naming pictures.
-    pub stem: String,
-    /// What it was written in.
-    pub format: Format,
-    /// The text of a native scene.
-    pub text: Option<Arc<str>>,
-}
-
-/// What a scene was written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// A native scene.
-    Native(Notation),
-    /// glTF 2.0 with its buffers beside it or inside as text.
-    Gltf,
-    /// glTF 2.0 in one binary file.
-    Glb,
-    /// Wavefront OBJ.
-    Obj,
-}
-
 /// Reads and checks a scene.
 ///
 /// # Errors
@@ -96,15 +72,27 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
     }
 }
 
-/// A model becomes a whole scene; time and parameters mean nothing to it.
+/// A model becomes a whole scene; time means nothing to it.
 fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: &LoadOptions) -> Result<Loaded, Error> {
+    let name = path.display().to_string();
+    if let Some((parameter, _)) = options.overrides.set.first() {
+        let hint = "only native scenes (.scene.toml, .scene.json) have parameters";
+        return Err(Error::usage(format!("{name} has no parameter `{parameter}`")).with_hint(hint));
+    }
     folder.note(&bytes);
     note_overrides(folder, &options.overrides);
     let (scene, warnings) = match format {
         Format::Obj => obj::load(path, &bytes, folder, &options.limits)?,
         _ => gltf::load(path, &bytes, folder, &options.limits)?,
     };
-    let source = SourceInfo { name: path.display().to_string(), stem: stem(path), format, text: None };
+    let problems = validate(&scene);
+    if let Some(first) = problems.first() {
+        let more = problems.len() - 1;
+        let rest = if more == 0 { String::new() } else { format!(" (and {more} more problems)") };
+        return Err(Error::input(name, format!("{}: {}{rest}", first.path, first.message)));
+    }
+    within_limits(&name, &scene, &options.limits)?;
+    let source = SourceInfo::new(name, stem(path), format, None);
     Ok(Loaded { scene, warnings, hash: folder.hash(), source })
 }
 
@@ -118,10 +106,33 @@ fn native_scene(
 ) -> Result<Loaded, Error> {
     folder.note(text.as_bytes());
     note_overrides(folder, &options.overrides);
-    let scene = native::parse(name, text, notation, &options.overrides)?.scene;
-    let source =
-        SourceInfo { name: name.to_owned(), stem: stem.to_owned(), format: Format::Native(notation), text: Some(text.into()) };
-    Ok(Loaded { scene, warnings: Vec::new(), hash: folder.hash(), source })
+    let mut parsed = native::parse(name, text, notation, &options.overrides)?;
+    within_limits(name, &parsed.scene, &options.limits)?;
+    let warnings = native::files::read(&mut parsed, folder, &options.limits)?;
+    let scene = parsed.scene;
+    within_limits(name, &scene, &options.limits)?;
+    let source = SourceInfo::new(name, stem, Format::Native(notation), Some(text.into()));
+    Ok(Loaded { scene, warnings, hash: folder.hash(), source })
+}
+
+/// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.
+fn within_limits(name: &str, scene: &Scene, limits: &Limits) -> Result<(), Error> {
+    let objects = generate::count(scene);
+    if objects > limits.objects {
+        return Err(Error::limit(name, format!("the scene has {objects} objects, more than the limit of {}", limits.objects)));
+    }
+    let inline = scene.meshes.iter().map(|mesh| match &mesh.source {
+        MeshSource::Inline(data) => data.indices.len() as u64,
+        MeshSource::File(_) => 0,
+    });
+    let triangles: u64 = inline.sum();
+    if triangles > limits.triangles {
+        return Err(Error::limit(
+            name,
+            format!("the scene has {triangles} triangles, more than the limit of {}", limits.triangles),
+        ));
+    }
+    Ok(())
 }
 
 /// The hash covers what the command line changed.
@@ -164,6 +175,7 @@ fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, Error> {
         "obj" => Ok(Format::Obj),
         "toml" => Ok(Format::Native(Notation::Toml)),
         "json" => Ok(Format::Native(Notation::Json)),
+        _ if start.starts_with(b"{") && contains(start, b"\"asset\"") => Ok(Format::Gltf),
         _ if start.starts_with(b"{") => Ok(Format::Native(Notation::Json)),
         _ if start.starts_with(b"format") || start.starts_with(b"#") => Ok(Format::Native(Notation::Toml)),
         _ => {
@@ -172,4 +184,8 @@ fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, Error> {
             Err(Error::input(path.display(), message).with_hint(hint))
         }
     }
+}
+
+fn contains(bytes: &[u8], part: &[u8]) -> bool {
+    bytes.windows(part.len()).any(|window| window == part)
 }

@@ -44,7 +44,7 @@ pub(super) struct Built<P: Precision> {
 }
 
 /// The affine map of the steps, the first one applied first.
-pub(crate) fn affine(steps: &[TransformStep]) -> DAffine3 {
+pub fn affine(steps: &[TransformStep]) -> DAffine3 {
     steps.iter().fold(DAffine3::IDENTITY, |map, step| {
         let next = match *step {
             TransformStep::Translate(v) => DAffine3::from_translation(v.into()),

@@ -18,6 +18,7 @@ use crate::settings::{Background, Settings};
 
 pub(crate) use colour::Point;
 pub(crate) use geometry::ObjectRecord;
+pub use geometry::affine;
 pub(crate) use irradiance::Irradiance;
 pub(crate) use light::Light;
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};

@@ -3,6 +3,7 @@
 mod de;
 mod enums;
 mod failure;
+pub(crate) mod files;
 mod json;
 mod names;
 mod node;
@@ -22,7 +23,7 @@ use self::de::{Context, Reader};
 use self::failure::{Failure, Step};
 use self::node::{Node, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::limits::human_bytes;
 
 /// Readings of one text at most: each finds one more failure that stands in the way of the rest.
@@ -37,23 +38,26 @@ pub enum Notation {
     Json,
 }
 
-/// A scene with the tree it was read from, for the places of what is found out later.
-pub(crate) struct Parsed {
+/// A scene with the text and tree it was read from, for the places of what is found out later.
+pub(crate) struct Parsed<'a> {
     pub scene: Scene,
+    /// The text's name in messages.
+    pub file: &'a str,
+    text: &'a str,
     root: Node,
 }
 
-impl Parsed {
+impl Parsed<'_> {
     /// An error at the place of a path: `meshes[2].source.file`.
-    pub fn error(&self, file: &str, text: &str, path: &str, message: impl Into<String>) -> Error {
+    pub fn error(&self, kind: ErrorKind, path: &str, message: impl Into<String>) -> Error {
         let span = places::span(&self.root, path);
         let problem = Diagnostic { message: message.into(), span, label: String::new(), hint: None };
-        Error::Scene(Diagnostics::new(file, text, vec![problem]))
+        Error::Scene(Diagnostics { kind, ..Diagnostics::new(self.file, self.text, vec![problem]) })
     }
 }
 
 /// Reads and checks a scene; `file` is its name in messages. Images and meshes in other files are not read.
-pub(crate) fn parse(file: &str, text: &str, notation: Notation, overrides: &Overrides) -> Result<Parsed, Error> {
+pub(crate) fn parse<'a>(file: &'a str, text: &'a str, notation: Notation, overrides: &Overrides) -> Result<Parsed<'a>, Error> {
     let fail = |problems| Error::Scene(Diagnostics::new(file, text, problems));
     let mut root = tree(text, notation).map_err(fail)?;
     other_format(&root).map_err(fail)?;
@@ -65,7 +69,7 @@ pub(crate) fn parse(file: &str, text: &str, notation: Notation, overrides: &Over
         Err(more) => return Err(fail(problems.into_iter().chain(more).collect())),
     };
     let problems: Vec<_> = validate(&scene).into_iter().map(|problem| places::diagnostic(&root, text, problem)).collect();
-    if problems.is_empty() { Ok(Parsed { scene, root }) } else { Err(fail(problems)) }
+    if problems.is_empty() { Ok(Parsed { scene, file, text, root }) } else { Err(fail(problems)) }
 }
 
 /// A text of another version may be wrong in every line; only the version is worth a message then.
@@ -135,6 +139,22 @@ fn take_out(root: &mut Node, path: &[Step]) -> bool {
         _ => drop(entries.remove(at)),
     }
     true
+}
+
+/// The tree of a right text, for the places of its parts.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree(Node);
+
+impl Tree {
+    /// None for a text that cannot be parsed.
+    pub fn new(text: &str, notation: Notation) -> Option<Self> {
+        tree(text, notation).ok().map(Self)
+    }
+
+    /// The place of the deepest value on a path that the text has; none for the root.
+    pub fn span(&self, path: &str) -> Option<std::ops::Range<usize>> {
+        places::span(&self.0, path)
+    }
 }
 
 /// The bytes of a file as text.

@@ -1,0 +1,56 @@
+//! Where a scene came from, and where in its text its parts stand.
+
+use std::sync::{Arc, OnceLock};
+
+use crate::diagnostic::Place;
+use crate::native::{self, Notation};
+
+/// What a scene was written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// A native scene.
+    Native(Notation),
+    /// glTF 2.0 with its buffers beside it or inside as text.
+    Gltf,
+    /// glTF 2.0 in one binary file.
+    Glb,
+    /// Wavefront OBJ.
+    Obj,
+}
+
+/// Where a scene came from.
+#[derive(Clone, Debug)]
+pub struct SourceInfo {
+    /// As the user named it: a path, or `preset:NAME`.
+    pub name: String,
+    /// The name without folders and endings, for naming pictures.
+    pub stem: String,
+    /// What it was written in.
+    pub format: Format,
+    /// The text of a native scene.
+    pub text: Option<Arc<str>>,
+    /// The text's tree, made when it is first asked for.
+    tree: OnceLock<Option<native::Tree>>,
+}
+
+impl SourceInfo {
+    pub(crate) fn new(name: impl Into<String>, stem: impl Into<String>, format: Format, text: Option<Arc<str>>) -> Self {
+        Self { name: name.into(), stem: stem.into(), format, text, tree: OnceLock::new() }
+    }
+
+    /// Where a part of the scene stands, for a user: `x.scene.toml:12:5`, or `duck.glb: materials[2]` where there is no
+    /// text. The path starts at the root: `objects[3].material`; what the text leaves out stands at the part around it.
+    pub fn locate(&self, path: &str) -> String {
+        let (Some(text), Format::Native(notation)) = (&self.text, self.format) else {
+            return format!("{}: {path}", self.name);
+        };
+        let tree = self.tree.get_or_init(|| native::Tree::new(text, notation));
+        match tree.as_ref().and_then(|tree| tree.span(path)) {
+            Some(span) => {
+                let place = Place::of(text, &span);
+                format!("{}:{}:{}", self.name, place.line, place.column)
+            }
+            None => self.name.clone(),
+        }
+    }
+}

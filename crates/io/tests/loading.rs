@@ -1,0 +1,294 @@
+//! Loading as a caller sees it: what comes from where, what each failure means, what the hash covers.
+
+use std::path::{Path, PathBuf};
+
+use raywright_core::scene::{MeshSource, Triple};
+use raywright_io::{Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, Notation, Overrides, load, presets};
+
+/// A folder of its own with one scene and whatever else a test puts there.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new(scene: &str) -> Self {
+        let place = Self { folder: tempfile::tempdir().expect("a temporary folder") };
+        place.put("x.scene.toml", scene.as_bytes());
+        place
+    }
+
+    fn put(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.folder.path().join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(&path, bytes).expect("a file");
+        path
+    }
+
+    fn load(&self) -> Result<Loaded, Error> {
+        self.load_with(&LoadOptions::default())
+    }
+
+    fn load_with(&self, options: &LoadOptions) -> Result<Loaded, Error> {
+        load(&Input::Path(self.folder.path().join("x.scene.toml")), options)
+    }
+
+    /// The kind and message of the failure, with the folder's own name left out.
+    fn fails(&self, options: &LoadOptions) -> (ErrorKind, String) {
+        let error = self.load_with(options).expect_err("the scene is wrong");
+        (error.kind(), error.to_string().replace(&format!("{}/", self.folder.path().display()), ""))
+    }
+}
+
+fn limits(limits: Limits) -> LoadOptions {
+    LoadOptions { limits, ..LoadOptions::default() }
+}
+
+fn at(t: f64) -> LoadOptions {
+    LoadOptions { overrides: Overrides { at: Some(t), set: Vec::new() }, ..LoadOptions::default() }
+}
+
+const TEXTURED: &str = "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n";
+
+/// A red pixel.
+fn png() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().and_then(|mut writer| writer.write_image_data(&[255, 0, 0])).expect("a picture");
+    bytes
+}
+
+#[test]
+fn a_file_that_does_not_exist_is_named_with_the_reason() {
+    let error = load(&Input::Path(PathBuf::from("no/such.scene.toml")), &LoadOptions::default()).expect_err("no file");
+    assert_eq!(error.kind(), ErrorKind::File);
+    assert_eq!(error.to_string(), "error: cannot read no/such.scene.toml: no such file or folder");
+}
+
+#[test]
+fn a_folder_is_no_scene() {
+    let error = load(&Input::Path(std::env::temp_dir()), &LoadOptions::default()).expect_err("a folder");
+    assert_eq!(error.kind(), ErrorKind::File);
+    assert!(error.to_string().ends_with(": it is a folder"), "{error}");
+}
+
+#[test]
+fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
+    let place = Place::new("");
+    let path = place.put("notes.txt", b"Dear diary");
+    let error = load(&Input::Path(path), &LoadOptions::default()).expect_err("no scene");
+    assert_eq!(error.kind(), ErrorKind::Input);
+    assert!(error.to_string().contains("scenes are read from .scene.toml, .scene.json, .gltf, .glb and .obj files"), "{error}");
+}
+
+#[test]
+fn a_text_that_is_not_utf_8_is_refused_with_its_place() {
+    let place = Place::new("");
+    place.put("x.scene.toml", b"format = 1\ntitle = \"caf\xe9\"");
+    let (kind, message) = place.fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::Input);
+    assert_eq!(
+        message,
+        "error: x.scene.toml: line 2, column 13: this is not UTF-8 text\nhelp: save the file with the encoding UTF-8"
+    );
+}
+
+#[test]
+fn the_ending_decides_what_a_file_is_and_the_content_where_it_does_not() {
+    let place = Place::new("");
+    let format = |name: &str, bytes: &[u8]| {
+        let loaded = load(&Input::Path(place.put(name, bytes)), &LoadOptions::default());
+        loaded.map(|loaded| (loaded.source.format, loaded.source.stem)).map_err(|error| error.to_string())
+    };
+    let toml = Format::Native(Notation::Toml);
+    let json = Format::Native(Notation::Json);
+    assert_eq!(format("a.scene.toml", b"format = 1"), Ok((toml, "a".to_owned())));
+    assert_eq!(format("b.b.scene.json", b"{\"format\": 1}"), Ok((json, "b.b".to_owned())));
+    assert_eq!(format("c.toml", b"format = 1"), Ok((toml, "c".to_owned())));
+    assert_eq!(format("d", b"# mine\nformat = 1"), Ok((toml, "d".to_owned())));
+    assert_eq!(format("e.txt", b" {\"format\": 1}"), Ok((json, "e.txt".to_owned())));
+}
+
+#[test]
+fn what_asks_for_too_much_is_over_a_limit() {
+    let grid = "format = 1\n[[materials]]\nname = \"m\"\nmodel.classic = {}\n[[generators]]\n\
+        kind.grid = { counts = [4000000000, 4000000000, 4000000000], origin = [0, 0, 0], step = [1, 1, 1] }\n\
+        object = { material = \"m\", shape.sphere = { centre = [0, 0, 0], radius = 1 } }";
+    let (kind, message) = Place::new(grid).fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::Limit);
+    assert_eq!(message, "error: x.scene.toml: the scene has 18446744073709551615 objects, more than the limit of 16000000");
+
+    let mesh = "format = 1\n[[meshes]]\nname = \"m\"\n\
+        source.inline = { positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], indices = [[0, 1, 2], [0, 2, 1]] }";
+    assert_eq!(Place::new(mesh).fails(&limits(Limits { triangles: 1, ..Limits::default() })).0, ErrorKind::Limit);
+
+    let (kind, message) = Place::new(TEXTURED).fails(&limits(Limits { text_bytes: 10, ..Limits::default() }));
+    assert_eq!(kind, ErrorKind::Limit);
+    assert!(message.starts_with("error: x.scene.toml: the scene is larger than the limit of 10 bytes\nhelp: "), "{message}");
+}
+
+#[test]
+fn a_missing_texture_is_a_warning_and_a_missing_sky_is_not() {
+    let loaded = Place::new(TEXTURED).load().expect("a scene");
+    assert_eq!(loaded.scene.images[0].data, None);
+    let [warning] = loaded.warnings.as_slice() else { panic!("one warning, not {:?}", loaded.warnings) };
+    let text = "image `wood`: cannot read `wood.png`: no such file or folder; where it is used, the factor alone counts";
+    assert!(warning.message.ends_with(text), "{warning}");
+
+    let (kind, message) = Place::new(&format!("{TEXTURED}[sky]\nmap = {{ image = \"wood\" }}")).fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::File);
+    assert!(message.contains("--> x.scene.toml:4:8"), "{message}");
+}
+
+#[test]
+fn images_are_decoded_and_broken_ones_shown_at_their_place() {
+    let place = Place::new(TEXTURED);
+    place.put("wood.png", &png());
+    let image = place.load().expect("a scene").scene.images[0].data.clone().expect("pixels");
+    assert_eq!((image.width, image.height), (1, 1));
+    place.put("wood.png", &png()[..40]);
+    let (kind, message) = place.fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::Input);
+    assert!(message.contains("`wood.png` is a broken picture") && message.contains("--> x.scene.toml:4:8"), "{message}");
+    place.put("wood.png", &png());
+    assert_eq!(place.fails(&limits(Limits { image_pixels: 0, ..Limits::default() })).0, ErrorKind::Limit);
+}
+
+#[test]
+fn references_out_of_the_folder_are_refused_at_their_place() {
+    let scene = TEXTURED.replace("wood.png", "../wood.png");
+    let (kind, message) = Place::new(&scene).fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::Input);
+    assert_eq!(
+        message,
+        "error: `../wood.png` leads out of the scene's folder, and only files in it are read
+ --> x.scene.toml:4:8
+  |
+4 | path = \"../wood.png\"
+  |        ^^^^^^^^^^^^^"
+    );
+}
+
+#[test]
+fn an_unknown_embedded_image_is_refused_at_its_place() {
+    let (kind, message) = Place::new(&TEXTURED.replace("wood.png", "embedded:nothing")).fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::Input);
+    assert!(message.starts_with("error: the program carries no `nothing`"), "{message}");
+}
+
+/// A glTF file with one triangle, its buffer beside it, shown twice: moved, and mirrored.
+fn gltf_triangle(place: &Place) {
+    let corners: [Triple; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let buffer: Vec<u8> = corners.iter().flatten().flat_map(|x| (*x as f32).to_le_bytes()).collect();
+    place.put("models/leaf.bin", &buffer);
+    let text = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0, 1] }],
+        "nodes": [{ "mesh": 0, "translation": [0, 0, 5] }, { "mesh": 0, "scale": [-1, 1, 1] }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+        "accessors": [{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }],
+        "bufferViews": [{ "buffer": 0, "byteLength": 36 }], "buffers": [{ "byteLength": 36, "uri": "leaf.bin" }] }"#;
+    place.put("models/leaf.gltf", text.as_bytes());
+}
+
+const MODEL: &str = "format = 1\n[[meshes]]\nname = \"leaf\"\nsource.file = \"models/leaf.gltf\"\n";
+
+#[test]
+fn a_mesh_in_a_file_becomes_one_mesh_with_the_file_s_transforms() {
+    let place = Place::new(MODEL);
+    gltf_triangle(&place);
+    let loaded = place.load().unwrap_or_else(|error| panic!("{error}"));
+    let MeshSource::Inline(mesh) = &loaded.scene.meshes[0].source else { panic!("the mesh was not read") };
+    assert_eq!(mesh.positions[..3], [[0.0, 0.0, 5.0], [1.0, 0.0, 5.0], [0.0, 1.0, 5.0]]);
+    assert_eq!(mesh.positions[3..], [[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    // The mirrored one is turned over, so that both face +z.
+    assert_eq!(mesh.indices, [[0, 1, 2], [3, 5, 4]]);
+}
+
+#[test]
+fn a_mesh_file_that_cannot_be_had_is_an_error_at_its_place() {
+    let place = Place::new(MODEL);
+    let (kind, message) = place.fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::File);
+    assert!(message.contains("--> x.scene.toml:4:15"), "{message}");
+    gltf_triangle(&place);
+    place.put("models/leaf.gltf", b"{}");
+    let (kind, message) = place.fails(&LoadOptions::default());
+    assert_eq!(kind, ErrorKind::Input);
+    assert!(message.contains("models/leaf.gltf: ") && message.contains("--> x.scene.toml:4:15"), "{message}");
+}
+
+#[test]
+fn a_model_has_no_parameters() {
+    let place = Place::new("");
+    gltf_triangle(&place);
+    let overrides = Overrides { at: None, set: vec![("speed".to_owned(), 1.0)] };
+    let options = LoadOptions { overrides, ..LoadOptions::default() };
+    let model = Input::Path(place.folder.path().join("models/leaf.gltf"));
+    assert_eq!(load(&model, &options).expect_err("no parameter").kind(), ErrorKind::Usage);
+    assert_eq!(load(&model, &LoadOptions::default()).expect("a scene").source.format, Format::Gltf);
+}
+
+#[test]
+fn the_hash_covers_text_time_parameters_and_files() {
+    let hash = |place: &Place, options: &LoadOptions| place.load_with(options).expect("a scene").hash;
+    let place = Place::new(TEXTURED);
+    place.put("wood.png", &png());
+    let first = hash(&place, &LoadOptions::default());
+    assert_eq!(first.len(), 64);
+    assert_eq!(hash(&place, &LoadOptions::default()), first);
+    assert_ne!(hash(&place, &at(1.0)), first);
+    assert_ne!(hash(&place, &at(2.0)), hash(&place, &at(1.0)));
+    let mut other = png();
+    other.push(0);
+    place.put("wood.png", &other);
+    assert_ne!(hash(&place, &LoadOptions::default()), first);
+    place.put("wood.png", &png());
+    assert_eq!(hash(&place, &LoadOptions::default()), first);
+    place.put("x.scene.toml", format!("{TEXTURED}\n").as_bytes());
+    assert_ne!(hash(&place, &LoadOptions::default()), first);
+
+    let place = Place::new(MODEL);
+    gltf_triangle(&place);
+    let first = hash(&place, &LoadOptions::default());
+    place.put("models/leaf.bin", &[0; 36]);
+    assert_ne!(hash(&place, &LoadOptions::default()), first, "the buffer of a model does not count");
+}
+
+#[test]
+fn parts_of_a_scene_are_located_in_its_text() {
+    let loaded = Place::new(TEXTURED).load().expect("a scene");
+    let name = &loaded.source.name;
+    assert_eq!(loaded.source.locate("images[0].path"), format!("{name}:4:8"));
+    assert_eq!(loaded.source.locate("images[0].data"), format!("{name}:2:1"));
+    assert_eq!(loaded.source.locate("sky.map"), *name);
+}
+
+#[test]
+fn every_preset_loads_and_is_found_by_its_name() {
+    for preset in presets::list() {
+        let loaded = load(&Input::Preset(preset.name.to_owned()), &LoadOptions::default());
+        let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(loaded.warnings, [], "{}", preset.name);
+        assert_eq!(loaded.scene.title, preset.title);
+        assert_ne!(preset.title, "", "{} says nothing about itself", preset.name);
+    }
+}
+
+#[test]
+fn presets_are_the_files_of_the_scenes_folder() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let mut files: Vec<String> =
+        entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.strip_suffix(".scene.toml").map(str::to_owned)).collect();
+    files.sort();
+    assert_eq!(presets::list().iter().map(|preset| preset.name.to_owned()).collect::<Vec<_>>(), files);
+}
+
+#[test]
+fn an_unknown_preset_is_a_usage_error_with_a_suggestion() {
+    let Some(preset) = presets::list().into_iter().next() else { return };
+    let mistyped = format!("{}x", preset.name);
+    let error = load(&Input::Preset(mistyped.clone()), &LoadOptions::default()).expect_err("no such preset");
+    assert_eq!(error.kind(), ErrorKind::Usage);
+    let wanted = format!("error: there is no preset `{mistyped}`\nhelp: did you mean `preset:{}`?", preset.name);
+    assert_eq!(error.to_string(), wanted);
+}
