@@ -1,5 +1,7 @@
 //! Pictures against pictures that other programs computed from the same scenes.
 
+mod noise;
+mod swing;
 mod whitted;
 
 use std::path::{Path, PathBuf};
@@ -8,7 +10,7 @@ use raywright::core::display::Display;
 use raywright::core::picture::Picture;
 use raywright::core::scene::{ToneMap, TransferCurve};
 use raywright::core::{Rendered, Scene, Settings, prepare};
-use raywright::io::output::read_picture;
+use raywright::io::output::{Metadata, read_picture, write_png};
 use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
 
 /// The folder of reference data beside the checkout; none, with a line that says so, where it is missing.
@@ -54,4 +56,41 @@ pub fn share_beyond(a: &Picture, b: &Picture, threshold: f32, mask: impl Fn(usiz
         off += u32::from(!(0..3).all(|k| (a.rgb[i][k] - b.rgb[i][k]).abs() <= threshold));
     }
     f64::from(off) / f64::from(all.max(1))
+}
+
+/// Which pixels of a reference rounding cannot change: white in its `stable.png`.
+pub fn stable_mask(folder: &Path) -> Vec<bool> {
+    read(&folder.join("stable.png")).rgb.iter().map(|pixel| pixel[0] > 0.5).collect()
+}
+
+/// At most this share of the stable pixels is off by more than 1/255; prints the share.
+#[track_caller]
+pub fn hold_stable(what: &str, ours: &Picture, theirs: &Picture, stable: &[bool], allowed: f64) {
+    let share = share_beyond(ours, theirs, 1.0 / 255.0, |i| stable[i]);
+    let all = share_beyond(ours, theirs, 1.0 / 255.0, |_| true);
+    eprintln!("{what}: {:.4} % of stable pixels off by > 1/255, {:.4} % of all", share * 100.0, all * 100.0);
+    if share > allowed {
+        let kept = keep(what, ours, theirs);
+        panic!("{what}: {:.4} % of the stable pixels are off by more than 1/255; see {}", share * 100.0, kept.display());
+    }
+}
+
+/// Keeps what a failed comparison compared, and the difference 50 times enlarged.
+pub fn keep(what: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reference").join(what.replace([' ', '/'], "-"));
+    std::fs::create_dir_all(&folder).expect("a folder for the pictures");
+    let mut difference = ours.clone();
+    for (pixel, other) in difference.rgb.iter_mut().zip(&theirs.rgb) {
+        *pixel = std::array::from_fn(|k| 50.0 * (pixel[k] - other[k]).abs());
+    }
+    for (name, picture) in [("ours", ours), ("theirs", theirs), ("difference", &difference)] {
+        let plain = Picture { layers: Vec::new(), ..picture.clone() };
+        write_png(&folder.join(format!("{name}.png")), &plain, Display::PLAIN, &Metadata::default()).expect("a picture");
+    }
+    folder
+}
+
+/// The samples of a layer.
+pub fn object_ids(picture: &Picture, layer: &str) -> Vec<f32> {
+    picture.layer(layer).unwrap_or_else(|| panic!("no layer {layer}")).samples.clone()
 }

@@ -79,10 +79,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             };
             let mut share = P::Real::ONE;
             if light.shadows && (facing > zero || highlight > zero || m.shadow.is_some()) {
-                let between = self.between(shading, seen.direction, seen.distance, m.shadow.is_some());
-                shading.point.inputs.occluder_distance = between.distance;
-                shading.point.inputs.shadow = between.share;
-                share = m.shadow.as_ref().map_or(between.share, |s| s.at(&shading.point));
+                if m.asks_what_is_between {
+                    let between = self.between(shading, seen.direction, seen.distance, m.shadow.is_some());
+                    shading.point.inputs.occluder_distance = between.distance;
+                    shading.point.inputs.shadow = between.share;
+                }
+                share = m.shadow.as_ref().map_or(shading.inputs().shadow, |s| s.at(&shading.point));
                 shading.point.inputs.shadow = share;
             }
             lit += seen.colour * (m.diffuse.at(&shading.point) * facing * share);
@@ -176,6 +178,7 @@ fn lobe<P: Precision>(s: &Specular<P::Real>, shading: &Shading<P>, l: Vec3Of<P>)
         SpecularModel::Blinn => inputs.n.dot((l - inputs.d).normalize()),
         SpecularModel::BlinnReflected => inputs.n.dot((l - inputs.r).normalize()),
         SpecularModel::Phong => inputs.r.dot(l),
+        SpecularModel::Grazing => inputs.d.dot(inputs.r),
     };
     // Halfway between opposite directions there is none: NaN, and no highlight.
     Real::powi(cosine.max(P::Real::ZERO), s.exponent)

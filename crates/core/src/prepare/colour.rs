@@ -49,9 +49,14 @@ impl<R: Real> Factor<R> {
         }
     }
 
+    /// Whether it depends on one of these variables.
+    pub fn reads(&self, variables: &[Variable]) -> bool {
+        matches!(self, Self::Program(program) if variables.iter().any(|&variable| program.uses(variable)))
+    }
+
     /// Whether it depends on the texture coordinates.
     pub fn reads_coordinates(&self) -> bool {
-        matches!(self, Self::Program(program) if program.uses(Variable::U) || program.uses(Variable::V))
+        self.reads(&[Variable::U, Variable::V])
     }
 
     /// Zero everywhere.
@@ -105,7 +110,7 @@ impl<R: Real> ColourSource<R> {
         match self {
             Self::Constant(_) | Self::Checker { .. } => false,
             Self::Program(program) => program.uses(Variable::U) || program.uses(Variable::V),
-            Self::Texture(_) => true,
+            Self::Texture(sampler) => sampler.reads_coordinates(),
         }
     }
 

@@ -8,7 +8,7 @@ use raywright_bvh::{Real, Vector};
 use super::PrepareError;
 use super::colour::{ColourSource, Factor};
 use super::texture::{Sampler, Textures};
-use crate::expr::Scope;
+use crate::expr::{Scope, Variable};
 use crate::scene::{
     AlphaMode, Classic as ClassicData, Colour, Material as MaterialData, Model, Physical as PhysicalData, Scene, SpecularModel,
     TextureRef, TransmissionChoice,
@@ -37,6 +37,8 @@ pub(crate) struct Classic<R: Real> {
     pub emission: Option<ColourSource<R>>,
     pub shadow_transmittance: R,
     pub shadow: Option<Factor<R>>,
+    /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
+    pub asks_what_is_between: bool,
 }
 
 /// A highlight.
@@ -191,6 +193,7 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, context: &Context<'_>) -> 
             fuzz: r.fuzz.as_ref().map(|f| (R::from_f64(f.amount), f.frequencies.map(|row| R::Vec3::from_f64(row.into())))),
         })
     });
+    let shadow = m.shadow.as_ref().map(|s| factor(s, Scope::Light, "shadow")).transpose()?;
     let rim = m.rim.as_ref().map(|r| Ok((factor(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)));
     Ok(Classic {
         colour: colour(&m.colour, "colour")?,
@@ -211,7 +214,8 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, context: &Context<'_>) -> 
         }),
         emission: m.emission.as_ref().map(|e| colour(e, "emission")).transpose()?,
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
-        shadow: m.shadow.as_ref().map(|s| factor(s, Scope::Light, "shadow")).transpose()?,
+        asks_what_is_between: shadow.as_ref().is_none_or(|s| s.reads(&[Variable::Shadow, Variable::OccluderDistance])),
+        shadow,
     })
 }
 

@@ -79,6 +79,11 @@ pub(crate) struct Sampler<R: Real> {
 }
 
 impl<R: Real> Sampler<R> {
+    /// Whether it depends on the surface's own texture coordinates.
+    pub fn reads_coordinates(&self) -> bool {
+        self.coordinates.as_ref().is_none_or(|own| own.iter().any(Factor::reads_coordinates))
+    }
+
     /// Linear colour at a point, with the factor.
     pub fn colour(&self, point: &Point<R>) -> R::Vec3 {
         let [r, g, b, _] = self.texel(point);

@@ -54,7 +54,7 @@ pub struct Classic {
     /// Share of a light that passes when this surface is the occluder, 0 (opaque) to 1.
     pub shadow_transmittance: f64,
     /// How much of a shadowed light arrives, in place of the rule's own factor: an expression of `occluder_distance`
-    /// (infinite where nothing occludes) and of the hit.
+    /// (infinite where nothing occludes), `shadow` (the rule's factor) and the hit. One that reads neither needs no ray.
     pub shadow: Option<Weight>,
 }
 
@@ -69,6 +69,8 @@ pub enum SpecularModel {
     BlinnReflected,
     /// max(0, r·l)^exponent with r the mirrored view (Phong, "Illumination for Computer Generated Pictures", 1975).
     Phong,
+    /// max(0, d·r)^exponent: a sheen at grazing angles wherever the light is, as some procedural shaders have it.
+    Grazing,
 }
 
 /// A highlight of the lights: strength · model · tint, for each light that makes highlights.
@@ -110,7 +112,8 @@ pub struct Rim {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reflection {
-    /// Factor of what the mirrored ray sees.
+    /// Factor of what the mirrored ray sees. An expression finds in `l`, `shadow` and `occluder_distance` what the local term
+    /// found of the first light that reaches the point.
     pub weight: Weight,
     /// Whether the base colour tints it.
     #[serde(default = "yes")]

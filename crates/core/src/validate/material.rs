@@ -51,7 +51,7 @@ fn traced(check: &mut Check<'_>, material: &Classic) {
     }
     if let Some(reflection) = &material.reflection {
         check.inside("reflection", |check| {
-            check.inside("weight", |check| weight(check, &reflection.weight, Scope::Surface));
+            check.inside("weight", |check| weight(check, &reflection.weight, Scope::Light));
             if let Some(fuzz) = &reflection.fuzz {
                 check.finite("fuzz.amount", fuzz.amount);
                 check.each("fuzz.frequencies", &fuzz.frequencies, |check, row| check.point("", *row));
@@ -118,5 +118,8 @@ fn texture_ref(check: &mut Check<'_>, texture: &TextureRef) {
     check.colour("factor", texture.factor);
     if let Some(rows) = &texture.uv_transform {
         check.each("uv_transform", rows, |check, row| check.point("", *row));
+    }
+    if let Some(coordinates) = &texture.uv {
+        check.each("uv", coordinates, |check, coordinate| weight(check, coordinate, Scope::Surface));
     }
 }
