@@ -2,7 +2,7 @@
 
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{hold_stable, object_ids, read, reference, render, stable_mask};
+use super::{carried, hold_stable, object_ids, read, reference, render, stable_mask};
 
 /// Folder, time, pointer, size.
 const VIEWS: [(&str, f64, [f64; 2], [u32; 2]); 2] =
@@ -11,7 +11,7 @@ const VIEWS: [(&str, f64, [f64; 2], [u32; 2]); 2] =
 /// Protects: gradient noise and its sums inside expressions of surfaces, weights, shadows and sky, and every constant of
 /// the preset.
 fn views(precision: PrecisionChoice) {
-    let Some(folder) = reference("noise") else { return };
+    let Some(folder) = reference("noise").filter(|_| carried("noise")) else { return };
     for (name, t, [x, y], size) in VIEWS {
         let folder = folder.join(name);
         let stable = stable_mask(&folder);

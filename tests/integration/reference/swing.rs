@@ -3,7 +3,7 @@
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{object_ids, read, reference, render};
+use super::{carried, object_ids, read, reference, render};
 
 /// Pixels whose 3×3 neighbours show the same object.
 fn interior(ids: &[f32], width: u32, height: u32) -> Vec<bool> {
@@ -39,7 +39,7 @@ fn hits(aov: &Picture) -> Vec<f32> {
 
 /// Protects: a centre by expressions of the time, a field of view by focal length, and one parameter that switches light.
 fn pendulum(precision: PrecisionChoice) {
-    let Some(folder) = reference("swing") else { return };
+    let Some(folder) = reference("swing").filter(|_| carried("pendulum")) else { return };
     for (name, t) in [("t0p6_256x256", 0.6), ("t4p0_256x256", 4.0)] {
         let folder = folder.join(name);
         let ids = hits(&read(&folder.join("aov.exr")));
@@ -55,7 +55,7 @@ fn pendulum(precision: PrecisionChoice) {
 
 /// Protects: roots, clipping and normals of the hyperboloid and the ellipsoid, on both sides.
 fn quadrics(precision: PrecisionChoice) {
-    let Some(folder) = reference("swing/quadrics_256x240") else { return };
+    let Some(folder) = reference("swing/quadrics_256x240").filter(|_| carried("quadrics")) else { return };
     let ids = object_ids(&read(&folder.join("aov.exr")), "object");
     let ours = render("quadrics", 0.0, &[], |s| {
         s.precision = precision;
