@@ -1,4 +1,5 @@
 //! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
+pub mod bench;
 pub mod camera;
 mod complete;
 pub mod counters;

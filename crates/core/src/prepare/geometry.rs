@@ -36,7 +36,7 @@ pub(crate) struct MeshUse<R: Real> {
     pub flipped: bool,
 }
 
-pub(super) struct Built<P: Precision> {
+pub(crate) struct Built<P: Precision> {
     pub geometry: Geometry<P>,
     pub objects: Vec<ObjectRecord<P::Real>>,
     pub object_of: Vec<u32>,
@@ -71,7 +71,7 @@ fn visibility(object: &Object) -> Visibility {
 }
 
 /// Builds everything that can be hit.
-pub(super) fn build<P: Precision>(scene: &Scene, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
+pub(crate) fn build<P: Precision>(scene: &Scene, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
     let objects = expand(scene);
     let mut builder = Builder::<P>::new(scene, kind, &objects);
     for (index, object) in objects.iter().enumerate() {

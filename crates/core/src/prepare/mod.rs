@@ -17,8 +17,8 @@ use crate::scene::{ClassicRules, Colour, DepthLimit, OffsetDirection, Scene, Sha
 use crate::settings::{Background, Settings};
 
 pub(crate) use colour::Point;
-pub(crate) use geometry::ObjectRecord;
 pub use geometry::affine;
+pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use irradiance::Irradiance;
 pub(crate) use light::Light;
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};

@@ -1,0 +1,141 @@
+//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by scan and by tree.
+
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Real, Robust, Vector};
+use serde::Serialize;
+
+use super::generated::Numbers;
+use super::measure::{Contestant, Row, row, timed_builds};
+use super::{BenchError, Care, SEEDS, alone};
+use crate::camera::{Camera, frame};
+use crate::prepare::build_geometry;
+use crate::scene::Scene;
+use crate::settings::Settings;
+
+/// Most camera rays.
+const CAMERA_RAYS: u32 = 1 << 15;
+
+/// Scan against tree on a given scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Given {
+    /// Rays of the camera through a regular grid of pixel centres: neighbours do much the same.
+    pub camera: Row,
+    /// From where those hit, cosine-weighted about the normal: neighbours differ. None where nothing was hit.
+    pub bounce: Option<Row>,
+}
+
+/// Measures a validated scene as the settings' camera sees it. `on_row` hears of each finished row.
+///
+/// # Errors
+/// See [`BenchError`].
+pub fn given(
+    scene: &Scene,
+    settings: &Settings,
+    care: &Care,
+    on_row: &mut (dyn FnMut(&Row) + Send),
+) -> Result<Given, BenchError> {
+    alone(|| {
+        let build = |kind| timed_builds(care, || (), |()| build_geometry::<Robust>(scene, kind));
+        let (scan, scan_build) = build(AcceleratorKind::Linear);
+        let (tree, tree_build) = build(AcceleratorKind::Tree(BuildQuality::default()));
+        let (scan, tree) = (scan?, tree?);
+        if tree.geometry.is_empty() {
+            return Err(BenchError::Empty);
+        }
+        let rays = camera_rays(&tree.geometry, settings);
+        let scan = Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.bytes };
+        let tree = Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.bytes };
+        let camera = row(&scan, &tree, &rays, care)?;
+        on_row(&camera);
+        let bounced = bounces(tree.geometry, &rays);
+        let bounce = match bounced.as_slice() {
+            [] => None,
+            rays => Some(row(&scan, &tree, rays, care)?),
+        };
+        bounce.iter().for_each(on_row);
+        Ok(Given { camera, bounce })
+    })
+}
+
+/// Rays through pixel centres, every n-th column and row so that there are not too many.
+fn camera_rays(geometry: &Geometry<Robust>, settings: &Settings) -> Vec<Ray<f32>> {
+    let [width, height] = settings.size;
+    let aspect = f64::from(width) / f64::from(height);
+    let camera = settings.camera.clone().unwrap_or_else(|| frame(&geometry.bounded_part(), aspect));
+    let camera = Camera::<f32>::new(&camera, settings.size);
+    let pixels = u64::from(width) * u64::from(height);
+    let step = (1..).find(|s| u64::from(CAMERA_RAYS) * s * s >= pixels).unwrap_or(1) as usize;
+    let centres = |n: u32| (0..n).step_by(step).map(|i| f32::from_f64(f64::from(i) + 0.5));
+    centres(height).flat_map(|y| centres(width).map(move |x| (x, y))).map(|(x, y)| camera.ray(x, y, [0.5; 2])).collect()
+}
+
+/// One ray from each hit, cosine-weighted about the normal on the side that the ray came from.
+fn bounces(geometry: &Geometry<Robust>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
+    let numbers = Numbers { seed: SEEDS[1] };
+    let bounce = |(i, ray): (usize, &Ray<f32>)| {
+        let hit = geometry.closest(ray, Interval::positive(), &mut ())?;
+        let surface = geometry.surface(ray, &hit);
+        let normal = if surface.normal.dot(ray.direction) > 0.0 { -surface.normal } else { surface.normal };
+        // A point of the unit sphere that touches the surface: its direction is cosine-distributed. The factor
+        // keeps it from being zero.
+        let direction = normal + glam::Vec3::from_f64(numbers.direction(i as u64, 0)) * 0.999;
+        let direction = direction.normalize();
+        Some(Ray::new(surface.spawn(direction), direction))
+    };
+    rays.iter().enumerate().filter_map(bounce).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Object;
+
+    const HASTY: Care = Care { repeats: 1, sample_seconds: 1e-4 };
+
+    /// A sphere among `count` others on a plane, seen from the front.
+    fn scene(count: usize) -> Scene {
+        let mut objects = vec![r#"{"shape": {"plane": {"point": [0, -1, 0], "normal": [0, 1, 0]}}, "material": "m"}"#.to_owned()];
+        for i in 0..count {
+            let x = i as f64 * 0.1;
+            objects.push(format!(r#"{{"shape": {{"sphere": {{"centre": [{x}, 0, 0], "radius": 0.5}}}}, "material": "m"}}"#));
+        }
+        let objects: Vec<Object> = objects.iter().map(|o| serde_json::from_str(o).unwrap()).collect();
+        let mut scene: Scene = serde_json::from_str(
+            r#"{"format": 1, "render": {"size": [500, 400]}, "cameras": [{"name": "c", "pose": {"look_at": {"eye": [0, 0, 5],
+                "target": [0, 0, 0]}}, "projection": {"pinhole": {"vertical_fov": 40}}}],
+                "materials": [{"name": "m", "model": {"classic": {}}}]}"#,
+        )
+        .unwrap();
+        scene.objects = objects;
+        scene
+    }
+
+    /// Protects: both sets of rays are measured, within their number, and bounces start only where something was hit.
+    #[test]
+    fn camera_and_bounce_rays() {
+        let scene = scene(30);
+        let mut heard = 0;
+        let given = given(&scene, &Settings::of(&scene), &HASTY, &mut |_| heard += 1).unwrap();
+        let bounce = given.bounce.expect("the camera sees something");
+        assert_eq!((heard, given.camera.primitives), (2, 31));
+        assert!(given.camera.tree.rays <= CAMERA_RAYS as usize && bounce.tree.rays <= given.camera.tree.rays);
+        assert!(given.camera.hit_share > 0.1 && given.camera.hit_share < 1.0 && bounce.hit_share < 1.0);
+        assert_eq!(given.camera.scan.unwrap().tests_per_ray, 31.0);
+    }
+
+    /// Protects: bounces leave the surface: from a lone sphere seen from outside, none hits it again.
+    #[test]
+    fn bounces_leave_the_surface() {
+        let mut scene = scene(1);
+        scene.objects.remove(0);
+        let given = given(&scene, &Settings::of(&scene), &HASTY, &mut |_| ()).unwrap();
+        assert_eq!(given.bounce.expect("the camera sees it").hit_share, 0.0);
+    }
+
+    /// Protects: a scene without objects is an error with words, not a table of NaN.
+    #[test]
+    fn nothing_to_hit() {
+        let mut scene = scene(0);
+        scene.objects.clear();
+        assert_eq!(given(&scene, &Settings::of(&scene), &HASTY, &mut |_| ()), Err(BenchError::Empty));
+    }
+}

@@ -1,0 +1,221 @@
+//! One row of the table: the same rays through a scan and a tree, hits compared first, then both timed in turn.
+
+use std::hint::black_box;
+
+use raywright_bvh::{Geometry, Hit, Interval, Ray, Robust, Visits};
+use serde::Serialize;
+
+use super::clock::now;
+use super::statistics::Spread;
+
+/// How carefully is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Care {
+    /// Interleaved repeats of each, at least one.
+    pub repeats: usize,
+    /// Seconds that one timed sample should take; shorter ones show the clock and not the work.
+    pub sample_seconds: f64,
+}
+
+/// Fewest rays of a sample.
+const FEWEST_RAYS: usize = 16;
+/// A sample may take this many times as long as it should before it is left out.
+const PATIENCE: f64 = 4.0;
+
+/// A structure that answers queries, with what its making took.
+pub(super) struct Contestant<'a> {
+    pub geometry: &'a Geometry<Robust>,
+    pub build: Spread,
+    pub bytes: usize,
+}
+
+/// Cost of one way to find the closest hit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cost {
+    /// Nanoseconds a ray.
+    pub nanoseconds: Spread,
+    /// Rays of one sample; fewer than there are where a ray takes long, evenly chosen.
+    pub rays: usize,
+    /// Nodes visited, mean over those rays.
+    pub nodes_per_ray: f64,
+    /// Primitives tested, mean over those rays.
+    pub tests_per_ray: f64,
+    /// Milliseconds to build the structure, on one thread.
+    pub build_milliseconds: Spread,
+    /// Bytes of primitives and structure.
+    pub bytes: usize,
+}
+
+/// Scan against tree on one scene with one set of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Primitives in the scene.
+    pub primitives: usize,
+    /// Share of the rays that hit something.
+    pub hit_share: f64,
+    /// Every primitive tested; none where a sample would have taken too long.
+    pub scan: Option<Cost>,
+    /// The tree.
+    pub tree: Cost,
+    /// Time of the scan over time of the tree, of samples taken one after the other.
+    pub ratio: Option<Spread>,
+}
+
+/// The two structures gave different hits, so their times mean nothing.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
+pub struct Disagreement {
+    /// Index of the ray.
+    pub ray: usize,
+    /// Primitives in the scene.
+    pub primitives: usize,
+    /// What the scan found.
+    pub scan: String,
+    /// What the tree found.
+    pub tree: String,
+}
+
+/// Measures one row. Rays must not be empty.
+pub(super) fn row(scan: &Contestant<'_>, tree: &Contestant<'_>, rays: &[Ray<f32>], care: &Care) -> Result<Row, Disagreement> {
+    let primitives = tree.geometry.len();
+    let tree_sample = Sample::sized(tree.geometry, rays, care);
+    let scan_sample = Some(Sample::sized(scan.geometry, rays, care)).filter(|s| s.seconds() <= PATIENCE * care.sample_seconds);
+    if let Some(sample) = &scan_sample {
+        compare(sample, scan.geometry, tree.geometry, primitives)?;
+    }
+    let (mut of_scan, mut of_tree, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..care.repeats.max(1) {
+        let scanned = scan_sample.as_ref().map(|sample| sample.time(scan.geometry));
+        let walked = tree_sample.time(tree.geometry);
+        of_tree.push(walked);
+        of_scan.extend(scanned);
+        ratios.extend(scanned.map(|scanned| scanned / walked));
+    }
+    let hits = rays.iter().filter(|ray| closest(tree.geometry, ray).is_some()).count();
+    Ok(Row {
+        primitives,
+        hit_share: hits as f64 / rays.len() as f64,
+        ratio: scan_sample.is_some().then(|| Spread::of(&ratios)),
+        scan: scan_sample.map(|sample| sample.cost(scan, &of_scan)),
+        tree: tree_sample.cost(tree, &of_tree),
+    })
+}
+
+fn closest(geometry: &Geometry<Robust>, ray: &Ray<f32>) -> Option<Hit<f32>> {
+    geometry.closest(ray, Interval::positive(), &mut ())
+}
+
+/// Hits are compared bit for bit: distance, parameters, primitive and instance.
+fn compare(sample: &Sample<'_>, scan: &Geometry<Robust>, tree: &Geometry<Robust>, primitives: usize) -> Result<(), Disagreement> {
+    let bits = |hit: &Option<Hit<f32>>| hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.instance]);
+    for (index, ray) in sample.rays().enumerate() {
+        let (a, b) = (closest(scan, ray), closest(tree, ray));
+        if bits(&a) != bits(&b) {
+            let (scan, tree) = (format!("{a:?}"), format!("{b:?}"));
+            return Err(Disagreement { ray: index * sample.step, primitives, scan, tree });
+        }
+    }
+    Ok(())
+}
+
+/// What is timed at once: every `step`-th ray, all of it `passes` times.
+struct Sample<'a> {
+    all: &'a [Ray<f32>],
+    step: usize,
+    passes: usize,
+    seconds_a_ray: f64,
+}
+
+impl<'a> Sample<'a> {
+    /// Finds out how many rays a sample needs, which also warms up caches and predictors.
+    fn sized(geometry: &Geometry<Robust>, rays: &'a [Ray<f32>], care: &Care) -> Self {
+        let mut sample = Self { all: rays, step: rays.len(), passes: 1, seconds_a_ray: f64::INFINITY };
+        loop {
+            sample.seconds_a_ray = sample.time(geometry);
+            let spent = sample.seconds_a_ray * sample.count() as f64;
+            if spent >= care.sample_seconds * 0.25 || sample.step == 1 {
+                break;
+            }
+            sample.step = (sample.step / 4).max(1);
+        }
+        let wanted = ((care.sample_seconds / sample.seconds_a_ray.max(1e-12)) as usize).max(FEWEST_RAYS);
+        sample.step = (rays.len() / wanted).max(1);
+        sample.passes = (wanted / rays.len()).max(1);
+        sample
+    }
+
+    fn rays(&self) -> impl Iterator<Item = &'a Ray<f32>> + use<'a> {
+        self.all.iter().step_by(self.step)
+    }
+
+    /// Rays of one pass.
+    fn count(&self) -> usize {
+        self.all.len().div_ceil(self.step)
+    }
+
+    /// What it should take.
+    fn seconds(&self) -> f64 {
+        self.seconds_a_ray * (self.count() * self.passes) as f64
+    }
+
+    /// Seconds a ray, measured once.
+    fn time(&self, geometry: &Geometry<Robust>) -> f64 {
+        let start = now();
+        for _ in 0..self.passes {
+            for ray in self.rays() {
+                black_box(closest(geometry, black_box(ray)));
+            }
+        }
+        (now() - start) / (self.count() * self.passes) as f64
+    }
+
+    fn cost(&self, who: &Contestant<'_>, seconds: &[f64]) -> Cost {
+        let mut visits = Visits::default();
+        for ray in self.rays() {
+            who.geometry.closest(ray, Interval::positive(), &mut visits);
+        }
+        let rays = self.count();
+        Cost {
+            nanoseconds: Spread::of(seconds).scaled(1e9),
+            rays,
+            nodes_per_ray: visits.nodes as f64 / rays as f64,
+            tests_per_ray: visits.primitives as f64 / rays as f64,
+            build_milliseconds: who.build.scaled(1e3),
+            bytes: who.bytes,
+        }
+    }
+}
+
+/// Longest time spent on building one structure again and again, in samples.
+const BUILD_PATIENCE: f64 = 8.0;
+/// Most builds in one timed batch.
+const LARGEST_BATCH: usize = 256;
+
+/// Builds something several times and returns the last one with the seconds of a build. What is built from is made before
+/// the clock starts. Tiny builds are timed in batches.
+pub(super) fn timed_builds<I, G>(care: &Care, input: impl Fn() -> I, build: impl Fn(I) -> G) -> (G, Spread) {
+    let batch = |size: usize| {
+        let inputs: Vec<I> = (1..size).map(|_| input()).collect();
+        let last = input();
+        let start = now();
+        for input in inputs {
+            black_box(build(input));
+        }
+        let built = build(last);
+        (built, (now() - start) / size as f64)
+    };
+    // The first one warms up and is not counted unless it alone takes all the time there is.
+    let (mut built, first) = batch(1);
+    let size = ((care.sample_seconds * 0.1 / first.max(1e-9)) as usize).clamp(1, LARGEST_BATCH);
+    let (mut seconds, mut spent) = (Vec::new(), first);
+    while seconds.len() < care.repeats.max(1) && spent < BUILD_PATIENCE * care.sample_seconds {
+        let (again, took) = batch(size);
+        built = again;
+        seconds.push(took);
+        spent += took * size as f64;
+    }
+    if seconds.is_empty() {
+        seconds.push(first);
+    }
+    (built, Spread::of(&seconds))
+}

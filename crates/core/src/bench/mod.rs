@@ -1,0 +1,179 @@
+//! What a ray costs by scan and by tree: measured, compared, summed up. It prints nothing.
+//!
+//! Everything runs on one thread, whose CPU time is what counts (see [`CLOCK`]): a ray's cost is a property of the structure,
+//! not of the machine's load. Scan and tree answer the same rays; their hits are compared bit for bit before either is timed,
+//! and the timed samples alternate, so that a change of the machine's speed meets both.
+
+mod clock;
+mod generated;
+mod given;
+mod measure;
+mod statistics;
+
+use rayon::ThreadPoolBuilder;
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Robust};
+use serde::Serialize;
+
+use crate::prepare::PrepareError;
+use measure::{Contestant, row, timed_builds};
+
+pub use clock::CLOCK;
+pub use generated::{FILL, Kind, group, radius, rays};
+pub use given::{Given, given};
+pub use measure::{Care, Cost, Disagreement, Row};
+pub use statistics::{Crossover, PowerLaw, Spread};
+
+/// Why there is no measurement.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BenchError {
+    /// Scan and tree differ: a bug, and no times.
+    #[error(transparent)]
+    Disagreement(#[from] Disagreement),
+    /// More primitives than a tree can address.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// The scene can't be prepared.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// The scene has no object.
+    #[error("the scene has no object that a ray could hit")]
+    Empty,
+    /// No thread to measure on.
+    #[error("no thread could be started to measure on: {0}")]
+    Thread(String),
+}
+
+/// Rays through a generated scene.
+const RAYS: u32 = 1 << 16;
+/// Seeds of the scenes and of the rays through them.
+const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
+/// Where growth exponents are fitted: below, caches and constant costs rule.
+const FIT_FROM: f64 = 1e3;
+
+/// How the cost grows with the number of primitives.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Series {
+    /// What the scenes are made of.
+    pub kind: Kind,
+    /// By number of primitives, ascending.
+    pub rows: Vec<Row>,
+    /// From where on the tree leads; none where the scan was never timed.
+    pub crossover: Option<Crossover>,
+    /// Growth of the tree's time from 1000 primitives on; none with fewer than three such rows.
+    pub tree_growth: Option<PowerLaw>,
+    /// The same of the scan's.
+    pub scan_growth: Option<PowerLaw>,
+}
+
+/// Sizes of generated scenes up to a largest one: powers of two to 32, then three steps a decade of 1, 3, 10, and the
+/// largest itself.
+pub fn sizes(largest: u32) -> Vec<u32> {
+    let small = [1, 2, 4, 8, 16, 32].into_iter();
+    let decades = (2..10).flat_map(|e| [10_u32.pow(e), 3 * 10_u32.saturating_pow(e).min(u32::MAX / 3)]);
+    let mut sizes: Vec<u32> = small.chain(decades).filter(|&n| n < largest).collect();
+    sizes.push(largest);
+    sizes
+}
+
+/// Measures generated scenes of several sizes, which must ascend and not be zero. `on_row` hears of each finished row.
+///
+/// # Errors
+/// See [`BenchError`].
+pub fn generated(kind: Kind, sizes: &[u32], care: &Care, on_row: &mut (dyn FnMut(&Row) + Send)) -> Result<Series, BenchError> {
+    alone(|| {
+        let rays = rays(RAYS, SEEDS[1]);
+        let mut rows = Vec::with_capacity(sizes.len());
+        for &size in sizes {
+            let group: Group<Robust> = group(kind, size, SEEDS[0])?;
+            let build = |kind| timed_builds(care, || group.clone(), |group| Geometry::new(group, kind));
+            let (scan, scan_build) = build(AcceleratorKind::Linear);
+            let (tree, tree_build) = build(AcceleratorKind::Tree(BuildQuality::default()));
+            let scan = Contestant { geometry: &scan, build: scan_build, bytes: scan.bytes() };
+            let tree = Contestant { geometry: &tree, build: tree_build, bytes: tree.bytes() };
+            let row = row(&scan, &tree, &rays, care)?;
+            on_row(&row);
+            rows.push(row);
+        }
+        Ok(Series::of(kind, rows))
+    })
+}
+
+impl Series {
+    fn of(kind: Kind, rows: Vec<Row>) -> Self {
+        let ratios: Vec<_> = rows.iter().filter_map(|row| Some((row.primitives as f64, row.ratio?))).collect();
+        let growth = |cost: fn(&Row) -> Option<Cost>| {
+            let points = rows.iter().filter_map(|row| Some((row.primitives as f64, cost(row)?.nanoseconds.median)));
+            PowerLaw::fit(&points.filter(|&(n, _)| n >= FIT_FROM).collect::<Vec<_>>())
+        };
+        Self {
+            kind,
+            crossover: Crossover::of(&ratios),
+            tree_growth: growth(|row| Some(row.tree)),
+            scan_growth: growth(|row| row.scan),
+            rows,
+        }
+    }
+}
+
+/// Runs something on one thread, builds included.
+fn alone<T: Send>(work: impl FnOnce() -> Result<T, BenchError> + Send) -> Result<T, BenchError> {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| BenchError::Thread(error.to_string()))?;
+    pool.install(work)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Care enough to run everything, not to measure anything.
+    const HASTY: Care = Care { repeats: 2, sample_seconds: 1e-4 };
+
+    /// Protects: rows are complete and plausible, and the scan's tests are exactly N: what is timed is what is claimed.
+    #[test]
+    fn a_series_of_each_kind() {
+        for (_, kind) in Kind::ALL {
+            let mut seen = Vec::new();
+            let series = generated(kind, &[1, 8, 9, 200], &HASTY, &mut |row| seen.push(row.primitives)).unwrap();
+            assert_eq!(seen, [1, 8, 9, 200]);
+            for row in &series.rows {
+                let scan = row.scan.expect("tiny scans are timed");
+                assert_eq!((scan.tests_per_ray, scan.nodes_per_ray), (row.primitives as f64, 0.0));
+                assert!(row.tree.tests_per_ray <= scan.tests_per_ray);
+                assert_eq!(row.tree.nodes_per_ray > 0.0, row.primitives > 8, "{}", row.primitives);
+                assert!(scan.nanoseconds.min > 0.0 && row.tree.nanoseconds.min > 0.0 && row.hit_share > 0.0);
+                assert!(row.tree.bytes >= scan.bytes && row.tree.build_milliseconds.median > 0.0);
+            }
+            assert!(series.tree_growth.is_none());
+        }
+    }
+
+    /// Protects: a scan too slow for its sample is left out, the tree is still measured, and no ratio is made up.
+    #[test]
+    fn slow_scans_are_left_out() {
+        let care = Care { repeats: 1, sample_seconds: 1e-9 };
+        let series = generated(Kind::Spheres, &[1000], &care, &mut |_| ()).unwrap();
+        let row = &series.rows[0];
+        assert!(row.scan.is_none() && row.ratio.is_none() && row.tree.nanoseconds.median > 0.0);
+        assert_eq!(series.crossover, None);
+    }
+
+    /// Protects: structures that differ are never timed.
+    #[test]
+    fn disagreement_is_an_error() {
+        let geometry = |seed, kind| Geometry::<Robust>::new(group(Kind::Spheres, 50, seed).unwrap(), kind);
+        let (scan, tree) = (geometry(1, AcceleratorKind::Linear), geometry(2, AcceleratorKind::default()));
+        let contestant = |geometry| Contestant { geometry, build: Spread::of(&[1.0]), bytes: 0 };
+        let refused = row(&contestant(&scan), &contestant(&tree), &rays(4096, 1), &Care { sample_seconds: 0.01, ..HASTY });
+        assert!(refused.is_err());
+    }
+
+    /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ by thirds of a decade.
+    #[test]
+    fn sizes_ascend_to_the_largest() {
+        assert_eq!(sizes(1), [1]);
+        assert_eq!(sizes(4), [1, 2, 4]);
+        assert_eq!(sizes(50), [1, 2, 4, 8, 16, 32, 50]);
+        assert_eq!(sizes(1_000_000)[6..], [100, 300, 1000, 3000, 10_000, 30_000, 100_000, 300_000, 1_000_000]);
+        assert!(sizes(u32::MAX).is_sorted_by(|a, b| a < b));
+    }
+}
