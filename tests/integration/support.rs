@@ -4,6 +4,10 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use raywright::core::picture::Picture;
+use raywright::io::Limits;
+use raywright::io::output::{StoredPicture, read_picture};
+
 /// A fresh folder in which the program runs; deleted at the end of the test.
 pub struct Desk {
     folder: tempfile::TempDir,
@@ -34,6 +38,25 @@ impl Desk {
     /// Puts a file into it.
     pub fn write(&self, name: impl AsRef<Path>, contents: impl AsRef<[u8]>) {
         std::fs::write(self.path(name), contents).expect("the folder can be written to");
+    }
+
+    /// Names of what is in it, in order.
+    pub fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path()).expect("a folder");
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("readable").file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// A picture file with its texts.
+    pub fn stored(&self, name: &str) -> StoredPicture {
+        read_picture(&self.path(name), &Limits::default()).expect("a picture that can be read")
+    }
+
+    /// The picture in a file.
+    pub fn picture(&self, name: &str) -> Picture {
+        self.stored(name).picture
     }
 
     /// The command with its arguments, not yet started.

@@ -8,17 +8,26 @@
 pub mod args;
 pub mod failure;
 
+mod clock;
 mod commands;
 mod console;
+mod interrupt;
+mod origin;
+mod plan;
+mod progress;
 mod scene_input;
 mod suggest;
 mod table;
+mod targets;
+mod watch;
 
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::sync::Once;
 
 use clap::Parser;
+use clap::error::{ContextKind, ContextValue};
+use raywright_io::Error;
 
 use args::Arguments;
 use failure::{Exit, Failure};
@@ -42,9 +51,22 @@ pub fn main() -> ExitCode {
 fn run() -> Result<(), Failure> {
     match Arguments::try_parse() {
         Ok(arguments) => commands::run(arguments.command),
-        Err(error) if error.use_stderr() => Err(Failure { exit: Exit::Usage, message: error.render().to_string() }),
+        Err(error) if error.use_stderr() => {
+            let usual = || Failure { exit: Exit::Usage, message: error.render().to_string() };
+            Err(scene_as_command(&error).unwrap_or_else(usual))
+        }
         Err(help) => console::print(help.render().to_string()),
     }
+}
+
+/// `raywright duck.glb` is a natural thing to type; the answer is the command that was meant.
+fn scene_as_command(error: &clap::Error) -> Option<Failure> {
+    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return None };
+    let scene = word.starts_with("preset:") || word.contains(['.', '/']);
+    scene.then(|| {
+        let message = format!("`{word}` is not a command");
+        Error::usage(message).with_hint(format!("to render it: raywright render {word}")).into()
+    })
 }
 
 /// The last resort: a bug shows itself in two lines instead of a trace, and once however many threads it strikes.

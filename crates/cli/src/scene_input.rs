@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use raywright_core::prepare::{has_light, neutral_sky};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded, Overrides, load, presets};
 
 use crate::args::SceneArgs;
@@ -18,6 +19,18 @@ pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbos
         verbosity.warn(&warning.message);
     }
     Ok(loaded)
+}
+
+/// Puts what a picture needs into a scene that lacks it, and says so: a neutral sky where nothing gives light.
+pub fn complete(loaded: &mut Loaded, verbosity: Verbosity) {
+    let name = &loaded.source.name;
+    if !has_light(&loaded.scene) {
+        loaded.scene.sky = Some(neutral_sky());
+        verbosity.say(format_args!("note: {name} has no light; a neutral grey sky is added"));
+    }
+    if loaded.scene.cameras.is_empty() {
+        verbosity.say(format_args!("note: {name} has no camera; the whole scene is shown, from slightly above and to the side"));
+    }
 }
 
 /// A path, or `preset:NAME`.

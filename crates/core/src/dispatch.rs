@@ -1,7 +1,7 @@
 //! The one place where run-time choices become types: precision and kernel.
 
 use rayon::ThreadPoolBuilder;
-use raywright_bvh::{Fast, Precision, Reference, Robust};
+use raywright_bvh::{Aabb, Fast, Precision, Reference, Robust};
 
 use crate::effects::{EffectReport, detect};
 use crate::integrator::{Analytic, General, Kernel};
@@ -107,6 +107,11 @@ impl Ready {
         let Crop { width, height, .. } = self.settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
         let a_pixel = 64 + 16 + 12 * self.settings.aovs.len() as u64;
         Memory { geometry, textures, film: u64::from(width) * u64::from(height) * a_pixel }
+    }
+
+    /// The box around everything that has an end; empty when there is nothing.
+    pub fn bounds(&self) -> Aabb {
+        each!(&self.inner, p => p.bounds())
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.

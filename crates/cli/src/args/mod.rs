@@ -1,14 +1,23 @@
 //! The command line as clap reads it: how flags are spelled, documented and taken apart.
 
-mod scene;
+pub mod names;
 pub mod values;
 
+mod render;
+mod scene;
+
+pub use render::{ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
 pub use scene::{CheckArgs, InfoArgs, SceneArgs};
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 
 const EXAMPLES: &str = "\
+Examples:
+  raywright                                  Render the preset `whitted` to whitted.png
+  raywright render preset:whitted --at 2.5   The same scene two and a half seconds later
+  raywright render duck.glb -o duck.png      Render a model; camera and light are added where it has none
+
 `raywright COMMAND --help` explains a command and its flags.";
 
 /// Render a scene - a text file, a glTF or an OBJ model - to a picture.
@@ -16,14 +25,16 @@ const EXAMPLES: &str = "\
 #[command(name = "raywright", version, propagate_version = false, after_help = EXAMPLES, max_term_width = 100)]
 #[command(disable_help_subcommand = true, subcommand_value_name = "COMMAND")]
 pub struct Arguments {
-    /// What to do.
+    /// What to do; without it, the preset `whitted` is rendered to whitted.png in the current directory.
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
 }
 
 /// One thing the program does.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Render a scene to a picture
+    Render(Box<RenderArgs>),
     /// Show what is in a scene or model file
     Info(InfoArgs),
     /// Check a scene or model file and report every problem

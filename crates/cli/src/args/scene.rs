@@ -25,6 +25,7 @@ pub struct InfoArgs {
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
+    /// What is changed in the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 }
@@ -37,6 +38,7 @@ pub struct CheckArgs {
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
+    /// What is changed in the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
 }

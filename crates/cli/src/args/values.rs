@@ -4,6 +4,8 @@
 
 use std::str::FromStr;
 
+use raywright_core::settings::{Background, Crop};
+
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = 65536;
 
@@ -58,19 +60,6 @@ pub fn triple(text: &str) -> Result<[f64; 3], String> {
     }
 }
 
-/// A rectangle of pixels of a picture, counted from its top left corner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Crop {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns, above zero.
-    pub width: u32,
-    /// Rows, above zero.
-    pub height: u32,
-}
-
 /// A rectangle of pixels, `x,y,w,h`.
 pub fn crop(text: &str) -> Result<Crop, String> {
     match list::<u32, 4>(text) {
@@ -107,17 +96,6 @@ pub fn bytes(text: &str) -> Result<u64, String> {
         Some(0) | None => Err(EXPECTED.to_owned()),
         Some(bytes) => Ok(bytes),
     }
-}
-
-/// What is seen where a camera ray hits nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Background {
-    /// The scene's sky.
-    Environment,
-    /// Nothing: the picture gets an alpha channel.
-    Transparent,
-    /// One linear colour.
-    Colour([f64; 3]),
 }
 
 /// A background: `env`, `transparent` or `R,G,B`.

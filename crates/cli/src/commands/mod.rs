@@ -5,13 +5,15 @@ mod completions;
 mod info;
 mod man;
 mod presets;
+mod render;
 
-use crate::args::Command;
+use crate::args::{Command, RenderArgs};
 use crate::failure::Failure;
 
-/// Runs one command.
-pub fn run(command: Command) -> Result<(), Failure> {
-    match command {
+/// Runs one command; none: the preset `whitted` is rendered.
+pub fn run(command: Option<Command>) -> Result<(), Failure> {
+    match command.unwrap_or_else(|| Command::Render(Box::new(RenderArgs::default()))) {
+        Command::Render(args) => render::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Presets(args) => presets::run(&args),

@@ -5,15 +5,16 @@ mod colour;
 mod geometry;
 mod irradiance;
 mod light;
+mod lit;
 mod material;
 mod sky;
 mod texture;
 
-use raywright_bvh::{Geometry, GeometryError, Precision, Real, Vector};
+use raywright_bvh::{Aabb, Geometry, GeometryError, Precision, Real, Vector};
 
 use crate::camera::{Camera, frame};
 use crate::expr::ExprError;
-use crate::scene::{ClassicRules, Colour, DepthLimit, OffsetDirection, Scene, ShadowRule, Sky as SkyData, SpawnRule};
+use crate::scene::{ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
 pub(crate) use colour::Point;
@@ -21,6 +22,7 @@ pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use irradiance::Irradiance;
 pub(crate) use light::Light;
+pub use lit::{has_light, neutral_sky};
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
 pub(crate) use sky::Sky;
 
@@ -144,11 +146,6 @@ pub struct Tables {
     pub texture_bytes: usize,
 }
 
-/// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
-pub fn neutral_sky() -> SkyData {
-    SkyData::Gradient { bottom: Colour([0.4; 3]), top: Colour([1.0; 3]), suns: Vec::new() }
-}
-
 impl<P: Precision> Prepared<P> {
     /// Prepares a scene. Its materials are prepared when an object uses them, so an unused one costs nothing.
     ///
@@ -194,6 +191,11 @@ impl<P: Precision> Prepared<P> {
             geometry_bytes: built.bytes,
             texture_bytes: textures.bytes(),
         })
+    }
+
+    /// The box around everything that has an end; empty when there is nothing.
+    pub fn bounds(&self) -> Aabb {
+        self.geometry.bounded_part()
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.

@@ -1,0 +1,77 @@
+//! Flags whose values are the variants of a data type: the names come from the type's own serde names, so that a scene
+//! file and the command line cannot drift apart and no table is kept by hand.
+
+use std::fmt;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use raywright_core::settings::Aov;
+use serde::de::{DeserializeOwned, IntoDeserializer};
+
+/// A clap parser for the unit variants of `T`; clap lists them in the help and suggests the nearest one.
+pub fn variants<T: DeserializeOwned + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names::<T>()).try_map(|name| parse::<T>(&name).map_err(|Refused(_)| Unknown(name)))
+}
+
+/// A clap parser for the layers of an EXR picture.
+pub fn aov() -> impl TypedValueParser<Value = Aov> {
+    let find = |name: String| Aov::ALL.iter().find(|(known, _)| *known == name).map(|&(_, aov)| aov).ok_or(Unknown(name));
+    PossibleValuesParser::new(Aov::ALL.map(|(name, _)| name)).try_map(find)
+}
+
+/// What serde says when a name is no variant: the variants there are.
+#[derive(Debug)]
+struct Refused(&'static [&'static str]);
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "expected one of {}", self.0.join(", "))
+    }
+}
+
+impl std::error::Error for Refused {}
+
+impl serde::de::Error for Refused {
+    fn custom<M: fmt::Display>(_: M) -> Self {
+        Self(&[])
+    }
+    fn unknown_variant(_: &str, expected: &'static [&'static str]) -> Self {
+        Self(expected)
+    }
+}
+
+/// A name that the list of possible values let through and the type then refused.
+#[derive(Debug)]
+struct Unknown(String);
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "`{}` is not known", self.0)
+    }
+}
+
+impl std::error::Error for Unknown {}
+
+fn parse<T: DeserializeOwned>(name: &str) -> Result<T, Refused> {
+    T::deserialize(IntoDeserializer::<Refused>::into_deserializer(name))
+}
+
+/// Names of all variants, in the order of the type.
+fn names<T: DeserializeOwned>() -> &'static [&'static str] {
+    parse::<T>("").err().map_or(&[], |Refused(names)| names)
+}
+
+#[cfg(test)]
+mod tests {
+    use raywright_core::scene::{ToneMap, TransferCurve};
+
+    use super::*;
+
+    /// The flags accept exactly what a scene file accepts.
+    #[test]
+    fn names_are_those_of_the_scene_format() {
+        assert_eq!(names::<ToneMap>(), ["none", "aces", "aces-hill", "agx", "khronos-neutral"]);
+        assert_eq!(names::<TransferCurve>(), ["srgb", "2.2", "none"]);
+        assert_eq!(parse::<ToneMap>("aces-hill").ok(), Some(ToneMap::AcesHill));
+        assert!(parse::<ToneMap>("filmic").is_err());
+    }
+}

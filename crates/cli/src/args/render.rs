@@ -1,0 +1,246 @@
+//! Arguments of `render`.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, ValueEnum};
+use raywright_core::bvh::{AcceleratorKind, BuildQuality};
+use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
+use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
+
+use super::names;
+use super::scene::SceneArgs;
+use super::values;
+use crate::console::Verbosity;
+
+const EXAMPLES: &str = "\
+Examples:
+  raywright render                                        The preset `whitted` to whitted.png
+  raywright render preset:whitted --at 2.5 -o later.png   Another moment of it
+  raywright render duck.glb --size 640x480 -o duck.png -o duck.exr
+  raywright render room.scene.toml --crop 100,50,320,200  A part of the picture
+  raywright render room.scene.toml -o - | display         PNG to standard output
+
+Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written,
+5 over a limit, 130 interrupted (what is finished is in NAME.partial.EXT).";
+
+/// Arguments of `render`.
+#[derive(Clone, Debug, Default, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RenderArgs {
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME [default: preset:whitted]
+    #[arg(value_name = "SCENE")]
+    pub scene: Option<OsString>,
+
+    /// Picture to write, .png (display) or .exr (linear); may be repeated; - for PNG on standard output
+    /// [default: the scene's name .png in the current directory]
+    #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
+    pub outputs: Vec<PathBuf>,
+
+    /// Layers to add to an .exr output, separated by commas: albedo, normal, position, depth, object, material, samples
+    /// (how many), stderr (standard error)
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov(), hide_possible_values = true)]
+    pub aov: Vec<Aov>,
+
+    /// What is changed in the scene.
+    #[command(flatten)]
+    pub changes: SceneArgs,
+
+    /// What the picture shows.
+    #[command(flatten)]
+    pub view: ViewArgs,
+
+    /// How light is computed.
+    #[command(flatten)]
+    pub light: LightArgs,
+
+    /// How a PNG shows it.
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    /// What the machine may spend.
+    #[command(flatten)]
+    pub machine: MachineArgs,
+
+    /// What is reported.
+    #[command(flatten)]
+    pub report: ReportArgs,
+}
+
+/// What the picture shows, and from where.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "View")]
+pub struct ViewArgs {
+    /// Width and height in pixels; the vertical field of view is kept [default: the scene's; models 1280x720]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Camera by name, or by index from 0 [default: the scene's first]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub camera: Option<String>,
+
+    /// Move the camera to this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
+    pub eye: Option<[f64; 3]>,
+
+    /// Turn the camera to this point
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
+    pub target: Option<[f64; 3]>,
+
+    /// Direction that is up in the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
+    pub up: Option<[f64; 3]>,
+
+    /// Vertical field of view in degrees
+    #[arg(long, value_name = "DEG", value_parser = values::field_of_view)]
+    pub fov: Option<f64>,
+
+    /// Render only these pixels, counted from the top left; their values are those of the whole picture
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
+    pub crop: Option<Crop>,
+
+    /// What is seen where nothing is hit: env (the sky), transparent, or a linear colour [default: env]
+    #[arg(long, value_name = "env|transparent|R,G,B", value_parser = values::background)]
+    pub background: Option<Background>,
+}
+
+/// How light is computed, and how carefully.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Light")]
+pub struct LightArgs {
+    /// How light is computed; auto takes the one that the scene calls for [default: the scene's; models auto]
+    #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
+    pub integrator: Option<Integrator>,
+
+    /// Samples a pixel: time grows with it, noise falls with its square root. The count of the scene's fixed pattern
+    /// keeps the pattern; 1 then is the pixel centre [default: the scene's; models 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub spp: Option<u32>,
+
+    /// Ray segments a light path may have, 1 to 64; 1 is the camera ray alone [default: the scene's; models 8]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub max_depth: Option<u32>,
+
+    /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the scene's; models 0]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
+    /// Arithmetic of rays and surfaces
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    pub precision: Precision,
+}
+
+/// A rung of the arithmetic ladder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Precision {
+    /// Textbook formulas in single precision: wrong far from the origin and at grazing angles
+    Fast,
+    /// Single precision storage with double precision where hits are decided
+    #[default]
+    Robust,
+    /// Double precision throughout
+    Reference,
+}
+
+impl From<Precision> for PrecisionChoice {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::Fast => Self::Fast,
+            Precision::Robust => Self::Robust,
+            Precision::Reference => Self::Reference,
+        }
+    }
+}
+
+/// How radiance becomes the colours of a PNG. EXR files stay linear.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Display (PNG)")]
+pub struct DisplayArgs {
+    /// Brighten by stops: 1 doubles, -1 halves [default: the scene's; models 0]
+    #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true)]
+    pub exposure: Option<f64>,
+
+    /// How bright light is compressed [default: the scene's; models khronos-neutral]
+    #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>())]
+    pub tonemap: Option<ToneMap>,
+
+    /// Curve of the picture's codes [default: the scene's; models srgb]
+    #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>())]
+    pub gamma: Option<TransferCurve>,
+}
+
+/// What the machine may spend.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Machine")]
+pub struct MachineArgs {
+    /// Threads; the picture does not depend on it [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
+
+    /// How rays find what they hit; the picture does not depend on it
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    pub accel: Accelerator,
+}
+
+/// How rays find what they hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Accelerator {
+    /// A tree of bounding boxes
+    #[default]
+    Bvh,
+    /// Every object is tested: for comparison
+    Linear,
+}
+
+impl From<Accelerator> for AcceleratorKind {
+    fn from(accelerator: Accelerator) -> Self {
+        match accelerator {
+            Accelerator::Bvh => Self::Tree(BuildQuality::default()),
+            Accelerator::Linear => Self::Linear,
+        }
+    }
+}
+
+/// What is reported besides the picture.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Report")]
+pub struct ReportArgs {
+    /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines, or none
+    #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
+    pub progress: ProgressStyle,
+
+    /// Print errors only
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+
+    /// Print more: times, rays and memory
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+impl ReportArgs {
+    /// How much is said.
+    pub fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, false) => Verbosity::Normal,
+            (false, true) => Verbosity::Verbose,
+        }
+    }
+}
+
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ProgressStyle {
+    /// A bar where standard error is a terminal, lines elsewhere
+    #[default]
+    Auto,
+    /// A line now and then
+    Plain,
+    /// Nothing
+    None,
+}

@@ -1,0 +1,88 @@
+//! How long the stages of a run took.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+/// Seconds of each stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Reading and checking the scene.
+    pub load: f64,
+    /// Building accelerators and tables.
+    pub prepare: f64,
+    /// Tracing rays.
+    pub render: f64,
+    /// Writing pictures.
+    pub write: f64,
+    /// From the start of the program to the end of the last finished stage.
+    pub total: f64,
+}
+
+/// Measures stage after stage.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock {
+    start: Instant,
+    last: Instant,
+}
+
+impl Clock {
+    /// Starts the first stage.
+    pub fn start() -> Self {
+        let now = Instant::now();
+        Self { start: now, last: now }
+    }
+
+    /// Seconds since the end of the last stage; the next one starts.
+    pub fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        now.duration_since(std::mem::replace(&mut self.last, now)).as_secs_f64()
+    }
+
+    /// Seconds since the start.
+    pub fn total(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+}
+
+/// A duration as people read it: `35 ms`, `1.24 s`, `75.0 s`, `12 min 5 s`.
+pub fn spoken(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
+        s if s < 9.995 => format!("{s:.2} s"),
+        s if s < 99.95 => format!("{s:.1} s"),
+        s => whole(s as u64),
+    }
+}
+
+/// Whole seconds as people read them: `8 s`, `3 min 20 s`, `2 h 5 min`.
+pub fn whole(seconds: u64) -> String {
+    match seconds {
+        0..60 => format!("{seconds} s"),
+        60..3600 => format!("{} min {} s", seconds / 60, seconds % 60),
+        _ => format!("{} h {} min", seconds / 3600, seconds / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three digits at most, and no unit beyond what they can carry.
+    #[test]
+    fn durations_are_short() {
+        let cases = [(0.0354, "35 ms"), (0.9996, "1.00 s"), (1.239, "1.24 s"), (75.04, "75.0 s"), (725.0, "12 min 5 s")];
+        for (seconds, text) in cases {
+            assert_eq!(spoken(seconds), text);
+        }
+        assert_eq!(spoken(7500.0), "2 h 5 min");
+    }
+
+    /// Stages follow each other without gaps: their sum is never more than the whole.
+    #[test]
+    fn laps_add_up() {
+        let mut clock = Clock::start();
+        let laps = clock.lap() + clock.lap();
+        assert!(laps <= clock.total());
+    }
+}

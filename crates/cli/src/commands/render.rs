@@ -1,0 +1,185 @@
+//! `render`: a scene becomes pictures.
+
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
+
+use raywright_core::camera;
+use raywright_core::prepare::PrepareError;
+use raywright_core::scene::Camera;
+use raywright_core::settings::Settings;
+use raywright_core::{Ready, Rendered, prepare};
+use raywright_io::output::{self, Metadata};
+use raywright_io::{Error, Limits, Loaded, human_bytes};
+
+use crate::args::RenderArgs;
+use crate::clock::{Clock, Seconds, spoken};
+use crate::console;
+use crate::failure::{Exit, Failure};
+use crate::plan::{self, Plan};
+use crate::progress::Progress;
+use crate::table::{Align, lay_out};
+use crate::targets::{self, Target};
+use crate::watch::Watch;
+use crate::{interrupt, origin, scene_input};
+
+/// Renders a scene and writes its pictures.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let mut clock = Clock::start();
+    let verbosity = args.report.verbosity();
+    let mut targets = targets::check(&args.outputs)?;
+    refuse_terminal(&targets)?;
+    refuse_layers_without_place(args, &targets)?;
+    let stop = interrupt::flag()?;
+
+    let name = args.scene.as_deref().unwrap_or("preset:whitted".as_ref());
+    let mut loaded = scene_input::read(name, &args.changes, limits(args), verbosity)?;
+    scene_input::complete(&mut loaded, verbosity);
+    if targets.is_empty() {
+        targets = targets::check(&[PathBuf::from(format!("{}.png", loaded.source.stem))])?;
+    }
+    let plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded, settings))?;
+    let load = clock.lap();
+
+    let ready = prepared(&loaded, &plan.settings)?;
+    let prepare = clock.lap();
+
+    let progress = Progress::start(args.report.progress, verbosity);
+    let rendered = ready.render(&Watch { progress: &progress, stop });
+    progress.finish();
+    let render = clock.lap();
+
+    let metadata = origin::metadata(&loaded, &plan);
+    if !rendered.finished {
+        return Err(interrupted(&rendered, &targets, &plan, &metadata));
+    }
+    let written = write(&rendered, &targets, &plan, &metadata)?;
+    let write = clock.lap();
+    let seconds = Seconds { load, prepare, render, write, total: clock.total() };
+    verbosity.detail(details(&ready, &rendered, &seconds).trim_end());
+    if !written.is_empty() {
+        verbosity.say(format_args!("{written} ({}, {})", described(&plan.settings), spoken(seconds.total)));
+    }
+    Ok(())
+}
+
+/// Binary data would garble a terminal.
+fn refuse_terminal(targets: &[Target]) -> Result<(), Failure> {
+    if targets.contains(&Target::Stdout) && io::stdout().is_terminal() {
+        let error = Error::usage("standard output is a terminal, which cannot show a PNG");
+        return Err(error.with_hint("send it to a file or a program: raywright render -o - > picture.png").into());
+    }
+    Ok(())
+}
+
+/// Layers fit into an EXR only.
+fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
+    if args.aov.is_empty() || targets.iter().any(Target::has_layers) {
+        return Ok(());
+    }
+    let error = Error::usage("--aov adds layers to an .exr picture, and none is written");
+    Err(error.with_hint("add one: -o picture.exr").into())
+}
+
+fn limits(args: &RenderArgs) -> Limits {
+    let own = Limits::default();
+    Limits { memory_bytes: args.machine.max_memory.unwrap_or(own.memory_bytes), ..own }
+}
+
+fn prepared(loaded: &Loaded, settings: &Settings) -> Result<Ready, Failure> {
+    prepare(&loaded.scene, settings).map_err(|error| {
+        let name = &loaded.source.name;
+        match error {
+            PrepareError::Memory { needed, allowed } => {
+                let (needed, allowed) = (human_bytes(needed), human_bytes(allowed));
+                let message = format!("rendering it needs about {needed}, and the limit is {allowed}");
+                Error::limit(name, message).with_hint("raise the limit with --max-memory, or render less with --size or --crop")
+            }
+            other => Error::input(name, other),
+        }
+        .into()
+    })
+}
+
+/// The camera that shows the whole scene, for one that has none.
+fn framed(loaded: &Loaded, settings: &Settings) -> Result<Camera, Failure> {
+    let [width, height] = settings.size.map(f64::from);
+    Ok(camera::frame(&prepared(loaded, settings)?.bounds(), width / height))
+}
+
+/// Writes the picture everywhere it should go; what was written, in words.
+fn write(rendered: &Rendered, targets: &[Target], plan: &Plan, metadata: &Metadata) -> Result<String, Failure> {
+    let mut written = Vec::new();
+    for target in targets {
+        match target {
+            Target::Stdout => {
+                let bytes =
+                    output::png_bytes(&rendered.picture, plan.display, metadata).map_err(|error| Failure::stdout(&error))?;
+                console::print(bytes)?;
+            }
+            Target::File(path, _) => {
+                output::write_picture(path, &rendered.picture, plan.display, metadata)?;
+                written.push(path.display().to_string());
+            }
+        }
+    }
+    Ok(if written.is_empty() { String::new() } else { format!("wrote {}", written.join(", ")) })
+}
+
+/// Keeps what there is of a picture that was stopped.
+fn interrupted(rendered: &Rendered, targets: &[Target], plan: &Plan, metadata: &Metadata) -> Failure {
+    let mut kept = Vec::new();
+    for target in targets {
+        let Target::File(path, _) = target else { continue };
+        let partial = output::partial_name(path);
+        if rendered.counters.samples == 0 {
+            continue;
+        }
+        match output::write_picture(&partial, &rendered.picture, plan.display, metadata) {
+            Ok(()) => kept.push(partial.display().to_string()),
+            Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
+        }
+    }
+    let message = match kept.is_empty() {
+        true => "interrupted; nothing was written".to_owned(),
+        false => format!("interrupted; what was finished is in {}", kept.join(", ")),
+    };
+    Failure::new(Exit::Interrupted, message)
+}
+
+/// What `-v` adds: where the time went, what was traced, what was held in memory.
+fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
+    let rays = &rendered.counters;
+    let memory = ready.memory();
+    let stages = [("load", seconds.load), ("prepare", seconds.prepare), ("render", seconds.render), ("write", seconds.write)];
+    let kinds = [
+        ("camera", rays.camera),
+        ("reflection", rays.reflection),
+        ("refraction", rays.refraction),
+        ("scatter", rays.scatter),
+        ("shadow", rays.shadow),
+    ];
+    let settings = ready.settings();
+    let rows = [
+        ("time", stages.map(|(name, seconds)| format!("{name} {}", spoken(seconds))).join(", ")),
+        ("rays", kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")),
+        ("memory", format!("geometry {}, textures {}", human_bytes(memory.geometry), human_bytes(memory.textures))),
+        (
+            "method",
+            format!(
+                "{} primitives, {}, {} precision, {} kernel",
+                ready.tables().primitives,
+                origin::accelerator(settings.accelerator),
+                origin::precision(settings.precision),
+                ready.kernel_name()
+            ),
+        ),
+    ];
+    lay_out([Align::Left; 2], &rows.map(|(name, text)| [name.to_owned(), text]))
+}
+
+/// The picture in a few words.
+fn described(settings: &Settings) -> String {
+    let [width, height] = settings.crop.map_or(settings.size, |crop| [crop.width, crop.height]);
+    let samples = settings.sampling.count();
+    format!("{width}x{height}, {samples} {}", if samples == 1 { "sample" } else { "samples" })
+}

@@ -1,0 +1,23 @@
+//! Ctrl-C: the first one asks the work to stop where it can, the second one ends the program at once.
+
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::failure::{Exit, Failure};
+
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Installs the handler, once for the whole program, and returns the flag that the first Ctrl-C (or request to
+/// terminate) sets.
+pub fn flag() -> Result<&'static AtomicBool, Failure> {
+    static INSTALLED: OnceLock<Result<(), String>> = OnceLock::new();
+    let handler = || {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(Exit::Interrupted as i32);
+        }
+    };
+    match INSTALLED.get_or_init(|| ctrlc::set_handler(handler).map_err(|error| error.to_string())) {
+        Ok(()) => Ok(&STOP),
+        Err(cause) => Err(Failure::new(Exit::Failed, format!("cannot watch for Ctrl-C: {cause}"))),
+    }
+}

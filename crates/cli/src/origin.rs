@@ -1,0 +1,105 @@
+//! What a picture's file says about where it comes from: enough to make it again.
+
+use raywright_core::Settings;
+use raywright_core::bvh::AcceleratorKind;
+use raywright_core::display::Display;
+use raywright_core::scene::Pattern;
+use raywright_core::settings::{PrecisionChoice, Sampling};
+use raywright_io::Loaded;
+use raywright_io::output::Metadata;
+use serde::Serialize;
+
+use crate::plan::Plan;
+
+/// Program and version.
+pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
+
+/// The entries of a picture's file.
+pub fn metadata(loaded: &Loaded, plan: &Plan) -> Metadata {
+    Metadata {
+        software: SOFTWARE.to_owned(),
+        scene_hash: loaded.hash.clone(),
+        settings: settings(&plan.settings, plan.display),
+        seed: Some(plan.settings.seed),
+        command: command_line(),
+    }
+}
+
+/// The command line as a shell would take it.
+pub fn command_line() -> String {
+    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
+    std::iter::once("raywright".to_owned()).chain(arguments).collect::<Vec<_>>().join(" ")
+}
+
+/// A word in single quotes where a shell would otherwise take it apart.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./,:=+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}
+
+/// The settings that decide a picture's bits, as `name=value` with spaces between.
+fn settings(settings: &Settings, display: Display) -> String {
+    let [width, height] = settings.size;
+    let samples = match settings.sampling {
+        Sampling::General(n) => n.to_string(),
+        Sampling::Pattern(Pattern::Centre) => "centre".to_owned(),
+        Sampling::Pattern(Pattern::Corners) => "corners".to_owned(),
+    };
+    let crop = settings.crop.map(|c| format!(" crop={},{},{},{}", c.x, c.y, c.width, c.height)).unwrap_or_default();
+    format!(
+        "size={width}x{height}{crop} samples={samples} max_depth={} integrator={} precision={} exposure={} tone_map={} gamma={}",
+        settings.max_depth,
+        name(&settings.integrator),
+        precision(settings.precision),
+        display.exposure_stops,
+        name(&display.tone_map),
+        name(&display.curve),
+    )
+}
+
+/// The name that scene files use for a variant.
+pub fn name<T: Serialize>(variant: &T) -> String {
+    match serde_json::to_value(variant) {
+        Ok(serde_json::Value::String(name)) => name,
+        _ => String::new(),
+    }
+}
+
+/// The name of a precision on the command line.
+pub fn precision(precision: PrecisionChoice) -> &'static str {
+    match precision {
+        PrecisionChoice::Fast => "fast",
+        PrecisionChoice::Robust => "robust",
+        PrecisionChoice::Reference => "reference",
+    }
+}
+
+/// The name of an accelerator on the command line.
+pub fn accelerator(kind: AcceleratorKind) -> &'static str {
+    match kind {
+        AcceleratorKind::Linear => "linear",
+        AcceleratorKind::Tree(_) => "bvh",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a shell would take apart is kept together, so that the command can be pasted.
+    #[test]
+    fn words_are_quoted_where_needed() {
+        assert_eq!(quoted("--crop"), "--crop");
+        assert_eq!(quoted("a=0.5,1"), "a=0.5,1");
+        assert_eq!(quoted("my scene.toml"), "'my scene.toml'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted(""), "''");
+    }
+
+    /// Names of variants are those of scene files.
+    #[test]
+    fn variants_have_their_file_names() {
+        assert_eq!(name(&raywright_core::scene::ToneMap::KhronosNeutral), "khronos-neutral");
+        assert_eq!(name(&raywright_core::scene::TransferCurve::Gamma22), "2.2");
+    }
+}

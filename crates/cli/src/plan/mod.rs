@@ -1,0 +1,68 @@
+//! What a render's arguments amount to for one scene: settings and display, checked. Mistakes that need the scene to be
+//! seen - a camera that it has not, a crop outside its picture - are found here, before anything is computed.
+
+mod view;
+
+use raywright_core::Settings;
+use raywright_core::display::Display;
+use raywright_core::scene::{Camera, Scene};
+use raywright_core::settings::{Crop, Sampling};
+use raywright_io::{Error, Limits};
+
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+
+/// How one picture is made.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Everything that decides the picture's numbers besides the scene.
+    pub settings: Settings,
+    /// How a PNG shows them.
+    pub display: Display,
+}
+
+/// Settles what is rendered. `framed` makes the camera of a scene that has none; it is asked only where a flag changes
+/// that camera.
+pub fn settle(
+    scene: &Scene,
+    args: &RenderArgs,
+    framed: impl FnOnce(&Settings) -> Result<Camera, Failure>,
+) -> Result<Plan, Failure> {
+    let (view, light, display) = (&args.view, &args.light, &args.display);
+    let own = Settings::of(scene);
+    let size = view.size.unwrap_or(own.size);
+    let mut settings = Settings {
+        size,
+        crop: view.crop.map(|crop| within(crop, size)).transpose()?,
+        sampling: Sampling::resolve(scene, light.spp),
+        max_depth: light.max_depth.unwrap_or(own.max_depth),
+        integrator: light.integrator.unwrap_or(own.integrator),
+        seed: light.seed.unwrap_or(own.seed),
+        threads: args.machine.threads.map(|n| n as usize),
+        precision: light.precision.into(),
+        accelerator: args.machine.accel.into(),
+        background: view.background.unwrap_or(own.background),
+        aovs: args.aov.clone(),
+        max_memory: Some(args.machine.max_memory.unwrap_or(Limits::default().memory_bytes)),
+        ..own
+    };
+    settings.camera = view::camera(scene, view, || framed(&settings))?;
+    let own = Display::of(&scene.render);
+    let display = Display {
+        tone_map: display.tonemap.unwrap_or(own.tone_map),
+        curve: display.gamma.unwrap_or(own.curve),
+        exposure_stops: display.exposure.unwrap_or(own.exposure_stops),
+    };
+    Ok(Plan { settings, display })
+}
+
+/// The crop, if it lies inside the picture.
+fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
+    let fits = |start: u32, extent: u32, whole: u32| start.checked_add(extent).is_some_and(|end| end <= whole);
+    if fits(crop.x, crop.width, width) && fits(crop.y, crop.height, height) {
+        return Ok(crop);
+    }
+    let Crop { x, y, width: w, height: h } = crop;
+    let message = format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
+    Err(Error::usage(message).with_hint("--crop is x,y,width,height, counted from the top left").into())
+}

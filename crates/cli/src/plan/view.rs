@@ -1,0 +1,202 @@
+//! Which camera the picture is taken with: the chosen one, with what the flags change of it.
+
+use glam::DVec3;
+use raywright_core::scene::{Camera, Pinhole, Pose, Projection, Scene, Triple};
+use raywright_io::Error;
+
+use crate::args::ViewArgs;
+use crate::failure::Failure;
+use crate::suggest;
+
+/// The camera that the flags ask for; none: the scene has none, nothing is changed, and framing is left to the renderer.
+pub fn camera(
+    scene: &Scene,
+    args: &ViewArgs,
+    framed: impl FnOnce() -> Result<Camera, Failure>,
+) -> Result<Option<Camera>, Failure> {
+    let changed = args.eye.is_some() || args.target.is_some() || args.up.is_some() || args.fov.is_some();
+    let mut camera = match (&args.camera, scene.cameras.first()) {
+        (Some(name), _) => chosen(scene, name)?,
+        (None, Some(first)) => first.clone(),
+        (None, None) if changed => framed()?,
+        (None, None) => return Ok(None),
+    };
+    if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
+        camera.pose = moved(&camera.pose, args)?;
+    }
+    match args.fov {
+        Some(fov) => set_fov(&mut camera.projection, fov)?,
+        None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
+    }
+    Ok(Some(camera))
+}
+
+/// A camera by its name or, where no name fits, by its index.
+fn chosen(scene: &Scene, name: &str) -> Result<Camera, Failure> {
+    let by_name = scene.cameras.iter().find(|camera| !camera.name.is_empty() && camera.name == name);
+    let by_index = || name.parse::<usize>().ok().and_then(|index| scene.cameras.get(index));
+    if let Some(camera) = by_name.or_else(by_index) {
+        return Ok(camera.clone());
+    }
+    let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).filter(|name| !name.is_empty()).collect();
+    Err(match (scene.cameras.len(), names.is_empty()) {
+        (0, _) => Error::usage("the scene has no camera of its own")
+            .with_hint("leave --camera out and the whole scene is shown, or place one with --eye and --target"),
+        (1, true) => suggest::unknown("camera", name, &names).with_hint("the scene has one camera, index 0"),
+        (n, true) => suggest::unknown("camera", name, &names).with_hint(format!("the scene has {n}, index 0 to {}", n - 1)),
+        _ => suggest::unknown("camera", name, &names),
+    }
+    .into())
+}
+
+/// The pose with another eye, target or up. A camera given by its axes keeps its orientation when it is only moved.
+fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
+    let (eye, target, up) = match *pose {
+        Pose::LookAt { eye, target, up } => (eye, target, up),
+        Pose::Orbit { target, distance, azimuth, elevation } => {
+            let (a, e) = (azimuth.to_radians(), elevation.to_radians());
+            let direction = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
+            ((DVec3::from(target) + distance * direction).into(), target, [0.0, 1.0, 0.0])
+        }
+        Pose::Axes { right, up, back, .. } if args.target.is_none() && args.up.is_none() => {
+            return Ok(Pose::Axes { eye: args.eye.unwrap_or_default(), right, up, back });
+        }
+        Pose::Axes { eye, up, back, .. } => {
+            let eye = args.eye.unwrap_or(eye);
+            (eye, (DVec3::from(eye) - DVec3::from(back)).into(), up)
+        }
+    };
+    let (eye, target, up) = (args.eye.unwrap_or(eye), args.target.unwrap_or(target), args.up.unwrap_or(up));
+    checked(eye, target, up)
+}
+
+fn checked(eye: Triple, target: Triple, up: Triple) -> Result<Pose, Failure> {
+    let view = DVec3::from(target) - DVec3::from(eye);
+    let show = |[x, y, z]: Triple| format!("{x},{y},{z}");
+    if !(view.length() > 0.0 && view.length().is_finite()) {
+        let message = format!("the camera at {} looks at the point it stands on", show(eye));
+        return Err(Error::usage(message).with_hint("give --eye and --target different points").into());
+    }
+    let sine = view.normalize().cross(DVec3::from(up).normalize_or_zero()).length();
+    if sine < 1e-9 {
+        let message = format!("the view from {} to {} is along its own up direction {}", show(eye), show(target), show(up));
+        return Err(Error::usage(message).with_hint("give another one, such as --up 0,0,1").into());
+    }
+    Ok(Pose::LookAt { eye, target, up })
+}
+
+fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
+    match projection {
+        Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
+            *pinhole = Pinhole { vertical_fov: Some(fov), ..Pinhole::default() };
+            Ok(())
+        }
+        Projection::Orthographic { .. } => {
+            let error = Error::usage("--fov has no meaning for an orthographic camera");
+            Err(error.with_hint("its `height` in the scene file says how much it shows").into())
+        }
+    }
+}
+
+/// A horizontal angle is meant for the shape of picture that the file asks for; in another shape the vertical one that
+/// follows from it is kept.
+fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], asked: Option<[u32; 2]>) {
+    let [width, height] = file.map(f64::from);
+    let other_shape = asked.is_some_and(|[w, h]| u64::from(w) * u64::from(file[1]) != u64::from(h) * u64::from(file[0]));
+    if let Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } = &mut camera.projection
+        && let Pinhole { vertical_fov: None, horizontal_fov: Some(fov), .. } = *pinhole
+        && camera.aspect.is_none()
+        && other_shape
+    {
+        let focal_length = 0.5 / libm::tan(fov.to_radians() / 2.0) * width / height;
+        *pinhole = Pinhole { focal_length: Some(focal_length), ..Pinhole::default() };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> Scene {
+        let camera = |name: &str, pose: Pose, pinhole: Pinhole| Camera {
+            name: name.to_owned(),
+            pose,
+            projection: Projection::Pinhole(pinhole),
+            aspect: None,
+        };
+        let wide = Pinhole { horizontal_fov: Some(90.0), ..Pinhole::default() };
+        let look_at = Pose::LookAt { eye: [0.0, 0.0, 5.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
+        let orbit = Pose::Orbit { target: [0.0; 3], distance: 2.0, azimuth: 90.0, elevation: 0.0 };
+        let axes = Pose::Axes { eye: [0.0; 3], right: [1.0, 0.0, 0.0], up: [0.0, 1.0, 0.0], back: [0.0, 0.0, 1.0] };
+        let mut scene = Scene { cameras: vec![camera("front", look_at, wide)], ..Scene::default() };
+        scene.cameras.push(camera("side", orbit, Pinhole { vertical_fov: Some(40.0), ..Pinhole::default() }));
+        scene.cameras.push(camera("", axes, Pinhole { vertical_fov: Some(40.0), ..Pinhole::default() }));
+        scene.render.size = [200, 100];
+        scene
+    }
+
+    fn taken(args: &ViewArgs) -> Result<Camera, Failure> {
+        let taken = camera(&scene(), args, || panic!("the scene has cameras"))?;
+        Ok(taken.expect("the scene has cameras"))
+    }
+
+    fn named(name: &str) -> ViewArgs {
+        ViewArgs { camera: Some(name.to_owned()), ..ViewArgs::default() }
+    }
+
+    /// Names come before indices, and what is neither is an error that helps.
+    #[test]
+    fn cameras_are_found_by_name_and_by_index() {
+        assert_eq!(taken(&ViewArgs::default()).expect("the first").name, "front");
+        assert_eq!(taken(&named("side")).expect("by name").name, "side");
+        assert_eq!(taken(&named("1")).expect("by index").name, "side");
+        assert_eq!(taken(&named("2")).expect("by index").name, "");
+        let message = taken(&named("fornt")).expect_err("unknown").message;
+        assert!(message.contains("did you mean `front`?"), "{message}");
+        assert!(taken(&named("3")).is_err());
+    }
+
+    /// A flag changes what it names and leaves the rest, whatever way the file gives the pose.
+    #[test]
+    fn flags_change_one_part_of_a_pose() {
+        let pose = |args: ViewArgs| taken(&args).expect("a camera").pose;
+        let eye = Some([1.0, 2.0, 3.0]);
+        let up = [0.0, 1.0, 0.0];
+        assert_eq!(pose(ViewArgs { eye, ..named("front") }), Pose::LookAt { eye: [1.0, 2.0, 3.0], target: [0.0; 3], up });
+        let Pose::LookAt { eye: from, target, .. } = pose(ViewArgs { target: Some([0.0, 1.0, 0.0]), ..named("side") }) else {
+            panic!("an orbit that is turned becomes a look-at");
+        };
+        assert!((DVec3::from(from) - DVec3::new(2.0, 0.0, 0.0)).length() < 1e-12, "{from:?}");
+        assert_eq!(target, [0.0, 1.0, 0.0]);
+        let Pose::Axes { eye: moved, back, .. } = pose(ViewArgs { eye, ..named("2") }) else {
+            panic!("axes that are only moved stay axes");
+        };
+        assert_eq!((moved, back), ([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]));
+        assert_eq!(
+            pose(ViewArgs { up: Some([1.0, 0.0, 0.0]), eye, ..named("2") }),
+            Pose::LookAt { eye: [1.0, 2.0, 3.0], target: [1.0, 2.0, 2.0], up: [1.0, 0.0, 0.0] }
+        );
+    }
+
+    /// A view that shows nothing sensible is refused before anything is rendered.
+    #[test]
+    fn impossible_views_are_refused() {
+        assert!(taken(&ViewArgs { eye: Some([0.0; 3]), ..named("front") }).is_err());
+        assert!(taken(&ViewArgs { up: Some([0.0, 0.0, 1.0]), ..named("front") }).is_err());
+        assert!(taken(&ViewArgs { up: Some([0.0; 3]), ..named("front") }).is_err());
+    }
+
+    /// Another shape of picture shows more at the sides, not another height; the file's own shape is left exactly as it is.
+    #[test]
+    fn the_vertical_angle_survives_another_shape() {
+        let projection = |size| taken(&ViewArgs { size, ..named("front") }).expect("a camera").projection;
+        let Projection::Pinhole(square) = projection(Some([100, 100])) else { panic!("still a pinhole") };
+        assert_eq!((square.horizontal_fov, square.focal_length.map(|f| (f * 1e9).round())), (None, Some(1e9)));
+        assert_eq!(projection(Some([400, 200])), projection(None));
+        let Projection::Pinhole(narrow) = taken(&ViewArgs { fov: Some(20.0), ..named("front") }).expect("a camera").projection
+        else {
+            panic!("still a pinhole")
+        };
+        assert_eq!((narrow.vertical_fov, narrow.horizontal_fov), (Some(20.0), None));
+    }
+}

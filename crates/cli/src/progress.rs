@@ -1,0 +1,139 @@
+//! How far a long computation has come: a bar on a terminal, a line now and then elsewhere, always on standard error.
+
+use std::io::{self, IsTerminal};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle as Template};
+
+use crate::args::ProgressStyle;
+use crate::clock::whole;
+use crate::console::{self, Verbosity};
+
+/// Before the first plain line; each later one waits twice as long as the one before it, up to [`LONGEST_PAUSE`], so that
+/// an hour-long render does not fill a log.
+const FIRST_PAUSE: Duration = Duration::from_secs(1);
+const LONGEST_PAUSE: Duration = Duration::from_secs(32);
+
+/// Shows how far the work has come. Any thread may report.
+#[derive(Debug)]
+pub struct Progress {
+    start: Instant,
+    display: Display,
+}
+
+#[derive(Debug)]
+enum Display {
+    Nothing,
+    Bar(ProgressBar),
+    Lines(Mutex<Pace>),
+}
+
+impl Progress {
+    /// A display that suits where standard error goes, unless the user chose one.
+    pub fn start(style: ProgressStyle, verbosity: Verbosity) -> Self {
+        let display = match style {
+            _ if verbosity == Verbosity::Quiet => Display::Nothing,
+            ProgressStyle::None => Display::Nothing,
+            ProgressStyle::Auto if io::stderr().is_terminal() => Display::Bar(bar()),
+            ProgressStyle::Auto | ProgressStyle::Plain => Display::Lines(Mutex::new(Pace::new())),
+        };
+        Self { start: Instant::now(), display }
+    }
+
+    /// `done` of `total` pieces of work are finished.
+    pub fn report(&self, done: u64, total: u64) {
+        let elapsed = self.start.elapsed();
+        match &self.display {
+            Display::Nothing => {}
+            Display::Bar(bar) => {
+                bar.set_length(total);
+                bar.set_position(done);
+                bar.set_message(left(elapsed, done, total));
+            }
+            Display::Lines(pace) => {
+                // A thread that finds another one at work here has nothing newer to say.
+                let due = pace.try_lock().is_ok_and(|mut pace| pace.is_due(elapsed));
+                if due && done < total {
+                    console::tell(line(elapsed, done, total));
+                }
+            }
+        }
+    }
+
+    /// Takes the display away, so that messages can follow.
+    pub fn finish(&self) {
+        if let Display::Bar(bar) = &self.display {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    if let Ok(template) = Template::with_template("rendering {wide_bar} {percent:>3} %  {msg:12}") {
+        bar.set_style(template);
+    }
+    bar
+}
+
+/// One plain line.
+fn line(elapsed: Duration, done: u64, total: u64) -> String {
+    let percent = 100 * done / total.max(1);
+    let left = left(elapsed, done, total);
+    if left.is_empty() { format!("rendering: {percent} %") } else { format!("rendering: {percent} %, {left}") }
+}
+
+/// How long it will take still, if it goes on as it did; empty while there is nothing to go by.
+fn left(elapsed: Duration, done: u64, total: u64) -> String {
+    if done == 0 {
+        return String::new();
+    }
+    let seconds = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
+    format!("{} left", whole(seconds.ceil() as u64))
+}
+
+/// When the next plain line is due.
+#[derive(Debug)]
+struct Pace {
+    next: Duration,
+    pause: Duration,
+}
+
+impl Pace {
+    fn new() -> Self {
+        Self { next: FIRST_PAUSE, pause: FIRST_PAUSE }
+    }
+
+    fn is_due(&mut self, elapsed: Duration) -> bool {
+        let due = elapsed >= self.next;
+        if due {
+            self.pause = (2 * self.pause).min(LONGEST_PAUSE);
+            self.next = elapsed + self.pause;
+        }
+        due
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The estimate is the time so far in proportion, rounded up so that it never says 0 s before the end.
+    #[test]
+    fn time_left_is_in_proportion() {
+        assert_eq!(line(Duration::from_secs(10), 1, 4), "rendering: 25 %, 30 s left");
+        assert_eq!(line(Duration::from_millis(10), 3, 4), "rendering: 75 %, 1 s left");
+        assert_eq!(line(Duration::from_secs(10), 0, 4), "rendering: 0 %");
+        assert_eq!(line(Duration::from_secs(7200), 1, 2), "rendering: 50 %, 2 h 0 min left");
+        assert_eq!(line(Duration::from_secs(200), 1, 2), "rendering: 50 %, 3 min 20 s left");
+    }
+
+    /// A thousand reports within a minute make a handful of lines, each pause twice the one before.
+    #[test]
+    fn lines_become_rarer() {
+        let mut pace = Pace::new();
+        let lines: Vec<u64> = (0..6000).map(|n| 10 * n).filter(|&n| pace.is_due(Duration::from_millis(n))).collect();
+        assert_eq!(lines, [1000, 3000, 7000, 15000, 31000]);
+    }
+}

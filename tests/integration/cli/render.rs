@@ -1,0 +1,244 @@
+//! `render`: where pictures go, what their bits depend on, and what is left behind when something goes wrong.
+
+use std::io::Read;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use crate::support::Desk;
+
+/// Small and quick, with every part of the canonical scene.
+const SMALL: [&str; 4] = ["render", "preset:whitted", "--size", "48x27"];
+
+fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    SMALL.iter().chain(more).copied().collect()
+}
+
+/// The program alone renders the canonical preset, at its own size, under its own name.
+#[test]
+fn alone_it_renders_the_preset() {
+    let desk = Desk::new();
+    let run = desk.run::<&str>(&[]);
+    run.exits_with(0);
+    assert!(run.stderr.starts_with("wrote whitted.png (640x360, 4 samples, "), "{}", run.stderr);
+    let picture = desk.picture("whitted.png");
+    assert_eq!((picture.width, picture.height), (640, 360));
+    assert_eq!(desk.names(), ["whitted.png"]);
+}
+
+/// Several outputs in one run, named by the user; quiet means silent.
+#[test]
+fn several_outputs_are_written() {
+    let desk = Desk::new();
+    desk.run(&small(&["-o", "a.png", "-o", "b.exr", "-q"])).exits_with(0).says("");
+    assert_eq!(desk.names(), ["a.png", "b.exr"]);
+}
+
+/// `-o -` writes the same PNG to standard output and nothing else there.
+#[test]
+fn standard_output_takes_the_picture() {
+    let desk = Desk::new();
+    let run = desk.run(&small(&["-o", "-", "-o", "a.png"]));
+    run.exits_with(0);
+    desk.write("b.png", &run.stdout);
+    assert_eq!(desk.picture("a.png").rgb, desk.picture("b.png").rgb);
+}
+
+/// A crop holds the bits of the whole picture, in every kind of file.
+#[test]
+fn crops_are_parts_of_the_whole() {
+    let desk = Desk::new();
+    desk.run(&small(&["-o", "whole.exr"])).exits_with(0);
+    desk.run(&small(&["-o", "part.exr", "--crop", "13,5,20,11"])).exits_with(0);
+    let (whole, part) = (desk.picture("whole.exr"), desk.picture("part.exr"));
+    assert_eq!((part.width, part.height), (20, 11));
+    for y in 0..11 {
+        for x in 0..20 {
+            assert_eq!(part.pixel(x, y), whole.pixel(x + 13, y + 5), "at {x}, {y}");
+        }
+    }
+}
+
+/// Threads, scan or tree: the picture is the same, bit for bit.
+#[test]
+fn bits_do_not_depend_on_threads_or_accelerator() {
+    let desk = Desk::new();
+    desk.run(&small(&["-o", "one.exr", "--threads", "1", "--spp", "3"])).exits_with(0);
+    desk.run(&small(&["-o", "two.exr", "--threads", "2", "--spp", "3"])).exits_with(0);
+    desk.run(&small(&["-o", "scan.exr", "--accel", "linear", "--spp", "3"])).exits_with(0);
+    let one = desk.picture("one.exr");
+    assert!(one.rgb == desk.picture("two.exr").rgb, "threads");
+    assert!(one.rgb == desk.picture("scan.exr").rgb, "accelerator");
+}
+
+/// Flags that should change the picture do so, each in its own way.
+#[test]
+fn flags_reach_the_picture() {
+    let desk = Desk::new();
+    desk.run(&small(&["-o", "plain.png"])).exits_with(0);
+    let plain = desk.picture("plain.png").rgb;
+    for flags in [
+        ["--at", "2.5"],
+        ["--spp", "1"],
+        ["--max-depth", "1"],
+        ["--eye", "0,3,9"],
+        ["--target", "-1,1,0"],
+        ["--up", "1,1,0"],
+        ["--fov", "70"],
+        ["--background", "0.5,0,0.5"],
+        ["--exposure", "-1"],
+        ["--tonemap", "agx"],
+        ["--gamma", "none"],
+    ] {
+        desk.run(&small(&["-o", "other.png", flags[0], flags[1]])).exits_with(0);
+        assert!(desk.picture("other.png").rgb != plain, "{} {}", flags[0], flags[1]);
+    }
+}
+
+/// The seed decides the general sampler's numbers and nothing else does.
+#[test]
+fn seeds_decide_random_samples() {
+    let desk = Desk::new();
+    for (name, seed) in [("a.exr", "1"), ("b.exr", "1"), ("c.exr", "2")] {
+        desk.run(&small(&["-o", name, "--spp", "2", "--seed", seed])).exits_with(0);
+    }
+    let first = desk.picture("a.exr").rgb;
+    assert!(first == desk.picture("b.exr").rgb);
+    assert!(first != desk.picture("c.exr").rgb);
+}
+
+/// A transparent background gives an alpha channel that is 0 in the sky and 1 on the ground.
+#[test]
+fn transparency_is_an_alpha_channel() {
+    let desk = Desk::new();
+    desk.run(&small(&["-o", "a.png", "--background", "transparent"])).exits_with(0);
+    let alpha = desk.picture("a.png").alpha.expect("a channel");
+    assert_eq!((alpha.first(), alpha.last()), (Some(&0.0), Some(&1.0)));
+}
+
+/// Layers arrive under the names that the contract gives them.
+#[test]
+fn layers_have_their_names() {
+    let desk = Desk::new();
+    let list = "albedo,normal,position,depth,object,material,samples,stderr";
+    desk.run(&small(&["-o", "a.exr", "--aov", list])).exits_with(0);
+    let names: Vec<String> = desk.picture("a.exr").layers.into_iter().map(|layer| layer.name).collect();
+    let expected = [
+        "albedo.B",
+        "albedo.G",
+        "albedo.R",
+        "depth.Z",
+        "material.id",
+        "normal.X",
+        "normal.Y",
+        "normal.Z",
+        "object.id",
+        "position.X",
+        "position.Y",
+        "position.Z",
+        "samples.N",
+        "stderr.B",
+        "stderr.G",
+        "stderr.R",
+    ];
+    assert_eq!(names, expected);
+}
+
+/// A picture says how it was made.
+#[test]
+fn pictures_carry_their_origin() {
+    let desk = Desk::new();
+    desk.run(&small(&["-o", "a.png", "-o", "b.exr"])).exits_with(0);
+    for (file, prefix, separator) in [("a.png", "Raywright ", " "), ("b.exr", "raywright_", "_")] {
+        let texts = desk.stored(file).texts;
+        let entry = |name: &str| texts.get(&format!("{prefix}{}", name.replace(' ', separator))).cloned().unwrap_or_default();
+        assert_eq!(entry("scene hash").len(), 64, "{file}: {texts:?}");
+        assert_eq!(entry("seed"), "0");
+        assert_eq!(entry("command"), "raywright render preset:whitted --size 48x27 -o a.png -o b.exr");
+        let settings =
+            "size=48x27 samples=corners max_depth=4 integrator=whitted precision=robust exposure=0 tone_map=aces gamma=2.2";
+        assert_eq!(entry("settings"), settings);
+    }
+}
+
+/// A failure leaves no file behind, neither the final one nor a temporary one.
+#[test]
+fn failures_leave_nothing_behind() {
+    let desk = Desk::new();
+    desk.run(&["render", "preset:whitted", "--max-memory", "1K"]).exits_with(5);
+    desk.run(&["render", "missing.glb", "-o", "a.png"]).exits_with(4);
+    desk.write("bad.scene.toml", "format = 1\nobjcts = []\n");
+    desk.run(&["render", "bad.scene.toml"]).exits_with(3);
+    assert_eq!(desk.names(), ["bad.scene.toml"]);
+}
+
+/// Places that cannot be written to are found before the scene is even read.
+#[test]
+fn unwritable_places_are_found_at_once() {
+    let desk = Desk::new();
+    desk.write("file", "");
+    std::fs::create_dir(desk.path("folder.png")).expect("a folder");
+    for output in ["no/such/folder/a.png", "file/a.png", "folder.png"] {
+        let run = desk.run(&["render", "preset:no-such-preset", "-o", output]);
+        run.exits_with(4);
+        assert!(run.stderr.contains(output), "{}", run.stderr);
+    }
+}
+
+/// A folder without write permission; where the tests run as a user to whom that means nothing, nothing is shown.
+#[cfg(unix)]
+#[test]
+fn folders_without_permission_are_found_at_once() {
+    use std::os::unix::fs::PermissionsExt;
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("locked")).expect("a folder");
+    std::fs::set_permissions(desk.path("locked"), std::fs::Permissions::from_mode(0o555)).expect("permissions");
+    if std::fs::write(desk.path("locked/probe"), "").is_ok() {
+        eprintln!("skipped: this user may write anywhere");
+        return;
+    }
+    desk.run(&small(&["-o", "locked/a.png"])).exits_with(4).says("error: cannot write locked/a.png: permission denied");
+}
+
+/// Plain progress is a line now and then with the share and the time left.
+#[test]
+fn progress_is_told_in_lines() {
+    let desk = Desk::new();
+    let mut child = desk.command(&LONG).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut stderr = child.stderr.take().expect("piped");
+    let mut text = String::new();
+    let mut byte = [0];
+    while !text.ends_with('\n') && stderr.read(&mut byte).expect("readable") == 1 {
+        text.push(char::from(byte[0]));
+    }
+    child.kill().expect("still running");
+    child.wait().expect("ends");
+    let share = text.strip_prefix("rendering: ").and_then(|rest| rest.split_once(" %")).expect(&text);
+    assert!(share.0.parse::<u32>().is_ok_and(|percent| percent < 100), "{text}");
+}
+
+/// A render that takes minutes, so that a test can interrupt it.
+const LONG: [&str; 9] = ["render", "preset:whitted", "-o", "a.exr", "--spp", "4096", "--size", "1920x1080", "--progress=plain"];
+
+/// Ctrl-C keeps what is finished under a name that says so, and the final name stays free.
+#[cfg(unix)]
+#[test]
+fn interrupted_renders_keep_what_is_finished() {
+    let desk = Desk::new();
+    let mut child = desk.command(&LONG).stderr(Stdio::piped()).spawn().expect("starts");
+    // The first line of progress means that some tiles are finished.
+    let mut stderr = child.stderr.take().expect("piped");
+    stderr.read_exact(&mut [0]).expect("a first line");
+    let start = Instant::now();
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(kill.success());
+    let status = child.wait().expect("ends");
+    let mut text = String::new();
+    stderr.read_to_string(&mut text).expect("text");
+    assert_eq!(status.code(), Some(130), "{text}");
+    assert!(text.ends_with("error: interrupted; what was finished is in a.partial.exr\n"), "{text}");
+    assert!(start.elapsed() < Duration::from_secs(30), "it stops at the next tile");
+    assert_eq!(desk.names(), ["a.partial.exr"]);
+    let picture = desk.picture("a.partial.exr");
+    assert_eq!((picture.width, picture.height), (1920, 1080));
+    assert!(picture.rgb.iter().any(|&pixel| pixel != [0.0; 3]), "something was finished");
+}
