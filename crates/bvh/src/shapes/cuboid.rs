@@ -30,6 +30,32 @@ impl<R: Real> Cuboid<R> {
         V::new(at(0), at(1), at(2))
     }
 
+    /// The distances that the ray spends between all pairs of faces.
+    #[inline(always)]
+    fn span<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Span<P::Core>> {
+        let (below, above) = (wide::<P>(self.min) - probe.origin, wide::<P>(self.max) - probe.origin);
+        let mut span = Span::of(-P::Core::INFINITY, P::Core::INFINITY, 0);
+        for axis in 0..3_u8 {
+            let at = usize::from(axis);
+            let (low, high, slope) = (below.axis(at), above.axis(at), probe.direction.axis(at));
+            // A ray across this axis is between its faces always or never; no sign of zero matters.
+            if slope == P::Core::ZERO {
+                let between = low <= P::Core::ZERO && P::Core::ZERO <= high;
+                if !between {
+                    return None;
+                }
+                continue;
+            }
+            let (low, high) = (low / slope, high / slope);
+            span = span.cut(if slope > P::Core::ZERO {
+                Span { near: low, far: high, near_part: 2 * axis, far_part: 2 * axis + 1 }
+            } else {
+                Span { near: high, far: low, near_part: 2 * axis + 1, far_part: 2 * axis }
+            });
+        }
+        Some(span)
+    }
+
     /// The point, kept on its face and away from the face's border by what rounding may move it.
     #[inline(always)]
     fn on_face<P: Precision<Real = R>>(&self, raw: CoreVec<P>, axis: usize, greater: bool) -> CoreVec<P> {
@@ -73,32 +99,16 @@ impl<R: Real> Shape<R> for Cuboid<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let (below, above) = (wide::<P>(self.min) - probe.origin, wide::<P>(self.max) - probe.origin);
-        let mut span = Span::of(-P::Core::INFINITY, P::Core::INFINITY, 0);
-        for axis in 0..3_u8 {
-            let at = usize::from(axis);
-            let (low, high, slope) = (below.axis(at), above.axis(at), probe.direction.axis(at));
-            // A ray across this axis is between its faces always or never; no sign of zero matters.
-            if slope == P::Core::ZERO {
-                let between = low <= P::Core::ZERO && P::Core::ZERO <= high;
-                if !between {
-                    return None;
-                }
-                continue;
-            }
-            let (low, high) = (low / slope, high / slope);
-            span = span.cut(if slope > P::Core::ZERO {
-                Span { near: low, far: high, near_part: 2 * axis, far_part: 2 * axis + 1 }
-            } else {
-                Span { near: high, far: low, near_part: 2 * axis + 1, far_part: 2 * axis }
-            });
-        }
-        span.nearest(range, side)
+        self.span(probe)?.nearest(range, side)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (axis, greater) = face_of(hit.u);
-        self.located::<P>(probe.at(hit.t), axis, greater)
+        let t = match self.span(probe) {
+            Some(span) if P::ROBUST => span.unrounded(hit.t),
+            _ => convert(hit.t),
+        };
+        self.located::<P>(probe.origin + probe.direction * t, axis, greater)
     }
 
     /// Each face has u and v in [0, 1] along its two axes: z, y on the x faces, x, z on the y faces, x, y on the z faces.

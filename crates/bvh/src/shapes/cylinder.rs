@@ -83,6 +83,22 @@ impl<R: Real> Cylinder<R> {
         slab(height, axis.dot(probe.direction), axis.dot(axis), BASE, TOP)
     }
 
+    /// Where the ray is within the wall and between the ends.
+    #[inline(always)]
+    fn solid<P: Precision<Real = R>>(&self, probe: &Probe<P>, wall: Crossings<P::Core>) -> Option<Span<P::Core>> {
+        Some(Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(probe)?))
+    }
+
+    /// Where the ray is at a hit: at the unrounded distance where the precision asks for it.
+    fn raw<P: Precision<Real = R>>(&self, probe: &Probe<P>, t: R) -> CoreVec<P> {
+        let wall = self.wall(probe);
+        if self.ends != Ends::Capped {
+            return point_at(probe, wall, t);
+        }
+        let solid = wall.and_then(|w| self.solid(probe, w));
+        point_at(probe, solid.map(|s| Crossings { enter: s.near, leave: s.far }), t)
+    }
+
     #[inline(always)]
     fn scale<P: Precision<Real = R>>(&self, point: CoreVec<P>) -> P::Core {
         let own = self.base.abs().max_element() + self.axis.abs().max_element() + self.radius;
@@ -121,13 +137,13 @@ impl<R: Real> Shape<R> for Cylinder<R> {
                 let span = self.between_ends(probe)?;
                 wall.nearest(range, side, |t| span.near <= t && t <= span.far)
             }
-            Ends::Capped => Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(probe)?).nearest(range, side),
+            Ends::Capped => self.solid(probe, wall)?.nearest(range, side),
         }
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let part = hit.u.to_f64() as u8;
-        let raw = if part == WALL { point_at(probe, self.wall(probe), hit.t) } else { probe.at(hit.t) };
+        let raw = self.raw(probe, hit.t);
         let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
         if P::ROBUST && self.ends == Ends::Capped {
             // Kept away from the seam by what rounding the point may move it, for rays that start inside.

@@ -45,9 +45,14 @@ impl<R: Real> Shape<R> for Disk<R> {
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (normal, centre) = (wide::<P>(self.normal), wide::<P>(self.centre));
-        let raw = probe.at(hit.t);
-        let error = slack(raw.abs().max_element() + centre.abs().max_element());
-        let point = if P::ROBUST { raw - normal * (normal.dot(raw - centre) / normal.dot(normal)) } else { raw };
+        let point = if P::ROBUST {
+            let height = normal.dot(centre - probe.origin);
+            probe.origin + probe.direction * (height / normal.dot(probe.direction))
+        } else {
+            probe.at(hit.t)
+        };
+        let way = (point - probe.origin).abs().max_element();
+        let error = slack(point.abs().max_element() + centre.abs().max_element() + way);
         Located { point, normal: normal.normalize(), error }
     }
 

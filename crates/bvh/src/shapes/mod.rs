@@ -48,7 +48,7 @@ use glam::DVec3;
 
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vec3Of, convert_vec};
+use crate::scalar::{Precision, Real, Vec3Of, convert, convert_vec};
 
 /// A vector of the core's scalar.
 pub(crate) type CoreVec<P> = <<P as Precision>::Core as Real>::Vec3;
@@ -63,6 +63,12 @@ pub(crate) fn wide<P: Precision>(v: Vec3Of<P>) -> CoreVec<P> {
 #[inline(always)]
 pub(crate) fn num<C: Real>(x: f64) -> C {
     C::from_f64(x)
+}
+
+/// Whether products of stored numbers are exact in the core.
+#[inline(always)]
+pub(crate) fn has_wider_core<P: Precision>() -> bool {
+    P::Core::ROUNDOFF < convert(P::Real::ROUNDOFF)
 }
 
 /// What a test in this scalar may be wrong by, for lengths up to `scale`: some roundings of it. The longest chain of a shape
@@ -116,6 +122,14 @@ pub trait Shape<R: Real> {
     fn surface<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Surface<R> {
         self.locate(probe, hit).stored::<P>()
     }
+}
+
+/// A correction of a distance, kept within what rounding it to the stored scalar can have done; for rays that graze, where a
+/// correction divides by next to nothing.
+#[inline(always)]
+pub(crate) fn within_rounding<P: Precision>(step: P::Core, t: P::Real) -> P::Core {
+    let most = convert::<P::Real, P::Core>(t.abs() * P::Real::ROUNDOFF) * num(2.0);
+    step.clamp(-most, most)
 }
 
 /// The first of two ordered roots that lies in the range on an accepted side: rays enter a closed shape at `near` and

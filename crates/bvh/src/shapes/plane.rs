@@ -44,10 +44,15 @@ impl<R: Real> Shape<R> for Plane<R> {
     #[inline]
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (normal, through) = (wide::<P>(self.normal), wide::<P>(self.point));
-        let raw = probe.at(hit.t);
-        let error = slack(raw.abs().max_element() + through.abs().max_element());
-        // Robust: moved back onto the plane along the normal; what remains is the rounding of the stored coordinates.
-        let point = if P::ROBUST { raw - normal * (normal.dot(raw - through) / normal.dot(normal)) } else { raw };
+        // Robust: at the unrounded distance; what remains is the rounding of the stored coordinates.
+        let point = if P::ROBUST {
+            let height = normal.dot(through - probe.origin);
+            probe.origin + probe.direction * (height / normal.dot(probe.direction))
+        } else {
+            probe.at(hit.t)
+        };
+        let way = (point - probe.origin).abs().max_element();
+        let error = slack(point.abs().max_element() + through.abs().max_element() + way);
         Located { point, normal, error }
     }
 

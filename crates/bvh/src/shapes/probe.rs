@@ -14,7 +14,9 @@ pub struct Probe<P: Precision> {
     /// Direction in the core's scalar; of unit length only up to the rounding of the stored one, and of any length in the
     /// space of an instance.
     pub direction: CoreVec<P>,
-    /// One over the squared length of `direction` in the core's scalar.
+    /// Squared length of `direction`.
+    pub length_squared: P::Core,
+    /// One over it.
     pub inverse_length_squared: P::Core,
     /// Two vectors across the direction, such that (first, second, direction) is right-handed: they span the plane onto
     /// which triangles are projected. As long as the largest component of the direction at least.
@@ -39,8 +41,9 @@ impl<P: Precision> Probe<P> {
 
     #[inline(always)]
     fn with(ray: Ray<P::Real>, origin: CoreVec<P>, direction: CoreVec<P>) -> Self {
-        let inverse_length_squared = P::Core::ONE / direction.dot(direction);
-        Self { ray, origin, direction, inverse_length_squared, across: across::<P>(direction) }
+        let length_squared = direction.dot(direction);
+        let inverse_length_squared = P::Core::ONE / length_squared;
+        Self { ray, origin, direction, length_squared, inverse_length_squared, across: across::<P>(direction) }
     }
 
     /// The point at a stored distance.

@@ -126,12 +126,19 @@ impl<C: Real> Span<C> {
         Self { near, far, near_part, far_part }
     }
 
+    /// The end whose stored distance was returned as `t` with its part, unrounded.
+    #[inline(always)]
+    pub fn unrounded<R: Real>(&self, t: R) -> C {
+        Crossings { enter: self.near, leave: self.far }.unrounded(t)
+    }
+
     /// The first end in the range on an accepted side, with its part as the hit's first number.
     #[inline(always)]
     pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let hit = |t: R, part: u8| ShapeHit { t, u: R::from_f64(f64::from(part)), v: R::ZERO };
         let (near, far): (R, R) = (convert(self.near), convert(self.far));
-        let covered = self.near < self.far;
+        // As stored: a ray never enters without leaving.
+        let covered = near < far;
         if !covered {
             None
         } else if side.accepts(true) && range.contains(near) {

@@ -1,6 +1,9 @@
 //! The sphere.
 
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, num, slack, wide};
+use super::{
+    CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide,
+    within_rounding,
+};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -24,43 +27,44 @@ impl<R: Real> Shape<R> for Sphere<R> {
         Some(Aabb::around(self.centre.to_f64(), DVec3::splat(self.radius.to_f64())))
     }
 
-    /// Robust: the discriminant from the perpendicular distance of the centre to the ray, in the core's scalar
-    /// ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7). Textbook: b² − c.
+    /// b² − a·c as in every textbook: of f32 input in an f64 core it is wrong by less than the input's own rounding up to
+    /// 10⁸ radii away, and no form is faster. Without a wider core from the perpendicular distance of the centre to the ray
+    /// ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7).
     #[inline(always)]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let f = probe.origin - wide::<P>(self.centre);
         let r = convert::<R, P::Core>(self.radius);
         let b = f.dot(probe.direction);
-        let (middle, half_squared) = if P::ROBUST {
-            let middle = -b * probe.inverse_length_squared;
-            let l = f + probe.direction * middle;
-            (middle, (r * r - l.dot(l)) * probe.inverse_length_squared)
+        let discriminant = if P::ROBUST && !has_wider_core::<P>() {
+            let l = f - probe.direction * (b * probe.inverse_length_squared);
+            (r * r - l.dot(l)) * probe.length_squared
         } else {
-            let middle = -b * probe.inverse_length_squared;
-            (middle, middle * middle - (f.dot(f) - r * r) * probe.inverse_length_squared)
+            b * b - (f.dot(f) - r * r) * probe.length_squared
         };
         // Written so that NaN is a miss.
-        let met = half_squared >= P::Core::ZERO;
+        let met = discriminant >= P::Core::ZERO;
         if !met {
             return None;
         }
-        let half = half_squared.sqrt();
-        let (near, far) = (convert(middle - half), convert(middle + half));
-        first_root(near, far, range, side).map(ShapeHit::at)
+        let (root, inverse) = (discriminant.sqrt(), probe.inverse_length_squared);
+        first_root(convert((-b - root) * inverse), convert((root - b) * inverse), range, side).map(ShapeHit::at)
     }
 
     #[inline]
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
         let raw = probe.at(hit.t);
-        let normal = (raw - centre).normalize();
+        let f = raw - centre;
         if P::ROBUST {
-            return self.at::<P>(normal);
+            // Newton's step along the ray undoes the rounding of the stored distance.
+            let step = (f.dot(f) - radius * radius) * num(0.5) / f.dot(probe.direction);
+            return self.at::<P>((f - probe.direction * within_rounding::<P>(step, hit.t)).normalize());
         }
-        // b² − c is wrong by some roundings of |f|², the distance from the surface by that over the diameter.
-        let f = probe.origin - centre;
-        let scale = centre.abs().max_element() + radius + f.dot(f) / radius;
-        Located { point: raw, normal, error: slack(scale) }
+        // b² − c is wrong by some roundings of the squared distance, the point's height over the surface by that over the
+        // diameter.
+        let way = probe.origin - centre;
+        let scale = centre.abs().max_element() + radius + way.dot(way) / radius;
+        Located { point: raw, normal: f.normalize(), error: slack(scale) }
     }
 
     /// u runs about +y from the −x side, v from the top: the orientation of an equirectangular map.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::frame::{disk_support, split, spoke, turn};
 use super::quartic::Quartic;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide, within_rounding};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -134,15 +134,23 @@ impl<R: Real> Shape<R> for Torus<R> {
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+        let centre = wide::<P>(self.centre);
+        let (major, minor) = (convert::<R, P::Core>(self.major_radius), convert::<R, P::Core>(self.minor_radius));
+        // From the nearest point of the circle.
+        let tube = |offset: CoreVec<P>| {
+            let spoke = split::<P>(offset, self.axis).1.normalize();
+            (spoke, offset - spoke * major)
+        };
         let raw = probe.at(hit.t);
-        let offset = raw - wide::<P>(self.centre);
-        let (_, out) = split::<P>(offset, self.axis);
-        let spoke = out.normalize();
-        let normal = (offset - spoke * convert::<R, P::Core>(self.major_radius)).normalize();
+        let (_, off) = tube(raw - centre);
         if P::ROBUST {
-            return self.on_tube::<P>(spoke, normal);
+            // Newton's step along the ray undoes the rounding of the stored distance.
+            let step = (off.dot(off) - minor * minor) * num(0.5) / off.dot(probe.direction);
+            let (spoke, off) = tube(raw - probe.direction * within_rounding::<P>(step, hit.t) - centre);
+            return self.on_tube::<P>(spoke, off.normalize());
         }
-        Located { point: raw, normal, error: slack(self.scale::<P>(probe.origin) + convert::<R, P::Core>(hit.t)) }
+        let error = slack(self.scale::<P>(probe.origin) + convert::<R, P::Core>(hit.t));
+        Located { point: raw, normal: off.normalize(), error }
     }
 
     /// u turns about the axis, v about the tube from its inner side.
