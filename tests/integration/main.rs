@@ -1,5 +1,6 @@
 //! The real program, run as a user runs it. One binary with modules, so that it links once.
 
+mod bits;
 mod cli;
 mod effects;
 mod reference;

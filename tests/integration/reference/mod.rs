@@ -1,5 +1,6 @@
 //! Pictures against pictures that other programs computed from the same scenes.
 
+mod kinderpainter;
 mod noise;
 mod swing;
 mod whitted;
@@ -46,10 +47,14 @@ pub fn scene(preset: &str, at: f64, set: &[(&str, f64)]) -> Scene {
 
 /// Renders a preset at a time with parameters, through the library.
 pub fn render(preset: &str, at: f64, set: &[(&str, f64)], adjust: impl Fn(&mut Settings)) -> Rendered {
-    let scene = scene(preset, at, set);
-    let mut settings = Settings::of(&scene);
+    render_scene(&scene(preset, at, set), adjust)
+}
+
+/// Renders a scene through the library.
+pub fn render_scene(scene: &Scene, adjust: impl Fn(&mut Settings)) -> Rendered {
+    let mut settings = Settings::of(scene);
     adjust(&mut settings);
-    prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&())
+    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&())
 }
 
 /// The display transform that most references use.

@@ -2,7 +2,7 @@
 
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{carried, hold_stable, object_ids, read, reference, render, stable_mask};
+use super::{carried, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
 
 /// Folder, time, pointer, size.
 const VIEWS: [(&str, f64, [f64; 2], [u32; 2]); 2] =
@@ -38,4 +38,20 @@ fn both_views_robust() {
 #[test]
 fn both_views_reference() {
     views(PrecisionChoice::Reference);
+}
+
+/// Protects: a material's own shadow rule counts where nothing casts a shadow. Without it the plane would be brighter all
+/// around the ball, not only where the ball's shadow was.
+#[test]
+fn a_shadow_rule_of_its_own_needs_no_occluder() {
+    if !carried("noise") {
+        return;
+    }
+    let mut scene = scene("noise", 6.0, &[]);
+    let whole = render_scene(&scene, |_| {}).picture;
+    scene.objects.iter_mut().for_each(|object| object.casts_shadow = false);
+    let bare = render_scene(&scene, |_| {});
+    assert_eq!(bare.counters.shadow, 0, "nothing casts a shadow, so no ray asks");
+    let share = share_beyond(&whole, &bare.picture, 1e-3, |_| true);
+    assert!((0.001..0.02).contains(&share), "{:.2} % of the pixels changed with the ball's shadow", share * 100.0);
 }

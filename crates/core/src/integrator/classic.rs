@@ -78,8 +78,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 _ => zero,
             };
             let mut share = P::Real::ONE;
-            if light.shadows && (facing > zero || highlight > zero || m.shadow.is_some()) {
-                if m.asks_what_is_between {
+            if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
+                if light.shadows && m.asks_what_is_between {
                     let between = self.between(shading, seen.direction, seen.distance, m.shadow.is_some());
                     shading.point.inputs.occluder_distance = between.distance;
                     shading.point.inputs.shadow = between.share;

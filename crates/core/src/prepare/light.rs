@@ -9,6 +9,9 @@ use crate::scene::{Falloff, Light as LightData, LightKind};
 pub(crate) struct Light<R: Real> {
     kind: Kind<R>,
     pub colour: R::Vec3,
+    /// Whether the scene lets something dim it: then a material's own shadow rule counts.
+    pub dimmed: bool,
+    /// Whether a ray must ask what is in between.
     pub shadows: bool,
     pub specular: bool,
 }
@@ -74,7 +77,8 @@ impl<R: Real> Light<R> {
                 }
             }
         };
-        Self { kind, colour: v(light.colour.0), shadows: light.shadows && casters, specular: light.specular }
+        let shadows = light.shadows && casters;
+        Self { kind, colour: v(light.colour.0), dimmed: light.shadows, shadows, specular: light.specular }
     }
 
     /// The light as a point sees it; none where nothing of it arrives.

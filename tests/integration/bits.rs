@@ -1,0 +1,202 @@
+//! One image, whatever the machine does: its bits depend on scene, settings and seed, not on the accelerator, the builder,
+//! threads, tiles, the crop or the kernel. Held for every scene that the program carries and for a few imported ones.
+
+use std::path::Path;
+
+use raywright::bvh::{AcceleratorKind, BuildQuality};
+use raywright::core::picture::Picture;
+use raywright::core::settings::{Aov, Crop, KernelChoice, PrecisionChoice, Sampling};
+use raywright::core::{Scene, Settings, complete, prepare};
+use raywright::io::{Input, LoadOptions, load, presets};
+
+const SIZE: [u32; 2] = [64, 48];
+
+/// A scene with its name, and a sample count where its own is too dear.
+struct Subject {
+    name: String,
+    scene: Scene,
+    sampling: Sampling,
+}
+
+impl Subject {
+    fn new(name: String, input: &Input, spp: Option<u32>) -> Self {
+        let mut scene = load(input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+        complete(&mut scene);
+        let sampling = Sampling::resolve(&scene, spp);
+        Self { name, scene, sampling }
+    }
+
+    fn render(&self, adjust: impl FnOnce(&mut Settings)) -> Picture {
+        let mut settings = Settings::of(&self.scene);
+        settings.size = SIZE;
+        settings.sampling = self.sampling;
+        settings.aovs = vec![Aov::Normal, Aov::Depth, Aov::Object];
+        adjust(&mut settings);
+        prepare(&self.scene, &settings).unwrap_or_else(|e| panic!("{}: {e}", self.name)).render(&()).picture
+    }
+}
+
+/// Every preset, with its own pattern or few samples.
+fn carried() -> Vec<Subject> {
+    let few = |scene: &Scene| if scene.render.pattern.is_none() { Some(2) } else { None };
+    let subject = |preset: presets::Preset| {
+        let mut subject = Subject::new(preset.name.to_owned(), &Input::Preset(preset.name.to_owned()), None);
+        subject.sampling = Sampling::resolve(&subject.scene, few(&subject.scene));
+        subject
+    };
+    presets::list().into_iter().map(subject).collect()
+}
+
+/// Meshes, instances, textures and physical materials, where the shared data are.
+fn imported() -> Vec<Subject> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/assets");
+    if !folder.is_dir() {
+        eprintln!("skipped: shared data not found ({})", folder.display());
+        return Vec::new();
+    }
+    let files = [
+        "gltf/Duck/Duck.glb",
+        "gltf/crafted/cornell/cornell.gltf",
+        "gltf/crafted/nested_transforms.glb",
+        "obj/crafted/cornell_quads_ngons.obj",
+        "obj/crafted/glass_and_mirror.obj",
+    ];
+    files.map(|file| Subject::new(file.to_owned(), &Input::Path(folder.join(file)), Some(1))).into()
+}
+
+fn subjects() -> Vec<Subject> {
+    carried().into_iter().chain(imported()).collect()
+}
+
+/// The pictures agree in every bit; otherwise the message names the first place where they do not.
+#[track_caller]
+fn same(what: &str, a: &Picture, b: &Picture) {
+    let channels = |p: &Picture| {
+        let layers = p.layers.iter().map(|layer| (layer.name.clone(), layer.samples.clone()));
+        let colour = (0..3).map(|k| (["R", "G", "B"][k].to_owned(), p.rgb.iter().map(|pixel| pixel[k]).collect::<Vec<f32>>()));
+        colour.chain(layers).collect::<Vec<_>>()
+    };
+    assert_eq!((a.width, a.height, a.layers.len()), (b.width, b.height, b.layers.len()), "{what}: not the same shape");
+    for ((name, a_samples), (_, b_samples)) in channels(a).into_iter().zip(channels(b)) {
+        let differs: Vec<usize> = (0..a_samples.len()).filter(|&i| a_samples[i].to_bits() != b_samples[i].to_bits()).collect();
+        if let Some(&i) = differs.first() {
+            let (x, y) = (i as u32 % a.width, i as u32 / a.width);
+            let (p, q) = (a_samples[i], b_samples[i]);
+            panic!("{what}: {} samples of {name} differ, the first at ({x}, {y}): {p:?} and {q:?}", differs.len());
+        }
+    }
+}
+
+/// The part of a picture that a crop names.
+fn part(whole: &Picture, crop: Crop) -> Picture {
+    let rows = (crop.y..crop.y + crop.height).flat_map(|y| (crop.x..crop.x + crop.width).map(move |x| (x, y)));
+    let places: Vec<usize> = rows.map(|(x, y)| (y * whole.width + x) as usize).collect();
+    let mut cut = Picture { width: crop.width, height: crop.height, ..whole.clone() };
+    cut.rgb = places.iter().map(|&i| whole.rgb[i]).collect();
+    for layer in &mut cut.layers {
+        layer.samples = places.iter().map(|&i| layer.samples[i]).collect();
+    }
+    cut
+}
+
+/// Protects: the tree finds exactly what the scan finds, in every precision.
+#[test]
+fn scan_and_tree() {
+    for subject in subjects() {
+        for precision in [PrecisionChoice::Robust, PrecisionChoice::Fast, PrecisionChoice::Reference] {
+            let with = |accelerator| {
+                subject.render(|s| {
+                    s.precision = precision;
+                    s.accelerator = accelerator;
+                })
+            };
+            let tree = with(AcceleratorKind::default());
+            same(&format!("{}, {precision:?}: tree and scan", subject.name), &tree, &with(AcceleratorKind::Linear));
+        }
+    }
+}
+
+/// Protects: a tree of any quality gives the same hits.
+#[test]
+fn build_qualities() {
+    for subject in subjects() {
+        let first = subject.render(|_| {});
+        for quality in BuildQuality::ALL {
+            let built = subject.render(|s| s.accelerator = AcceleratorKind::Tree(quality));
+            same(&format!("{}: {quality:?}", subject.name), &first, &built);
+        }
+    }
+}
+
+/// Protects: numbers are addressed by pixel and sample, and sums are taken in one order, whoever takes them.
+#[test]
+fn threads_and_tiles() {
+    for subject in subjects() {
+        // Once as the scene asks for it, once with more samples than a block of the film has.
+        for (size, sampling) in [(SIZE, subject.sampling), ([24, 18], Sampling::General(17))] {
+            let with = |threads, tile_size| {
+                subject.render(|s| {
+                    s.size = size;
+                    s.sampling = sampling;
+                    s.threads = Some(threads);
+                    s.tile_size = tile_size;
+                })
+            };
+            let first = with(1, 32);
+            for (threads, tile) in [(2, 32), (1, 1), (1, 7), (2, 7), (2, 1000)] {
+                let what = format!("{}, {sampling:?}: {threads} threads, tiles of {tile}", subject.name);
+                same(&what, &first, &with(threads, tile));
+            }
+        }
+    }
+}
+
+/// Protects: a part of the picture is that part, and not a picture of its own.
+#[test]
+fn crops() {
+    let crops = [[0, 0, 64, 48], [0, 0, 1, 1], [63, 47, 1, 1], [17, 5, 31, 40], [0, 33, 64, 9]];
+    for subject in subjects() {
+        for sampling in [subject.sampling, Sampling::General(3)] {
+            let whole = subject.render(|s| s.sampling = sampling);
+            for [x, y, width, height] in crops {
+                let crop = Crop { x, y, width, height };
+                let cropped = subject.render(|s| {
+                    s.sampling = sampling;
+                    s.crop = Some(crop);
+                });
+                same(&format!("{}, {sampling:?}: {crop:?}", subject.name), &part(&whole, crop), &cropped);
+            }
+        }
+    }
+}
+
+/// Protects: the smallest kernel that covers a scene leaves out code and changes no number.
+#[test]
+fn kernels() {
+    for subject in subjects() {
+        for precision in [PrecisionChoice::Robust, PrecisionChoice::Fast, PrecisionChoice::Reference] {
+            let with = |kernel| {
+                subject.render(|s| {
+                    s.precision = precision;
+                    s.kernel = kernel;
+                })
+            };
+            let fitting = with(KernelChoice::Fitting);
+            same(&format!("{}, {precision:?}: kernels", subject.name), &fitting, &with(KernelChoice::General));
+        }
+    }
+}
+
+/// Protects: the other tests here compare pictures of something, and the comparison sees a single bit.
+#[test]
+fn the_comparison_sees_one_bit() {
+    for subject in subjects() {
+        let picture = subject.render(|_| {});
+        let shown = picture.layer("object.id").is_some_and(|ids| ids.samples.iter().any(|&id| id >= 0.0));
+        assert!(shown, "{}: the picture shows no object", subject.name);
+        let mut other = picture.clone();
+        other.rgb[7][1] = f32::from_bits(other.rgb[7][1].to_bits() ^ 1);
+        let seen = std::panic::catch_unwind(|| same("one bit", &picture, &other));
+        assert!(seen.is_err(), "{}: a changed bit was not seen", subject.name);
+    }
+}
