@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use raywright_core::Scene;
+use raywright_core::validate::validate;
 
 use crate::folder::ReadError;
 use crate::{Error, Limits, Warning, human_bytes};
@@ -66,6 +67,17 @@ impl From<ReadError> for Fault {
     }
 }
 
+/// A scene that the rest of the program may rely on: whatever slipped through the importer is refused here.
+///
+/// # Errors
+/// A fault of kind input with the first problem.
+pub(crate) fn checked(scene: Scene) -> Outcome<Scene> {
+    match validate(&scene).first() {
+        None => Ok(scene),
+        Some(problem) => Err(Fault::input(format!("{} (of the scene made from it): {}", problem.path, problem.message))),
+    }
+}
+
 /// Text of a file as messages show it: on one line, and not longer than a reader can bear.
 pub(crate) fn shown(text: &str) -> String {
     const MOST: usize = 100;
@@ -116,6 +128,7 @@ pub(crate) struct Names {
 impl Names {
     /// The wish itself, or the wish with a number.
     pub fn unique(&mut self, wish: &str) -> String {
+        let wish = if wish.is_empty() { "unnamed" } else { wish };
         let mut name = wish.to_owned();
         while !self.taken.insert(name.clone()) {
             // One counter for all wishes: a million meshes of one name must not cost a million tries each.

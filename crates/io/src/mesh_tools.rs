@@ -1,16 +1,19 @@
 //! What importers do to meshes beyond reading them: repair what is not finite, make normals, apply transforms.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_core::scene::{MeshData, TransformStep};
+use raywright_core::validate::{FARTHEST, SMALLEST};
 
 /// Whether a transform can be undone; rays are traced in a mesh's own space.
 ///
-/// Judged by the determinant relative to the axes' lengths: scale itself does not matter, only how flat the axes lie.
+/// Scale itself does not matter much, only how flat the axes lie.
 pub(crate) fn is_invertible(transform: &DAffine3) -> bool {
-    let m = transform.matrix3;
-    let axes = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
-    let ratio = m.determinant().abs() / axes;
-    axes > 0.0 && axes.is_finite() && ratio > 1e-9
+    let upright = |m: DMat3| {
+        let axes = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+        let volume = m.determinant().abs() / (axes[0] * axes[1] * axes[2]);
+        axes.iter().all(|length| *length >= SMALLEST) && volume > 1e-9
+    };
+    upright(transform.matrix3) && upright(transform.matrix3.transpose())
 }
 
 /// A transform as a scene writes it; none for the identity.
@@ -32,24 +35,24 @@ pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     MeshData { positions: mesh.positions.iter().map(moved).collect(), normals: Vec::new(), ..mesh.clone() }
 }
 
-/// Drops triangles with a vertex that is not finite and gives such vertices the place of a finite one, so that bounds stay
-/// finite. Returns how many triangles went.
+/// Drops triangles with a vertex that is not finite or absurdly far away, and gives such vertices the place of another, so
+/// that bounds stay finite. Returns how many triangles went.
 pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
-    let finite = |p: &[f32; 3]| p.iter().all(|c| c.is_finite());
-    if mesh.positions.iter().all(finite) {
+    let usable = |p: &[f32; 3]| p.iter().all(|c| f64::from(c.abs()) <= FARTHEST);
+    if mesh.positions.iter().all(usable) {
         return 0;
     }
     let before = mesh.indices.len();
     let positions = &mesh.positions;
-    mesh.indices.retain(|triangle| triangle.iter().all(|&i| positions.get(i as usize).is_some_and(finite)));
-    let stand_in = mesh.positions.iter().copied().find(finite).unwrap_or_default();
-    for position in mesh.positions.iter_mut().filter(|p| !finite(p)) {
+    mesh.indices.retain(|triangle| triangle.iter().all(|&i| positions.get(i as usize).is_some_and(usable)));
+    let stand_in = mesh.positions.iter().copied().find(usable).unwrap_or_default();
+    for position in mesh.positions.iter_mut().filter(|p| !usable(p)) {
         *position = stand_in;
     }
     before - mesh.indices.len()
 }
 
-/// Brings normals to unit length; one that has none (zero, not finite) becomes the mean of its facets' normals.
+/// Brings normals to unit length; one that has none (zero, not usable) becomes the mean of its facets' normals.
 pub(crate) fn mend_normals(mesh: &mut MeshData) {
     let unit = |n: &[f32; 3]| Vec3::from_array(*n).as_dvec3().try_normalize().map(|n| n.as_vec3().to_array());
     let mended: Vec<Option<[f32; 3]>> = mesh.normals.iter().map(unit).collect();

@@ -36,7 +36,7 @@ use material::UsedMaterial;
 use nodes::Placed;
 
 use crate::folder::Folder;
-use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings};
+use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
 use crate::{Error, Limits, mesh_tools};
 
 /// Reads a glTF or GLB file (told apart by content), given its bytes, with everything it refers to in its folder.
@@ -139,7 +139,7 @@ impl Import<'_> {
         if self.scene.objects.is_empty() {
             self.warnings.add("the file's default scene has no triangles: nothing to see");
         }
-        Ok((self.scene, self.warnings.finish(self.file.display())))
+        Ok((checked(self.scene)?, self.warnings.finish(self.file.display())))
     }
 
     /// Adds what one node carries.

@@ -20,7 +20,7 @@ use raywright_core::Scene;
 use raywright_core::scene::{Material, Mesh, MeshSource, Model, Object, Shape, SideRule};
 
 use crate::folder::Folder;
-use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings};
+use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
 use crate::{Error, Limits, mesh_tools};
 
 use mtl::Library;
@@ -79,7 +79,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     if scene.objects.is_empty() {
         warnings.add("the file has no triangles: nothing to see");
     }
-    Ok((scene, warnings.finish(file.display())))
+    Ok((checked(scene)?, warnings.finish(file.display())))
 }
 
 /// What tobj makes of the rewritten text: for each run a list of welded vertices, and polygons.

@@ -2,6 +2,7 @@
 
 mod collections;
 mod gltf;
+mod hostile;
 mod malformed;
 mod obj;
 mod shared;

@@ -102,6 +102,8 @@ pub fn triangle_count(loaded: &Loaded) -> usize {
 pub fn check_sound(loaded: &Loaded, path: &Path) {
     let scene = &loaded.scene;
     let place = path.display();
+    let problems = raywright_core::validate::validate(scene);
+    assert!(problems.is_empty(), "{place}: {problems:?}");
     for mesh in &scene.meshes {
         let MeshSource::Inline(data) = &mesh.source else { panic!("{place}: {} is not inline", mesh.name) };
         let count = data.positions.len();
