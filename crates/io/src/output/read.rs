@@ -5,7 +5,8 @@ use std::fs::File;
 use std::io::Cursor;
 use std::path::Path;
 
-use exr::prelude::{AttributeValue, FlatImage, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, Vec2, read};
+use exr::meta::header::Header;
+use exr::prelude::{AttributeValue, Compression, FlatImage, FlatSamples, MetaData, ReadChannels, ReadLayers, Text, Vec2, read};
 use png::{ColorType, Decoder, Transformations};
 use raywright_core::picture::{Encoding, Layer, Picture};
 
@@ -132,13 +133,8 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
     let headers = MetaData::read_from_buffered(Cursor::new(bytes), false)?.headers;
     let mut bytes_a_pixel = 0;
     for header in &headers {
+        check_header(header, headers[0].layer_size)?;
         let Vec2(width, height) = header.layer_size;
-        if header.layer_size != headers[0].layer_size {
-            return Err(Failure::Wrong("an OpenEXR file with parts of different sizes".to_owned()));
-        }
-        if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-            return Err(Failure::Wrong("an OpenEXR file with deep or subsampled channels, which are not supported".to_owned()));
-        }
         bytes_a_pixel += 4 * header.channels.list.len() as u64;
         check_size(width as u64, height as u64, bytes_a_pixel, bytes.len(), limits)?;
     }
@@ -150,6 +146,22 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Failure> {
         .all_attributes()
         .from_buffered(Cursor::new(bytes))?;
     picture_of(image)
+}
+
+/// Refuses what we do not read, with the reason.
+fn check_header(header: &Header, size: Vec2<usize>) -> Result<(), Failure> {
+    let refuse = |what: &str| Err(Failure::Wrong(format!("an OpenEXR file with {what}")));
+    if header.layer_size != size {
+        return refuse("parts of different sizes");
+    }
+    if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        return refuse("deep or subsampled channels, which are not supported");
+    }
+    // The decoder of exr 1.74 trusts the sizes inside such blocks: a damaged one makes it ask for petabytes and abort.
+    if matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+        return refuse("DWA compression, which is not supported; ZIP is");
+    }
+    Ok(())
 }
 
 fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {

@@ -2,7 +2,6 @@
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use raywright_bvh::scalar::Real;
 
 use super::Planes;
 use super::filters::Plane;
@@ -55,7 +54,7 @@ pub(super) fn hunt_lab(planes: &Planes) -> Vec<[f32; 3]> {
 /// The cube root of L*a*b* with its straight piece near black (CIE 15:2004).
 fn lab_curve(t: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
-    if t > DELTA * DELTA * DELTA { Real::powf(t, 1.0 / 3.0) } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
+    if t > DELTA * DELTA * DELTA { libm::cbrt(t) } else { t / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
 }
 
 /// HyAB distance: city-block between lightness and colour, Euclidean within colour (Abasi, Tehran, Fairchild, "Distance Metrics

@@ -1,0 +1,165 @@
+//! Pictures written and read back; submodules: files of other programs, hostile ones, and the real reference pictures.
+
+mod reading;
+mod reference;
+
+use std::path::PathBuf;
+
+use raywright_core::picture::{Encoding, Layer};
+use raywright_core::scene::{ToneMap, TransferCurve};
+
+use super::*;
+use crate::{ErrorKind, Limits};
+
+fn metadata() -> Metadata {
+    Metadata {
+        software: "Raywright 0.1.0".into(),
+        scene_hash: "00ff".into(),
+        settings: "samples = 4, größe = 3×2".into(),
+        seed: Some(7),
+        command: "raywright render\0".into(),
+    }
+}
+
+/// A picture with values of every kind of trouble: large, tiny, negative, subnormal.
+fn trouble() -> Picture {
+    let mut picture = Picture::new(3, 2);
+    let values = [0.0, -0.0, 1e-40, 1e6, 65504.0, 65536.0, f32::MAX, f32::MIN_POSITIVE, -3.5, 1.0 / 3.0];
+    for (i, rgb) in picture.rgb.iter_mut().enumerate() {
+        *rgb = [values[i], values[(i + 3) % 10], values[9 - i]];
+    }
+    picture
+}
+
+fn decode(bytes: &[u8]) -> Result<StoredPicture, Error> {
+    decode_picture(Path::new("test"), bytes, &Limits::default())
+}
+
+/// F08: every finite number, coverage and any layer name survive the OpenEXR file bit for bit, in one part.
+#[test]
+fn f08_exr_keeps_every_finite_number() {
+    let mut picture = trouble();
+    picture.alpha = Some(vec![0.0, 0.25, 0.5, 0.75, 1.0, 1.0 / 3.0]);
+    let long = "a_name_of_more_than_thirty_one_bytes.Z";
+    for name in ["albedo.R", "depth.Z", "object.id", long] {
+        let samples = (0..6_u8).map(|i| f32::from(i) * 1.1 - 1.0).collect();
+        picture.layers.push(Layer { name: name.into(), samples });
+    }
+    picture.layers[1].samples[3] = f32::INFINITY;
+    picture.layers.sort_by(|a, b| a.name.cmp(&b.name));
+    let bytes = exr_bytes(&picture, &metadata()).unwrap();
+    let read = decode(&bytes).unwrap();
+    assert_eq!(read.encoding, Encoding::Linear);
+    assert!(read.has_colour);
+    assert_eq!(read.picture, picture);
+    assert_eq!(read.picture.rgb[0][0].to_bits(), picture.rgb[0][0].to_bits());
+    let headers = ::exr::prelude::MetaData::read_from_buffered(bytes.as_slice(), true).unwrap().headers;
+    assert_eq!(headers.len(), 1, "parts");
+}
+
+/// F08: an infinite colour becomes the largest number of its sign, a NaN stays one.
+#[test]
+fn f08_exr_has_no_infinite_colour() {
+    let mut picture = Picture::new(2, 1);
+    picture.rgb[0] = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+    let read = decode(&exr_bytes(&picture, &Metadata::default()).unwrap()).unwrap();
+    assert_eq!(read.picture.rgb[0][..2], [f32::MAX, f32::MIN]);
+    assert!(read.picture.rgb[0][2].is_nan());
+}
+
+/// The same picture gives the same file: no hash table's order, time or random number gets in.
+#[test]
+fn files_are_reproducible() {
+    let picture = trouble();
+    let first = exr_bytes(&picture, &metadata()).unwrap();
+    // Each table has its own random order; eight all in the same order would be chance one in 120⁷.
+    for _ in 0..8 {
+        assert!(exr_bytes(&picture, &metadata()).unwrap() == first);
+    }
+    let png = || png_bytes(&picture, Display::PLAIN, &metadata()).unwrap();
+    assert!(png() == png());
+}
+
+/// Both formats say where the picture comes from, in any language, and leave out what is not known.
+#[test]
+fn metadata_are_kept() {
+    let picture = trouble();
+    let png = decode(&png_bytes(&picture, Display::PLAIN, &metadata()).unwrap()).unwrap().texts;
+    let exr = decode(&exr_bytes(&picture, &metadata()).unwrap()).unwrap().texts;
+    for (png_name, exr_name, text) in metadata().entries() {
+        assert_eq!(png.get(png_name), Some(&text), "{png_name}");
+        assert_eq!(exr.get(exr_name), Some(&text), "{exr_name}");
+    }
+    assert_eq!(png.len(), 5);
+    assert_eq!(png["Raywright command"], "raywright render\u{fffd}", "no NUL gets into a text");
+    let bare = Metadata { seed: Some(0), ..Metadata::default() };
+    assert_eq!(decode(&png_bytes(&picture, Display::PLAIN, &bare).unwrap()).unwrap().texts.len(), 1);
+}
+
+/// A PNG holds exactly the codes of the display, straight coverage included, and declares the curve that made them.
+#[test]
+fn png_holds_the_codes_of_the_display() {
+    let mut picture = trouble();
+    for alpha in [None, Some(vec![0.0, 0.25, 0.5, 0.75, 1.0, 1.0])] {
+        picture.alpha = alpha;
+        for (curve, gamma, srgb) in
+            [(TransferCurve::Srgb, 45455, true), (TransferCurve::Gamma22, 45455, false), (TransferCurve::None, 100_000, false)]
+        {
+            let display = Display { tone_map: ToneMap::Aces, curve, exposure_stops: -0.5 };
+            let bytes = png_bytes(&picture, display, &metadata()).unwrap();
+            let decoder = ::png::Decoder::new(std::io::Cursor::new(&bytes));
+            let reader = decoder.read_info().unwrap();
+            assert_eq!(reader.info().srgb.is_some(), srgb, "{curve:?}");
+            assert_eq!(reader.info().gama_chunk.map(|g| g.into_scaled()), Some(gamma), "{curve:?}");
+            let read = decode(&bytes).unwrap();
+            assert_eq!(read.encoding, Encoding::Display);
+            let mut values: Vec<f32> = Vec::new();
+            for (i, rgb) in read.picture.rgb.iter().enumerate() {
+                values.extend(rgb);
+                values.extend(read.picture.alpha.as_ref().map(|alpha| alpha[i]));
+            }
+            let codes: Vec<u8> = values.iter().map(|v| (v * 255.0).round() as u8).collect();
+            assert_eq!(codes, display.to_codes(&picture), "{curve:?}");
+        }
+    }
+}
+
+/// Writing through the file system: format by name, the final name only, and a folder that is not there said beforehand.
+#[test]
+fn pictures_are_written_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.png", "b.EXR"] {
+        let path = folder.path().join(name);
+        check_target(&path).unwrap();
+        write_picture(&path, &trouble(), Display::PLAIN, &metadata()).unwrap();
+        assert_eq!(read_picture(&path, &Limits::default()).unwrap().picture.width, 3);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    let kind = |path: PathBuf| check_target(&path).unwrap_err().kind();
+    assert_eq!(kind(folder.path().join("a.jpg")), ErrorKind::Usage);
+    assert_eq!(kind(folder.path().join("a")), ErrorKind::Usage);
+    assert_eq!(kind(folder.path().join("missing/a.png")), ErrorKind::File);
+    assert_eq!(kind(folder.path().join("a.png/b.png")), ErrorKind::File);
+    std::fs::create_dir(folder.path().join("c.png")).unwrap();
+    assert_eq!(kind(folder.path().join("c.png")), ErrorKind::File);
+    assert!(check_target(Path::new("no_folder_in_the_name.png")).is_ok());
+}
+
+/// An interrupted render goes beside the final name, with the format's ending kept.
+#[test]
+fn partial_names_keep_folder_and_ending() {
+    assert_eq!(partial_name(Path::new("out/a.b.png")), Path::new("out/a.b.partial.png"));
+    assert_eq!(partial_name(Path::new("a")), Path::new("a.partial"));
+}
+
+/// Pictures that cannot be a file are refused, not written wrongly.
+#[test]
+fn impossible_pictures_are_refused() {
+    for picture in [Picture::new(0, 4), Picture { rgb: Vec::new(), ..Picture::new(2, 2) }] {
+        assert!(png_bytes(&picture, Display::PLAIN, &Metadata::default()).is_err());
+        assert!(exr_bytes(&picture, &Metadata::default()).is_err());
+    }
+    let mut twice = Picture::new(1, 1);
+    twice.layers = vec![Layer { name: "x".into(), samples: vec![0.0] }; 2];
+    assert!(exr_bytes(&twice, &Metadata::default()).is_err());
+}

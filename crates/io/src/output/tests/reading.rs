@@ -1,0 +1,155 @@
+//! Files that other programs write, and files that nobody should.
+
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, FlatSamples, Image, LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage,
+    f16,
+};
+
+use super::*;
+
+/// 16-bit, grey, palette and coverage PNGs are read to the values they store.
+#[test]
+fn other_kinds_of_png_are_read() {
+    let encode = |colour, depth, data: &[u8], palette: Option<Vec<u8>>| {
+        let mut bytes = Vec::new();
+        let mut encoder = ::png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(colour);
+        encoder.set_depth(depth);
+        if let Some(palette) = palette {
+            encoder.set_palette(palette);
+        }
+        encoder.write_header().unwrap().write_image_data(data).unwrap();
+        decode(&bytes).unwrap().picture
+    };
+    use ::png::{BitDepth as B, ColorType as C};
+    let sixteen = encode(C::Grayscale, B::Sixteen, &[0x80, 0x01, 0xff, 0xff], None);
+    assert_eq!(sixteen.rgb, [[32769.0 / 65535.0; 3], [1.0; 3]]);
+    let two_bit = encode(C::Grayscale, B::Two, &[0b0110_0000], None);
+    assert_eq!(two_bit.rgb, [[85.0 / 255.0; 3], [170.0 / 255.0; 3]]);
+    let grey = encode(C::GrayscaleAlpha, B::Eight, &[255, 51, 0, 255], None);
+    assert_eq!((grey.rgb, grey.alpha), (vec![[1.0; 3], [0.0; 3]], Some(vec![0.2, 1.0])));
+    let palette = encode(C::Indexed, B::Eight, &[1, 0], Some(vec![255, 0, 0, 0, 51, 255]));
+    assert_eq!(palette.rgb, [[0.0, 0.2, 1.0], [1.0, 0.0, 0.0]]);
+}
+
+/// An OpenEXR file of 40 × 35 pixels with a channel of each given kind.
+fn exr_file(compression: Compression, blocks: Blocks, channels: &[(&str, FlatSamples)]) -> Vec<u8> {
+    let encoding = ::exr::prelude::Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    let channels: SmallVec<_> = channels.iter().map(|(name, samples)| AnyChannel::new(*name, samples.clone())).collect();
+    let layer = ::exr::prelude::Layer::new((40, 35), LayerAttributes::default(), encoding, AnyChannels::sort(channels));
+    let mut bytes = Vec::new();
+    Image::from_layer(layer).write().to_buffered(std::io::Cursor::new(&mut bytes)).unwrap();
+    bytes
+}
+
+fn halves() -> Vec<f16> {
+    (0..1400_u16).map(|i| f16::from_f32(f32::from(i) / 64.0)).collect()
+}
+
+/// Half floats, whole numbers, grey alone, tiles and every lossless compression come out as the numbers that went in.
+#[test]
+fn other_kinds_of_exr_are_read() {
+    let tiles = Blocks::Tiles(Vec2(16, 16));
+    let whole: Vec<u32> = (0..1400).collect();
+    let channels = [("Y", FlatSamples::F16(halves())), ("object.id", FlatSamples::U32(whole))];
+    for compression in
+        [Compression::Uncompressed, Compression::RLE, Compression::ZIP1, Compression::ZIP16, Compression::PIZ, Compression::PXR24]
+    {
+        for blocks in [Blocks::ScanLines, tiles] {
+            let read = decode(&exr_file(compression, blocks, &channels)).unwrap();
+            assert!(read.has_colour);
+            assert_eq!(read.picture.rgb[1399], [1399.0 / 64.0; 3], "{compression:?} {blocks:?}");
+            assert_eq!(read.picture.layer("object.id").unwrap().samples[777], 777.0, "{compression:?} {blocks:?}");
+            assert_eq!(read.picture.layers.len(), 1);
+        }
+    }
+    let red = decode(&exr_file(Compression::RLE, tiles, &[("R", FlatSamples::F16(halves()))])).unwrap();
+    assert_eq!((red.has_colour, red.picture.rgb[64]), (true, [1.0, 0.0, 0.0]));
+    let depth = decode(&exr_file(Compression::RLE, tiles, &[("Z", FlatSamples::F16(halves()))])).unwrap();
+    assert_eq!((depth.has_colour, depth.picture.layers.len()), (false, 1));
+}
+
+/// A decoder that a damaged file can make abort is not entered at all, and the message says what to do.
+#[test]
+fn dwa_compression_is_refused() {
+    for compression in [Compression::DWAA(None), Compression::DWAB(None)] {
+        let error = decode(&exr_file(compression, Blocks::ScanLines, &[("Y", FlatSamples::F16(halves()))])).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Input);
+        assert!(error.to_string().contains("DWA compression"), "{error}");
+    }
+}
+
+/// Parts of a file keep their names, and parts of different sizes are refused.
+#[test]
+fn parts_are_told_apart() {
+    let part = |name: &str, width: usize| {
+        let channels = smallvec_of(AnyChannel::new("Z", FlatSamples::F32(vec![0.5; width * 2])));
+        let encoding = ::exr::prelude::Encoding::FAST_LOSSLESS;
+        ::exr::prelude::Layer::new((width, 2), LayerAttributes::named(name), encoding, AnyChannels { list: channels })
+    };
+    let file = |width: usize| {
+        let attributes = ::exr::prelude::ImageAttributes::with_size((3, 2));
+        let parts: SmallVec<[_; 2]> = [part("near", 3), part("far", width)].into_iter().collect();
+        let mut bytes = Vec::new();
+        Image::from_layers(attributes, parts).write().to_buffered(std::io::Cursor::new(&mut bytes)).unwrap();
+        decode(&bytes)
+    };
+    let names: Vec<String> = file(3).unwrap().picture.layers.into_iter().map(|layer| layer.name).collect();
+    assert_eq!(names, ["far.Z", "near.Z"]);
+    assert!(file(2).unwrap_err().to_string().contains("different sizes"));
+}
+
+fn smallvec_of<T>(value: T) -> SmallVec<[T; 4]> {
+    std::iter::once(value).collect()
+}
+
+/// No truncation and no changed byte of a valid file makes the reader panic or take memory unasked.
+#[test]
+fn damaged_files_give_errors() {
+    let mut picture = trouble();
+    picture.alpha = Some(vec![0.5; 6]);
+    let files = [exr_bytes(&picture, &metadata()).unwrap(), png_bytes(&picture, Display::PLAIN, &metadata()).unwrap()];
+    for bytes in files {
+        assert!(decode(&bytes).is_ok());
+        for length in 0..bytes.len() - 1 {
+            let _ = decode(&bytes[..length]);
+        }
+        for place in 0..bytes.len() {
+            for value in [0, 1, 0x7f, 0x80, 0xff, bytes[place] ^ 1, bytes[place] ^ 0x10] {
+                let mut damaged = bytes.clone();
+                damaged[place] = value;
+                let _ = decode(&damaged);
+            }
+        }
+    }
+    assert_eq!(decode(b"GIF89a").unwrap_err().kind(), ErrorKind::Input);
+    assert_eq!(decode(b"").unwrap_err().kind(), ErrorKind::Input);
+}
+
+/// A small file that claims a large picture is refused before memory is taken, and limits are limits.
+#[test]
+fn sizes_are_checked_before_memory_is_taken() {
+    let bytes = png_bytes(&trouble(), Display::PLAIN, &Metadata::default()).unwrap();
+    let mut claims = bytes.clone();
+    claims[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
+    let crc = crc32(&claims[12..29]);
+    claims[29..33].copy_from_slice(&crc.to_be_bytes());
+    let error = decode(&claims).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Input);
+    assert!(error.to_string().contains("16384 × 16384"), "{error}");
+    for file in [bytes, exr_bytes(&trouble(), &Metadata::default()).unwrap()] {
+        for limits in [Limits { image_pixels: 5, ..Limits::default() }, Limits { memory_bytes: 71, ..Limits::default() }] {
+            assert_eq!(decode_picture(Path::new("x"), &file, &limits).unwrap_err().kind(), ErrorKind::Limit);
+        }
+        assert!(
+            decode_picture(Path::new("x"), &file, &Limits { image_pixels: 6, memory_bytes: 72, ..Limits::default() }).is_ok()
+        );
+    }
+}
+
+/// The checksum of a PNG chunk, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+    })
+}
