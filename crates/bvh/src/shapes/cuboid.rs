@@ -104,10 +104,8 @@ impl<R: Real> Shape<R> for Cuboid<R> {
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (axis, greater) = face_of(hit.u);
-        let t = match self.span(probe) {
-            Some(span) if P::ROBUST => span.unrounded(hit.t),
-            _ => convert(hit.t),
-        };
+        let span = if P::ROBUST && probe.mapped { self.span(probe) } else { None };
+        let t = span.map_or_else(|| convert(hit.t), |span| span.unrounded(hit.t));
         self.located::<P>(probe.origin + probe.direction * t, axis, greater)
     }
 

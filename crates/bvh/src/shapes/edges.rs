@@ -34,8 +34,8 @@ impl<P: Precision> Corner<P> {
     #[inline(always)]
     pub fn new(probe: &Probe<P>, corner: <P::Real as Real>::Vec3) -> Self {
         let offset = convert_vec::<P::Real, P::Core>(corner) - probe.origin;
-        let flat = probe.across.map(|v| convert::<P::Real, P::Core>(convert::<P::Core, P::Real>(offset.dot(v))));
-        Self { offset, flat }
+        let flat = |v: CoreVec<P>| convert::<P::Real, P::Core>(convert::<P::Core, P::Real>(offset.dot(v)));
+        Self { offset, flat: [flat(probe.across[0]), flat(probe.across[1])] }
     }
 
     /// The edge function of the edge from `self` to `to`, of exact sign: positive when the ray has the edge on its right.

@@ -14,6 +14,9 @@ pub struct Probe<P: Precision> {
     /// Direction in the core's scalar; of unit length only up to the rounding of the stored one, and of any length in the
     /// space of an instance.
     pub direction: CoreVec<P>,
+    /// Whether this is the space of a placed shape or an instance. There a rounding of the distance, moved along the surface
+    /// by projecting it back, may come out of the map magnified, so that points are made from unrounded distances.
+    pub mapped: bool,
     /// Squared length of `direction`.
     pub length_squared: P::Core,
     /// One over it.
@@ -29,21 +32,21 @@ impl<P: Precision> Probe<P> {
     pub fn new(ray: Ray<P::Real>) -> Self {
         let origin = convert_vec::<P::Real, P::Core>(ray.origin);
         let direction = convert_vec::<P::Real, P::Core>(ray.direction);
-        Self::with(ray, origin, direction)
+        Self::with(ray, origin, direction, false)
     }
 
-    /// Prepares a ray given in the core's scalar, of any length: distances are in units of that length.
+    /// Prepares a ray of a mapped space, in the core's scalar and of any length: distances are in units of that length.
     #[inline(always)]
     pub fn from_core(origin: CoreVec<P>, direction: CoreVec<P>) -> Self {
         let ray = Ray::new(convert_vec::<P::Core, P::Real>(origin), convert_vec::<P::Core, P::Real>(direction));
-        Self::with(ray, origin, direction)
+        Self::with(ray, origin, direction, true)
     }
 
     #[inline(always)]
-    fn with(ray: Ray<P::Real>, origin: CoreVec<P>, direction: CoreVec<P>) -> Self {
+    fn with(ray: Ray<P::Real>, origin: CoreVec<P>, direction: CoreVec<P>, mapped: bool) -> Self {
         let length_squared = direction.dot(direction);
         let inverse_length_squared = P::Core::ONE / length_squared;
-        Self { ray, origin, direction, length_squared, inverse_length_squared, across: across::<P>(direction) }
+        Self { ray, origin, direction, mapped, length_squared, inverse_length_squared, across: across::<P>(direction) }
     }
 
     /// The point at a stored distance.

@@ -46,7 +46,10 @@ impl<R: Real> Quad<R> {
     /// Two triangles with a diagonal, each watertight.
     #[inline(always)]
     fn watertight<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let [a, b, c, d] = self.corners.map(|p| Corner::new(probe, p));
+        // One by one: an array's map is not always inlined.
+        let [a, b, c, d] = self.corners;
+        let (a, b) = (Corner::new(probe, a), Corner::new(probe, b));
+        let (c, d) = (Corner::new(probe, c), Corner::new(probe, d));
         let (hit, u, v) = if let Some(hit) = cross(probe, &a, &b, &c) {
             let [second, third] = hit.weights;
             (hit, second + third, third)
@@ -61,7 +64,8 @@ impl<R: Real> Quad<R> {
     /// The plane, and the point's coordinates in it.
     #[inline(always)]
     fn textbook<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let [a, b, _, d] = self.corners.map(wide::<P>);
+        let [a, b, _, d] = self.corners;
+        let (a, b, d) = (wide::<P>(a), wide::<P>(b), wide::<P>(d));
         let (edge_u, edge_v) = (b - a, d - a);
         let normal = edge_u.cross(edge_v);
         let slope = normal.dot(probe.direction);

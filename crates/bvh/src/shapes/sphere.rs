@@ -54,11 +54,14 @@ impl<R: Real> Shape<R> for Sphere<R> {
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
         let raw = probe.at(hit.t);
-        let f = raw - centre;
-        if P::ROBUST {
+        let mut f = raw - centre;
+        if P::ROBUST && probe.mapped {
             // Newton's step along the ray undoes the rounding of the stored distance.
             let step = (f.dot(f) - radius * radius) * num(0.5) / f.dot(probe.direction);
-            return self.at::<P>((f - probe.direction * within_rounding::<P>(step, hit.t)).normalize());
+            f -= probe.direction * within_rounding::<P>(step, hit.t);
+        }
+        if P::ROBUST {
+            return self.at::<P>(f.normalize());
         }
         // b² − c is wrong by some roundings of the squared distance, the point's height over the surface by that over the
         // diameter.

@@ -142,11 +142,13 @@ impl<R: Real> Shape<R> for Torus<R> {
             (spoke, offset - spoke * major)
         };
         let raw = probe.at(hit.t);
-        let (_, off) = tube(raw - centre);
-        if P::ROBUST {
+        let (mut spoke, mut off) = tube(raw - centre);
+        if P::ROBUST && probe.mapped {
             // Newton's step along the ray undoes the rounding of the stored distance.
             let step = (off.dot(off) - minor * minor) * num(0.5) / off.dot(probe.direction);
-            let (spoke, off) = tube(raw - probe.direction * within_rounding::<P>(step, hit.t) - centre);
+            (spoke, off) = tube(raw - probe.direction * within_rounding::<P>(step, hit.t) - centre);
+        }
+        if P::ROBUST {
             return self.on_tube::<P>(spoke, off.normalize());
         }
         let error = slack(self.scale::<P>(probe.origin) + convert::<R, P::Core>(hit.t));

@@ -39,7 +39,9 @@ impl<R: Real> Shape<R> for Triangle<R> {
         if !P::ROBUST {
             return self.moller_trumbore(probe, range, side);
         }
-        let [a, b, c] = self.vertices.map(|p| Corner::new(probe, p));
+        // One by one: an array's map is not always inlined.
+        let [a, b, c] = self.vertices;
+        let (a, b, c) = (Corner::new(probe, a), Corner::new(probe, b), Corner::new(probe, c));
         let hit = cross(probe, &a, &b, &c)?;
         let [u, v] = hit.weights;
         (range.contains(hit.t) && side.accepts(hit.from_outside)).then_some(ShapeHit { t: hit.t, u, v })
@@ -91,7 +93,8 @@ impl<R: Real> Triangle<R> {
     /// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997). Leaks at shared edges.
     #[inline(always)]
     fn moller_trumbore<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let [a, b, c] = self.vertices.map(wide::<P>);
+        let [a, b, c] = self.vertices;
+        let (a, b, c) = (wide::<P>(a), wide::<P>(b), wide::<P>(c));
         let (ab, ac) = (b - a, c - a);
         let p = probe.direction.cross(ac);
         let determinant = ab.dot(p);
