@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, length, split, spoke, turn};
-use super::quadratic::{Crossings, Quadratic, Span, approach, slab};
+use super::quadratic::{Crossings, Quadratic, Span, approach, slab, tests_close};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -40,10 +40,10 @@ impl<R: Real> Cone<R> {
     /// The distances that the ray spends within the wall's nappe of non-negative radius: one range, though the double cone
     /// may have two.
     #[inline(always)]
-    fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+    fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (axis, d) = (wide::<P>(self.axis), probe.direction);
         let (base_radius, top_radius) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.top_radius));
-        let (ahead, f) = approach(probe, wide::<P>(self.base));
+        let (ahead, f) = approach(probe, wide::<P>(self.base), close);
         let squared = axis.dot(axis);
         let (m, n) = (d.cross(axis), f.cross(axis));
         // The radius at the ray's point, times the axis squared: `reach + t·opening`.
@@ -73,8 +73,8 @@ impl<R: Real> Cone<R> {
     }
 
     #[inline(always)]
-    fn span<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Span<P::Core>> {
-        let wall = if self.radius == self.top_radius { self.tube(probe)? } else { self.wall(probe)? };
+    fn span<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Span<P::Core>> {
+        let wall = if self.radius == self.top_radius { self.tube(probe, close)? } else { self.wall(probe, close)? };
         let axis = wide::<P>(self.axis);
         let height = axis.dot(probe.origin - wide::<P>(self.base));
         let ends = slab(height, axis.dot(probe.direction), axis.dot(axis), BASE, TOP)?;
@@ -83,10 +83,10 @@ impl<R: Real> Cone<R> {
 
     /// The wall when both radii are equal: no nappe to choose, and along the axis no crossing.
     #[inline(always)]
-    fn tube<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+    fn tube<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let as_cylinder =
             super::Cylinder { base: self.base, axis: self.axis, radius: self.radius, ends: super::cylinder::Ends::None };
-        as_cylinder.wall(probe)
+        as_cylinder.wall(probe, close)
     }
 
     #[inline(always)]
@@ -134,13 +134,13 @@ impl<R: Real> Shape<R> for Cone<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.span(probe)?.nearest(range, side)
+        self.span(probe, tests_close::<P>())?.nearest(range, side)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let part = hit.u.to_f64() as u8;
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
-        let t = match self.span(probe) {
+        let t = match self.span(probe, P::ROBUST) {
             Some(span) if P::ROBUST => span.unrounded(hit.t),
             _ => convert(hit.t),
         };

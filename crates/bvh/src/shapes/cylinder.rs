@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, split, spoke, turn};
-use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab};
+use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab, tests_close};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -56,9 +56,9 @@ impl<R: Real> Cylinder<R> {
 
     /// The infinite wall along a ray, in distances from the ray's origin.
     #[inline(always)]
-    pub(super) fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+    pub(super) fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (axis, radius) = (wide::<P>(self.axis), convert::<R, P::Core>(self.radius));
-        let (ahead, f) = approach(probe, wide::<P>(self.base));
+        let (ahead, f) = approach(probe, wide::<P>(self.base), close);
         let (m, n) = (probe.direction.cross(axis), f.cross(axis));
         let (length, room) = (axis.dot(axis), radius * radius);
         let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
@@ -91,7 +91,7 @@ impl<R: Real> Cylinder<R> {
 
     /// Where the ray is at a hit: at the unrounded distance where the precision asks for it.
     fn raw<P: Precision<Real = R>>(&self, probe: &Probe<P>, t: R) -> CoreVec<P> {
-        let wall = self.wall(probe);
+        let wall = self.wall(probe, P::ROBUST);
         if self.ends != Ends::Capped {
             return point_at(probe, wall, t);
         }
@@ -130,7 +130,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let wall = self.wall(probe)?;
+        let wall = self.wall(probe, tests_close::<P>())?;
         match self.ends {
             Ends::None => wall.nearest(range, side, |_| true),
             Ends::Open => {

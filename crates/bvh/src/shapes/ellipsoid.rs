@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::quadratic::{Crossings, Quadratic, approach, point_at};
+use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::sample::area_by_quadrature;
 use super::sphere::sphere_direction;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
@@ -27,13 +27,13 @@ impl<R: Real> Ellipsoid<R> {
     /// The crossings, in the space where the ellipsoid is a sphere: each axis is scaled by the other two half-lengths, whose
     /// product is exact in a wider core, and the radius there is the product of all three.
     #[inline(always)]
-    fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+    fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let s = wide::<P>(self.semi_axes);
         let scale = CoreVec::<P>::new(s.y() * s.z(), s.z() * s.x(), s.x() * s.y());
-        let (ahead, f) = approach(probe, wide::<P>(self.centre));
+        let (ahead, f) = approach(probe, wide::<P>(self.centre), close);
         let (d, f, radius) = (probe.direction * scale, f * scale, s.x() * s.y() * s.z());
         let (a, b) = (d.dot(d), d.dot(f));
-        if !P::ROBUST {
+        if !close {
             return Quadratic::new(a, b, f.dot(f) - radius * radius).roots::<P>();
         }
         // As for the sphere: how far the line passes from the centre, without cancellation.
@@ -65,11 +65,11 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.crossings(probe)?.nearest(range, side, |_| true)
+        self.crossings(probe, tests_close::<P>())?.nearest(range, side, |_| true)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let crossings = if P::ROBUST { self.crossings(probe) } else { None };
+        let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit.t);
         let way = (probe.origin - point).abs().max_element();
         self.at::<P>(point, way + point.abs().max_element())

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, length, turn};
-use super::quadratic::{Crossings, Quadratic, approach, point_at};
+use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -34,9 +34,9 @@ impl<R: Real> Hyperboloid<R> {
 
     /// The crossings of the whole sheet.
     #[inline(always)]
-    fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+    fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (waist, slope) = (convert::<R, P::Core>(self.waist), convert::<R, P::Core>(self.slope));
-        let (ahead, f) = approach(probe, wide::<P>(self.centre));
+        let (ahead, f) = approach(probe, wide::<P>(self.centre), close);
         // Times (a·c)²: products of two stored numbers, no division.
         let scale = CoreVec::<P>::new(slope, waist, slope);
         let (d, f) = (probe.direction * scale, f * scale);
@@ -44,7 +44,7 @@ impl<R: Real> Hyperboloid<R> {
         let unit = (waist * slope) * (waist * slope);
         let (a, b) = (form(d, d), form(d, f));
         let quadratic = Quadratic::new(a, b, form(f, f) - unit);
-        if !P::ROBUST {
+        if !close {
             return quadratic.roots::<P>();
         }
         // b² − a·c by the minors of (d, f), as |d × f|² is for a sphere.
@@ -86,11 +86,11 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         if half_height == P::Core::ZERO {
             return None;
         }
-        self.crossings(probe)?.nearest(range, side, clipped)
+        self.crossings(probe, tests_close::<P>())?.nearest(range, side, clipped)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let crossings = if P::ROBUST { self.crossings(probe) } else { None };
+        let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit.t);
         self.at::<P>(point, (probe.origin - point).abs().max_element())
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{length, turn};
-use super::quadratic::{Crossings, Quadratic, approach, point_at};
+use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -27,9 +27,9 @@ impl<R: Real> Paraboloid<R> {
 
     /// The crossings of the whole bowl.
     #[inline(always)]
-    fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+    fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (radius, height) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.height));
-        let (ahead, f) = approach(probe, wide::<P>(self.apex));
+        let (ahead, f) = approach(probe, wide::<P>(self.apex), close);
         let d = probe.direction;
         let flat = |p: CoreVec<P>, q: CoreVec<P>| p.x() * q.x() + p.z() * q.z();
         let room = radius * radius;
@@ -70,11 +70,11 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         if height == P::Core::ZERO {
             return None;
         }
-        self.crossings(probe)?.nearest(range, side, |t| above + probe.direction.y() * t <= height)
+        self.crossings(probe, tests_close::<P>())?.nearest(range, side, |t| above + probe.direction.y() * t <= height)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let crossings = if P::ROBUST { self.crossings(probe) } else { None };
+        let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit.t);
         self.at::<P>(point, (probe.origin - point).abs().max_element())
     }

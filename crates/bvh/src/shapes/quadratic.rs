@@ -1,6 +1,6 @@
 //! Where a ray crosses a quadric: the two roots of a·t² + 2b·t + c, told apart by the direction of the crossing.
 
-use super::{CoreVec, Probe, ShapeHit};
+use super::{CoreVec, Probe, ShapeHit, has_wider_core};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -80,16 +80,25 @@ impl<C: Real> Crossings<C> {
     }
 }
 
-/// Where to measure from. Robust: the ray's point nearest to `centre`, so that no coefficient carries the distance of the
-/// origin. Textbook: the origin. Returns the distance to that point and the point relative to `centre`.
+/// Where to measure from: the ray's point nearest to `centre` if `close`, so that no coefficient carries the distance of the
+/// origin, or the origin itself. Returns the distance to that point and the point relative to `centre`.
+///
+/// A test in a wider core need not come close: what the distance D costs there, (D/r)²·2⁻⁵³ of the discriminant, is less
+/// than what the rounding of the stored direction does up to D/r = 10⁸. A surface point has no such excuse.
 #[inline(always)]
-pub(crate) fn approach<P: Precision>(probe: &Probe<P>, centre: CoreVec<P>) -> (P::Core, CoreVec<P>) {
+pub(crate) fn approach<P: Precision>(probe: &Probe<P>, centre: CoreVec<P>, close: bool) -> (P::Core, CoreVec<P>) {
     let f = probe.origin - centre;
-    if !P::ROBUST {
+    if !close {
         return (P::Core::ZERO, f);
     }
     let ahead = -f.dot(probe.direction) * probe.inverse_length_squared;
     (ahead, f + probe.direction * ahead)
+}
+
+/// Whether a test in this precision measures from close by.
+#[inline(always)]
+pub(crate) fn tests_close<P: Precision>() -> bool {
+    P::ROBUST && !has_wider_core::<P>()
 }
 
 /// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance where the precision asks for it.
