@@ -3,5 +3,6 @@
 mod bits;
 mod cli;
 mod effects;
+mod instances;
 mod reference;
 mod support;

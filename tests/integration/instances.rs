@@ -1,0 +1,103 @@
+//! Two levels where a scene repeats a mesh, one where it does not, and the same picture either way.
+
+use std::sync::Arc;
+
+use raywright::core::scene::{
+    Camera, Classic, Colour, ColourInput, Light, LightKind, Material, Mesh, MeshData, MeshSource, Model, Object, Pinhole, Pose,
+    Projection, Scene, Shape, SideRule, TransformStep,
+};
+use raywright::core::settings::Settings;
+use raywright::core::{Rendered, prepare};
+
+/// A closed tetrahedron with a corner cut into view: no two faces alike.
+fn tetrahedron() -> MeshData {
+    MeshData {
+        positions: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.2, 1.1, 0.0], [0.1, 0.2, 0.9]],
+        indices: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        ..MeshData::default()
+    }
+}
+
+/// Affine maps with everything in them: turns, unequal scales, shear, a mirror.
+fn maps() -> Vec<Vec<TransformStep>> {
+    let turn = |axis, degrees| TransformStep::Rotate { axis, degrees };
+    vec![
+        vec![TransformStep::Scale([1.0, 2.0, 0.5]), turn([0.0, 1.0, 0.3], 40.0), TransformStep::Translate([-2.0, -0.5, 0.0])],
+        vec![TransformStep::Scale([-1.2, 0.8, 1.0]), turn([1.0, 0.0, 0.0], -25.0), TransformStep::Translate([0.6, 0.0, -0.4])],
+        vec![TransformStep::Matrix([[0.7, 0.5, 0.0, 1.2], [0.0, 0.9, 0.2, -0.6], [0.1, 0.0, 1.0, 0.3]])],
+    ]
+}
+
+/// `shared`: all objects show one mesh; otherwise each has a copy of its own.
+fn scene(shared: bool) -> Scene {
+    let mesh = |name: String| Mesh { name, source: MeshSource::Inline(Arc::new(tetrahedron())) };
+    let name = |i: usize| if shared { "mesh".to_owned() } else { format!("mesh {i}") };
+    let object = |(i, transform): (usize, Vec<TransformStep>)| Object {
+        name: String::new(),
+        shape: Shape::Mesh(name(i)),
+        material: "matte".to_owned(),
+        side: SideRule::Outside,
+        face_viewer: true,
+        casts_shadow: true,
+        transform,
+    };
+    let classic = Classic { colour: ColourInput::Constant(Colour([0.8, 0.6, 0.4])), ..Classic::default() };
+    let mut scene = Scene {
+        cameras: vec![Camera {
+            name: String::new(),
+            pose: Pose::LookAt { eye: [0.5, 1.5, 6.0], target: [0.0, 0.2, 0.0], up: [0.0, 1.0, 0.0] },
+            projection: Projection::Pinhole(Pinhole { vertical_fov: Some(35.0), ..Pinhole::default() }),
+            aspect: None,
+        }],
+        lights: vec![Light {
+            name: String::new(),
+            kind: LightKind::Directional { to_light: [0.5, 1.0, 0.8] },
+            colour: Colour::WHITE,
+            shadows: true,
+            specular: true,
+        }],
+        materials: vec![Material { name: "matte".to_owned(), model: Model::Classic(Box::new(classic)) }],
+        meshes: if shared { vec![mesh(name(0))] } else { (0..maps().len()).map(|i| mesh(name(i))).collect() },
+        objects: maps().into_iter().enumerate().map(object).collect(),
+        ..Scene::default()
+    };
+    scene.classic.ambient = Colour([0.1; 3]);
+    scene.render.size = [160, 90];
+    scene.render.samples = 4;
+    scene
+}
+
+fn render(scene: &Scene) -> (Rendered, usize, u64) {
+    let ready = prepare(scene, &Settings::of(scene)).unwrap_or_else(|e| panic!("{e}"));
+    (ready.render(&()), ready.tables().instances, ready.memory().geometry)
+}
+
+/// Protects: instances only where a mesh is shown more than once, with the picture of the flattened copies: the same facets,
+/// normals by the inverse transpose, outsides outside under a mirroring map. Rounding may move a silhouette.
+#[test]
+fn shared_meshes_are_instances_and_look_like_copies() {
+    let (shared, instances, _) = render(&scene(true));
+    let (copies, none, _) = render(&scene(false));
+    assert_eq!((instances, none), (maps().len(), 0));
+    let pairs = shared.picture.rgb.iter().zip(&copies.picture.rgb);
+    let off = pairs.filter(|(a, b)| (0..3).any(|k| (a[k] - b[k]).abs() > 1e-4)).count();
+    assert!(off <= shared.picture.rgb.len() / 1000, "{off} of {} pixels differ", shared.picture.rgb.len());
+    let lit = shared.picture.rgb.iter().filter(|p| p[0] > 0.05).count();
+    assert!(lit > 1000, "only {lit} pixels show anything");
+}
+
+/// Protects: a mesh that is shown a thousand times is stored once.
+#[test]
+fn repeated_meshes_are_stored_once() {
+    let mut many = scene(true);
+    let first = many.objects[0].clone();
+    many.objects.extend((0..1000).map(|i| {
+        let mut object = first.clone();
+        object.transform.push(TransformStep::Translate([f64::from(i), 0.0, -5.0]));
+        object
+    }));
+    let (_, instances, bytes) = render(&many);
+    assert_eq!(instances, maps().len() + 1000);
+    // A map with its inverse takes about 200 bytes in f64, a tree node 128.
+    assert!(bytes < 1003 * 600, "{bytes} bytes");
+}
