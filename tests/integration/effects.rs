@@ -21,7 +21,8 @@ fn prove(what: &str, scene: &Scene) {
     let zero = |name: &str, value: u64| assert!(!absent(name) || value == 0, "{what}: {name} is absent, but {value} of it");
     zero("mirror reflection", if absent("refraction") { counters.reflection } else { 0 });
     zero("refraction", counters.refraction);
-    zero("shadows", counters.shadow);
+    zero("shadows", if absent("soft shadows") { counters.shadow } else { 0 });
+    zero("soft shadows", tables.emitters as u64);
     zero("instances", tables.instances as u64);
     zero("unbounded shapes", tables.unbounded as u64);
     zero("sky light", u64::from(tables.irradiance));

@@ -3,6 +3,7 @@
 mod bits;
 mod cli;
 mod effects;
+mod emitters;
 mod instances;
 mod reference;
 mod support;

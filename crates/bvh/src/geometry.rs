@@ -156,6 +156,11 @@ impl<P: Precision> Group<P> {
         self.push(Kind::Triangle, visibility, self.triangles.len() - 1)
     }
 
+    /// The triangles added one by one, in their order.
+    pub fn triangles(&self) -> &[Triangle<P::Real>] {
+        &self.triangles
+    }
+
     /// Adds any shape and returns its id.
     pub fn shape(&mut self, shape: AnyShape<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
         match shape {

@@ -11,7 +11,7 @@ use crate::film::{Accumulator, Film, Tile};
 use crate::integrator::{Kernel, Tracer};
 use crate::picture::Picture;
 use crate::prepare::Prepared;
-use crate::sampler::{Purpose, pair};
+use crate::sampler::{Address, Purpose, pair};
 use crate::scene::Pattern;
 use crate::settings::{Aov, Background, Crop, Sampling, Settings};
 
@@ -141,7 +141,7 @@ impl<P: Precision, K: Kernel> TileJob<'_, P, K> {
                 for (x, y) in self.positions() {
                     let mut pixel = Accumulator::<P::Real>::new();
                     for sample in 0..self.settings.sampling.count() {
-                        let brought = tracer.camera_ray(self.sample_ray(x, y, sample));
+                        let brought = tracer.camera_ray(self.sample_ray(x, y, sample), self.address(x, y, sample));
                         dropped += u64::from(!pixel.add(brought.radiance, brought.hit, squares));
                     }
                     pixels.push(pixel.finish());
@@ -169,23 +169,28 @@ impl<P: Precision, K: Kernel> TileJob<'_, P, K> {
         for y in 0..rows {
             for x in 0..columns {
                 let at = |v: u32| P::Real::from_f64(f64::from(v));
-                let brought = tracer.camera_ray(self.scene.camera.ray(at(x0 + x), at(y0 + y), [0.5; 2]));
+                let ray = self.scene.camera.ray(at(x0 + x), at(y0 + y), [0.5; 2]);
+                let brought = tracer.camera_ray(ray, self.address(x0 + x, y0 + y, 0));
                 corners.push((brought.radiance, brought.hit));
             }
         }
         corners
     }
 
+    fn address(&self, x: u32, y: u32, sample: u32) -> Address {
+        Address { pixel: [x, y], sample, seed: self.settings.seed }
+    }
+
     /// The camera ray of one sample of a pixel.
     #[inline]
     fn sample_ray(&self, x: u32, y: u32, sample: u32) -> Ray<P::Real> {
-        let seed = self.settings.seed;
+        let address = self.address(x, y, sample);
         let [u, v] = match self.settings.sampling {
             Sampling::Pattern(_) => [0.5; 2],
-            Sampling::General(_) => pair([x, y], sample, Purpose::Pixel, seed),
+            Sampling::General(_) => pair(address, Purpose::Pixel),
         };
         let camera = &self.scene.camera;
-        let lens = if camera.has_lens() { pair([x, y], sample, Purpose::Lens, seed) } else { [0.5; 2] };
+        let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
         let at = |v: u32, offset: f32| P::Real::from_f64(f64::from(v)) + P::Real::from_f32(offset);
         camera.ray(at(x, u), at(y, v), lens)
     }

@@ -72,12 +72,19 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
 
     // What Whitted ray tracing does not solve.
     let path = "needs a path tracer, which this version does not have yet";
-    list.missing(
+    let receiver = |source: &Option<String>| f.lit.as_ref().and(source.clone());
+    list.plain(
         "soft shadows",
-        &f.emission.as_ref().and(f.lit.as_ref()).and(f.emission.clone()),
-        "an emissive surface lights others",
-        "no emissive surface lights another",
-        "put a point light beside the emissive surface",
+        &receiver(&f.even_emission),
+        "an emissive surface lights others: each sample asks one point of it",
+        "no evenly emissive surface lights another",
+    );
+    list.missing(
+        "textured emitters",
+        &receiver(&f.varied_emission),
+        "a surface whose emission varies is seen, but does not light others",
+        "no surface whose emission varies lights another",
+        "give it an even emission",
     );
     list.missing(
         "indirect light",

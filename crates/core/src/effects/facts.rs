@@ -32,6 +32,8 @@ pub(super) struct Facts {
     pub diffuse_physical: Source,
     pub alpha: Source,
     pub emission: Source,
+    pub even_emission: Source,
+    pub varied_emission: Source,
     pub unlit: Source,
     pub image: Source,
     pub program: Source,
@@ -64,6 +66,9 @@ impl Facts {
                 Model::Classic(m) => facts.classic(m, scene.classic.ambient, &format!("materials[{i}].model.classic")),
                 Model::Physical(m) => facts.physical(m, &format!("materials[{i}].model.physical")),
             }
+            let (path, even) = (|| format!("materials[{i}]"), material.even_emission().is_some());
+            note(&mut facts.even_emission, even, path);
+            note(&mut facts.varied_emission, !even && material.emits(), path);
         }
         for (i, light) in scene.lights.iter().enumerate().filter(|(_, l)| l.colour != Colour::BLACK) {
             let path = || format!("lights[{i}]");

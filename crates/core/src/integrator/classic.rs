@@ -80,7 +80,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let mut share = P::Real::ONE;
             if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
                 if light.shadows && m.asks_what_is_between {
-                    let between = self.between(shading, seen.direction, seen.distance, m.shadow.is_some());
+                    let (ray, range) = self.towards(shading, seen.direction, seen.distance);
+                    let between = self.between(ray, range, m.shadow.is_some());
                     shading.point.inputs.occluder_distance = between.distance;
                     shading.point.inputs.shadow = between.share;
                 }
@@ -98,6 +99,15 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             first.get_or_insert(shading.point.inputs);
             shading.point.inputs = before;
         }
+        if !m.diffuse.is_zero()
+            && let Some((drawn, share)) = self.emitter(shading)
+        {
+            shading.point.inputs.l = drawn.direction;
+            shading.point.inputs.shadow = share;
+            // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's: its colour over π.
+            let facing = n.dot(drawn.direction) * share * P::Real::from_f64(core::f64::consts::FRAC_1_PI);
+            lit += drawn.irradiance * (m.diffuse.at(&shading.point) * facing);
+        }
         shading.point.inputs = first.unwrap_or(before);
         let mut local = colour * lit + gloss;
         if let Some((strength, exponent)) = &m.rim {
@@ -114,7 +124,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let Some(seen) = light.seen_from(shading.inputs().p) else { continue };
             let mut highlight = lobe::<P>(specular, shading, seen.direction);
             if highlight > P::Real::ZERO && specular.shadowed && light.shadows {
-                highlight *= self.between(shading, seen.direction, seen.distance, false).share;
+                let (ray, range) = self.towards(shading, seen.direction, seen.distance);
+                highlight *= self.between(ray, range, false).share;
             }
             let tint = if specular.lit { seen.colour } else { Vec3Of::<P>::ONE };
             sum += tint * (highlight * specular.strength.at(&shading.point));

@@ -19,6 +19,7 @@ use raywright_bvh::{Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
 use crate::prepare::{Material, Prepared, Spawn};
+use crate::sampler::Address;
 
 /// Surfaces that a ray may pass through because they are absent there (alpha below a cutoff) before it is given up.
 const MAX_CUTOUTS: u32 = 256;
@@ -40,6 +41,10 @@ pub(crate) struct Next<R: Real> {
 pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     pub scene: &'a Prepared<P>,
     pub counters: Counters,
+    /// Sample in the making, for random numbers.
+    address: Address,
+    /// Random numbers for lights used so far in it.
+    turn: u32,
     max_depth: u32,
     camera_min: P::Real,
     secondary_min: P::Real,
@@ -52,12 +57,22 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
             Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
         };
-        Self { scene, counters: Counters::default(), max_depth, camera_min, secondary_min, kernel: PhantomData }
+        Self {
+            scene,
+            counters: Counters::default(),
+            address: Address::default(),
+            turn: 0,
+            max_depth,
+            camera_min,
+            secondary_min,
+            kernel: PhantomData,
+        }
     }
 
     /// Radiance that arrives along a camera ray.
     #[inline]
-    pub fn camera_ray(&mut self, ray: Ray<P::Real>) -> Brought<P::Real> {
+    pub fn camera_ray(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
+        (self.address, self.turn) = (address, 0);
         self.counters.camera += 1;
         let mut brought = self.follow(Next { ray, throughput: Vector::ONE }, self.max_depth, true);
         brought.radiance += self.scene.veil;

@@ -142,11 +142,19 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             if facing <= zero {
                 continue;
             }
-            let share =
-                if light.shadows { self.between(shading, seen.direction, seen.distance, false).share } else { P::Real::ONE };
+            let share = if light.shadows {
+                let (ray, range) = self.towards(shading, seen.direction, seen.distance);
+                self.between(ray, range, false).share
+            } else {
+                P::Real::ONE
+            };
             if share > zero {
                 sum += seen.colour * lobes.respond::<P>(seen.direction, facing, light.specular) * (facing * share);
             }
+        }
+        if let Some((drawn, share)) = self.emitter(shading) {
+            let facing = lobes.n.dot(drawn.direction);
+            sum += drawn.irradiance * lobes.respond::<P>(drawn.direction, facing, true) * (facing * share);
         }
         if let Some(irradiance) = &scene.irradiance {
             let facing = lobes.n.dot(lobes.view).max(zero);

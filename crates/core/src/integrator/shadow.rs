@@ -1,9 +1,10 @@
 //! How much of a light arrives: shadow rays under the scene's rule.
 
-use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of};
+use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 use super::{Kernel, Shading, Tracer};
-use crate::prepare::{Alpha, Material, Prepared, Spawn};
+use crate::prepare::{Alpha, Drawn, Material, Prepared, Spawn};
+use crate::sampler::{Purpose, pair_of};
 
 /// What lies between a point and a light.
 #[derive(Clone, Copy, Debug)]
@@ -15,27 +16,39 @@ pub(crate) struct Between<R> {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// Traces from a surface towards a light in unit direction `l` at `distance` (infinite for a directional one).
+    /// The ray from a surface to a light in unit direction `l` at `distance` (infinite for a directional one).
     #[inline]
-    pub(super) fn between(
-        &mut self,
-        shading: &Shading<P>,
-        l: Vec3Of<P>,
-        distance: P::Real,
-        want_distance: bool,
-    ) -> Between<P::Real> {
+    pub(super) fn towards(&self, shading: &Shading<P>, l: Vec3Of<P>, distance: P::Real) -> (Ray<P::Real>, Interval<P::Real>) {
+        let rules = &self.scene.rules;
+        let max = if distance == P::Real::INFINITY { rules.shadow_max_distance } else { distance };
+        match rules.spawn {
+            Spawn::ErrorBound => (Ray::new(shading.surface.spawn(l), l), Interval { min: P::Real::ZERO, max }),
+            Spawn::Constant { offset, shadow_min, .. } => {
+                (Ray::new(shading.inputs().p + l * offset, l), Interval { min: shadow_min, max })
+            }
+        }
+    }
+
+    /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
+    pub(super) fn emitter(&mut self, shading: &Shading<P>) -> Option<(Drawn<P::Real>, P::Real)> {
+        let area = self.scene.area_lights.as_ref()?;
+        let [pick, _] = pair_of(self.address, Purpose::Emitter, self.turn);
+        let position = pair_of(self.address, Purpose::EmitterPoint, self.turn);
+        self.turn += 1;
+        let drawn = area.draw(shading.inputs().p, pick, position)?;
+        if shading.inputs().n.dot(drawn.direction) <= P::Real::ZERO {
+            return None;
+        }
+        let (ray, range) = shading.surface.spawn_to_surface(&drawn.surface)?;
+        let share = self.between(ray, range, false).share;
+        (share > P::Real::ZERO).then_some((drawn, share))
+    }
+
+    /// Traces towards a light.
+    #[inline]
+    pub(super) fn between(&mut self, ray: Ray<P::Real>, range: Interval<P::Real>, want_distance: bool) -> Between<P::Real> {
         self.counters.shadow += 1;
         let scene = self.scene;
-        let far = if distance == P::Real::INFINITY { scene.rules.shadow_max_distance } else { distance };
-        let (ray, range) = match scene.rules.spawn {
-            Spawn::ErrorBound => {
-                let origin = shading.surface.spawn(l);
-                (Ray::new(origin, l), Interval { min: P::Real::ZERO, max: far })
-            }
-            Spawn::Constant { offset, shadow_min, .. } => {
-                (Ray::new(shading.inputs().p + l * offset, l), Interval { min: shadow_min, max: far })
-            }
-        };
         let mut nearest = P::Real::INFINITY;
         if scene.rules.first_occluder_decides {
             let mut first: Option<Hit<P::Real>> = None;
@@ -54,18 +67,52 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let share = first.map_or(P::Real::ONE, |hit| passes::<P, K>(scene, &ray, &hit));
             return Between { share, distance: nearest };
         }
-        let mut share = P::Real::ONE;
+        let mut product = Product::default();
         scene.geometry.any(
             &ray,
             range,
             |hit| {
                 nearest = nearest.min(hit.t);
-                share *= passes::<P, K>(scene, &ray, hit);
-                share == P::Real::ZERO && !want_distance
+                product.factor(passes::<P, K>(scene, &ray, hit).to_f64());
+                product.opaque && !want_distance
             },
             &mut (),
         );
-        Between { share, distance: nearest }
+        Between { share: P::Real::from_f64(product.value()), distance: nearest }
+    }
+}
+
+/// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met in the order of the
+/// accelerator: beyond the first factor, logarithms are summed as integers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Product {
+    opaque: bool,
+    only: Option<f64>,
+    /// Sum of the logarithms, in units of 2⁻⁴⁰.
+    logarithm: i64,
+    count: u32,
+}
+
+impl Product {
+    const UNIT: f64 = (1_u64 << 40) as f64;
+
+    fn factor(&mut self, share: f64) {
+        if share <= 0.0 {
+            self.opaque = true;
+        } else if share < 1.0 {
+            self.count += 1;
+            self.only = (self.count == 1).then_some(share);
+            self.logarithm = self.logarithm.saturating_add((Real::ln(share) * Self::UNIT) as i64);
+        }
+    }
+
+    fn value(&self) -> f64 {
+        match (self.opaque, self.count, self.only) {
+            (true, ..) => 0.0,
+            (_, 0, _) => 1.0,
+            (_, _, Some(only)) => only,
+            _ => Real::exp(self.logarithm as f64 / Self::UNIT),
+        }
     }
 }
 
@@ -83,4 +130,24 @@ fn passes<P: Precision, K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit:
         return P::Real::ONE - alpha * (P::Real::ONE - material.shadow_transmittance());
     }
     material.shadow_transmittance()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Product;
+
+    fn product(factors: &[f64]) -> f64 {
+        let mut product = Product::default();
+        factors.iter().for_each(|&f| product.factor(f));
+        product.value()
+    }
+
+    /// Protects: one occluder's share is exact, any order gives the same bits, and the value is the product.
+    #[test]
+    fn order_does_not_matter() {
+        assert_eq!((product(&[]), product(&[0.45]), product(&[1.0, 0.45]), product(&[0.45, 0.0])), (1.0, 0.45, 0.45, 0.0));
+        let (a, b) = (product(&[0.3, 0.7, 0.45, 0.9]), product(&[0.9, 0.45, 0.3, 0.7]));
+        assert_eq!(a.to_bits(), b.to_bits());
+        assert!((a - 0.3 * 0.7 * 0.45 * 0.9).abs() < 1e-11);
+    }
 }

@@ -6,13 +6,14 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus, Triangle,
 };
 use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
 use super::PrepareError;
+use super::area::{Emitter, Form};
 use crate::generate::expand;
-use crate::scene::{MeshData, MeshSource, Object, Scene, Shape, SideRule, TransformStep, Triple};
+use crate::scene::{Material, MeshData, MeshSource, Object, Scene, Shape, SideRule, TransformStep, Triple};
 
 /// What shading needs of an object.
 #[derive(Clone, Debug)]
@@ -228,4 +229,30 @@ fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
         Shape::Triangle { vertices } => AnyShape::Triangle(Triangle { vertices: vertices.map(|p| Vector::from_f64(at(p))) }),
         Shape::Mesh(_) => return None,
     })
+}
+
+/// The surfaces that light others: objects whose material gives off the same radiance everywhere.
+pub(super) fn emitters<P: Precision>(scene: &Scene) -> Vec<Emitter<P>> {
+    let mut emitters = Vec::new();
+    for object in expand(scene) {
+        let material = scene.materials.iter().find(|m| m.name == object.material);
+        let Some(radiance) = material.and_then(Material::even_emission) else { continue };
+        let radiance = Vector::from_f64(radiance.0.into());
+        let two_sided = object.side != SideRule::Outside;
+        let map = affine(&object.transform);
+        let mut add = |form| emitters.push(Emitter { form, radiance, two_sided });
+        let Shape::Mesh(name) = &object.shape else {
+            let placed = any_shape(&object.shape, DVec3::ZERO).and_then(|shape| Placed::new(shape, map));
+            placed.into_iter().for_each(|placed| add(Form::Placed(Box::new(placed))));
+            continue;
+        };
+        let mesh = scene.meshes.iter().find(|m| m.name == *name);
+        let Some(MeshSource::Inline(data)) = mesh.map(|m| &m.source) else { continue };
+        let mut group = Group::<P>::default();
+        let flipped = map.matrix3.determinant() < 0.0;
+        if triangles(&mut group, data, Some((map, flipped)), Visibility::default()).is_ok() {
+            group.triangles().iter().for_each(|&t| add(Form::Plain(AnyShape::Triangle(t))));
+        }
+    }
+    emitters
 }

@@ -1,6 +1,7 @@
 //! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
 //! rendering may do none of these.
 
+mod area;
 mod colour;
 mod geometry;
 mod irradiance;
@@ -17,6 +18,7 @@ use crate::expr::ExprError;
 use crate::scene::{ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
+pub(crate) use area::{AreaLights, Drawn};
 pub(crate) use colour::Point;
 pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
@@ -113,6 +115,8 @@ pub struct Prepared<P: Precision> {
     pub(crate) object_of: Vec<u32>,
     pub(crate) materials: Vec<Material<P::Real>>,
     pub(crate) lights: Vec<Light<P::Real>>,
+    /// Emissive surfaces that light others; none where no surface would answer to them.
+    pub(crate) area_lights: Option<AreaLights<P>>,
     pub(crate) sky: Sky<P::Real>,
     /// What camera rays see that hit nothing; none: the sky.
     pub(crate) backdrop: Option<<P::Real as Real>::Vec3>,
@@ -136,8 +140,10 @@ pub struct Tables {
     pub unbounded: usize,
     /// Those that are instances.
     pub instances: usize,
-    /// Light sources besides the sky.
+    /// Light sources besides the sky and surfaces.
     pub lights: usize,
+    /// Emissive shapes and triangles that light others.
+    pub emitters: usize,
     /// Materials that something shows.
     pub materials: usize,
     /// Whether the sky's cosine-weighted average was computed.
@@ -164,6 +170,7 @@ impl<P: Precision> Prepared<P> {
             object.coordinates = object.mesh.is_none() && materials[object.material as usize].reads_coordinates();
         }
         let sky = sky::prepare::<P::Real>(scene, &names)?;
+        let emitters = geometry::emitters::<P>(scene);
         let lit = materials.iter().any(Material::answers_to_lights);
         let casters = scene.objects.iter().chain(scene.generators.iter().map(|g| &g.object)).any(|o| o.casts_shadow);
         let physical = materials.iter().any(|m| matches!(m, Material::Physical(_)));
@@ -181,6 +188,7 @@ impl<P: Precision> Prepared<P> {
             object_of: built.object_of,
             materials,
             // A light that shows on nothing is not built: no loop turns for it.
+            area_lights: if lit { AreaLights::new(emitters) } else { None },
             lights: if lit { scene.lights.iter().map(|l| Light::new(l, casters)).collect() } else { Vec::new() },
             sky,
             backdrop,
@@ -205,6 +213,7 @@ impl<P: Precision> Prepared<P> {
             unbounded: self.geometry.unbounded_count(),
             instances: self.geometry.instance_count(),
             lights: self.lights.len(),
+            emitters: self.area_lights.as_ref().map_or(0, AreaLights::len),
             materials: self.materials.iter().filter(|m| !matches!(m, Material::Unused)).count(),
             irradiance: self.irradiance.is_some(),
             texture_bytes: self.texture_bytes,

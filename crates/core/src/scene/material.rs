@@ -15,6 +15,29 @@ pub struct Material {
     pub model: Model,
 }
 
+impl Material {
+    /// Whether it gives off light anywhere.
+    pub fn emits(&self) -> bool {
+        match &self.model {
+            Model::Classic(m) => m.emission.as_ref().is_some_and(|e| *e != ColourInput::Constant(Colour::BLACK)),
+            Model::Physical(m) => m.emission != Colour::BLACK,
+        }
+    }
+
+    /// Radiance that the whole surface gives off evenly; none where it gives off none or it varies.
+    pub fn even_emission(&self) -> Option<Colour> {
+        let emission = match &self.model {
+            Model::Classic(m) => match &m.emission {
+                Some(ColourInput::Constant(c)) => *c,
+                _ => Colour::BLACK,
+            },
+            Model::Physical(m) if m.emission_texture.is_none() => m.emission,
+            Model::Physical(_) => Colour::BLACK,
+        };
+        (emission != Colour::BLACK).then_some(emission)
+    }
+}
+
 /// The two families of materials. Any integrator can read both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]

@@ -1,0 +1,59 @@
+//! Emissive surfaces light others, against closed forms.
+
+use raywright::core::picture::Picture;
+use raywright::core::prepare;
+use raywright::core::scene::Scene;
+use raywright::core::settings::{Sampling, Settings};
+
+/// A white floor seen from close by, under a round lamp of radius 1 and radiance 10 at height 2 that shines down.
+fn scene(occluder_radius: Option<f64>, lamp: &str) -> Scene {
+    let occluder = occluder_radius.map_or(String::new(), |radius| {
+        format!(r#", {{ "shape": {{ "disk": {{ "centre": [0, 1, 0], "normal": [0, 1, 0], "radius": {radius} }} }}, "material": "floor" }}"#)
+    });
+    let text = format!(
+        r#"{{ "format": 1,
+        "cameras": [{{ "pose": {{ "look_at": {{ "eye": [0.01, 0.3, 0], "target": [0, 0, 0] }} }},
+                      "projection": {{ "pinhole": {{ "vertical_fov": 0.5 }} }} }}],
+        "materials": [{{ "name": "floor", "model": {{ "classic": {{}} }} }},
+                      {{ "name": "lamp", "model": {{ "classic": {{ "local": 0, "emission": 10 }} }} }}],
+        "objects": [{{ "shape": {{ "quad": {{ "corner": [-4, 0, 4], "edge_u": [8, 0, 0], "edge_v": [0, 0, -8] }} }}, "material": "floor" }},
+                    {{ "shape": {lamp}, "material": "lamp", "side": "outside" }}{occluder}] }}"#
+    );
+    serde_json::from_str(&text).expect("the scene is right")
+}
+
+const DISK: &str = r#"{ "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "radius": 1 } }"#;
+
+fn mean(scene: &Scene) -> f64 {
+    let settings = Settings { size: [8, 8], sampling: Sampling::General(256), ..Settings::of(scene) };
+    let picture: Picture = prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
+    picture.rgb.iter().map(|p| f64::from(p[0])).sum::<f64>() / 64.0
+}
+
+/// Protects: solid-angle measure, density by area and the π of a Lambert surface. Below the middle of a disk of radiance L the
+/// irradiance is π·L·r²/(r² + h²), so a white surface shows L·r²/(r² + h²).
+#[test]
+fn a_disk_lights_the_floor_by_its_form_factor() {
+    let found = mean(&scene(None, DISK));
+    assert!((found - 2.0).abs() < 0.02, "{found} instead of 2");
+}
+
+/// Protects: what is in between casts a shadow with the right penumbra. An occluder of half the lamp's radius at half its height
+/// covers the lamp exactly; of a quarter, it covers the inner half of the lamp's radius.
+#[test]
+fn an_occluder_takes_its_part() {
+    assert_eq!(mean(&scene(Some(0.51), DISK)), 0.0);
+    let found = mean(&scene(Some(0.25), DISK));
+    let covered = 10.0 * 0.25 / (0.25 + 4.0);
+    assert!((found - (2.0 - covered)).abs() < 0.02, "{found} instead of {}", 2.0 - covered);
+}
+
+/// Protects: a one-sided lamp that shines away lights nothing, and a sphere lights like the disk that it covers: L·sin².
+#[test]
+fn sides_and_spheres() {
+    let away = DISK.replace("-1, 0]", "1, 0]");
+    assert_eq!(mean(&scene(None, &away)), 0.0);
+    let found = mean(&scene(None, r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#));
+    let expected = 10.0 * 0.25 / 4.0;
+    assert!((found - expected).abs() < 0.02, "{found} instead of {expected}");
+}
