@@ -26,6 +26,15 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     vec![TransformStep::Matrix([row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)])]
 }
 
+/// Memory that a mesh's arrays take.
+pub(crate) fn bytes(mesh: &MeshData) -> usize {
+    size_of_val(mesh.positions.as_slice())
+        + size_of_val(mesh.indices.as_slice())
+        + size_of_val(mesh.normals.as_slice())
+        + size_of_val(mesh.colours.as_slice())
+        + mesh.uvs.iter().map(|set| size_of_val(set.as_slice())).sum::<usize>()
+}
+
 /// A mesh with its vertices moved by a transform that flattens it. Its normals would need the inverse, so facets take over.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved = |p: &[f32; 3]| {
@@ -74,4 +83,58 @@ fn facet_means(mesh: &MeshData) -> Vec<DVec3> {
         }
     }
     sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+
+    fn triangle(positions: Vec<[f32; 3]>) -> MeshData {
+        MeshData { positions, indices: vec![[0, 1, 2], [2, 1, 3]], ..MeshData::default() }
+    }
+
+    /// One bad vertex takes its triangles with it, and nothing not finite is left for the bounds.
+    #[test]
+    fn unusable_vertices_go_with_their_triangles() {
+        for bad in [f32::NAN, f32::INFINITY, -1e30] {
+            let mut mesh = triangle(vec![[bad, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
+            assert_eq!(drop_unusable(&mut mesh), 1, "{bad}");
+            assert_eq!(mesh.indices, [[2, 1, 3]]);
+            assert_eq!(mesh.positions[0], [1.0, 0.0, 0.0]);
+        }
+    }
+
+    /// A normal without length becomes its facets' mean; others are only brought to unit length.
+    #[test]
+    fn normals_without_length_are_made_anew() {
+        let mut mesh = triangle(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]);
+        mesh.normals = vec![[0.0; 3], [0.0, 3.0, 4.0], [f32::NAN, 0.0, 0.0], [0.0, 0.0, -1.0]];
+        mend_normals(&mut mesh);
+        assert_eq!(mesh.normals, [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]);
+    }
+
+    /// What is flat is flat at every scale, and what is not is not.
+    #[test]
+    fn flatness_does_not_depend_on_scale() {
+        let turned = DQuat::from_rotation_y(0.5);
+        for size in [1e-9, 1.0, 1e9] {
+            let of = |scale: DVec3| DAffine3::from_scale_rotation_translation(scale * size, turned, DVec3::ONE);
+            assert!(is_invertible(&of(DVec3::new(1.0, -2.0, 1e-3))));
+            assert!(!is_invertible(&of(DVec3::new(1.0, 0.0, 1.0))));
+        }
+        let sheared = DAffine3::from_cols(DVec3::X, DVec3::new(1.0, 1e-12, 0.0), DVec3::Z, DVec3::ZERO);
+        assert!(!is_invertible(&sheared));
+    }
+
+    /// Rows of the matrix, translation last.
+    #[test]
+    fn transforms_are_written_by_rows() {
+        assert!(transform_steps(&DAffine3::IDENTITY).is_empty());
+        let moved =
+            DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)) * DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+        let [TransformStep::Matrix(rows)] = transform_steps(&moved)[..] else { panic!("one matrix") };
+        let rounded = rows.map(|row| row.map(|x| x.round()));
+        assert_eq!(rounded, [[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0]]);
+    }
 }

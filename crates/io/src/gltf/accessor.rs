@@ -2,6 +2,8 @@
 //!
 //! Everything is checked when an accessor is opened; reading an element then can't fail. Nothing needs to be aligned.
 
+use std::cell::Cell;
+
 use gltf::json::accessor::{ComponentType, IndexComponentType, Type, sparse};
 use gltf::json::validation::Checked;
 
@@ -15,7 +17,12 @@ pub(super) struct Reader<'a> {
     pub buffers: &'a Buffers<'a>,
     /// Bytes that one accessor may stand for.
     pub memory_bytes: u64,
+    /// Bytes that accessors without data behind them may still stand for.
+    pub invented: Cell<u64>,
 }
+
+/// Zeros that a file may ask for without having them: a few bytes of text must not fill the memory.
+pub(super) const MOST_INVENTED: u64 = 256 << 20;
 
 /// One accessor, ready to be read.
 #[derive(Debug)]
@@ -65,13 +72,20 @@ impl<'a> Reader<'a> {
         }
         let (bytes, stride) = match accessor.buffer_view {
             Some(view) => self.slice(view.value(), accessor.byte_offset.unwrap_or_default().0, count, size)?,
-            None => (&[][..], size),
+            None => (self.zeros(count, size)?, size),
         };
         let patches = match &accessor.sparse {
             Some(sparse) => self.patches(sparse, count, size).map_err(|fault| fault.at("sparse"))?,
             None => Vec::new(),
         };
         Ok(Accessor { count, arity, component: component.0, normalised: accessor.normalized, bytes, stride, patches })
+    }
+
+    /// No bytes, which stand for zeros.
+    fn zeros(&self, count: usize, size: usize) -> Outcome<&'a [u8]> {
+        let left = self.invented.get().checked_sub((count as u64).saturating_mul(size as u64));
+        self.invented.set(left.ok_or_else(|| Fault::limit(format!("counts {count} elements, but has no data for them")))?);
+        Ok(&[])
     }
 
     /// The bytes of `count` elements in a view from an offset on, and the distance between elements.

@@ -29,7 +29,7 @@ use std::path::Path;
 use raywright_core::Scene;
 use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
-use accessor::Reader;
+use accessor::{MOST_INVENTED, Reader};
 use buffers::{Buffers, absent};
 use document::Document;
 use material::UsedMaterial;
@@ -60,7 +60,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     };
     let document = document::parse(json, limits, &mut warnings)?;
     let buffers = Buffers::load(&document, binary, folder, &mut budget)?;
-    let reader = Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes };
+    let reader =
+        Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes, invented: MOST_INVENTED.into() };
     let import = Import {
         document: &document,
         reader,
@@ -219,7 +220,7 @@ impl Import<'_> {
     fn flattened(&mut self, mesh: UsedMesh, placed: &Placed) -> Outcome<String> {
         let source = self.scene.meshes.get(mesh.place).map(|mesh| mesh.source.clone());
         let Some(MeshSource::Inline(data)) = source else { return Ok(mesh.name) };
-        self.budget.memory(data.positions.len(), size_of::<[f32; 3]>() * 2)?;
+        self.budget.memory(mesh_tools::bytes(&data), 1)?;
         let name = self.names.meshes.unique(&mesh.name);
         let data = mesh_tools::squeezed(&data, &placed.world);
         self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()) });

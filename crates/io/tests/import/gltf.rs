@@ -207,6 +207,57 @@ fn node_translations_keep_double_precision() {
     assert_eq!(file.scene.meshes.len(), 1, "objects of one mesh share it");
 }
 
+/// The markers of the texture transform test lie where the arrow's tip must be shown: just beyond (0.69, 0.69) in the image.
+#[test]
+fn texture_transforms_turn_the_right_way() {
+    let Some(path) = assets("gltf/TextureTransformTest/TextureTransformTest.gltf") else { return };
+    let file = load(&path);
+    let image_point = |name: &str, u: f64, v: f64| {
+        let rows = physical(&file, name).base_colour_texture.as_ref().and_then(|t| t.uv_transform).expect("a transform");
+        rows.map(|row| row[0] * u + row[1] * v + row[2])
+    };
+    for (name, u, v) in [("Rotation", 0.420_952, 1.016_267), ("Scale", 0.518_545, 0.518_545), ("All", 0.43, 0.75)] {
+        let [x, y] = image_point(name, u, v);
+        assert!((0.74..0.80).contains(&x) && (0.74..0.80).contains(&y), "{name}: {x} {y}");
+    }
+    assert_eq!(image_point("Offset U", 0.25, 0.25), [0.75, 0.25]);
+    assert_eq!(image_point("Offset V", 0.25, 0.25), [0.25, 0.75]);
+}
+
+/// A chain of nodes as deep as a file is long neither overflows the stack nor takes long; a node with two parents would be
+/// shown 2^n times and is refused.
+#[test]
+fn deep_and_braided_hierarchies() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, nodes: Vec<String>| {
+        let path = folder.path().join(name);
+        let nodes = nodes.join(",");
+        std::fs::write(&path, format!(r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"nodes":[{nodes}]}}"#))
+            .unwrap();
+        path
+    };
+    let n = 200_000;
+    let chain = (0..n).map(|i| if i + 1 < n { format!(r#"{{"children":[{}]}}"#, i + 1) } else { "{}".to_owned() });
+    load(&write("deep.gltf", chain.collect()));
+    let braid = (0..30).map(|i| format!(r#"{{"children":[{},{}]}}"#, i + 1, i + 1)).chain(["{}".to_owned()]);
+    let error = crate::shared::try_load(&write("braid.gltf", braid.collect())).expect_err("two parents").to_string();
+    assert!(error.contains("reached twice"), "{error}");
+}
+
+/// Radiance of the emissive row: factor times strength, exactly; the strength of a file without the extension is 1.
+#[test]
+fn emissive_strength_multiplies() {
+    let Some(path) = assets("gltf/crafted/emissive_strength.glb") else { return };
+    let file = load(&path);
+    for strength in ["0.25", "1", "4", "16"] {
+        let s: f64 = strength.parse().unwrap();
+        let [plain, textured] = [0, 1].map(|row| physical(&file, &format!("e{strength}_{row}")));
+        assert_eq!(plain.emission, Colour([s, 0.5 * s, 0.25 * s]));
+        assert_eq!(textured.emission, plain.emission);
+        assert!(plain.emission_texture.is_none() && textured.emission_texture.is_some());
+    }
+}
+
 /// Both kinds of camera, with the pose of their nodes.
 #[test]
 fn cameras_have_their_nodes_pose() {
@@ -226,14 +277,19 @@ fn cameras_have_their_nodes_pose() {
 fn punctual_lights_are_read() {
     let Some(path) = assets("gltf/crafted/lights_punctual.glb") else { return };
     let file = load(&path);
-    let kinds: Vec<_> = file.scene.lights.iter().map(|light| &light.kind).collect();
-    assert!(kinds.iter().any(|kind| matches!(kind, LightKind::Point { .. })), "{kinds:?}");
-    assert!(kinds.iter().any(|kind| matches!(kind, LightKind::Directional { .. })), "{kinds:?}");
-    let spot = kinds.iter().find_map(|kind| match kind {
-        LightKind::Spot { inner_angle, outer_angle, .. } => Some((*inner_angle, *outer_angle)),
-        _ => None,
-    });
-    assert!(spot.is_some_and(|(inner, outer)| inner < outer), "{spot:?}");
+    let [point, spot, sun] = file.scene.lights.as_slice() else { panic!("{:?}", file.scene.lights) };
+    assert_eq!(point.colour, Colour([20.0, 10.0, 5.0]));
+    let LightKind::Point { position, range: None, .. } = point.kind else { panic!("{point:?}") };
+    assert_eq!(position, [-2.5, 1.5, 0.0]);
+    let close = |a: [f64; 3], b: [f64; 3]| DVec3::from(a).distance(DVec3::from(b)) < 1e-6;
+    let LightKind::Spot { position, direction, inner_angle, outer_angle, .. } = spot.kind else { panic!("{spot:?}") };
+    assert!(close(position, [1.5, 3.0, 0.0]) && close(direction, [0.0, -1.0, 0.0]), "{spot:?}");
+    let degrees = [0.2_f64, 0.5].map(f64::to_degrees);
+    assert!((inner_angle - degrees[0]).abs() < 1e-5 && (outer_angle - degrees[1]).abs() < 1e-5, "{spot:?}");
+    // Shining along -z of a node that is turned by -1 radian about x.
+    let LightKind::Directional { to_light } = sun.kind else { panic!("{sun:?}") };
+    assert!(close(to_light, [0.0, 1.0_f64.sin(), 1.0_f64.cos()]), "{sun:?}");
+    assert!(close(sun.colour.0, [0.2, 0.25, 0.5]), "{sun:?}");
 }
 
 /// Wrap modes, filters and single-sidedness as the file says.
