@@ -65,11 +65,11 @@ impl Folder {
     pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
         let path = self.resolve(reference)?;
         let unreadable = |cause: std::io::Error| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
-        let file = File::open(&path).map_err(unreadable)?;
-        // A pipe or a device could keep a reader waiting for ever.
-        if !file.metadata().map_err(unreadable)?.is_file() {
+        // A pipe or a device could keep a reader waiting for ever, and a pipe already when it is opened.
+        if !path.is_file() {
             return Err(ReadError::Refused(format!("`{reference}` is not a regular file")));
         }
+        let file = File::open(&path).map_err(unreadable)?;
         let bytes = read_limited(file, self.file_bytes).map_err(unreadable)?.ok_or_else(|| {
             ReadError::TooLarge(format!("`{reference}` is larger than the limit of {}", human_bytes(self.file_bytes)))
         })?;
@@ -194,6 +194,18 @@ mod tests {
         let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
         for reference in ["link.txt", "up/secret.txt"] {
             assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+        }
+    }
+
+    /// Opening a pipe waits for someone to write into it.
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_refused_without_waiting() {
+        let outer = scene_folder();
+        let made = std::process::Command::new("mkfifo").arg(outer.path().join("scene/pipe")).status();
+        if made.is_ok_and(|status| status.success()) {
+            let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+            assert!(matches!(folder.read("pipe"), Err(ReadError::Refused(_))));
         }
     }
 
