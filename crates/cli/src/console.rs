@@ -3,12 +3,20 @@
 use std::fmt;
 use std::io::{self, Write};
 
+use serde::Serialize;
+
 use crate::failure::Failure;
 
 /// Writes a result to standard output and flushes it.
 pub fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_ref()).and_then(|()| out.flush()).map_err(|error| Failure::stdout(&error))
+}
+
+/// A value as indented JSON with a line break at its end.
+pub fn json(value: &impl Serialize) -> String {
+    // None of our structures has keys that are not text, the one thing that this can fail on.
+    serde_json::to_string_pretty(value).unwrap_or_default() + "\n"
 }
 
 /// Writes one message to standard error. Nothing can be done, or said, where that fails.

@@ -7,7 +7,7 @@ use crate::support::Desk;
 fn wrong_use_is_explained() {
     let desk = Desk::new();
     let cases: &[(&[&str], &str)] = &[
-        (&["duck.glb"], "error: `duck.glb` is not a command\n |\nhelp: to render it: raywright render duck.glb"),
+        (&["duck.glb"], "error: `duck.glb` is not a command\nhelp: to render it: raywright render duck.glb"),
         (
             &["rendr"],
             "error: unrecognized subcommand 'rendr'\n\n  tip: a similar subcommand exists: 'render'\n\nUsage: raywright [COMMAND]\n\nFor more information, try '--help'.",
@@ -40,34 +40,31 @@ fn wrong_use_is_explained() {
             &["render", "--set", "speed"],
             "error: invalid value 'speed' for '--set <NAME=VALUE>': expected NAME=VALUE with a number, such as roughness=0.3\n\nFor more information, try '--help'.",
         ),
-        (&["render", "preset:whited"], "error: there is no preset `whited`\n |\nhelp: did you mean `preset:whitted`?"),
-        (
-            &["render", "preset:whitted", "--camera", "oribt"],
-            "error: there is no camera `oribt`\n |\nhelp: did you mean `orbit`?",
-        ),
-        (&["render", "preset:whitted", "--camera", "1"], "error: there is no camera `1`\n |\nhelp: known: orbit"),
+        (&["render", "preset:whited"], "error: there is no preset `whited`\nhelp: did you mean `preset:whitted`?"),
+        (&["render", "preset:whitted", "--camera", "oribt"], "error: there is no camera `oribt`\nhelp: did you mean `orbit`?"),
+        (&["render", "preset:whitted", "--camera", "1"], "error: there is no camera `1`\nhelp: known: orbit"),
         (
             &["render", "preset:whitted", "--eye", "0,0.6,0"],
-            "error: the camera at 0,0.6,0 looks at the point it stands on\n |\nhelp: give --eye and --target different points",
+            "error: the camera at 0,0.6,0 looks at the point it stands on\nhelp: give --eye and --target different points",
         ),
         (
             &["render", "preset:whitted", "--eye", "0,5,0", "--target", "0,0,0"],
-            "error: the view from 0,5,0 to 0,0,0 is along its own up direction 0,1,0\n |\nhelp: give another one, such as --up 0,0,1",
+            "error: the view from 0,5,0 to 0,0,0 is along its own up direction 0,1,0\nhelp: give another one, such as --up 0,0,1",
         ),
         (
             &["render", "preset:whitted", "--crop", "600,0,50,50"],
-            "error: --crop 600,0,50,50 reaches outside the picture of 640x360 pixels\n |\nhelp: --crop is x,y,width,height, counted from the top left",
+            "error: --crop 600,0,50,50 reaches outside the picture of 640x360 pixels\nhelp: --crop is x,y,width,height, counted from the top left",
         ),
         (
             &["render", "preset:whitted", "-o", "picture.jpg"],
-            "error: cannot write picture.jpg: unknown picture format `.jpg`\n |\nhelp: names end in `.png` (what a screen shows) or `.exr` (linear numbers)",
+            "error: cannot write picture.jpg: unknown picture format `.jpg`\nhelp: names end in `.png` (what a screen shows) or `.exr` (linear numbers)",
         ),
         (&["render", "preset:whitted", "-o", "a.png", "-o", "./a.png"], "error: ./a.png is named twice as output"),
         (
             &["render", "preset:whitted", "--aov", "depth"],
-            "error: --aov adds layers to an .exr picture, and none is written\n |\nhelp: add one: -o picture.exr",
+            "error: --aov adds layers to an .exr picture, and none is written\nhelp: add one: -o picture.exr",
         ),
-        (&["man", "rendre"], "error: there is no command `rendre`\n |\nhelp: did you mean `render`?"),
+        (&["man", "rendre"], "error: there is no command `rendre`\nhelp: did you mean `render`?"),
     ];
     for (arguments, message) in cases {
         desk.run(arguments).exits_with(2).says(message);
@@ -80,12 +77,12 @@ fn wrong_use_is_explained() {
 fn files_out_of_reach_are_explained() {
     let desk = Desk::new();
     desk.run(&["render", "room.scene.toml"]).exits_with(4).says("error: cannot read room.scene.toml: no such file or folder");
-    desk.run(&["render", "whitted"]).exits_with(4).says(
-        "error: cannot read whitted: no such file or folder\n |\nhelp: the built-in scene of that name is `preset:whitted`",
-    );
+    desk.run(&["render", "whitted"])
+        .exits_with(4)
+        .says("error: cannot read whitted: no such file or folder\nhelp: the built-in scene of that name is `preset:whitted`");
     desk.run(&["render", "-o", "renders/a.png"])
         .exits_with(4)
-        .says("error: cannot write renders/a.png: no such file or folder\n |\nhelp: create the folder first: mkdir -p renders");
+        .says("error: cannot write renders/a.png: no such file or folder\nhelp: create the folder first: mkdir -p renders");
 }
 
 /// More than the machine may spend.
@@ -95,5 +92,5 @@ fn limits_are_explained() {
     let run = desk.run(&["render", "preset:whitted", "--size", "65536x65536"]);
     run.exits_with(5);
     assert!(run.stderr.starts_with("error: preset:whitted: rendering it needs about "), "{}", run.stderr);
-    assert!(run.stderr.contains("and the limit is 8 GiB\n |\nhelp: raise the limit with --max-memory"), "{}", run.stderr);
+    assert!(run.stderr.contains("and the limit is 8 GiB\nhelp: raise the limit with --max-memory"), "{}", run.stderr);
 }

@@ -1,6 +1,8 @@
 //! The command line: what each command prints, which exit code it ends with, what it says about mistakes.
 
+mod compare;
 mod help;
 mod mistakes;
 mod render;
+mod reports;
 mod scenes;

@@ -3,11 +3,13 @@
 pub mod names;
 pub mod values;
 
+mod compare;
 mod render;
 mod scene;
 
+pub use compare::CompareArgs;
 pub use render::{ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
-pub use scene::{CheckArgs, InfoArgs, SceneArgs};
+pub use scene::{CheckArgs, ExplainArgs, InfoArgs, SceneArgs};
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
@@ -35,6 +37,10 @@ pub struct Arguments {
 pub enum Command {
     /// Render a scene to a picture
     Render(Box<RenderArgs>),
+    /// Say which effects of a scene are simulated, which it has none of, and which are left out
+    Explain(ExplainArgs),
+    /// Measure how far two pictures are apart
+    Compare(CompareArgs),
     /// Show what is in a scene or model file
     Info(InfoArgs),
     /// Check a scene or model file and report every problem

@@ -209,6 +209,10 @@ impl From<Accelerator> for AcceleratorKind {
 #[derive(Clone, Debug, Default, Args)]
 #[command(next_help_heading = "Report")]
 pub struct ReportArgs {
+    /// Write times, ray counts, effects and memory to this JSON file
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+
     /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines, or none
     #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
     pub progress: ProgressStyle,
@@ -217,7 +221,7 @@ pub struct ReportArgs {
     #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
 
-    /// Print more: times, rays and memory
+    /// Print more: the effects, times, rays and memory
     #[arg(short, long)]
     pub verbose: bool,
 }

@@ -18,6 +18,22 @@ pub struct SceneArgs {
     pub set: Vec<(String, f64)>,
 }
 
+/// Arguments of `explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArgs {
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME
+    #[arg(value_name = "SCENE")]
+    pub scene: OsString,
+
+    /// What is changed in the scene.
+    #[command(flatten)]
+    pub changes: SceneArgs,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {

@@ -10,12 +10,12 @@ use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 use crate::scene_input;
-use crate::table::{Align, lay_out};
+use crate::table::lay_out;
 
 /// Prints the table.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), Verbosity::Normal)?;
-    console::print(lay_out([Align::Left; 2], &rows(&loaded)))
+    console::print(lay_out(&rows(&loaded)))
 }
 
 fn rows(loaded: &Loaded) -> Vec<[String; 2]> {

@@ -1,7 +1,9 @@
 //! One module a command: it takes its arguments apart, calls the libraries and prints what they return.
 
 mod check;
+mod compare;
 mod completions;
+mod explain;
 mod info;
 mod man;
 mod presets;
@@ -14,6 +16,8 @@ use crate::failure::Failure;
 pub fn run(command: Option<Command>) -> Result<(), Failure> {
     match command.unwrap_or_else(|| Command::Render(Box::new(RenderArgs::default()))) {
         Command::Render(args) => render::run(&args),
+        Command::Explain(args) => explain::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Presets(args) => presets::run(&args),

@@ -5,7 +5,7 @@ use raywright_io::presets;
 use crate::args::PresetsArgs;
 use crate::console;
 use crate::failure::Failure;
-use crate::table::{Align, lay_out};
+use crate::table::lay_out;
 
 /// Prints a table of names and titles, or the text of one preset.
 pub fn run(args: &PresetsArgs) -> Result<(), Failure> {
@@ -14,7 +14,7 @@ pub fn run(args: &PresetsArgs) -> Result<(), Failure> {
         None => {
             let rows: Vec<[String; 2]> =
                 presets::list().into_iter().map(|preset| [format!("preset:{}", preset.name), preset.title]).collect();
-            console::print(lay_out([Align::Left; 2], &rows))
+            console::print(lay_out(&rows))
         }
     }
 }

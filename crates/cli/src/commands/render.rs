@@ -1,23 +1,26 @@
 //! `render`: a scene becomes pictures.
 
 use std::io::{self, IsTerminal};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use raywright_core::camera;
+use raywright_core::effects::EffectReport;
 use raywright_core::prepare::PrepareError;
 use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, prepare};
-use raywright_io::output::{self, Metadata};
+use raywright_io::output::{self, Metadata, write_atomically};
 use raywright_io::{Error, Limits, Loaded, human_bytes};
 
 use crate::args::RenderArgs;
 use crate::clock::{Clock, Seconds, spoken};
-use crate::console;
+use crate::commands::explain;
+use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
-use crate::table::{Align, lay_out};
+use crate::stats::Stats;
+use crate::table::lay_out;
 use crate::targets::{self, Target};
 use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
@@ -29,6 +32,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut targets = targets::check(&args.outputs)?;
     refuse_terminal(&targets)?;
     refuse_layers_without_place(args, &targets)?;
+    check_stats_target(args)?;
     let stop = interrupt::flag()?;
 
     let name = args.scene.as_deref().unwrap_or("preset:whitted".as_ref());
@@ -42,6 +46,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
     let ready = prepared(&loaded, &plan.settings)?;
     let prepare = clock.lap();
+    tell_effects(&loaded, ready.effects(), verbosity);
 
     let progress = Progress::start(args.report.progress, verbosity);
     let rendered = ready.render(&Watch { progress: &progress, stop });
@@ -55,6 +60,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let written = write(&rendered, &targets, &plan, &metadata)?;
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
+    if let Some(path) = &args.report.stats {
+        write_atomically(path, console::json(&Stats::new(&loaded, &ready, &rendered, seconds)).as_bytes())?;
+    }
     verbosity.detail(details(&ready, &rendered, &seconds).trim_end());
     if !written.is_empty() {
         verbosity.say(format_args!("{written} ({}, {})", described(&plan.settings), spoken(seconds.total)));
@@ -78,6 +86,33 @@ fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<
     }
     let error = Error::usage("--aov adds layers to an .exr picture, and none is written");
     Err(error.with_hint("add one: -o picture.exr").into())
+}
+
+/// The report is JSON in a file that is not the scene itself.
+fn check_stats_target(args: &RenderArgs) -> Result<(), Failure> {
+    let Some(path) = &args.report.stats else { return Ok(()) };
+    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("json")) {
+        let error = Error::usage(format_args!("--stats {}: the name does not end in .json", path.display()));
+        return Err(error.with_hint(format!("--stats {}", path.with_extension("json").display())).into());
+    }
+    let place = targets::writable(path)?;
+    let scene = args.scene.as_ref().and_then(|scene| Path::new(scene).canonicalize().ok());
+    if scene.is_some_and(|scene| scene == place) {
+        return Err(Error::usage(format_args!("--stats {} would replace the scene", path.display())).into());
+    }
+    Ok(())
+}
+
+/// What the scene has and the picture will not show; all effects where the user asks for more.
+fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
+    if verbosity == Verbosity::Verbose {
+        return verbosity.detail(explain::text(&loaded.source, report));
+    }
+    let names: Vec<&str> = report.left_out().map(|effect| effect.name).collect();
+    if !names.is_empty() {
+        let name = &loaded.source.name;
+        verbosity.warn(format_args!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));
+    }
 }
 
 fn limits(args: &RenderArgs) -> Limits {
@@ -174,7 +209,7 @@ fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
             ),
         ),
     ];
-    lay_out([Align::Left; 2], &rows.map(|(name, text)| [name.to_owned(), text]))
+    lay_out(&rows.map(|(name, text)| [name.to_owned(), text]))
 }
 
 /// The picture in a few words.

@@ -1,0 +1,75 @@
+//! Arguments of `compare`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use raywright_core::scene::{ToneMap, TransferCurve};
+
+use super::{names, values};
+
+/// Arguments of `compare`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Two .exr pictures are compared as linear radiance, anything else as display values; FLIP is about display values always.
+
+Exit code: 0 within every threshold given, 1 beyond one of them, 3 the pictures cannot be compared.
+
+Examples:
+  raywright compare got.png expected.png
+  raywright compare got.exr expected.exr --max-rmse 0.001 --diff difference.png")]
+pub struct CompareArgs {
+    /// Picture to judge, .png or .exr
+    #[arg(value_name = "A")]
+    pub picture: PathBuf,
+
+    /// Picture it is judged by, of the same size
+    #[arg(value_name = "B")]
+    pub reference: PathBuf,
+
+    /// Fail if the root mean square error is above this
+    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    pub max_rmse: Option<f64>,
+
+    /// Fail if relMSE, the mean of (A - B)² / (B² + 0.01), is above this
+    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    pub max_relmse: Option<f64>,
+
+    /// Fail if relMSE without the worst 0.1 % of the pixels is above this
+    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    pub max_relmse_trimmed: Option<f64>,
+
+    /// Fail if the mean FLIP difference, from 0 (alike) to 1, is above this
+    #[arg(long, value_name = "X", value_parser = values::at_least_zero, help_heading = "Thresholds")]
+    pub max_flip: Option<f64>,
+
+    /// Fail if the peak signal-to-noise ratio, in decibels, is below this
+    #[arg(long, value_name = "DB", value_parser = values::number, help_heading = "Thresholds")]
+    pub min_psnr: Option<f64>,
+
+    /// Write a picture of where they differ, .png: black where alike, ever lighter the more an eye would notice
+    #[arg(long, value_name = "FILE")]
+    pub diff: Option<PathBuf>,
+
+    /// Brighten .exr pictures by stops before they are compared as an eye sees them [default: 0]
+    #[arg(long, value_name = "STOPS", value_parser = values::number, allow_hyphen_values = true, help_heading = "Display of .exr")]
+    pub exposure: Option<f64>,
+
+    /// How their bright light is compressed for that [default: khronos-neutral]
+    #[arg(long, value_name = "NAME", value_parser = names::variants::<ToneMap>(), help_heading = "Display of .exr")]
+    pub tonemap: Option<ToneMap>,
+
+    /// Curve of their codes for that [default: srgb]
+    #[arg(long, value_name = "CURVE", value_parser = names::variants::<TransferCurve>(), help_heading = "Display of .exr")]
+    pub gamma: Option<TransferCurve>,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl CompareArgs {
+    /// Whether the pictures are to be judged.
+    pub fn has_threshold(&self) -> bool {
+        [self.max_rmse, self.max_relmse, self.max_relmse_trimmed, self.max_flip, self.min_psnr].iter().any(Option::is_some)
+    }
+}

@@ -1,0 +1,168 @@
+//! `compare`: how far two pictures are apart, judged by thresholds, with a picture of where.
+
+use std::path::Path;
+
+use raywright_core::display::Display;
+use raywright_core::metrics::{Comparison, Side, compare, heat_map};
+use raywright_core::picture::Encoding;
+use raywright_io::output::{Format, Metadata, StoredPicture, read_picture, write_png};
+use raywright_io::{Error, Limits};
+use serde::Serialize;
+
+use crate::args::CompareArgs;
+use crate::console;
+use crate::failure::{Exit, Failure};
+use crate::table::lay_out;
+use crate::{origin, targets};
+
+/// Compares, prints, and judges.
+pub fn run(args: &CompareArgs) -> Result<(), Failure> {
+    if let Some(path) = &args.diff {
+        check_difference_target(path)?;
+    }
+    let display = Display {
+        tone_map: args.tonemap.unwrap_or_default(),
+        curve: args.gamma.unwrap_or_default(),
+        exposure_stops: args.exposure.unwrap_or_default(),
+    };
+    let (picture, reference) = (read(&args.picture)?, read(&args.reference)?);
+    let comparison = compare(side(&picture), side(&reference), display)
+        .map_err(|cause| Error::input(format_args!("{} and {}", args.picture.display(), args.reference.display()), cause))?;
+    if let Some(path) = &args.diff {
+        write_difference(path, &comparison)?;
+    }
+    let beyond = beyond(args, &comparison);
+    console::print(if args.json { json(&comparison, &beyond) } else { text(&comparison) })?;
+    match beyond.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::new(
+            Exit::Failed,
+            format_args!("{} differs from {}: {}", args.picture.display(), args.reference.display(), beyond.join("; ")),
+        )),
+    }
+}
+
+fn check_difference_target(path: &Path) -> Result<(), Failure> {
+    if Format::of(path)? != Format::Png {
+        return Err(Error::usage(format_args!("{}: the difference picture is a .png", path.display())).into());
+    }
+    targets::writable(path).map(|_| ())
+}
+
+fn read(path: &Path) -> Result<StoredPicture, Failure> {
+    let stored = read_picture(path, &Limits::default())?;
+    if stored.has_colour {
+        return Ok(stored);
+    }
+    let channels = stored.picture.layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>().join(", ");
+    Err(Error::input(path.display(), "it has no colour channels R, G, B").with_hint(format!("its channels: {channels}")).into())
+}
+
+fn side(stored: &StoredPicture) -> Side<'_> {
+    Side { picture: &stored.picture, encoding: stored.encoding }
+}
+
+/// FLIP by pixel, from black (alike) to pale yellow (as different as can be).
+fn write_difference(path: &Path, comparison: &Comparison) -> Result<(), Failure> {
+    let picture = heat_map(comparison.width, comparison.height, &comparison.flip_map, 1.0);
+    let metadata = Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() };
+    Ok(write_png(path, &picture, Display::PLAIN, &metadata)?)
+}
+
+/// What lies beyond the thresholds given, in words. A figure that is not a number is beyond any.
+fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
+    let errors = &comparison.errors;
+    let above = [
+        ("RMSE", errors.rmse, args.max_rmse),
+        ("relMSE", errors.relmse, args.max_relmse),
+        ("trimmed relMSE", errors.relmse_trimmed, args.max_relmse_trimmed),
+        ("mean FLIP", comparison.flip.mean, args.max_flip),
+    ];
+    let above = above.into_iter().filter_map(|(name, value, limit)| {
+        limit.filter(|&limit| value > limit || value.is_nan()).map(|limit| format!("{name} {} is above {limit}", short(value)))
+    });
+    let psnr = errors.psnr.unwrap_or(f64::INFINITY);
+    let below = args.min_psnr.filter(|&limit| psnr < limit || psnr.is_nan());
+    let below = below.map(|limit| format!("PSNR {} dB is below {limit} dB", short(psnr)));
+    let lost =
+        (errors.non_finite > 0 && args.has_threshold()).then(|| format!("{} pixels are not finite numbers", errors.non_finite));
+    above.chain(below).chain(lost).collect()
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+    /// What lies beyond a threshold; empty: nothing does.
+    beyond_thresholds: &'a [String],
+}
+
+fn json(comparison: &Comparison, beyond: &[String]) -> String {
+    console::json(&Report { comparison, beyond_thresholds: beyond })
+}
+
+fn text(comparison: &Comparison) -> String {
+    let errors = &comparison.errors;
+    let numbers = match comparison.encoding {
+        Encoding::Linear => "linear radiance",
+        Encoding::Display => "display values 0 to 1",
+    };
+    let colour = |rgb: [f32; 3]| rgb.map(|v| short(f64::from(v))).join(" ");
+    let worst = match &errors.worst {
+        Some(w) => format!("{}, {}: {} against {}", w.x, w.y, colour(w.picture), colour(w.reference)),
+        None => String::new(),
+    };
+    let beyond = comparison.beyond.iter().filter(|beyond| beyond.share > 0.0);
+    let beyond = beyond.map(|b| match b.codes {
+        0 => format!("{} % of the pixels", short(100.0 * b.share)),
+        codes => format!("{} % by more than {codes}/255", short(100.0 * b.share)),
+    });
+    let beyond: Vec<String> = beyond.collect();
+    let rows = [
+        ("pixels", format!("{}x{}, {numbers}", comparison.width, comparison.height)),
+        ("identical", if comparison.identical { "yes, bit for bit" } else { "no" }.to_owned()),
+        ("RMSE", short(errors.rmse)),
+        ("relMSE", format!("{} ({} without the worst 0.1 %)", short(errors.relmse), short(errors.relmse_trimmed))),
+        ("PSNR", errors.psnr.map_or("infinite".to_owned(), |psnr| format!("{} dB", short(psnr)))),
+        ("FLIP", format!("mean {}, largest {}", short(comparison.flip.mean), short(comparison.flip.maximum))),
+        ("differ", beyond.join(", ")),
+        ("worst", worst),
+        (
+            "coverage",
+            comparison.coverage.filter(|&c| c != 0.0).map_or(String::new(), |c| format!("differs by up to {}", short(c))),
+        ),
+        ("not finite", if errors.non_finite == 0 { String::new() } else { format!("{} pixels, left out", errors.non_finite) }),
+    ];
+    let rows: Vec<[String; 2]> =
+        rows.into_iter().filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect();
+    lay_out(&rows)
+}
+
+/// A number with four significant digits.
+fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e4).contains(&magnitude) {
+        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+        let text = format!("{value:.digits$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    /// Numbers of any size keep four digits and lose empty ones.
+    #[test]
+    fn numbers_are_short() {
+        let cases = [(0.0, "0"), (0.25, "0.25"), (1.0, "1"), (31.41592, "31.42"), (0.0012345, "0.001234"), (2.5e-7, "2.500e-7")];
+        for (value, text) in cases {
+            assert_eq!(short(value), text);
+        }
+        assert_eq!(short(f64::NAN), "NaN");
+    }
+}

@@ -1,0 +1,74 @@
+//! `--stats`: what a render took, as JSON that scripts can rely on. Fields may be added; none is renamed or removed
+//! without a new [`FORMAT`].
+
+use raywright_core::counters::Counters;
+use raywright_core::effects::Effect;
+use raywright_core::{Ready, Rendered};
+use raywright_io::Loaded;
+use serde::Serialize;
+
+use crate::clock::Seconds;
+use crate::{memory, origin};
+
+/// Version of the layout below.
+pub const FORMAT: u32 = 1;
+
+/// The whole file.
+#[derive(Debug, Serialize)]
+pub struct Stats<'a> {
+    format: u32,
+    version: &'static str,
+    command: String,
+    scene_hash: &'a str,
+    seconds: Seconds,
+    rays: Rays,
+    samples: u64,
+    effects: &'a [Effect],
+    memory: Memory,
+    accelerator: &'static str,
+}
+
+/// Rays by kind.
+#[derive(Debug, Serialize)]
+struct Rays {
+    camera: u64,
+    reflection: u64,
+    refraction: u64,
+    scatter: u64,
+    shadow: u64,
+}
+
+impl From<&Counters> for Rays {
+    fn from(counters: &Counters) -> Self {
+        let Counters { camera, reflection, refraction, scatter, shadow, .. } = *counters;
+        Self { camera, reflection, refraction, scatter, shadow }
+    }
+}
+
+/// Bytes.
+#[derive(Debug, Serialize)]
+struct Memory {
+    /// Of the whole process; null where the system does not tell.
+    peak_bytes: Option<u64>,
+    geometry_bytes: u64,
+    texture_bytes: u64,
+}
+
+impl<'a> Stats<'a> {
+    /// Gathers what is known after a finished render.
+    pub fn new(loaded: &'a Loaded, ready: &'a Ready, rendered: &Rendered, seconds: Seconds) -> Self {
+        let held = ready.memory();
+        Self {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION"),
+            command: origin::command_line(),
+            scene_hash: &loaded.hash,
+            seconds,
+            rays: Rays::from(&rendered.counters),
+            samples: rendered.counters.samples,
+            effects: &ready.effects().effects,
+            memory: Memory { peak_bytes: memory::peak_bytes(), geometry_bytes: held.geometry, texture_bytes: held.textures },
+            accelerator: origin::accelerator(ready.settings().accelerator),
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! `compare`: figures, thresholds and exit codes.
+
+use serde_json::Value;
+
+use crate::support::Desk;
+
+/// Two pictures of the preset that differ in their light paths.
+fn desk_with_pictures() -> Desk {
+    let desk = Desk::new();
+    let render = ["render", "preset:whitted", "--size", "48x27", "-q"];
+    desk.run(&[&render[..], &["-o", "a.exr", "-o", "a.png"]].concat()).exits_with(0);
+    desk.run(&[&render[..], &["-o", "b.exr", "-o", "b.png", "--max-depth", "2"]].concat()).exits_with(0);
+    desk
+}
+
+/// A picture against itself is identical, in both kinds, and passes the strictest thresholds.
+#[test]
+fn the_same_picture_is_identical() {
+    let desk = desk_with_pictures();
+    for file in ["a.exr", "a.png"] {
+        let strict =
+            ["--max-rmse", "0", "--max-relmse", "0", "--max-relmse-trimmed", "0", "--max-flip", "0", "--min-psnr", "200"];
+        let run = desk.run(&[&["compare", file, file], &strict[..]].concat());
+        run.exits_with(0).says("");
+        assert!(run.text().contains("identical  yes, bit for bit\n"), "{}", run.text());
+    }
+}
+
+/// A figure beyond its threshold ends with 1 and is named; within, with 0.
+#[test]
+fn thresholds_decide_the_exit_code() {
+    let desk = desk_with_pictures();
+    let figures: Value =
+        serde_json::from_str(desk.run(&["compare", "a.exr", "b.exr", "--json"]).exits_with(0).text()).expect("JSON");
+    let number = |path: &str| figures.pointer(path).and_then(Value::as_f64).expect(path);
+    for (flag, name, value) in [
+        ("--max-rmse", "RMSE", number("/errors/rmse")),
+        ("--max-relmse", "relMSE", number("/errors/relmse")),
+        ("--max-relmse-trimmed", "trimmed relMSE", number("/errors/relmse_trimmed")),
+        ("--max-flip", "mean FLIP", number("/flip/mean")),
+    ] {
+        assert!(value > 0.0, "{name}");
+        desk.run(&["compare", "a.exr", "b.exr", flag, &(value * 1.01).to_string()]).exits_with(0).says("");
+        let run = desk.run(&["compare", "a.exr", "b.exr", flag, &(value * 0.99).to_string()]);
+        run.exits_with(1);
+        assert!(run.stderr.starts_with(&format!("error: a.exr differs from b.exr: {name} ")), "{}", run.stderr);
+    }
+    let psnr = number("/errors/psnr");
+    desk.run(&["compare", "a.exr", "b.exr", "--min-psnr", &(psnr - 0.1).to_string()]).exits_with(0);
+    desk.run(&["compare", "a.exr", "b.exr", "--min-psnr", &(psnr + 0.1).to_string()]).exits_with(1);
+}
+
+/// The difference picture has the pictures' size and is written also where a threshold is passed.
+#[test]
+fn the_difference_is_shown() {
+    let desk = desk_with_pictures();
+    desk.run(&["compare", "a.png", "b.png", "--diff", "d.png", "--max-rmse", "0"]).exits_with(1);
+    let difference = desk.picture("d.png");
+    assert_eq!((difference.width, difference.height), (48, 27));
+    desk.run(&["compare", "a.png", "a.png", "--diff", "none.png"]).exits_with(0);
+    let none = desk.picture("none.png");
+    assert!(none.rgb.iter().all(|pixel| *pixel == none.rgb[0]) && none.rgb != difference.rgb);
+}
+
+/// A linear picture and a display picture meet as display values, through the display that the flags describe.
+#[test]
+fn unlike_kinds_meet_as_display_values() {
+    let desk = desk_with_pictures();
+    let display = ["--tonemap", "aces", "--gamma", "2.2"];
+    // The PNG is rounded to codes, half a code at most.
+    desk.run(&[&["compare", "a.exr", "a.png", "--max-rmse", "0.002"], &display[..]].concat()).exits_with(0);
+    desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002"]).exits_with(1);
+}
+
+/// What cannot be compared: another size, no picture, no file, a difference picture nowhere.
+#[test]
+fn what_cannot_be_compared_is_explained() {
+    let desk = desk_with_pictures();
+    desk.run(&["render", "preset:whitted", "--size", "20x10", "-q", "-o", "small.png"]).exits_with(0);
+    desk.run(&["compare", "a.png", "small.png"])
+        .exits_with(3)
+        .says("error: a.png and small.png: the pictures differ in size: 48 × 27 against 20 × 10 pixels");
+    desk.write("text.png", "not a picture");
+    desk.run(&["compare", "a.png", "text.png"]).exits_with(3).says("error: text.png: neither a PNG nor an OpenEXR picture");
+    desk.run(&["compare", "a.png", "missing.png"]).exits_with(4).says("error: cannot read missing.png: no such file or folder");
+    desk.run(&["compare", "a.png", "b.png", "--diff", "no/d.png"]).exits_with(4);
+    desk.run(&["compare", "a.png", "b.png", "--diff", "d.exr"])
+        .exits_with(2)
+        .says("error: d.exr: the difference picture is a .png");
+    desk.run(&["compare", "a.png", "b.png", "--max-rmse", "-1"]).exits_with(2);
+}

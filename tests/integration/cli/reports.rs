@@ -1,0 +1,146 @@
+//! `explain` and `--stats`: what a render says about itself, for people and for scripts.
+
+use serde_json::Value;
+
+use crate::support::Desk;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+/// The table and the JSON hold the same effects, each in exactly one place.
+#[test]
+fn explain_says_the_same_twice() {
+    let desk = Desk::new();
+    let table = desk.run(&["explain", "preset:whitted"]);
+    table.exits_with(0).says("");
+    let report = json(desk.run(&["explain", "preset:whitted", "--json"]).exits_with(0).text());
+    assert_eq!(report["integrator"], "whitted");
+    let effects = report["effects"].as_array().expect("a list");
+    for effect in effects {
+        let name = effect["name"].as_str().expect("a name");
+        let lines = table.text().lines().filter(|line| line.trim_start().starts_with(&format!("{name}  "))).count();
+        assert_eq!(lines, 1, "{name} in\n{}", table.text());
+        assert!(!effect["because"].as_str().expect("a reason").is_empty(), "{name}");
+        assert_eq!(effect["source"].is_null(), effect["status"] == "absent", "{name}");
+    }
+    let preset = desk.run(&["presets", "whitted"]);
+    let before = preset.text().split("transmission").next().expect("the glass");
+    let place = format!("from materials[1].model.classic.transmission, preset:whitted:{}:", before.matches('\n').count() + 1);
+    assert!(table.text().contains(&place), "{place} in\n{}", table.text());
+    let status = |name: &str| effects.iter().find(|effect| effect["name"] == name).map(|effect| effect["status"].clone());
+    assert_eq!(status("refraction"), Some("simulated".into()));
+    assert_eq!(status("depth of field"), Some("absent".into()));
+}
+
+/// A scene with what this version does not do: the picture is made, and one warning says what is missing.
+#[test]
+fn what_is_left_out_is_a_warning() {
+    let desk = Desk::new();
+    desk.write(
+        "rough.scene.toml",
+        r#"
+format = 1
+sky.constant = 1
+[render]
+size = [16, 9]
+samples = 1
+[[cameras]]
+pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }
+projection.pinhole = { vertical_fov = 40 }
+[[materials]]
+name = "matte"
+model.physical = { roughness = 0.6, metallic = 1 }
+[[objects]]
+shape.sphere = { centre = [0, 0, 0], radius = 1 }
+material = "matte"
+"#,
+    );
+    let run = desk.run(&["render", "rough.scene.toml"]);
+    run.exits_with(0);
+    let (warning, rest) = run.stderr.split_once('\n').expect("two messages");
+    assert_eq!(warning, "warning: left out: glossy reflection (why, and what to do: raywright explain rough.scene.toml)");
+    assert!(rest.starts_with("wrote rough.png"), "{rest}");
+    let report = json(desk.run(&["explain", "rough.scene.toml", "--json"]).exits_with(0).text());
+    let left_out: Vec<&Value> =
+        report["effects"].as_array().expect("a list").iter().filter(|effect| effect["status"] == "left-out").collect();
+    assert!(left_out.iter().all(|effect| effect["hint"].is_string()), "{left_out:?}");
+    assert_eq!(left_out.len(), 1);
+}
+
+/// `--stats` has the fields that scripts rely on, and its figures are those of the render.
+#[test]
+fn stats_have_their_fields() {
+    let desk = Desk::new();
+    desk.run(&["render", "preset:whitted", "--size", "40x30", "--spp", "1", "--stats", "s.json", "-o", "a.png", "-q"])
+        .exits_with(0)
+        .says("");
+    let text = std::fs::read_to_string(desk.path("s.json")).expect("a file");
+    let stats = json(&text);
+    let names: Vec<&String> = stats.as_object().expect("an object").keys().collect();
+    let expected =
+        ["format", "version", "command", "scene_hash", "seconds", "rays", "samples", "effects", "memory", "accelerator"];
+    assert_eq!(names, expected);
+    assert_eq!((&stats["format"], &stats["accelerator"]), (&1.into(), &"bvh".into()));
+    assert_eq!(stats["command"], "raywright render preset:whitted --size 40x30 --spp 1 --stats s.json -o a.png -q");
+    assert_eq!((stats["samples"].as_u64(), stats["rays"]["camera"].as_u64()), (Some(1200), Some(1200)));
+    assert_eq!(stats["rays"]["scatter"], 0);
+    for kind in ["reflection", "refraction", "shadow"] {
+        assert!(stats["rays"][kind].as_u64().is_some_and(|n| n > 0), "{kind}");
+    }
+    let seconds = |name: &str| stats["seconds"][name].as_f64().expect(name);
+    let stages: f64 = ["load", "prepare", "render", "write"].into_iter().map(seconds).sum();
+    assert!(stages > 0.0 && stages <= seconds("total"), "{stages} of {}", seconds("total"));
+    let fields = |value: &Value| value.as_object().map(|object| object.keys().cloned().collect::<Vec<_>>());
+    assert_eq!(fields(&stats["effects"][0]).expect("effects"), ["name", "status", "because", "source", "hint"]);
+    assert_eq!(fields(&stats["memory"]).expect("memory"), ["peak_bytes", "geometry_bytes", "texture_bytes"]);
+    assert!(stats["memory"]["geometry_bytes"].as_u64().is_some_and(|bytes| bytes > 0));
+}
+
+/// The report goes where a report belongs, and never over the scene itself.
+#[test]
+fn stats_are_checked_before_the_render() {
+    let desk = Desk::new();
+    desk.run(&["render", "--stats", "s.png"])
+        .exits_with(2)
+        .says("error: --stats s.png: the name does not end in .json\nhelp: --stats s.json");
+    desk.run(&["render", "--stats", "no/s.json"]).exits_with(4);
+    desk.write("a.scene.json", r#"{"format": 1}"#);
+    desk.run(&["render", "a.scene.json", "--stats", "./a.scene.json"])
+        .exits_with(2)
+        .says("error: --stats ./a.scene.json would replace the scene");
+    assert_eq!(desk.names(), ["a.scene.json"]);
+}
+
+/// A scene without camera and light is shown all the same, and the user is told what was added.
+#[test]
+fn what_is_added_to_a_scene_is_said() {
+    let desk = Desk::new();
+    desk.write(
+        "bare.scene.toml",
+        r#"
+format = 1
+[[materials]]
+name = "plain"
+model.physical = {}
+[[objects]]
+shape.sphere = { centre = [3, 4, 5], radius = 2 }
+material = "plain"
+"#,
+    );
+    let run = desk.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1"]);
+    run.exits_with(0);
+    let said: Vec<&str> = run.stderr.lines().take(2).collect();
+    assert_eq!(
+        said,
+        [
+            "note: bare.scene.toml has no light; a neutral grey sky is added",
+            "note: bare.scene.toml has no camera; the whole scene is shown, from slightly above and to the side",
+        ]
+    );
+    let framed = desk.picture("bare.png");
+    assert!(framed.rgb.iter().any(|&pixel| pixel != framed.rgb[0]), "the sphere is in sight");
+    let nearer = desk.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1", "--fov", "20", "-o", "near.png"]);
+    nearer.exits_with(0);
+    assert!(desk.picture("near.png").rgb != framed.rgb, "flags change the framed camera too");
+}
