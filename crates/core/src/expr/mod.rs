@@ -18,6 +18,7 @@
 //! Constant parts are computed in f64 once; the rest runs in the scalar of the renderer. A source is bounded in length
 //! and depth, a program in size; both are errors, never a hang.
 
+mod assemble;
 mod build;
 mod call;
 mod error;
@@ -26,8 +27,11 @@ mod graph;
 mod lexer;
 mod parser;
 mod program;
+mod run;
 mod scope;
+mod select;
 mod semantics;
+mod step;
 #[cfg(test)]
 mod tests;
 

@@ -66,9 +66,10 @@ pub(super) enum Noise {
 }
 
 impl Binary {
-    /// The same result with the arguments exchanged, bit for bit (but for the payload of a NaN).
+    /// The same result with the arguments exchanged, up to the payload of a NaN and the sign of a zero.
     pub const fn commutes(self) -> bool {
-        matches!(self, Self::Add | Self::Multiply | Self::Equal | Self::NotEqual | Self::And | Self::Or)
+        use Binary::{Add, And, Equal, Max, Min, Multiply, NotEqual, Or};
+        matches!(self, Add | Multiply | Min | Max | Equal | NotEqual | And | Or)
     }
 
     /// A truth value of two numbers, which must not be vectors.
@@ -87,6 +88,19 @@ pub(super) fn truth<R: Real>(value: bool) -> R {
 #[inline(always)]
 pub(super) fn is_true<R: Real>(value: R) -> bool {
     value.abs() > R::ZERO
+}
+
+/// The smaller number, or the one that is a number. The first of two zeros, where [`f32::min`] leaves the choice to the
+/// compiler, and with it a bit of the picture.
+#[inline(always)]
+pub(super) fn min<R: Real>(a: R, b: R) -> R {
+    if b < a || a.is_nan() { b } else { a }
+}
+
+/// The larger number, or the one that is a number; the first of two zeros.
+#[inline(always)]
+pub(super) fn max<R: Real>(a: R, b: R) -> R {
+    if b > a || a.is_nan() { b } else { a }
 }
 
 /// One operation on one number.
@@ -114,10 +128,10 @@ pub(super) fn unary<R: Real>(op: Unary, x: R) -> R {
                 x
             }
         }
-        Unary::Floor => x.floor(),
-        Unary::Ceil => -(-x).floor(),
-        Unary::Fract => x - x.floor(),
-        Unary::Round => (x + R::from_f64(0.5)).floor(),
+        Unary::Floor => floor(x),
+        Unary::Ceil => -floor(-x),
+        Unary::Fract => fraction(x),
+        Unary::Round => floor(x + R::from_f64(0.5)),
     }
 }
 
@@ -129,10 +143,10 @@ pub(super) fn binary<R: Real>(op: Binary, a: R, b: R) -> R {
         Binary::Subtract => a - b,
         Binary::Multiply => a * b,
         Binary::Divide => a / b,
-        Binary::Modulo => a - b * (a / b).floor(),
+        Binary::Modulo => a - b * floor(a / b),
         Binary::Power => a.powf(b),
-        Binary::Min => Real::min(a, b),
-        Binary::Max => Real::max(a, b),
+        Binary::Min => min(a, b),
+        Binary::Max => max(a, b),
         Binary::Atan2 => a.atan2(b),
         Binary::Step => {
             if b < a {
@@ -141,7 +155,7 @@ pub(super) fn binary<R: Real>(op: Binary, a: R, b: R) -> R {
                 R::ONE
             }
         }
-        Binary::Checker => binary(Binary::Modulo, a.floor() + b.floor(), R::from_f64(2.0)),
+        Binary::Checker => truth(odd(a, b)),
         Binary::Less => truth(a < b),
         Binary::LessOrEqual => truth(a <= b),
         Binary::Greater => truth(a > b),
@@ -153,11 +167,52 @@ pub(super) fn binary<R: Real>(op: Binary, a: R, b: R) -> R {
     }
 }
 
-/// A whole power: repeated squaring, and one division where the exponent is negative.
+/// The largest whole number not above x, as [`Real::floor`] but for the sign of a zero: where the processor may lack an
+/// instruction for it, that is a call, and this is not.
+#[inline(always)]
+pub(super) fn floor<R: Real>(x: R) -> R {
+    // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on.
+    let (truncated, all_whole) = if size_of::<R>() == size_of::<f32>() {
+        (R::from_f32(x.to_f32() as i32 as f32), R::from_f32(8_388_608.0))
+    } else {
+        (R::from_f64(x.to_f64() as i64 as f64), R::from_f64(4_503_599_627_370_496.0))
+    };
+    let below = if truncated > x { truncated - R::ONE } else { truncated };
+    if x.abs() < all_whole { below } else { x }
+}
+
+/// x − ⌊x⌋
+#[inline(always)]
+pub(super) fn fraction<R: Real>(x: R) -> R {
+    x - floor(x)
+}
+
+/// Whether ⌊x⌋ + ⌊y⌋ is odd.
+#[inline(always)]
+pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
+    let half = (floor(x) + floor(y)) * R::from_f32(0.5);
+    // Infinities and NaN count as even.
+    half - floor(half) > R::ZERO
+}
+
+/// A whole power: [`Real::powi`], and one division where the exponent is negative.
 #[inline(always)]
 pub(super) fn whole_power<R: Real>(base: R, exponent: i32) -> R {
     let power = base.powi(exponent.unsigned_abs());
     if exponent < 0 { R::ONE / power } else { power }
+}
+
+/// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow, which is slow.
+#[inline(always)]
+pub(super) fn power<R: Real>(mut base: R, exponent: u32) -> R {
+    let mut result = if exponent & 1 == 1 { base } else { R::ONE };
+    let mut rest = exponent >> 1;
+    while rest != 0 {
+        base *= base;
+        result *= core::hint::select_unpredictable(rest & 1 == 1, base, R::ONE);
+        rest >>= 1;
+    }
+    result
 }
 
 /// a where t = 0, b where t = 1, both exactly.
@@ -175,7 +230,7 @@ pub(super) fn mix_vectors<R: Real>(a: R::Vec3, b: R::Vec3, t: R) -> R::Vec3 {
 /// The cubic from 0 at `low` to 1 at `high` with level ends.
 #[inline(always)]
 pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
-    let t = ((x - low) / (high - low)).clamp(R::ZERO, R::ONE);
+    let t = min(max((x - low) / (high - low), R::ZERO), R::ONE);
     t * t * (R::from_f64(3.0) - R::from_f64(2.0) * t)
 }
 

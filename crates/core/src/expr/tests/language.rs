@@ -4,14 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::{
-    Constant, Inputs, MAX_DEPTH, MAX_OPERATIONS, MAX_SOURCE, Scope, Variable, compile, compile_number, evaluate,
-    parameter_name_problem,
-};
-
-fn names() -> BTreeMap<String, f64> {
-    BTreeMap::from([("t".to_owned(), 2.0), ("size".to_owned(), 0.5), ("long_name".to_owned(), 7.0)])
-}
+use super::names;
+use crate::expr::{MAX_DEPTH, MAX_SOURCE, Scope, compile, evaluate, parameter_name_problem};
 
 fn value(source: &str) -> f64 {
     evaluate(source, &names()).unwrap_or_else(|e| panic!("{source}: {e} at {:?}", e.span))
@@ -243,64 +237,6 @@ fn parameter_names() {
     assert!(parameter_name_problem("a-b").is_some());
     assert!(parameter_name_problem("pi").is_some());
     assert!(parameter_name_problem("t").is_some());
-}
-
-fn hit() -> Inputs<f64> {
-    Inputs {
-        p: DVec3::new(1.5, 2.5, -3.5),
-        n: DVec3::Y,
-        d: DVec3::new(0.6, -0.8, 0.0),
-        r: DVec3::new(0.6, 0.8, 0.0),
-        l: DVec3::Z,
-        o: DVec3::new(0.0, 1.0, 2.0),
-        u: 0.25,
-        v: 0.75,
-        distance: 5.0,
-        occluder_distance: f64::INFINITY,
-        shadow: 0.5,
-    }
-}
-
-/// Every variable reads its own input, and only in the scopes that have it.
-#[test]
-fn variables_belong_to_scopes() {
-    for (source, scope, expected) in [
-        ("p.x + 10*n.y + 100*d.x + r.y + o.z", Scope::Surface, 1.5 + 10.0 + 60.0 + 0.8 + 2.0),
-        ("u + v + distance", Scope::Surface, 6.0),
-        ("l.z + shadow", Scope::Light, 1.5),
-        ("1/occluder_distance", Scope::Light, 0.0),
-        ("d.y + o.z", Scope::Sky, 1.2),
-        ("t*size", Scope::Sky, 1.0),
-    ] {
-        let program = compile_number(source, &names(), scope).unwrap_or_else(|e| panic!("{source}: {e}"));
-        assert!((program.scalar(&hit()) - expected).abs() < 1e-14, "{source}");
-    }
-    for (source, scope) in [("l.x", Scope::Surface), ("shadow", Scope::Surface), ("p.x", Scope::Sky), ("d.x", Scope::Load)] {
-        let error = compile(source, &names(), scope).expect_err(source);
-        assert!(error.message.contains("does not exist"), "{source}: {error}");
-    }
-    assert!(compile_number("p", &names(), Scope::Surface).is_err_and(|e| e.message.contains("a weight must be a number")));
-}
-
-/// What the preparation asks a program: constant or not, which variables, which kind.
-#[test]
-fn programs_describe_themselves() {
-    let surface = |source| compile(source, &names(), Scope::Surface).expect("compiles");
-    assert_eq!(surface("size*[1, 2, t]").is_constant(), Some(Constant::Vector([0.5, 1.0, 1.0])));
-    assert_eq!(surface("t > 1 ? 3 : p.x").is_constant(), Some(Constant::Number(3.0)));
-    let program = surface("mix([1, 0, 0], [0, 1, 0], n.y)");
-    assert_eq!(program.is_constant(), None);
-    assert!(program.is_vector() && program.uses(Variable::Normal) && !program.uses(Variable::Position));
-    assert_eq!(program.vector(&hit()), DVec3::Y);
-    assert_eq!(surface("u").vector(&hit()), DVec3::splat(0.25));
-}
-
-/// A program larger than the limit is an error, not a slow picture.
-#[test]
-fn oversized_programs_are_refused() {
-    let terms: Vec<String> = (0..MAX_OPERATIONS).map(|i| format!("u*{i}")).collect();
-    let error = compile(&terms.join("+"), &names(), Scope::Surface).expect_err("too large");
-    assert!(error.message.contains("the limit is"), "{error}");
 }
 
 /// Noise functions are those of [`crate::noise`], in space for a vector or three numbers, in the plane for two.
