@@ -3,6 +3,14 @@
 //! The way of a run: [`args`] is what clap reads, `plan` is what it amounts to after every check that needs no scene,
 //! and each module of `commands` does one thing with the libraries. Errors arrive as one [`failure::Failure`], are
 //! printed once, here, and become the exit code.
+//!
+//! ```
+//! use clap::Parser;
+//! use raywright_cli::args::Arguments;
+//!
+//! assert!(Arguments::try_parse_from(["raywright", "render", "preset:whitted", "--size", "64x36"]).is_ok());
+//! assert!(Arguments::try_parse_from(["raywright", "render", "--size", "64by36"]).is_err());
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod args;

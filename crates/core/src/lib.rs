@@ -1,7 +1,34 @@
-//! Scene data, effects, preparation, materials, lights, samplers, integrators, film, metrics and reports.
+//! Scene data, validation, expressions, effects, preparation, integrators, film, display and metrics: everything between a
+//! scene in memory and a picture in memory.
+//!
+//! A [`Scene`] is plain data. [`validate`] finds what is wrong with it, [`effects`] what it calls for; [`prepare()`] turns it into
+//! what an integrator walks, and [`Ready::render`] into a picture.
+//!
+//! ```
+//! use raywright_core::{Scene, Settings, prepare};
+//!
+//! let scene: Scene = serde_json::from_str(r#"{
+//!     "format": 1,
+//!     "cameras": [{ "pose": { "look_at": { "eye": [0, 0, 5], "target": [0, 0, 0] } },
+//!                   "projection": { "pinhole": { "vertical_fov": 40 } } }],
+//!     "sky": { "constant": 0.25 },
+//!     "materials": [{ "name": "glowing", "model": { "classic": { "local": 0, "emission": [1, 0.5, 0] } } }],
+//!     "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "glowing" }]
+//! }"#)?;
+//! assert!(raywright_core::validate::validate(&scene).is_empty());
+//!
+//! let settings = Settings { size: [10, 5], ..Settings::of(&scene) };
+//! let rendered = prepare(&scene, &settings)?.render(&());
+//! assert_eq!(rendered.picture.pixel(5, 2), Some([1.0, 0.5, 0.0]));
+//! assert_eq!(rendered.picture.pixel(0, 0), Some([0.25; 3]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), accuracy ladders, resuming.
+#![forbid(unsafe_code)]
+
 pub mod bench;
 pub mod camera;
-mod complete;
 pub mod counters;
 pub mod dispatch;
 pub mod display;
@@ -20,7 +47,6 @@ pub mod scene;
 pub mod settings;
 pub mod suggest;
 pub mod validate;
-pub use complete::complete;
 pub use dispatch::{Ready, prepare};
 pub use raywright_bvh as bvh;
 pub use render::{Observer, Rendered};

@@ -1,6 +1,23 @@
 //! Native scene files, models, textures, image and report output: everything between a path and a scene or a picture.
 //!
 //! Nothing in a file can make this crate panic, hang, read outside the scene's folder or take memory unasked.
+//!
+//! ```
+//! use raywright_core::{Settings, prepare};
+//! use raywright_io::{Input, LoadOptions, load};
+//!
+//! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
+//! let settings = Settings { size: [16, 9], ..Settings::of(&loaded.scene) };
+//! let picture = prepare(&loaded.scene, &settings)?.render(&()).picture;
+//! assert_eq!(picture.rgb.len(), 16 * 9);
+//!
+//! let wrong = load(&Input::Preset("whited".to_owned()), &LoadOptions::default()).unwrap_err();
+//! assert!(wrong.to_string().contains("whitted"), "the message suggests the right name: {wrong}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Not here yet: glTF animation, skins, morph targets and most material extensions (each is named in a warning), compressed
+//! geometry and KTX2 textures (refused with a message).
 #![forbid(unsafe_code)]
 
 mod diagnostic;
