@@ -34,6 +34,7 @@ mod native;
 mod obj;
 pub mod output;
 pub mod presets;
+mod schema;
 mod source;
 mod uri;
 
@@ -43,4 +44,5 @@ pub use folder::{Folder, ReadError};
 pub use limits::{Limits, human_bytes};
 pub use load::{Input, LoadOptions, Loaded, load};
 pub use native::{Notation, Overrides};
+pub use schema::schema;
 pub use source::{Format, SourceInfo};

@@ -48,6 +48,11 @@ impl<'a> Check<'a> {
         self.problems
     }
 
+    /// How many problems were found so far.
+    pub fn problems(&self) -> usize {
+        self.problems.len()
+    }
+
     /// Checks what is under a key.
     pub fn inside(&mut self, key: impl Display, checks: impl FnOnce(&mut Self)) {
         let length = self.path.len();

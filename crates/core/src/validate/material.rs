@@ -1,6 +1,7 @@
 //! Materials of both families, and the inputs that vary over a surface.
 
 use super::check::Check;
+use super::mesh::MOST_UV_SETS;
 use crate::expr::Scope;
 use crate::scene::{AlphaMode, Classic, ColourInput, Model, Physical, TextureRef, TransmissionChoice, Weight};
 
@@ -116,6 +117,7 @@ fn colour_input(check: &mut Check<'_>, input: &ColourInput) {
 fn texture_ref(check: &mut Check<'_>, texture: &TextureRef) {
     check.refers("name", &texture.name, "texture", |names| &names.textures);
     check.colour("factor", texture.factor);
+    check.count("uv_set", texture.uv_set, 0, MOST_UV_SETS as u32 - 1);
     if let Some(rows) = &texture.uv_transform {
         check.each("uv_transform", rows, |check, row| check.point("", *row));
     }

@@ -5,7 +5,7 @@ use super::check::Check;
 use crate::scene::{Image, Mesh, MeshData, MeshSource, Texture};
 
 /// Sets of texture coordinates a mesh may have.
-const MOST_UV_SETS: usize = 8;
+pub(super) const MOST_UV_SETS: usize = 8;
 
 pub(super) fn image(check: &mut Check<'_>, image: &Image) {
     if image.path.is_empty() && image.data.is_none() {

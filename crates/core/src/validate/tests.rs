@@ -289,6 +289,8 @@ fn transforms_leave_something_to_see() {
     assert!(transform(TransformStep::Translate([f64::NAN; 3])).contains("three finite numbers"));
     let flat = [[1.0, 2.0, 3.0, 0.0], [2.0, 4.0, 6.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
     assert!(transform(TransformStep::Matrix(flat)).contains("flattens space"));
+    let shrunk = one(|scene| scene.objects[0].transform = vec![TransformStep::Scale([1e-15; 3]); 30]);
+    assert!(shrunk.starts_with("objects[0].transform: the steps of `transform` together"), "{shrunk}");
     let tiny = [[1e-9, 0.0, 0.0, 5.0], [0.0, 1e-9, 0.0, 0.0], [0.0, 0.0, 1e-9, 0.0]];
     assert_eq!(broken(|s| s.objects[0].transform = vec![TransformStep::Matrix(tiny)]), []);
 }

@@ -2,7 +2,9 @@
 
 use glam::{DMat3, DVec3};
 
+use super::FARTHEST;
 use super::check::{Check, list};
+use crate::prepare::affine;
 use crate::scene::TransformStep;
 
 /// Least and greatest absolute scale factor.
@@ -12,6 +14,7 @@ const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 const FLAT: f64 = 1e-12;
 
 pub(super) fn steps(check: &mut Check<'_>, steps: &[TransformStep]) {
+    let before = check.problems();
     check.each("transform", steps, |check, step| match *step {
         TransformStep::Translate(offset) => check.point("translate", offset),
         TransformStep::Scale(factors) => check.inside("scale", |check| {
@@ -28,6 +31,13 @@ pub(super) fn steps(check: &mut Check<'_>, steps: &[TransformStep]) {
         }),
         TransformStep::Matrix(rows) => check.inside("matrix", |check| matrix(check, &rows)),
     });
+    // Steps that are sound one by one can still shrink or enlarge beyond measure together.
+    let whole = affine(steps);
+    if check.problems() == before
+        && !(whole.is_finite() && whole.inverse().is_finite() && whole.translation.abs().max_element() <= FARTHEST)
+    {
+        check.inside("transform", |check| check.report("the steps of `transform` together lead beyond every measure"));
+    }
 }
 
 fn matrix(check: &mut Check<'_>, rows: &[[f64; 4]; 3]) {

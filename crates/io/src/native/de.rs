@@ -10,10 +10,11 @@ use std::fmt;
 
 use raywright_core::expr;
 use serde::Deserializer;
-use serde::de::{self, DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{self, Visitor};
 
+use super::access::{Entries, Items};
 use super::enums::Variant;
-use super::failure::{Failure, Step, did_you_mean};
+use super::failure::{Failure, did_you_mean};
 use super::node::{Entry, Node, Value};
 
 /// What the deserializers of one reading share.
@@ -58,7 +59,7 @@ impl<'a> Reader<'a> {
         Self { node, context, name: "", index: None }
     }
 
-    fn inside(self, entry: &'a Entry) -> Self {
+    pub fn inside(self, entry: &'a Entry) -> Self {
         Self { node: &entry.node, name: &entry.key, index: None, ..self }
     }
 
@@ -162,8 +163,7 @@ impl<'a> Reader<'a> {
             let hint = did_you_mean(&entry.key, keys, "the keys here");
             self.context.note(failure.labelled(format!("not a key of {place}")).with_hint(hint));
         }
-        let known = Entries { reader: self, entries: entries.iter(), keys: Some(keys), value: None };
-        self.place(visitor.visit_map(known))
+        self.place(visitor.visit_map(Entries::new(self, entries, Some(keys))))
     }
 
     /// The two kinds of TOML headers are easily mistaken for each other.
@@ -208,10 +208,8 @@ impl<'a> Deserializer<'a> for Reader<'a> {
             Value::Float(value) => visitor.visit_f64(*value),
             Value::Text(text) => visitor.visit_borrowed_str(text),
             Value::Date => Err(de::Error::invalid_type(de::Unexpected::Other("a date"), &visitor)),
-            Value::Array(items) => visitor.visit_seq(Items { reader: self, items: items.iter(), next: 0 }),
-            Value::Table(entries) => {
-                visitor.visit_map(Entries { reader: self, entries: entries.iter(), keys: None, value: None })
-            }
+            Value::Array(items) => visitor.visit_seq(Items::new(self, items)),
+            Value::Table(entries) => visitor.visit_map(Entries::new(self, entries, None)),
         };
         self.place(result)
     }
@@ -262,7 +260,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
 
     fn deserialize_seq<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
         let items = self.items().map_err(|failure| self.explain_header(failure))?;
-        self.place(visitor.visit_seq(Items { reader: self, items: items.iter(), next: 0 }))
+        self.place(visitor.visit_seq(Items::new(self, items)))
     }
 
     fn deserialize_tuple<V: Visitor<'a>>(self, length: usize, visitor: V) -> Result<V::Value, Failure> {
@@ -278,8 +276,8 @@ impl<'a> Deserializer<'a> for Reader<'a> {
     }
 
     fn deserialize_map<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Failure> {
-        let entries = self.table()?.iter();
-        self.place(visitor.visit_map(Entries { reader: self, entries, keys: None, value: None }))
+        let entries = self.table()?;
+        self.place(visitor.visit_map(Entries::new(self, entries, None)))
     }
 
     fn deserialize_struct<V: Visitor<'a>>(
@@ -306,52 +304,4 @@ impl<'a> Deserializer<'a> for Reader<'a> {
     }
 
     serde::forward_to_deserialize_any! { <V: Visitor<'a>> i128 u128 char bytes byte_buf unit unit_struct tuple_struct }
-}
-
-struct Items<'a> {
-    reader: Reader<'a>,
-    items: std::slice::Iter<'a, Node>,
-    next: usize,
-}
-
-impl<'a> SeqAccess<'a> for Items<'a> {
-    type Error = Failure;
-
-    fn next_element_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<Option<T::Value>, Failure> {
-        let Some(node) = self.items.next() else { return Ok(None) };
-        let index = self.next;
-        self.next += 1;
-        let reader = Reader { node, index: Some(index), ..self.reader };
-        seed.deserialize(reader).map(Some).map_err(|failure| failure.under(Step::Index(index)))
-    }
-
-    fn size_hint(&self) -> Option<usize> {
-        Some(self.items.len())
-    }
-}
-
-struct Entries<'a> {
-    reader: Reader<'a>,
-    entries: std::slice::Iter<'a, Entry>,
-    /// Others are passed over; none: all are read.
-    keys: Option<&'static [&'static str]>,
-    value: Option<&'a Entry>,
-}
-
-impl<'a> MapAccess<'a> for Entries<'a> {
-    type Error = Failure;
-
-    fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
-        let keys = self.keys;
-        let wanted =
-            |entry: &&Entry| keys.is_none_or(|keys| keys.contains(&entry.key.as_str())) && entry.node.value != Value::Null;
-        self.value = self.entries.by_ref().find(wanted);
-        self.value.map(|entry| seed.deserialize(entry.key.as_str().into_deserializer())).transpose()
-    }
-
-    fn next_value_seed<V: DeserializeSeed<'a>>(&mut self, seed: V) -> Result<V::Value, Failure> {
-        let entry = self.value.take().ok_or_else(|| Failure::new("a value without its key"))?;
-        let result = seed.deserialize(self.reader.inside(entry));
-        result.map_err(|failure| failure.under(Step::Key(entry.key.clone())))
-    }
 }

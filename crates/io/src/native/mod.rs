@@ -1,5 +1,6 @@
 //! The native scene format: TOML or JSON text to a [`Scene`], with every problem at its place.
 
+mod access;
 mod de;
 mod enums;
 mod failure;

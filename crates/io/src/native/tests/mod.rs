@@ -1,10 +1,13 @@
 //! What the native format promises, by example.
 
+mod everything;
+mod hostile;
 mod messages_expressions;
 mod messages_rules;
 mod messages_syntax;
 mod messages_types;
 mod reading;
+mod schema;
 
 use raywright_core::Scene;
 

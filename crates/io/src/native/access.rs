@@ -1,0 +1,70 @@
+//! Going through the elements of arrays and the keys of tables, one by one, for serde.
+
+use serde::de::{DeserializeSeed, IntoDeserializer, MapAccess, SeqAccess};
+
+use super::de::Reader;
+use super::failure::{Failure, Step};
+use super::node::{Entry, Node, Value};
+
+/// The elements of an array.
+pub(super) struct Items<'a> {
+    reader: Reader<'a>,
+    items: std::slice::Iter<'a, Node>,
+    next: usize,
+}
+
+impl<'a> SeqAccess<'a> for Items<'a> {
+    type Error = Failure;
+
+    fn next_element_seed<T: DeserializeSeed<'a>>(&mut self, seed: T) -> Result<Option<T::Value>, Failure> {
+        let Some(node) = self.items.next() else { return Ok(None) };
+        let index = self.next;
+        self.next += 1;
+        let reader = Reader { node, index: Some(index), ..self.reader };
+        seed.deserialize(reader).map(Some).map_err(|failure| failure.under(Step::Index(index)))
+    }
+
+    fn size_hint(&self) -> Option<usize> {
+        Some(self.items.len())
+    }
+}
+
+impl<'a> Items<'a> {
+    pub fn new(reader: Reader<'a>, items: &'a [Node]) -> Self {
+        Self { reader, items: items.iter(), next: 0 }
+    }
+}
+
+/// The keys of a table with their values.
+pub(super) struct Entries<'a> {
+    reader: Reader<'a>,
+    entries: std::slice::Iter<'a, Entry>,
+    /// Others are passed over; none: all are read.
+    keys: Option<&'static [&'static str]>,
+    value: Option<&'a Entry>,
+}
+
+impl<'a> Entries<'a> {
+    /// All of them, or those with the given keys.
+    pub fn new(reader: Reader<'a>, entries: &'a [Entry], keys: Option<&'static [&'static str]>) -> Self {
+        Self { reader, entries: entries.iter(), keys, value: None }
+    }
+}
+
+impl<'a> MapAccess<'a> for Entries<'a> {
+    type Error = Failure;
+
+    fn next_key_seed<K: DeserializeSeed<'a>>(&mut self, seed: K) -> Result<Option<K::Value>, Failure> {
+        let keys = self.keys;
+        let wanted =
+            |entry: &&Entry| keys.is_none_or(|keys| keys.contains(&entry.key.as_str())) && entry.node.value != Value::Null;
+        self.value = self.entries.by_ref().find(wanted);
+        self.value.map(|entry| seed.deserialize(entry.key.as_str().into_deserializer())).transpose()
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'a>>(&mut self, seed: V) -> Result<V::Value, Failure> {
+        let entry = self.value.take().ok_or_else(|| Failure::new("a value without its key"))?;
+        let result = seed.deserialize(self.reader.inside(entry));
+        result.map_err(|failure| failure.under(Step::Key(entry.key.clone())))
+    }
+}

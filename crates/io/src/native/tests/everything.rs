@@ -1,0 +1,72 @@
+//! A scene that says everything that can be said, and what must hold for it: it is read, written and described alike.
+
+use std::collections::BTreeSet;
+
+use serde_json::Value;
+
+use super::good;
+use crate::native::{Notation, Overrides, parse};
+use crate::{presets, schema};
+
+/// One of everything.
+pub(super) const EVERYTHING: &str = include_str!("everything.scene.toml");
+
+/// Keys and words that the scene above cannot have beside its others.
+const ALTERNATIVES: &str = "constant = expression = map = { image = rotation = strength = } file = blend opaque blinn \
+    blinn_reflected grazing error_bound first_in_order drop corners whitted none aces aces-hill khronos-neutral 2.2 bilinear \
+    repeat both split normal";
+
+#[test]
+fn the_scene_of_everything_is_right() {
+    assert_eq!(good(EVERYTHING).title, "Everything");
+}
+
+/// Whatever is added to the format must be added to the scene of everything, or the other tests here do not see it.
+#[test]
+fn the_scene_of_everything_is_complete() {
+    let schema: Value = serde_json::from_str(&schema()).expect("the schema is JSON");
+    let mut words = BTreeSet::new();
+    collect(&schema, &mut words);
+    let written = format!("{EVERYTHING} {ALTERNATIVES}");
+    let used: BTreeSet<&str> = written.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '-'))).collect();
+    let dotted: BTreeSet<&str> = written.split([' ', '"', '\n']).collect();
+    let missing: Vec<_> = words.iter().filter(|word| !used.contains(word.as_str()) && !dotted.contains(word.as_str())).collect();
+    assert!(words.len() > 150, "only {} words were found", words.len());
+    assert!(missing.is_empty(), "the scene of everything lacks {missing:?}");
+}
+
+/// Names of properties and constant words of a schema.
+fn collect(schema: &Value, words: &mut BTreeSet<String>) {
+    match schema {
+        Value::Array(items) => items.iter().for_each(|item| collect(item, words)),
+        Value::Object(members) => {
+            for (key, member) in members {
+                match (key.as_str(), member) {
+                    ("properties", Value::Object(properties)) => {
+                        words.extend(properties.keys().cloned());
+                        properties.values().for_each(|property| collect(property, words));
+                    }
+                    ("const", Value::String(word)) => _ = words.insert(word.clone()),
+                    ("enum", Value::Array(list)) => {
+                        words.extend(list.iter().filter_map(Value::as_str).map(str::to_owned));
+                    }
+                    ("default" | "description", _) => {}
+                    _ => collect(member, words),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn a_scene_written_as_json_is_read_back_the_same() {
+    let mut texts: Vec<&str> = presets::list().into_iter().map(|preset| preset.text).collect();
+    texts.push(EVERYTHING);
+    for text in texts {
+        let scene = good(text);
+        let json = serde_json::to_string(&scene).expect("a scene is plain data");
+        let again = parse("x.scene.json", &json, Notation::Json, &Overrides::default());
+        assert_eq!(again.unwrap_or_else(|error| panic!("{error}")).scene, scene, "{}", scene.title);
+    }
+}

@@ -1,0 +1,169 @@
+//! Texts that were cut, damaged or made to hurt: always a message or a scene, never a panic, never a long wait.
+
+use std::sync::LazyLock;
+
+use proptest::prelude::*;
+
+use super::everything::EVERYTHING;
+use super::schema::to_json;
+use super::toml;
+use crate::error::{Error, ErrorKind};
+use crate::native::node::{Node, Value};
+use crate::native::{Notation, Overrides, parse, read, text, tree};
+use crate::presets;
+
+/// Reads bytes as a scene; a failure must have a message.
+fn survive(bytes: &[u8], notation: Notation) {
+    let result: Result<(), Error> = text("x", bytes.to_vec(), u64::MAX).and_then(|text| {
+        parse("x", &text, notation, &Overrides::default())?;
+        Ok(())
+    });
+    if let Err(error) = result {
+        assert!(error.to_string().starts_with("error: "), "{error}");
+    }
+}
+
+/// The scene of everything and every shipped one.
+fn texts() -> impl Iterator<Item = &'static str> {
+    presets::list().into_iter().map(|preset| preset.text).chain([EVERYTHING])
+}
+
+/// The same in both notations.
+static SCENES: LazyLock<Vec<(Vec<u8>, Notation)>> = LazyLock::new(|| {
+    let both = texts().flat_map(|text| {
+        let json = to_json(&tree(text, Notation::Toml).expect("valid TOML")).to_string();
+        [(text.as_bytes().to_vec(), Notation::Toml), (json.into_bytes(), Notation::Json)]
+    });
+    both.collect()
+});
+
+#[test]
+fn every_truncation_of_every_scene_is_survived() {
+    for (bytes, notation) in &*SCENES {
+        for end in 0..bytes.len() {
+            survive(&bytes[..end], *notation);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(2000) })]
+
+    #[test]
+    fn damaged_bytes_are_survived(at in any::<prop::sample::Index>(), which in any::<prop::sample::Index>(), bytes: [u8; 3], count in 1..4_usize) {
+        let (mut scene, notation) = which.get(&SCENES).clone();
+        let start = at.index(scene.len());
+        let end = (start + count).min(scene.len());
+        scene.splice(start..end, bytes);
+        survive(&scene, notation);
+    }
+
+    /// Well-formed texts whose values are not what a scene expects there.
+    #[test]
+    fn any_value_anywhere_is_survived(at in any::<prop::sample::Index>(), which in any::<prop::sample::Index>(), value in strange()) {
+        let texts: Vec<_> = texts().collect();
+        let text = which.get(&texts);
+        let mut root = tree(text, Notation::Toml).expect("valid TOML");
+        let nodes = count(&root);
+        *nth(&mut root, &mut at.index(nodes)).expect("within the tree") = value;
+        let names = [("t".to_owned(), 0.0)].into();
+        if let Ok(scene) = read(&mut root, text, &names) {
+            raywright_core::validate::validate(&scene);
+        }
+    }
+}
+
+/// Values that are wrong almost everywhere.
+fn strange() -> impl Strategy<Value = Value> {
+    let node = |value| Node { span: 0..1, value };
+    prop_oneof![
+        Just(Value::Null),
+        Just(Value::Date),
+        any::<bool>().prop_map(Value::Boolean),
+        any::<i64>().prop_map(Value::Integer),
+        Just(Value::Unsigned(u64::MAX)),
+        any::<f64>().prop_map(Value::Float),
+        Just(Value::Float(f64::NAN)),
+        "[a-z0-9+*/(), ]{0,12}".prop_map(Value::Text),
+        Just(Value::Array(Vec::new())),
+        proptest::collection::vec(any::<f64>(), 0..5)
+            .prop_map(move |numbers| Value::Array(numbers.into_iter().map(|x| node(Value::Float(x))).collect())),
+        Just(Value::Table(Vec::new())),
+    ]
+}
+
+fn count(node: &Node) -> usize {
+    1 + match &node.value {
+        Value::Array(items) => items.iter().map(count).sum(),
+        Value::Table(entries) => entries.iter().map(|entry| count(&entry.node)).sum(),
+        _ => 0,
+    }
+}
+
+/// The value of the nth node in the order of [`count`].
+fn nth<'a>(node: &'a mut Node, n: &mut usize) -> Option<&'a mut Value> {
+    if *n == 0 {
+        return Some(&mut node.value);
+    }
+    *n -= 1;
+    match &mut node.value {
+        Value::Array(items) => items.iter_mut().find_map(|item| nth(item, n)),
+        Value::Table(entries) => entries.iter_mut().find_map(|entry| nth(&mut entry.node, n)),
+        _ => None,
+    }
+}
+
+/// The message for a text that must be refused as wrong input.
+fn refused(text: &str, notation: Notation) -> String {
+    let error = parse("x", text, notation, &Overrides::default()).err().expect("this is no scene");
+    assert_eq!(error.kind(), ErrorKind::Input);
+    error.to_string()
+}
+
+#[test]
+fn nesting_without_end_is_one_message() {
+    const DEPTH: usize = 100_000;
+    let deep = |open: &str, close: &str| format!("{}{}", open.repeat(DEPTH), close.repeat(DEPTH));
+    let toml = [
+        format!("format = 1\na = {}", deep("[", "]")),
+        format!("format = 1\na = {}", deep("{ a = ", "}")),
+        format!("format = 1\na = {}", "[".repeat(DEPTH)),
+        format!("format = 1\n{} = 1", deep("a.", "") + "a"),
+        format!("format = 1\n[{}]", deep("a.", "") + "a"),
+    ];
+    for text in &toml {
+        let message = refused(text, Notation::Toml);
+        assert!(message.starts_with("error: ") && message.contains("nested too deeply"), "{message:.300}");
+        assert_eq!(message.matches("error: ").count(), 1, "{message:.300}");
+    }
+    for text in [deep("[", "]"), "[".repeat(DEPTH), deep("{\"a\":", "}")] {
+        let message = refused(&text, Notation::Json);
+        assert!(message.starts_with("error: nested too deeply"), "{message:.300}");
+    }
+}
+
+#[test]
+fn a_line_without_end_is_shown_in_part() {
+    let text = format!("format = 1\ntitle = \"{}\"\nt = [{}]", "x".repeat(100_000), "1, ".repeat(100_000));
+    let message = toml(&text).expect_err("t is no number").to_string();
+    assert!(message.len() < 1000, "{} bytes", message.len());
+}
+
+#[test]
+fn thousands_of_problems_are_cut_off_and_counted() {
+    let text = format!("format = 1\n{}", "[[lights]]\ncolor = 1\n".repeat(3000));
+    let started = std::time::Instant::now();
+    let message = toml(&text).expect_err("no light is right").to_string();
+    assert!(message.lines().count() < 200 && message.ends_with("more problems not shown"), "{message}");
+    // Each of the readings goes through the whole text: their number must not grow with it.
+    assert!(started.elapsed().as_secs() < 20, "took {:?}", started.elapsed());
+}
+
+#[test]
+fn control_characters_do_not_reach_the_terminal() {
+    let message = toml("format = 1\n\"\u{1b}[31m\" = 1").err().map(|error| error.to_string()).unwrap_or_default();
+    let json = refused("{ \"format\": 1, \"\\u001b[31m\": 1 }", Notation::Json);
+    assert!(!message.contains('\u{1b}') && !json.contains('\u{1b}'), "{message:?} {json:?}");
+    assert!(message.contains("unknown key") || message.contains("not valid TOML"), "{message}");
+    assert!(json.contains("unknown key"), "{json}");
+}
