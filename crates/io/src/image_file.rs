@@ -121,6 +121,9 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     for header in &meta.headers {
         check_size(header.layer_size.0 as u64, header.layer_size.1 as u64, limits)?;
+        if crate::output::can_abort(header.compression) {
+            return Err(Fault::input("is an EXR picture with DWA compression, which is not read here; ZIP is"));
+        }
     }
     let image = read()
         .no_deep_data()

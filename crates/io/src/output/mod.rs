@@ -17,6 +17,7 @@ pub use atomic::write_atomically;
 pub use exr::exr_bytes;
 pub use metadata::Metadata;
 pub use png::png_bytes;
+pub(crate) use read::can_abort;
 pub use read::{StoredPicture, decode_picture, read_picture};
 
 /// A picture format, as the end of a file's name says it.

@@ -157,11 +157,16 @@ fn check_header(header: &Header, size: Vec2<usize>) -> Result<(), Failure> {
     if header.deep || header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
         return refuse("deep or subsampled channels, which are not supported");
     }
-    // The decoder of exr 1.74 trusts the sizes inside such blocks: a damaged one makes it ask for petabytes and abort.
-    if matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+    if can_abort(header.compression) {
         return refuse("DWA compression, which is not supported; ZIP is");
     }
     Ok(())
+}
+
+/// Whether a damaged file of this compression can end the process: the DWA decoder of exr 1.74 trusts the sizes inside its
+/// blocks, asks for petabytes and aborts.
+pub(crate) fn can_abort(compression: Compression) -> bool {
+    matches!(compression, Compression::DWAA(_) | Compression::DWAB(_))
 }
 
 fn picture_of(image: FlatImage) -> Result<StoredPicture, Failure> {

@@ -69,11 +69,14 @@ fn other_kinds_of_exr_are_read() {
     assert_eq!((depth.has_colour, depth.picture.layers.len()), (false, 1));
 }
 
-/// A decoder that a damaged file can make abort is not entered at all, and the message says what to do.
+/// A decoder that a damaged file can make abort is not entered at all, for pictures and for environments, and the message
+/// says what to do.
 #[test]
 fn dwa_compression_is_refused() {
     for compression in [Compression::DWAA(None), Compression::DWAB(None)] {
-        let error = decode(&exr_file(compression, Blocks::ScanLines, &[("Y", FlatSamples::F16(halves()))])).unwrap_err();
+        let file = exr_file(compression, Blocks::ScanLines, &["B", "G", "R"].map(|name| (name, FlatSamples::F16(halves()))));
+        assert!(crate::image_file::decode(&file, &Limits::default()).is_err());
+        let error = decode(&file).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Input);
         assert!(error.to_string().contains("DWA compression"), "{error}");
     }
