@@ -1,17 +1,26 @@
-//! Raywright: a data-driven scene engine. One file in - a scene, a glTF or an OBJ model - and one honest picture out.
+//! Raywright is a data-driven scene engine: one file in - a scene, a glTF or an OBJ model - and one honest picture out.
 //!
-//! This crate only re-exports: [`bvh`] (rays, shapes, acceleration), [`core`] (scene data, effects, light), [`io`] (files)
-//! and [`cli`] (the program). What each of them promises, and what it does not do yet, stands on its own front page.
+//! This crate only re-exports. [`bvh`] knows rays, shapes and acceleration; [`core`] knows scenes, effects and light; [`io`]
+//! knows files; [`cli`] is the program. The way of the data, from a scene that the program carries to a picture:
 //!
 //! ```
 //! use raywright::prelude::*;
 //!
 //! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
-//! let settings = Settings { size: [10, 5], ..Settings::of(&loaded.scene) };
-//! let rendered = prepare(&loaded.scene, &settings)?.render(&());
-//! assert!(rendered.finished && rendered.picture.rgb.iter().flatten().all(|v| v.is_finite()));
+//! let settings = Settings { size: [32, 18], ..Settings::of(&loaded.scene) };
+//! let ready = prepare(&loaded.scene, &settings)?;
+//! assert_eq!(ready.effects().status("refraction"), Some(Status::Simulated));
+//!
+//! let rendered = ready.render(&());
+//! assert!(rendered.finished);
+//! // The mirror sphere, left of the middle, shows the blue of the sky.
+//! let [red, _, blue] = rendered.picture.pixel(11, 7).unwrap();
+//! assert!(blue > red);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! What is not done yet: there is one integrator, Whitted's, so soft shadows, light between surfaces, blurred reflections and
+//! caustics are left out; every render says so where a scene calls for them ([`core::effects`]).
 #![forbid(unsafe_code)]
 
 pub use raywright_bvh as bvh;
@@ -19,8 +28,13 @@ pub use raywright_cli as cli;
 pub use raywright_core as core;
 pub use raywright_io as io;
 
-/// What most programs need: load a scene, prepare it, render it.
+/// What most programs need to load, render and write.
 pub mod prelude {
-    pub use raywright_core::{Observer, Ready, Rendered, Scene, Settings, prepare};
-    pub use raywright_io::{Input, LoadOptions, load};
+    pub use raywright_core::display::Display;
+    pub use raywright_core::effects::{EffectReport, Status};
+    pub use raywright_core::picture::Picture;
+    pub use raywright_core::scene::Scene;
+    pub use raywright_core::{Observer, Ready, Rendered, Settings, prepare};
+    pub use raywright_io::output::{Metadata, read_picture, write_picture};
+    pub use raywright_io::{Input, Limits, LoadOptions, Loaded, load};
 }

@@ -1,4 +1,4 @@
-//! Plain tables for standard output: columns padded to their widest cell, two spaces apart.
+//! Plain tables for standard output: columns padded to their widest cell, two spaces apart; numbers short enough for them.
 
 /// Lays rows out in columns; every row has one cell a column. No spaces are left at the end of a line.
 pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
@@ -13,6 +13,20 @@ pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
     text
 }
 
+/// A number with four significant digits.
+pub fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (1e-3..1e4).contains(&magnitude) {
+        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+        let text = format!("{value:.digits$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    } else {
+        format!("{value:.3e}")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -22,5 +36,15 @@ mod tests {
     fn columns_line_up() {
         let rows = [["é", "1", "x"], ["abc", "100", ""]].map(|row| row.map(str::to_owned));
         assert_eq!(lay_out(&rows), "é    1    x\nabc  100\n");
+    }
+
+    /// Numbers of any size keep four digits and lose empty ones.
+    #[test]
+    fn numbers_are_short() {
+        let cases = [(0.0, "0"), (0.25, "0.25"), (1.0, "1"), (31.41592, "31.42"), (0.0012345, "0.001234"), (2.5e-7, "2.500e-7")];
+        for (value, text) in cases {
+            assert_eq!(short(value), text);
+        }
+        assert_eq!(short(f64::NAN), "NaN");
     }
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::args::CompareArgs;
 use crate::console;
 use crate::failure::{Exit, Failure};
-use crate::table::lay_out;
+use crate::table::{lay_out, short};
 use crate::{origin, targets};
 
 /// Compares, prints, and judges.
@@ -136,33 +136,4 @@ fn text(comparison: &Comparison) -> String {
     let rows: Vec<[String; 2]> =
         rows.into_iter().filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect();
     lay_out(&rows)
-}
-
-/// A number with four significant digits.
-fn short(value: f64) -> String {
-    let magnitude = value.abs();
-    if value == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e4).contains(&magnitude) {
-        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
-        let text = format!("{value:.digits$}");
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-    } else {
-        format!("{value:.3e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::short;
-
-    /// Numbers of any size keep four digits and lose empty ones.
-    #[test]
-    fn numbers_are_short() {
-        let cases = [(0.0, "0"), (0.25, "0.25"), (1.0, "1"), (31.41592, "31.42"), (0.0012345, "0.001234"), (2.5e-7, "2.500e-7")];
-        for (value, text) in cases {
-            assert_eq!(short(value), text);
-        }
-        assert_eq!(short(f64::NAN), "NaN");
-    }
 }

@@ -2,15 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use raywright_core::Scene;
+use glam::DVec3;
 use raywright_core::scene::{LightKind, MeshData, MeshSource, Model, Pattern, Shape, Sky};
-use raywright_io::{Format, Limits, Loaded, Notation};
+use raywright_core::{Scene, Settings, generate, prepare};
+use raywright_io::{Format, Limits, Loaded, Notation, human_bytes};
 
 use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 use crate::scene_input;
-use crate::table::lay_out;
+use crate::table::{lay_out, short};
 
 /// Prints the table.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
@@ -30,14 +31,32 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("lights", kinds(scene.lights.iter().map(|light| light_kind(&light.kind)))),
         ("sky", scene.sky.as_ref().map(sky_kind).unwrap_or_default().to_owned()),
         ("objects", kinds(scene.objects.iter().map(|object| shape_kind(&object.shape)))),
-        ("generators", kinds(scene.generators.iter().map(|generator| shape_kind(&generator.object.shape)))),
+        ("generated", generated(scene)),
         ("triangles", triangles(scene)),
         ("materials", kinds(scene.materials.iter().map(|material| model_kind(&material.model)))),
         ("textures", count(scene.textures.len())),
         ("images", images(scene)),
-        ("hash", loaded.hash.clone()),
     ];
-    rows.into_iter().filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
+    let rows = rows.into_iter().chain(prepared(loaded)).chain([("hash", loaded.hash.clone())]);
+    rows.filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
+}
+
+/// What only preparation knows: the extent of everything together, and what is held in memory. A scene that cannot be
+/// prepared has neither; `render` says why.
+fn prepared(loaded: &Loaded) -> Vec<(&'static str, String)> {
+    let Ok(ready) = prepare(&loaded.scene, &Settings::of(&loaded.scene)) else { return Vec::new() };
+    let bounds = ready.bounds();
+    let corner = |point: DVec3| point.to_array().map(short).join(", ");
+    let extent = if bounds.is_empty() { String::new() } else { format!("{}  to  {}", corner(bounds.min), corner(bounds.max)) };
+    let unbounded = match ready.tables().unbounded {
+        0 => String::new(),
+        n => format!("{}{n} without end", if extent.is_empty() { "" } else { ", and " }),
+    };
+    let memory = ready.memory();
+    let parts = [("geometry", memory.geometry), ("textures", memory.textures), ("picture", memory.film)];
+    let held =
+        listed(parts.iter().filter(|(_, bytes)| *bytes > 0).map(|(name, bytes)| format!("{name} {}", human_bytes(*bytes))));
+    vec![("bounds", extent + &unbounded), ("memory", held)]
 }
 
 fn format(format: Format) -> &'static str {
@@ -128,6 +147,16 @@ fn model_kind(model: &Model) -> &'static str {
         Model::Classic(_) => "classic",
         Model::Physical(_) => "physical",
     }
+}
+
+/// What generators add: `1000 sphere`.
+fn generated(scene: &Scene) -> String {
+    let mut counts = BTreeMap::<&str, u64>::new();
+    for generator in &scene.generators {
+        let alone = Scene { generators: vec![generator.clone()], ..Scene::default() };
+        *counts.entry(shape_kind(&generator.object.shape)).or_default() += generate::count(&alone);
+    }
+    listed(counts.into_iter().map(|(kind, n)| format!("{n} {kind}")))
 }
 
 /// Triangles of the meshes, each counted once, and as often as objects show them where that differs.
