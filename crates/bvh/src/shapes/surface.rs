@@ -81,7 +81,9 @@ impl<R: Real> Surface<R> {
 
     #[inline(always)]
     fn lifted(&self, direction: R::Vec3, error: R) -> R::Vec3 {
-        let normal = if self.normal.dot(direction) < R::ZERO { -self.normal } else { self.normal };
+        // In f64, where products of f32 are exact: a tangent must not be taken for a ray that goes in.
+        let inward = self.normal.to_f64().dot(direction.to_f64()) < 0.0;
+        let normal = if inward { -self.normal } else { self.normal };
         let size = normal.abs();
         let moved = self.point + normal * ((size.x() + size.y() + size.z()) * error);
         R::Vec3::new(outward(moved.x(), normal.x()), outward(moved.y(), normal.y()), outward(moved.z(), normal.z()))

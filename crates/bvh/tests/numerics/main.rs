@@ -1,0 +1,5 @@
+//! The hard cases of the numerics specification, each test named by its case: P for primitives, S for spawned rays. Inputs
+//! are f32 numbers, which the oracle gets exactly; bounds are those of the specification.
+
+mod sphere;
+mod support;

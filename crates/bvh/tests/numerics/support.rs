@@ -1,0 +1,203 @@
+//! Seeded rays judged in parallel, and how a failure is printed.
+
+use core::fmt::Write;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Shape, ShapeHit, Side, Vector};
+
+/// Unit roundoff of f32.
+pub const U: f64 = 5.960_464_477_539_063e-8;
+
+/// The spacing of f32 at `x`.
+pub fn ulp(x: f64) -> f64 {
+    let x = (x.abs() as f32).max(f32::MIN_POSITIVE);
+    f64::from(x.next_up()) - f64::from(x)
+}
+
+/// A small generator (SplitMix64), seeded by case and ray, so that each ray can be repeated by itself.
+pub struct Random {
+    state: u64,
+    index: u64,
+}
+
+impl Random {
+    pub fn new(seed: u64, index: u64) -> Self {
+        let state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index.wrapping_mul(0xd6e8_feb8_6659_fd93);
+        let mut random = Self { state, index };
+        random.bits();
+        random
+    }
+    /// Which ray of its case this is.
+    pub fn index(&self) -> u64 {
+        self.index
+    }
+    pub fn bits(&mut self) -> u64 {
+        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.state;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.bits() % from.len() as u64) as usize]
+    }
+    pub fn sign(&mut self) -> f64 {
+        if self.bits() & 1 == 0 { 1.0 } else { -1.0 }
+    }
+    /// Evenly over the unit sphere.
+    pub fn direction(&mut self) -> DVec3 {
+        let (z, a) = (self.between(-1.0, 1.0), self.unit() * core::f64::consts::TAU);
+        let ring = (1.0 - z * z).sqrt();
+        DVec3::new(ring * a.cos(), ring * a.sin(), z)
+    }
+    /// In the cube [−1, 1]³.
+    pub fn cube(&mut self) -> DVec3 {
+        DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
+    }
+    /// Evenly over the disc of a radius across a direction.
+    pub fn disc(&mut self, across: DVec3, radius: f64) -> DVec3 {
+        let (a, b) = across.any_orthonormal_pair();
+        let (r, angle) = (radius * self.unit().sqrt(), self.unit() * core::f64::consts::TAU);
+        a * (r * angle.cos()) + b * (r * angle.sin())
+    }
+}
+
+/// A vector rounded to the stored scalar.
+pub fn stored<P: Precision>(v: DVec3) -> <P::Real as Real>::Vec3 {
+    <P::Real as Real>::Vec3::from_f64(v)
+}
+
+/// The same as f64 after rounding to f32: an exact input.
+pub fn exact(v: DVec3) -> DVec3 {
+    v.as_vec3().as_dvec3()
+}
+
+/// A ray from exact origin and direction; nothing is normalised here.
+pub fn ray<P: Precision>(origin: DVec3, direction: DVec3) -> Ray<P::Real> {
+    Ray::new(stored::<P>(origin), stored::<P>(direction))
+}
+
+/// A ray towards a point, its direction of unit length as far as f32 allows.
+pub fn towards<P: Precision>(origin: DVec3, target: DVec3) -> Ray<P::Real> {
+    let origin = exact(origin);
+    ray::<P>(origin, exact((target - origin).normalize()))
+}
+
+/// Nearest hit in front of the origin, from either side.
+pub fn hit<P: Precision>(shape: &impl Shape<P::Real>, ray: &Ray<P::Real>) -> Option<ShapeHit<P::Real>> {
+    shape.intersect(&Probe::<P>::new(*ray), Interval::positive(), Side::Both)
+}
+
+/// Bit patterns of a ray in f32, for a message.
+pub fn hex<P: Precision>(ray: &Ray<P::Real>) -> String {
+    let mut text = String::new();
+    for (name, v) in [("origin", ray.origin.to_f32()), ("direction", ray.direction.to_f32())] {
+        let _ = write!(text, " {name} {:08x} {:08x} {:08x}", v.x.to_bits(), v.y.to_bits(), v.z.to_bits());
+    }
+    text
+}
+
+/// What an oracle says of one ray.
+pub enum Verdict {
+    /// Right; with the error as a share of the bound.
+    Right(f64),
+    /// The oracle's own margin is smaller than the bound: counted, not judged.
+    Band,
+    /// Wrong, with a message.
+    Wrong(String),
+}
+
+impl Verdict {
+    /// Right when the error is within the bound; not for NaN.
+    pub fn bounded(error: f64, bound: f64, what: impl FnOnce() -> String) -> Self {
+        if error <= bound { Self::Right(error / bound) } else { Self::Wrong(format!("{}: {error:e} > {bound:e}", what())) }
+    }
+    /// Right when the condition holds.
+    pub fn holds(condition: bool, what: impl FnOnce() -> String) -> Self {
+        if condition { Self::Right(0.0) } else { Self::Wrong(what()) }
+    }
+    /// The first that is not right, or the greater error.
+    pub fn and(self, other: impl FnOnce() -> Self) -> Self {
+        match self {
+            Self::Right(a) => match other() {
+                Self::Right(b) => Self::Right(a.max(b)),
+                verdict => verdict,
+            },
+            verdict => verdict,
+        }
+    }
+}
+
+/// The sum of many verdicts.
+pub struct Outcome {
+    pub case: String,
+    pub judged: u64,
+    pub band: u64,
+    pub wrong: u64,
+    /// Greatest error as a share of its bound, of the right ones.
+    pub worst: f64,
+    pub first: Option<(u64, String)>,
+}
+
+impl Outcome {
+    /// Nothing wrong, and at most one ray in a thousand not judged.
+    pub fn expect_right(&self) {
+        eprintln!(
+            "{}: {} judged, {} in the band, {} wrong, worst {:.3} of the bound",
+            self.case, self.judged, self.band, self.wrong, self.worst
+        );
+        if let Some((index, message)) = &self.first {
+            panic!("{}: {} of {} wrong; first at {index}: {message}", self.case, self.wrong, self.judged);
+        }
+        assert!(self.band * 1000 <= self.judged + self.band, "{}: {} of {} in the band", self.case, self.band, self.judged);
+    }
+    /// Share of wrong ones.
+    pub fn wrong_share(&self) -> f64 {
+        self.wrong as f64 / (self.judged as f64).max(1.0)
+    }
+    pub fn plus(self, other: Self) -> Self {
+        let first = match (self.first, other.first) {
+            (Some(a), Some(b)) => Some(if a.0 <= b.0 { a } else { b }),
+            (a, b) => a.or(b),
+        };
+        Self {
+            case: self.case,
+            judged: self.judged + other.judged,
+            band: self.band + other.band,
+            wrong: self.wrong + other.wrong,
+            worst: self.worst.max(other.worst),
+            first,
+        }
+    }
+}
+
+/// Judges `count` rays, in parallel, each with its own random numbers.
+pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
+    let none = || Outcome { case: case.to_owned(), judged: 0, band: 0, wrong: 0, worst: 0.0, first: None };
+    (0..count)
+        .into_par_iter()
+        .with_min_len(512)
+        .fold(none, |mut sum, index| {
+            match f(&mut Random::new(seed, u64::from(index))) {
+                Verdict::Right(share) => (sum.judged, sum.worst) = (sum.judged + 1, sum.worst.max(share)),
+                Verdict::Band => sum.band += 1,
+                Verdict::Wrong(message) => {
+                    sum.judged += 1;
+                    sum.wrong += 1;
+                    if sum.first.as_ref().is_none_or(|first| u64::from(index) < first.0) {
+                        sum.first = Some((index.into(), message));
+                    }
+                }
+            }
+            sum
+        })
+        .reduce(none, Outcome::plus)
+}
