@@ -19,7 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What is not done yet: there is one integrator, Whitted's, so soft shadows, light between surfaces, blurred reflections and
+//! What is not done yet: there is one integrator, Whitted's, so light between surfaces, blurred reflections and
 //! caustics are left out; every render says so where a scene calls for them ([`core::effects`]).
 #![forbid(unsafe_code)]
 

@@ -23,6 +23,7 @@ mod interrupt;
 mod memory;
 mod origin;
 mod plan;
+mod plot;
 mod progress;
 mod scene_input;
 mod stats;

@@ -3,10 +3,12 @@
 pub mod names;
 pub mod values;
 
+mod bench;
 mod compare;
 mod render;
 mod scene;
 
+pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use render::{ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
 pub use scene::{CheckArgs, ExplainArgs, InfoArgs, SceneArgs};
@@ -45,6 +47,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Check a scene or model file and report every problem
     Check(CheckArgs),
+    /// Measure what a ray costs by scan and by tree, and how both grow
+    Bench(BenchArgs),
     /// List the built-in scenes, or print one of them
     Presets(PresetsArgs),
     /// Print a completion script for a shell

@@ -1,5 +1,6 @@
 //! One module a command: it takes its arguments apart, calls the libraries and prints what they return.
 
+mod bench;
 mod check;
 mod compare;
 mod completions;
@@ -20,6 +21,7 @@ pub fn run(command: Option<Command>) -> Result<(), Failure> {
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Bench(args) => bench::run(&args),
         Command::Presets(args) => presets::run(&args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),

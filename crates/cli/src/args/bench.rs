@@ -1,0 +1,94 @@
+//! Arguments of `bench`.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use raywright_core::bench::Kind;
+
+use super::SceneArgs;
+use super::values;
+
+/// Arguments of `bench`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Scan and tree must give the same hits before either is timed: exit code 1 if they do not. One thread is used, and its
+CPU time is what counts, so that other programs disturb less.
+
+Examples:
+  raywright bench                             Spheres and triangles, up to a million
+  raywright bench --max-n 10000 --plot n.svg  A shorter table, and its picture
+  raywright bench duck.glb                    The rays of a model's own camera, and one bounce of each")]
+pub struct BenchArgs {
+    /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB, OBJ, or preset:NAME
+    #[arg(value_name = "SCENE")]
+    pub scene: Option<OsString>,
+
+    /// What is changed in the scene.
+    #[command(flatten)]
+    pub changes: SceneArgs,
+
+    /// What generated scenes are made of
+    #[arg(long, value_name = "KIND", value_enum, default_value_t, conflicts_with = "scene")]
+    pub shape: Shapes,
+
+    /// Primitives in the largest generated scene, at most 10000000
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
+    pub max_n: u32,
+
+    /// Times that each is measured, in turn; more make median and spread more certain
+    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeats: u32,
+
+    /// CPU seconds that the rays may take, roughly; builds come on top. Less time makes shorter samples, which are less
+    /// certain, and leaves out the scans that take longer
+    #[arg(long, value_name = "S", default_value_t = 40.0, value_parser = seconds)]
+    pub seconds: f64,
+
+    /// Print JSON instead of a table
+    #[arg(long, conflicts_with = "markdown")]
+    pub json: bool,
+
+    /// Print the table as Markdown
+    #[arg(long)]
+    pub markdown: bool,
+
+    /// Draw time a ray against N too, to an .svg that reads in light and dark
+    #[arg(short = 'o', long, value_name = "FILE", conflicts_with = "scene")]
+    pub plot: Option<PathBuf>,
+
+    /// Print errors only, besides the result
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// A time that is worth measuring in, in seconds.
+fn seconds(text: &str) -> Result<f64, String> {
+    match values::number(text)? {
+        seconds if (0.001..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("expected seconds from 0.001 to 86400".to_owned()),
+    }
+}
+
+/// What generated scenes are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Shapes {
+    /// Spheres only
+    Spheres,
+    /// Triangles only
+    Triangles,
+    /// One table of each
+    #[default]
+    Both,
+}
+
+impl Shapes {
+    /// The kinds to measure.
+    pub fn kinds(self) -> Vec<Kind> {
+        match self {
+            Self::Spheres => vec![Kind::Spheres],
+            Self::Triangles => vec![Kind::Triangles],
+            Self::Both => Kind::ALL.map(|(_, kind)| kind).to_vec(),
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The plot of `bench`: time a ray against N, scan and tree, and where the tree takes the lead.
+
+use raywright_core::bench::{Cost, Crossover, Kind, Row, Series};
+
+use super::report::Report;
+use super::text::rounded;
+use crate::plot::{Axis, Colour, Line, Mark, Plot, Point};
+
+/// Draws all series in one plot.
+pub fn draw(series: &[Series], report: &Report) -> String {
+    let scans = series.iter().map(|s| line(s, "scan", Colour::First, |row| row.scan));
+    let trees = series.iter().map(|s| line(s, "tree", Colour::Second, |row| Some(row.tree)));
+    let machine = report.processor.as_deref().map(|name| format!(" · {name}")).unwrap_or_default();
+    Plot {
+        title: "Time to find what a ray hits first".to_owned(),
+        subtitle: format!(
+            "every primitive tested (scan) or a bounding-volume hierarchy (tree) · one thread, {}{machine}",
+            report.clock
+        ),
+        x: Axis { label: "N, primitives of constant fill".to_owned(), tick: Some(count) },
+        y: Axis { label: "time a ray: median, and range of the repeats".to_owned(), tick: Some(duration) },
+        lines: scans.chain(trees).collect(),
+        marks: series.iter().filter_map(mark).collect(),
+    }
+    .svg()
+}
+
+fn line(series: &Series, name: &str, colour: Colour, cost: fn(&Row) -> Option<Cost>) -> Line {
+    let growth = if colour == Colour::First { series.scan_growth } else { series.tree_growth };
+    let exponent = growth.map(|law| format!(": grows as N to the {:.2}", law.exponent)).unwrap_or_default();
+    let point = |row: &Row| {
+        let time = cost(row)?.nanoseconds;
+        Some(Point { x: row.primitives as f64, y: time.median, spread: [time.min, time.max] })
+    };
+    Line {
+        name: format!("{name}, {}{exponent}", series.kind.name()),
+        colour,
+        dashed: series.kind == Kind::Triangles,
+        points: series.rows.iter().filter_map(point).collect(),
+    }
+}
+
+fn mark(series: &Series) -> Option<Mark> {
+    match series.crossover? {
+        Crossover::At(n) => Some(Mark { x: n, label: format!("{}: tree ahead from N = {}", series.kind.name(), rounded(n)) }),
+        Crossover::Always | Crossover::Never => None,
+    }
+}
+
+/// 1, 10, 100, 1 000 … as on the axis of counts.
+fn count(exponent: i32) -> String {
+    let zeros = exponent.max(0) as usize;
+    let digits: Vec<char> = format!("1{}", "0".repeat(zeros)).chars().collect();
+    let groups: Vec<String> = digits.rchunks(3).rev().map(|group| group.iter().collect()).collect();
+    groups.join("\u{2009}")
+}
+
+/// A power of ten of nanoseconds in the unit that fits.
+fn duration(exponent: i32) -> String {
+    let (unit, name) = match exponent {
+        ..3 => (0, "ns"),
+        3..6 => (3, "µs"),
+        6..9 => (6, "ms"),
+        _ => (9, "s"),
+    };
+    format!("{} {name}", 10_f64.powi(exponent - unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: what stands at the axes means what the lines mean.
+    #[test]
+    fn ticks_read_as_numbers_with_units() {
+        assert_eq!([0, 2, 3, 6].map(count), ["1", "100", "1\u{2009}000", "1\u{2009}000\u{2009}000"]);
+        assert_eq!([-1, 0, 2, 3, 7, 9].map(duration), ["0.1 ns", "1 ns", "100 ns", "1 µs", "10 ms", "1 s"]);
+    }
+}

@@ -1,0 +1,113 @@
+//! `bench`: what a ray costs when every primitive is tested, what it costs with a tree, and how both grow with N.
+
+mod chart;
+mod report;
+mod text;
+
+use std::path::Path;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use raywright_core::bench::{BenchError, Care, Row, generated, given, sizes};
+use raywright_core::settings::Settings;
+use raywright_io::{Error, Limits, output};
+
+use crate::args::BenchArgs;
+use crate::console::{self, Verbosity};
+use crate::failure::{Exit, Failure};
+use crate::scene_input;
+use report::{Measured, Report};
+
+/// Longest sample that is worth its time, in seconds: by then the spread comes from elsewhere.
+const LONGEST_SAMPLE: f64 = 0.05;
+/// Rows of a given scene: camera rays and bounces.
+const GIVEN_ROWS: usize = 2;
+
+/// Measures, and prints a table or JSON.
+pub fn run(args: &BenchArgs) -> Result<(), Failure> {
+    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+    if let Some(path) = &args.plot {
+        refuse_other_formats(path)?;
+    }
+    let report = match &args.scene {
+        Some(_) => of_scene(args, verbosity)?,
+        None => of_generated(args, verbosity)?,
+    };
+    if let (Some(path), Measured::Generated(series)) = (&args.plot, &report.measured) {
+        output::write_atomically(path, chart::draw(series, &report).as_bytes())?;
+        verbosity.say(path.display());
+    }
+    let text = match (args.json, args.markdown) {
+        (true, _) => report.json(),
+        (_, true) => text::markdown(&report),
+        _ => text::plain(&report),
+    };
+    console::print(text)
+}
+
+fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg")) {
+        return Ok(());
+    }
+    Err(Error::usage(format_args!("{} does not end in .svg, and the plot is nothing else", path.display())).into())
+}
+
+/// How long a sample may be so that `rows` of them, scan and tree, keep within the time given.
+fn care(args: &BenchArgs, rows: usize) -> Care {
+    let samples = f64::from(args.repeats) * 2.0 * rows as f64;
+    Care { repeats: args.repeats as usize, sample_seconds: (args.seconds / samples).min(LONGEST_SAMPLE) }
+}
+
+fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
+    let (kinds, sizes) = (args.shape.kinds(), sizes(args.max_n));
+    let care = care(args, kinds.len() * sizes.len());
+    let progress = Progress::start(kinds.len() * sizes.len(), verbosity);
+    let mut series = Vec::with_capacity(kinds.len());
+    for kind in kinds {
+        let mut done = |row: &Row| progress.step(format!("{} {}", row.primitives, kind.name()));
+        series.push(generated(kind, &sizes, &care, &mut done).map_err(|error| failed(error, "generated scene"))?);
+    }
+    Ok(Report::new(care, Measured::Generated(series)))
+}
+
+fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
+    let name = args.scene.clone().unwrap_or_default();
+    let loaded = scene_input::read(&name, &args.changes, Limits::default(), verbosity)?;
+    let care = care(args, GIVEN_ROWS);
+    let settings = Settings::of(&loaded.scene);
+    let progress = Progress::start(GIVEN_ROWS, verbosity);
+    let mut done = |_: &Row| progress.step("rays measured".to_owned());
+    let rows = given(&loaded.scene, &settings, &care, &mut done).map_err(|error| failed(error, &loaded.source.name))?;
+    Ok(Report::new(care, Measured::Given { scene: loaded.source.name, hash: loaded.hash, rows }))
+}
+
+/// A bar on a terminal, gone when the measurement ends. Elsewhere nothing: a minute is not long.
+struct Progress(ProgressBar);
+
+impl Progress {
+    fn start(rows: usize, verbosity: Verbosity) -> Self {
+        let bar = if verbosity == Verbosity::Quiet { ProgressBar::hidden() } else { ProgressBar::new(rows as u64) };
+        if let Ok(style) = ProgressStyle::with_template("measuring {wide_bar} {pos}/{len}  {msg:20}") {
+            bar.set_style(style);
+        }
+        bar.tick();
+        Self(bar)
+    }
+
+    fn step(&self, what: String) {
+        self.0.set_message(what);
+        self.0.inc(1);
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+fn failed(error: BenchError, name: &str) -> Failure {
+    match error {
+        BenchError::Disagreement(_) | BenchError::Thread(_) => Failure::new(Exit::Failed, error),
+        BenchError::Geometry(_) | BenchError::Prepare(_) | BenchError::Empty => Error::input(name, error).into(),
+    }
+}

@@ -1,0 +1,105 @@
+//! What was measured, on what, and how carefully: the one structure behind table, JSON and plot.
+
+use std::fs;
+use std::thread::available_parallelism;
+
+use raywright_core::bench::{CLOCK, Care, FILL, Given, Series};
+use serde::Serialize;
+
+/// Everything that a reader needs to judge the figures.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// Version of this structure.
+    format: u32,
+    /// Program version.
+    version: &'static str,
+    /// Name of the processor; none where the system does not tell.
+    pub processor: Option<String>,
+    /// Processors of the machine, of which one was used.
+    processors: usize,
+    threads: usize,
+    /// What the times count.
+    pub clock: &'static str,
+    precision: &'static str,
+    /// Builder preset of the tree.
+    builder: &'static str,
+    /// Interleaved repeats.
+    pub repeats: usize,
+    /// Seconds that a sample was to take.
+    pub sample_seconds: f64,
+    /// The figures.
+    #[serde(flatten)]
+    pub measured: Measured,
+}
+
+/// The figures.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measured {
+    /// Cost against size.
+    Generated(Vec<Series>),
+    /// Cost on one scene.
+    Given {
+        /// Name of the file or preset.
+        scene: String,
+        /// Hash of the scene.
+        hash: String,
+        /// Its rows.
+        #[serde(flatten)]
+        rows: Given,
+    },
+}
+
+impl Report {
+    /// Adds what is known of the machine.
+    pub fn new(care: Care, measured: Measured) -> Self {
+        Self {
+            format: 1,
+            version: env!("CARGO_PKG_VERSION"),
+            processor: processor(),
+            processors: available_parallelism().map_or(1, usize::from),
+            threads: 1,
+            clock: CLOCK,
+            precision: "robust",
+            builder: "fast",
+            repeats: care.repeats,
+            sample_seconds: care.sample_seconds,
+            measured,
+        }
+    }
+
+    /// As JSON. A figure that could not be had is null.
+    pub fn json(&self) -> String {
+        // Nothing in it can fail to be written: the keys are strings.
+        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+
+    /// How the figures came about, in sentences.
+    pub fn preamble(&self) -> Vec<String> {
+        let what = match &self.measured {
+            Measured::Generated(_) => {
+                format!("Random rays through N primitives of constant fill ({} % of a unit cube, size ∝ N^(−1/3)).", FILL * 100.0)
+            }
+            Measured::Given { scene, .. } => format!("{scene}: rays of its camera, and one cosine-weighted bounce of each."),
+        };
+        let machine = self.processor.as_deref().map(|name| format!("{name}, ")).unwrap_or_default();
+        vec![
+            what,
+            "Closest hit: every primitive tested (scan) against a bounding-volume hierarchy (tree); the same hits, checked."
+                .to_owned(),
+            format!(
+                "{machine}one thread, {}; median of {} interleaved repeats ± half the distance of the quartiles.",
+                self.clock, self.repeats
+            ),
+        ]
+    }
+}
+
+/// What Linux calls the processor.
+fn processor() -> Option<String> {
+    let known = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = known.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}

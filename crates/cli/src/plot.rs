@@ -1,0 +1,291 @@
+//! Double-logarithmic plots as SVG text: lines with their spread, marked places, a legend. Colours follow the reader's light
+//! or dark theme; a background of its own keeps it readable wherever it is embedded.
+
+use std::fmt::Write;
+
+/// A plot.
+#[derive(Clone, Debug, Default)]
+pub struct Plot {
+    /// Headline.
+    pub title: String,
+    /// A line below it.
+    pub subtitle: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// What is plotted.
+    pub lines: Vec<Line>,
+    /// Places on the horizontal axis.
+    pub marks: Vec<Mark>,
+}
+
+/// An axis, logarithmic. It spans whole decades around what is plotted.
+#[derive(Clone, Debug, Default)]
+pub struct Axis {
+    /// What is measured, with its unit.
+    pub label: String,
+    /// What stands at a power of ten, by its exponent.
+    pub tick: Option<fn(i32) -> String>,
+}
+
+/// Points in ascending order, joined.
+#[derive(Clone, Debug, Default)]
+pub struct Line {
+    /// In the legend.
+    pub name: String,
+    /// Lines of one colour belong together.
+    pub colour: Colour,
+    /// Dashed, with square markers, to tell two lines of one colour apart.
+    pub dashed: bool,
+    /// Points with coordinates above zero.
+    pub points: Vec<Point>,
+}
+
+/// A measured point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Horizontal.
+    pub x: f64,
+    /// Vertical.
+    pub y: f64,
+    /// Ends of its spread.
+    pub spread: [f64; 2],
+}
+
+/// A dotted line up from a place on the horizontal axis, with words.
+#[derive(Clone, Debug)]
+pub struct Mark {
+    /// Where.
+    pub x: f64,
+    /// Words.
+    pub label: String,
+}
+
+/// A colour of the theme.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colour {
+    /// Orange.
+    #[default]
+    First,
+    /// Blue.
+    Second,
+}
+
+const WIDTH: f64 = 860.0;
+const HEIGHT: f64 = 560.0;
+/// The plotted area: left, top, right, bottom.
+const AREA: [f64; 4] = [84.0, 78.0, 816.0, 492.0];
+
+const STYLE: &str = "\
+svg{--paper:#ffffff;--ink:#1f2328;--soft:#59636e;--grid:#e4e8ec;--first:#b84a00;--second:#0a5fc9}
+@media(prefers-color-scheme:dark){svg{--paper:#0d1117;--ink:#f0f6fc;--soft:#9ea7b1;--grid:#262c34;--first:#ff9d57;--second:#6bb0ff}}
+text{font-family:system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif;font-size:14px;fill:var(--ink)}
+.title{font-size:18px;font-weight:600}.soft{fill:var(--soft);font-size:13px}
+.paper{fill:var(--paper)}.grid{stroke:var(--grid);fill:none}.axis,.mark{stroke:var(--soft);fill:none}
+.label{paint-order:stroke;stroke:var(--paper);stroke-width:6px}
+.mark{stroke-dasharray:2 4;stroke-width:1.5}.line{fill:none;stroke-width:2.2;stroke-linejoin:round}
+.spread{stroke-width:1.4}.first{stroke:var(--first)}.second{stroke:var(--second)}
+.dot.first{fill:var(--first)}.dot.second{fill:var(--second)}.open.first,.open.second{fill:var(--paper);stroke-width:1.8}";
+
+impl Plot {
+    /// The plot as an SVG file. Lines without points are left out; without any point there is nothing but words.
+    pub fn svg(&self) -> String {
+        let points = || self.lines.iter().flat_map(|line| &line.points);
+        let frame = Frame {
+            x: Scale::new(points().map(|p| p.x), AREA[0], AREA[2]),
+            y: Scale::new(points().flat_map(|p| [p.y, p.spread[0], p.spread[1]]), AREA[3], AREA[1]),
+        };
+        let mut svg = String::new();
+        self.head(&mut svg);
+        self.grid(&mut svg, &frame);
+        self.marks(&mut svg, &frame);
+        for line in &self.lines {
+            line.draw(&mut svg, &frame);
+        }
+        self.legend(&mut svg);
+        svg.push_str("</svg>\n");
+        svg
+    }
+
+    fn head(&self, svg: &mut String) {
+        let (title, subtitle) = (escaped(&self.title), escaped(&self.subtitle));
+        // Writing to a string can't fail.
+        let _ = write!(
+            svg,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
+             role=\"img\">\n<title>{title}</title>\n<desc>{subtitle}</desc>\n<style>{STYLE}</style>\n\
+             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{HEIGHT}\"/>\n\
+             <text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{subtitle}</text>\n"
+        );
+    }
+
+    /// Lines at powers of ten with their words, and the names of the axes.
+    fn grid(&self, svg: &mut String, frame: &Frame) {
+        let [left, top, right, bottom] = AREA;
+        let words = |axis: &Axis, e: i32| axis.tick.map(|tick| escaped(&tick(e))).unwrap_or_default();
+        for e in frame.x.decades() {
+            let (x, word) = (frame.x.exponent(f64::from(e)), words(&self.x, e));
+            let _ = writeln!(svg, "<path class=\"grid\" d=\"M{x:.1} {top}V{bottom}\"/>");
+            let _ =
+                writeln!(svg, "<text class=\"soft\" x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{word}</text>", bottom + 21.0);
+        }
+        for e in frame.y.decades() {
+            let (y, word) = (frame.y.exponent(f64::from(e)), words(&self.y, e));
+            let _ = writeln!(svg, "<path class=\"grid\" d=\"M{left} {y:.1}H{right}\"/>");
+            let _ =
+                writeln!(svg, "<text class=\"soft\" x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{word}</text>", left - 9.0, y + 5.0);
+        }
+        let (middle, centre) = ((left + right) / 2.0, (top + bottom) / 2.0);
+        let (x, y) = (escaped(&self.x.label), escaped(&self.y.label));
+        let _ = writeln!(svg, "<path class=\"axis\" d=\"M{left} {top}V{bottom}H{right}\"/>");
+        let _ = writeln!(svg, "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{x}</text>", bottom + 48.0);
+        let _ = writeln!(svg, "<text transform=\"translate(20 {centre}) rotate(-90)\" text-anchor=\"middle\">{y}</text>");
+    }
+
+    fn marks(&self, svg: &mut String, frame: &Frame) {
+        let [_, top, _, bottom] = AREA;
+        for mark in &self.marks {
+            let x = frame.x.at(mark.x);
+            let _ = writeln!(svg, "<path class=\"mark\" d=\"M{x:.1} {bottom}V{:.1}\"/>", top + (bottom - top) * 0.35);
+        }
+        // Above the axis, one above the other, each beside its line.
+        for (i, mark) in self.marks.iter().enumerate() {
+            let (x, y) = (frame.x.at(mark.x) + 8.0, bottom - 12.0 - 22.0 * (self.marks.len() - 1 - i) as f64);
+            let _ = writeln!(svg, "<text class=\"soft label\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(&mark.label));
+        }
+    }
+
+    /// In the upper left corner, where rising lines leave room.
+    fn legend(&self, svg: &mut String) {
+        let shown = self.lines.iter().filter(|line| !line.points.is_empty());
+        for (i, line) in shown.enumerate() {
+            let (x, y) = (AREA[0] + 18.0, AREA[1] + 20.0 + 23.0 * i as f64);
+            line.stroke(svg, &format!("M{x} {y}h40"));
+            line.marker(svg, x + 20.0, y);
+            let _ = writeln!(svg, "<text x=\"{}\" y=\"{}\">{}</text>", x + 50.0, y + 5.0, escaped(&line.name));
+        }
+    }
+}
+
+impl Line {
+    fn class(&self) -> &'static str {
+        match self.colour {
+            Colour::First => "first",
+            Colour::Second => "second",
+        }
+    }
+
+    fn stroke(&self, svg: &mut String, path: &str) {
+        let dashes = if self.dashed { " stroke-dasharray=\"7 5\"" } else { "" };
+        let _ = writeln!(svg, "<path class=\"line {}\"{dashes} d=\"{path}\"/>", self.class());
+    }
+
+    fn marker(&self, svg: &mut String, x: f64, y: f64) {
+        let class = self.class();
+        let _ = if self.dashed {
+            let (x, y) = (x - 3.5, y - 3.5);
+            writeln!(svg, "<rect class=\"open {class}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"7\" height=\"7\"/>")
+        } else {
+            writeln!(svg, "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\"/>")
+        };
+    }
+
+    fn draw(&self, svg: &mut String, frame: &Frame) {
+        let mut path = String::new();
+        for (i, point) in self.points.iter().enumerate() {
+            let _ = write!(path, "{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, frame.x.at(point.x), frame.y.at(point.y));
+        }
+        if path.is_empty() {
+            return;
+        }
+        self.stroke(svg, &path);
+        for point in &self.points {
+            let (x, [low, high]) = (frame.x.at(point.x), point.spread.map(|y| frame.y.at(y)));
+            let _ = writeln!(svg, "<path class=\"spread {}\" d=\"M{x:.1} {low:.1}V{high:.1}\"/>", self.class());
+            self.marker(svg, x, frame.y.at(point.y));
+        }
+    }
+}
+
+struct Frame {
+    x: Scale,
+    y: Scale,
+}
+
+/// Maps decades to picture coordinates.
+struct Scale {
+    /// Exponents of the ends.
+    decades: [i32; 2],
+    /// Picture coordinates of the ends.
+    ends: [f64; 2],
+}
+
+impl Scale {
+    fn new(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Self {
+        let (low, high) = values
+            .filter(|v| *v > 0.0 && v.is_finite())
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+        let (first, last) = if low <= high { (low.log10().floor() as i32, high.log10().ceil() as i32) } else { (0, 1) };
+        Self { decades: [first, last.max(first + 1)], ends: [start, end] }
+    }
+
+    fn decades(&self) -> impl Iterator<Item = i32> + use<> {
+        self.decades[0]..=self.decades[1]
+    }
+
+    fn at(&self, value: f64) -> f64 {
+        self.exponent(value.log10())
+    }
+
+    fn exponent(&self, exponent: f64) -> f64 {
+        let [first, last] = self.decades.map(f64::from);
+        self.ends[0] + (self.ends[1] - self.ends[0]) * (exponent - first) / (last - first)
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(x: f64, y: f64) -> Point {
+        Point { x, y, spread: [y, y] }
+    }
+
+    /// Protects: a decade is as wide as any other, on the whole width of the area, upwards as values grow.
+    #[test]
+    fn scales_are_logarithmic() {
+        let scale = Scale::new([2.0, 500.0].into_iter(), 0.0, 300.0);
+        assert_eq!(scale.decades().collect::<Vec<_>>(), [0, 1, 2, 3]);
+        for (value, at) in [(1.0, 0.0), (10.0, 100.0), (1000.0, 300.0)] {
+            assert!((scale.at(value) - at).abs() < 1e-9, "{value}");
+        }
+        // A single value, or none, still has a width to be drawn on.
+        assert_eq!(Scale::new([10.0].into_iter(), 0.0, 1.0).decades, [1, 2]);
+        assert_eq!(Scale::new([f64::NAN].into_iter(), 0.0, 1.0).decades, [0, 1]);
+    }
+
+    /// Protects: names and file names can hold anything without breaking the file.
+    #[test]
+    fn words_are_escaped() {
+        let plot = Plot { title: "a<b & \"c\"".to_owned(), ..Plot::default() };
+        let svg = plot.svg();
+        assert!(svg.contains("a&lt;b &amp; &quot;c&quot;") && !svg.contains("a<b"), "{svg}");
+    }
+
+    /// Protects: every line is drawn, marked and named once, an empty one not at all, and no coordinate is NaN.
+    #[test]
+    fn lines_are_drawn_and_named() {
+        let line = |name: &str, points| Line { name: name.to_owned(), points, ..Line::default() };
+        let lines = vec![line("one", vec![point(1.0, 3.0), point(100.0, 7.0)]), line("none", vec![])];
+        let svg = Plot { lines, marks: vec![Mark { x: 10.0, label: "here".to_owned() }], ..Plot::default() }.svg();
+        assert_eq!((svg.matches(">one<").count(), svg.matches(">none<").count(), svg.matches(">here<").count()), (1, 0, 1));
+        // Two points and the legend's.
+        assert_eq!(svg.matches("<circle").count(), 3);
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    }
+}
