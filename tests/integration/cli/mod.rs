@@ -1,5 +1,6 @@
 //! The command line: what each command prints, which exit code it ends with, what it says about mistakes.
 
+mod bench;
 mod compare;
 mod help;
 mod mistakes;

@@ -1,19 +1,37 @@
-//! The clock of the measurements: CPU time of the measuring thread where the system has it, so that a busy machine disturbs
-//! less, and wall-clock time elsewhere.
+//! The clock of the measurements: CPU time where the system has it, so that a busy machine disturbs less, and wall-clock time
+//! elsewhere.
 
-/// What the clock counts, in words for a report.
+/// What [`thread_seconds`] counts, in words for a report.
 pub const CLOCK: &str = if cfg!(unix) { "thread CPU time" } else { "wall-clock time" };
 
-/// Seconds since some fixed moment; only differences mean something, and only on one thread.
+/// Seconds that the calling thread has worked; only differences mean something, and only on one thread.
+pub fn thread_seconds() -> f64 {
+    seconds(Scope::Thread)
+}
+
+/// Seconds that all threads of the process have worked together; only differences mean something.
+pub fn process_seconds() -> f64 {
+    seconds(Scope::Process)
+}
+
+#[derive(Clone, Copy)]
+enum Scope {
+    Thread,
+    Process,
+}
+
 #[cfg(unix)]
-pub fn now() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+fn seconds(scope: Scope) -> f64 {
+    use rustix::time::{ClockId, clock_gettime};
+    let time = clock_gettime(match scope {
+        Scope::Thread => ClockId::ThreadCPUTime,
+        Scope::Process => ClockId::ProcessCPUTime,
+    });
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// Seconds since some fixed moment; only differences mean something, and only on one thread.
 #[cfg(not(unix))]
-pub fn now() -> f64 {
+fn seconds(_: Scope) -> f64 {
     use std::sync::LazyLock;
     use std::time::Instant;
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
@@ -24,19 +42,22 @@ pub fn now() -> f64 {
 mod tests {
     use super::*;
 
-    /// Protects: the unit is the second and time goes forward, but not while the thread sleeps.
+    /// Protects: time goes forward while there is work and stands still while the thread sleeps, and another thread's work
+    /// is counted by the process alone.
     #[test]
     #[cfg(unix)]
     fn counts_work_and_not_waiting() {
-        let start = now();
+        let start = thread_seconds();
         std::thread::sleep(std::time::Duration::from_millis(50));
-        let slept = now() - start;
+        let slept = thread_seconds() - start;
         assert!((0.0..0.04).contains(&slept), "{slept} s");
-        let started = now();
-        let mut x = 0_u64;
-        while now() - started < 0.001 {
-            x = std::hint::black_box(x + 1);
-        }
-        assert!(now() > started && x > 0);
+        let starts = [thread_seconds(), process_seconds()];
+        let work = || {
+            let start = thread_seconds();
+            while thread_seconds() - start < 0.05 {}
+        };
+        std::thread::spawn(work).join().unwrap();
+        let [own, all] = [thread_seconds() - starts[0], process_seconds() - starts[1]];
+        assert!(own < 0.04 && all >= 0.05, "{own} s, {all} s");
     }
 }

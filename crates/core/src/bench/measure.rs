@@ -5,7 +5,7 @@ use std::hint::black_box;
 use raywright_bvh::{Geometry, Hit, Interval, Ray, Robust, Visits};
 use serde::Serialize;
 
-use super::clock::now;
+use super::clock::thread_seconds;
 use super::statistics::Spread;
 
 /// How carefully is measured.
@@ -160,13 +160,13 @@ impl<'a> Sample<'a> {
 
     /// Seconds a ray, measured once.
     fn time(&self, geometry: &Geometry<Robust>) -> f64 {
-        let start = now();
+        let start = thread_seconds();
         for _ in 0..self.passes {
             for ray in self.rays() {
                 black_box(closest(geometry, black_box(ray)));
             }
         }
-        (now() - start) / (self.count() * self.passes) as f64
+        (thread_seconds() - start) / (self.count() * self.passes) as f64
     }
 
     fn cost(&self, who: &Contestant<'_>, seconds: &[f64]) -> Cost {
@@ -197,12 +197,12 @@ pub(super) fn timed_builds<I, G>(care: &Care, input: impl Fn() -> I, build: impl
     let batch = |size: usize| {
         let inputs: Vec<I> = (1..size).map(|_| input()).collect();
         let last = input();
-        let start = now();
+        let start = thread_seconds();
         for input in inputs {
             black_box(build(input));
         }
         let built = build(last);
-        (built, (now() - start) / size as f64)
+        (built, (thread_seconds() - start) / size as f64)
     };
     // The first one warms up and is not counted unless it alone takes all the time there is.
     let (mut built, first) = batch(1);

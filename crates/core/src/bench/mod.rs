@@ -1,10 +1,10 @@
 //! What a ray costs by scan and by tree: measured, compared, summed up. It prints nothing.
 //!
-//! Everything runs on one thread, whose CPU time is what counts (see [`CLOCK`]): a ray's cost is a property of the structure,
+//! Everything runs on one thread, whose CPU time is what counts (see [`clock`]): a ray's cost is a property of the structure,
 //! not of the machine's load. Scan and tree answer the same rays; their hits are compared bit for bit before either is timed,
 //! and the timed samples alternate, so that a change of the machine's speed meets both.
 
-mod clock;
+pub mod clock;
 mod generated;
 mod given;
 mod measure;
@@ -17,7 +17,6 @@ use serde::Serialize;
 use crate::prepare::PrepareError;
 use measure::{Contestant, row, timed_builds};
 
-pub use clock::CLOCK;
 pub use generated::{FILL, Kind, group, radius, rays};
 pub use given::{Given, given};
 pub use measure::{Care, Cost, Disagreement, Row};

@@ -3,7 +3,8 @@
 use std::fs;
 use std::thread::available_parallelism;
 
-use raywright_core::bench::{CLOCK, Care, FILL, Given, Series};
+use raywright_core::bench::clock::CLOCK;
+use raywright_core::bench::{Care, FILL, Given, Series};
 use serde::Serialize;
 
 /// Everything that a reader needs to judge the figures.

@@ -1,0 +1,78 @@
+//! Comparisons whose difference is smaller than what a machine's speed changes between two benches: the contestants take
+//! turns, and the table says how far apart repeats were. `benches/README.md` quotes it.
+#![expect(clippy::print_stdout, reason = "the tables are this program's result")]
+
+#[path = "support/mesh.rs"]
+mod mesh;
+#[path = "support/scenes.rs"]
+mod scenes;
+#[path = "support/turns.rs"]
+mod turns;
+
+use raywright::core::Scene;
+use raywright::core::settings::{KernelChoice, PrecisionChoice, Settings};
+
+use mesh::mesh;
+use scenes::{preset, ready};
+use turns::{Contestant, interleaved, measuring};
+
+const ROUNDS: usize = 7;
+const SMALL: [u32; 2] = [640, 360];
+const FULL: [u32; 2] = [1920, 1080];
+
+fn main() {
+    if !measuring() {
+        return;
+    }
+    let Some(whitted) = preset("whitted") else { return };
+    threads(&whitted, "whitted", FULL);
+    kernels(&whitted, "whitted");
+    precisions(&whitted, "whitted");
+    precisions(&mesh(), "mesh of 65 536 triangles");
+    if let Some(shapes) = preset("shapes") {
+        precisions(&shapes, "shapes");
+    }
+}
+
+/// Renders by each of several settings, in turns.
+fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[(&str, &dyn Fn(&mut Settings))]) {
+    let prepared: Vec<_> = variants.iter().map(|(name, adjust)| (*name, ready(scene, size, adjust))).collect();
+    let works: Vec<_> = prepared.iter().map(|(name, ready)| (*name, || drop(ready.render(&())))).collect();
+    let contestants: Vec<_> = works.iter().map(|(name, work)| Contestant { name, work }).collect();
+    print!("{}", interleaved(title, ROUNDS, &contestants));
+}
+
+/// How far a second thread goes: wall clock.
+fn threads(scene: &Scene, name: &str, size: [u32; 2]) {
+    let title = format!("{name} at {}x{}, one thread and two", size[0], size[1]);
+    compare(&title, scene, size, &[("one thread", &|s| s.threads = Some(1)), ("two threads", &|s| s.threads = Some(2))]);
+}
+
+/// What the kernel gains that fits the scene, which gives the same bits as the general one.
+fn kernels(scene: &Scene, name: &str) {
+    let with = |kernel| {
+        move |s: &mut Settings| {
+            s.threads = Some(1);
+            s.kernel = kernel;
+        }
+    };
+    let variants: [(&str, &dyn Fn(&mut Settings)); 2] =
+        [("fitting kernel", &with(KernelChoice::Fitting)), ("general kernel", &with(KernelChoice::General))];
+    compare(&format!("{name} at 640x360, by kernel"), scene, SMALL, &variants);
+}
+
+/// What each rung of the arithmetic ladder costs.
+fn precisions(scene: &Scene, name: &str) {
+    let with = |precision| {
+        move |s: &mut Settings| {
+            s.threads = Some(1);
+            s.precision = precision;
+        }
+    };
+    let variants: [(&str, &dyn Fn(&mut Settings)); 3] = [
+        ("fast", &with(PrecisionChoice::Fast)),
+        ("robust", &with(PrecisionChoice::Robust)),
+        ("reference", &with(PrecisionChoice::Reference)),
+    ];
+    compare(&format!("{name} at 640x360, by precision"), scene, SMALL, &variants);
+}

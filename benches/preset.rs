@@ -1,0 +1,26 @@
+//! The canonical preset: what a whole picture takes, on one thread and on two. Baselines for comparing two states of the code;
+//! for comparing the two with each other see `interleaved.rs`.
+
+#[path = "support/scenes.rs"]
+mod scenes;
+
+use criterion::{BenchmarkId, Criterion, Throughput};
+
+use scenes::{preset, ready};
+
+fn main() {
+    let mut criterion = Criterion::default().configure_from_args();
+    let Some(whitted) = preset("whitted") else { return };
+    let mut group = criterion.benchmark_group("preset");
+    group.sample_size(10);
+    for size in [[640, 360], [1920, 1080]] {
+        group.throughput(Throughput::Elements(u64::from(size[0]) * u64::from(size[1])));
+        for threads in [1, 2] {
+            let ready = ready(&whitted, size, |s| s.threads = Some(threads));
+            let id = BenchmarkId::new(format!("{}x{}", size[0], size[1]), format!("{threads} threads"));
+            group.bench_function(id, |b| b.iter(|| ready.render(&())));
+        }
+    }
+    group.finish();
+    criterion.final_summary();
+}

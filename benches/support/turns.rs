@@ -1,0 +1,51 @@
+//! Contestants timed in turns.
+
+use std::time::Instant;
+
+use raywright::core::bench::Spread;
+use raywright::core::bench::clock::process_seconds;
+
+/// One of those timed in turns.
+pub struct Contestant<'a> {
+    /// In the table.
+    pub name: &'a str,
+    /// What is timed.
+    pub work: &'a dyn Fn(),
+}
+
+/// Times contestants in turns, A B A B, after a round that does not count, and returns a table: wall-clock and CPU seconds
+/// of all threads, median ± half the distance of the quartiles, and wall clock and CPU as multiples of the first one's in
+/// the same round.
+pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) -> String {
+    let mut rounds: Vec<Vec<[f64; 2]>> = Vec::with_capacity(repeats);
+    for round in 0..=repeats {
+        let times = contestants.iter().map(|contestant| {
+            let (wall, cpu) = (Instant::now(), process_seconds());
+            (contestant.work)();
+            [wall.elapsed().as_secs_f64(), process_seconds() - cpu]
+        });
+        let times = times.collect();
+        if round > 0 {
+            rounds.push(times);
+        }
+    }
+    let mut table = format!(
+        "\n{title}, {repeats} rounds\n{:24}{:>20}{:>20}{:>20}{:>20}\n",
+        "", "wall, s", "CPU, s", "wall : first", "CPU : first"
+    );
+    for (i, contestant) in contestants.iter().enumerate() {
+        let cell = |value: &dyn Fn(&[[f64; 2]]) -> f64| {
+            let spread = Spread::of(&rounds.iter().map(|round| value(round)).collect::<Vec<_>>());
+            format!("{:.4} ±{:4.1} %", spread.median, spread.relative() * 100.0)
+        };
+        let cells = [0, 1].map(|clock| cell(&|round| round[i][clock]));
+        let ratios = [0, 1].map(|clock| cell(&|round| round[i][clock] / round[0][clock]));
+        table += &format!("{:24}{:>20}{:>20}{:>20}{:>20}\n", contestant.name, cells[0], cells[1], ratios[0], ratios[1]);
+    }
+    table
+}
+
+/// Whether this is a run that measures, and not one that only lists or checks the benches.
+pub fn measuring() -> bool {
+    !std::env::args().any(|argument| ["--test", "--list"].contains(&argument.as_str()))
+}

@@ -1,0 +1,112 @@
+//! `bench`: what its table, JSON, Markdown and plot say, and which mistakes it knows. No figure is judged by its size.
+
+use serde_json::Value;
+
+use crate::support::Desk;
+
+const SPHERE: &str = r#"
+format = 1
+render = { size = [64, 48] }
+cameras = [{ name = "front", pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]
+materials = [{ name = "m", model.classic = {} }]
+objects = [
+  { shape.sphere = { centre = [0, 0, 0], radius = 1 }, material = "m" },
+  { shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }, material = "m" },
+]
+"#;
+
+/// A quick run: every row is measured, if badly.
+fn quick(more: &[&'static str]) -> Vec<&'static str> {
+    [&["bench", "--max-n", "20", "--repeats", "2", "--seconds", "0.01", "--shape", "spheres"], more].concat()
+}
+
+/// The table has a row for every N and says how it was measured and what it found.
+#[test]
+fn table_has_a_row_for_each_size() {
+    let desk = Desk::new();
+    let run = desk.run(&quick(&[]));
+    run.exits_with(0).says("");
+    let text = run.text();
+    for words in ["thread", "median of 2 interleaved repeats", "\nSpheres\n", "scan, ns/ray", "tree"] {
+        assert!(text.contains(words), "no `{words}` in\n{text}");
+    }
+    let sizes: Vec<&str> =
+        text.lines().filter_map(|line| line.split_whitespace().next()).filter(|w| w.parse::<u32>().is_ok()).collect();
+    assert_eq!(sizes, ["1", "2", "4", "8", "16", "20"], "{text}");
+}
+
+/// JSON has what a script compares runs by; what was not fitted is null.
+#[test]
+fn json_has_every_figure() {
+    let desk = Desk::new();
+    let run = desk.run(&quick(&["--json"]));
+    run.exits_with(0).says("");
+    let report: Value = serde_json::from_str(run.text()).expect("JSON");
+    assert_eq!((&report["format"], &report["threads"], &report["repeats"]), (&1.into(), &1.into(), &2.into()));
+    let series = &report["generated"][0];
+    assert_eq!((series["kind"].as_str(), &series["tree_growth"]), (Some("spheres"), &Value::Null));
+    let row = &series["rows"][5];
+    assert_eq!((row["primitives"].as_u64(), row["scan"]["tests_per_ray"].as_f64()), (Some(20), Some(20.0)));
+    for figure in ["median", "lower_quartile", "upper_quartile", "min", "max"] {
+        for spread in
+            [&row["tree"]["nanoseconds"], &row["scan"]["nanoseconds"], &row["ratio"], &row["tree"]["build_milliseconds"]]
+        {
+            assert!(spread[figure].as_f64().is_some_and(|x| x > 0.0), "{figure} in {row}");
+        }
+    }
+    assert!(row["tree"]["bytes"].as_u64() > row["scan"]["bytes"].as_u64(), "{row}");
+}
+
+/// Markdown is a table that renders: as many cells in each line as in its head.
+#[test]
+fn markdown_is_a_table() {
+    let desk = Desk::new();
+    let run = desk.run(&quick(&["--markdown"]));
+    run.exits_with(0);
+    let cells: Vec<usize> =
+        run.text().lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count()).collect();
+    assert_eq!(cells, [10; 8], "{}", run.text());
+}
+
+/// The plot is written beside the table and is one whole SVG; another kind of file is refused before anything is measured.
+#[test]
+fn plot_is_an_svg_file() {
+    let desk = Desk::new();
+    desk.run(&quick(&["--plot", "n.svg"])).exits_with(0).says("n.svg");
+    let svg = std::fs::read_to_string(desk.path("n.svg")).expect("the plot");
+    assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && svg.contains("scan, spheres"), "{svg}");
+    assert!(!svg.contains("NaN"), "{svg}");
+    desk.run(&quick(&["-o", "n.png"])).exits_with(2).says("error: n.png does not end in .svg, and the plot is nothing else");
+    desk.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
+}
+
+/// A scene of one's own: camera rays and bounces, and the changes that a scene can be given.
+#[test]
+fn given_scenes_are_measured() {
+    let desk = Desk::new();
+    desk.write("s.scene.toml", SPHERE);
+    let run = desk.run(&["bench", "s.scene.toml", "--repeats", "1", "--seconds", "0.01", "--json"]);
+    run.exits_with(0).says("");
+    let report: Value = serde_json::from_str(run.text()).expect("JSON");
+    let given = &report["given"];
+    assert_eq!((given["scene"].as_str(), given["camera"]["primitives"].as_u64()), (Some("s.scene.toml"), Some(2)));
+    assert!(given["bounce"]["tree"]["rays"].as_u64().is_some_and(|rays| rays > 0), "{given}");
+    let table = desk.run(&["bench", "s.scene.toml", "--repeats", "1", "--seconds", "0.01"]);
+    assert!(table.text().contains("camera") && table.text().contains("2 primitives"), "{}", table.text());
+    desk.run(&["bench", "s.scene.toml", "--set", "q=1"]).exits_with(2);
+}
+
+/// Each mistake ends with the code that the command line promises.
+#[test]
+fn mistakes_have_their_codes() {
+    let desk = Desk::new();
+    desk.write("s.scene.toml", SPHERE);
+    desk.write("empty.scene.toml", "format = 1\n");
+    desk.run(&["bench", "--max-n", "0"]).exits_with(2);
+    desk.run(&["bench", "--json", "--markdown"]).exits_with(2);
+    desk.run(&["bench", "s.scene.toml", "--max-n", "10"]).exits_with(2);
+    desk.run(&["bench", "--seconds", "0"]).exits_with(2);
+    desk.run(&["bench", "missing.glb"]).exits_with(4);
+    let empty = desk.run(&["bench", "empty.scene.toml"]);
+    empty.exits_with(3).says("error: empty.scene.toml: the scene has no object that a ray could hit");
+}
