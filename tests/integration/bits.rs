@@ -5,8 +5,9 @@ use std::path::Path;
 
 use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::picture::Picture;
+use raywright::core::prepare::{has_light, neutral_sky};
 use raywright::core::settings::{Aov, Crop, KernelChoice, PrecisionChoice, Sampling};
-use raywright::core::{Scene, Settings, complete, prepare};
+use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 
 const SIZE: [u32; 2] = [64, 48];
@@ -21,7 +22,9 @@ struct Subject {
 impl Subject {
     fn new(name: String, input: &Input, spp: Option<u32>) -> Self {
         let mut scene = load(input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
-        complete(&mut scene);
+        if !has_light(&scene) {
+            scene.sky = Some(neutral_sky());
+        }
         let sampling = Sampling::resolve(&scene, spp);
         Self { name, scene, sampling }
     }

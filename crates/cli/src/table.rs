@@ -1,12 +1,30 @@
 //! Plain tables for standard output: columns padded to their widest cell, two spaces apart; numbers short enough for them.
 
-/// Lays rows out in columns; every row has one cell a column. No spaces are left at the end of a line.
+/// On which side a column's cells touch its edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Align {
+    /// Text.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// Lays rows out in columns of text; every row has one cell a column. No spaces are left at the end of a line.
 pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
+    lay_out_aligned([Align::Left; N], rows)
+}
+
+/// Lays rows out in columns, each with its alignment.
+pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(width);
     let mut text = String::new();
     for row in rows {
-        let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+        let cell = |(i, cell): (usize, &String)| match columns[i] {
+            Align::Left => format!("{cell:0$}", widths[i]),
+            Align::Right => format!("{cell:>0$}", widths[i]),
+        };
+        let cells: Vec<String> = row.iter().enumerate().map(cell).collect();
         text += cells.join("  ").trim_end();
         text.push('\n');
     }
@@ -36,6 +54,7 @@ mod tests {
     fn columns_line_up() {
         let rows = [["é", "1", "x"], ["abc", "100", ""]].map(|row| row.map(str::to_owned));
         assert_eq!(lay_out(&rows), "é    1    x\nabc  100\n");
+        assert_eq!(lay_out_aligned([Align::Left, Align::Right, Align::Left], &rows), "é      1  x\nabc  100\n");
     }
 
     /// Numbers of any size keep four digits and lose empty ones.

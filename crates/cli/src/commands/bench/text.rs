@@ -4,7 +4,7 @@ use raywright_core::bench::{Cost, Crossover, Given, PowerLaw, Row, Series, Sprea
 use raywright_io::human_bytes;
 
 use super::report::{Measured, Report};
-use crate::table::{Align, lay_out};
+use crate::table::{Align, lay_out_aligned};
 
 /// A table with what is to be said below it.
 struct Sheet<const N: usize> {
@@ -137,7 +137,7 @@ fn capitalised(word: &str) -> String {
 
 impl<const N: usize> Sheet<N> {
     fn plain(&self) -> String {
-        format!("\n{}\n{}{}\n", self.heading, lay_out(self.columns, &self.rows), self.notes.join("\n"))
+        format!("\n{}\n{}{}\n", self.heading, lay_out_aligned(self.columns, &self.rows), self.notes.join("\n"))
     }
 
     fn markdown(&self) -> String {
