@@ -41,7 +41,7 @@ pub(super) fn steps(check: &mut Check<'_>, steps: &[TransformStep]) {
 }
 
 fn matrix(check: &mut Check<'_>, rows: &[[f64; 4]; 3]) {
-    if rows.iter().flatten().any(|x| !(x.abs() <= 1e15)) {
+    if !rows.iter().flatten().all(|x| x.abs() <= 1e15) {
         check.report("each entry of `matrix` must be finite and from -1e15 to 1e15");
         return;
     }

@@ -102,7 +102,9 @@ impl<'a> Reader<'a> {
     fn expression(&self, error: expr::ExprError) -> Failure {
         let span = self.node.span_within(self.context.text, &error.span);
         let message = format!("in the expression of {self}: {}", error.message);
-        Failure { hint: error.hint, ..Failure::new(message).at(span) }
+        let mut failure = Failure::new(message).at(span);
+        failure.hint = error.hint;
+        failure
     }
 
     /// The whole number this value is or evaluates to, within a range. A failure is noted, and a 1 stands in.

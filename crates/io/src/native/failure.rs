@@ -1,7 +1,7 @@
 //! The error that travels up through serde while a tree becomes a scene, collecting its place on the way.
 
 use std::fmt;
-use std::ops::Range;
+use std::ops::{Deref, DerefMut, Range};
 
 use raywright_core::suggest::closest;
 use serde::de::{self, Expected, Unexpected};
@@ -15,9 +15,12 @@ pub(crate) enum Step {
     Index(usize),
 }
 
-/// Why a value is not what the scene needs there.
+/// Why a value is not what the scene needs there. Boxed, because every step of serde hands it on by value.
 #[derive(Debug)]
-pub(crate) struct Failure {
+pub(crate) struct Failure(Box<Details>);
+
+#[derive(Debug, Default)]
+pub(crate) struct Details {
     pub message: String,
     pub label: String,
     pub hint: Option<String>,
@@ -29,9 +32,23 @@ pub(crate) struct Failure {
     pub path: Vec<Step>,
 }
 
+impl Deref for Failure {
+    type Target = Details;
+
+    fn deref(&self) -> &Details {
+        &self.0
+    }
+}
+
+impl DerefMut for Failure {
+    fn deref_mut(&mut self) -> &mut Details {
+        &mut self.0
+    }
+}
+
 impl Failure {
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), label: String::new(), hint: None, span: None, key: None, path: Vec::new() }
+        Self(Box::new(Details { message: message.into(), ..Details::default() }))
     }
 
     pub fn at(mut self, span: Range<usize>) -> Self {
@@ -56,7 +73,8 @@ impl Failure {
     }
 
     pub fn into_diagnostic(self) -> Diagnostic {
-        Diagnostic { message: self.message, span: self.span, label: self.label, hint: self.hint }
+        let Details { message, span, label, hint, .. } = *self.0;
+        Diagnostic { message, span, label, hint }
     }
 }
 
@@ -87,7 +105,9 @@ impl de::Error for Failure {
 
     fn unknown_field(field: &str, expected: &'static [&'static str]) -> Self {
         let hint = did_you_mean(field, expected, "the keys here");
-        Self { key: Some(field.to_owned()), ..Self::new(format!("unknown key `{field}`")).with_hint(hint) }
+        let mut failure = Self::new(format!("unknown key `{field}`")).with_hint(hint);
+        failure.key = Some(field.to_owned());
+        failure
     }
 
     fn missing_field(field: &'static str) -> Self {
