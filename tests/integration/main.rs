@@ -4,6 +4,7 @@ mod bits;
 mod cli;
 mod effects;
 mod emitters;
+mod gallery;
 mod instances;
 mod reference;
 mod support;

@@ -1,8 +1,10 @@
 //! The preset of the round textured room against the shader that it comes from.
 
+use raywright::core::Scene;
+use raywright::core::scene::{ColourSpace, ConstantOffset, DepthLimit, Falloff, LightKind, OffsetDirection, SideRule, SpawnRule};
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{carried, hold_stable, object_ids, read, reference, render, stable_mask};
+use super::{carried, classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
 
 /// Folder, parameter, and the place of our objects in the reference's order: column and wall change places in its second set.
 const SETS: [(&str, f64, [f32; 6]); 2] =
@@ -37,4 +39,42 @@ fn both_sets_robust() {
 #[test]
 fn both_sets_reference() {
     sets(PrecisionChoice::Reference);
+}
+
+/// Protects the tests above: each single wrong rule is seen by their bound in one of the sets.
+#[test]
+fn a_single_wrong_rule_is_seen() {
+    let Some(folder) = reference("kinderpainter").filter(|_| carried("kinderpainter")) else { return };
+    type Mistake = (&'static str, fn(&mut Scene));
+    let mistakes: [Mistake; 8] = [
+        ("nothing at the end of the bounce", |s| s.classic.depth_limit = DepthLimit::Drop),
+        ("mirrored rays from distance zero", |s| {
+            s.classic.spawn = SpawnRule::Constant(ConstantOffset {
+                offset: 0.0,
+                along: OffsetDirection::Normal,
+                camera_min: 0.0,
+                secondary_min: 0.0,
+                shadow_min: 0.0,
+            });
+        }),
+        ("a light that weakens", |s| {
+            let LightKind::Point { falloff, .. } = &mut s.lights[0].kind else { panic!("the light is a point") };
+            *falloff = Falloff::InverseSquare;
+        }),
+        ("shadowed highlights", |s| classic(s, "floor").specular.as_mut().expect("the floor shines").shadowed = true),
+        ("the rim's exponent", |s| classic(s, "wall").rim.as_mut().expect("the wall has a rim").exponent = 1),
+        ("a tinted reflection", |s| classic(s, "column").reflection.as_mut().expect("the column reflects").tinted = true),
+        ("the wall from outside", |s| s.objects[3].side = SideRule::Outside),
+        ("decoded texels", |s| s.textures[0].colour_space = ColourSpace::Srgb),
+    ];
+    for (what, change) in mistakes {
+        let off = SETS.map(|(name, b, _)| {
+            let mut scene = scene("kinderpainter", 0.0, &[("b", b)]);
+            change(&mut scene);
+            let (ours, stable) = (render_scene(&scene, |_| {}).picture, stable_mask(&folder.join(name)));
+            share_beyond(&ours, &read(&folder.join(name).join("color.exr")), 1.0 / 255.0, |i| stable[i])
+        });
+        eprintln!("{what}: {:.3} % and {:.3} % of stable pixels", off[0] * 100.0, off[1] * 100.0);
+        assert!(off.iter().any(|&share| share > 0.0002), "{what} is not seen");
+    }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use raywright::core::display::Display;
 use raywright::core::picture::Picture;
-use raywright::core::scene::{ToneMap, TransferCurve};
+use raywright::core::scene::{Classic, Model, ToneMap, TransferCurve};
 use raywright::core::{Rendered, Scene, Settings, prepare};
 use raywright::io::output::{Metadata, read_picture, write_png};
 use raywright::io::{Input, Limits, LoadOptions, Overrides, load, presets};
@@ -107,4 +107,13 @@ pub fn keep(what: &str, ours: &Picture, theirs: &Picture) -> PathBuf {
 /// The samples of a layer.
 pub fn object_ids(picture: &Picture, layer: &str) -> Vec<f32> {
     picture.layer(layer).unwrap_or_else(|| panic!("no layer {layer}")).samples.clone()
+}
+
+/// The terms of a classic material of the preset.
+pub fn classic<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Classic {
+    let material = scene.materials.iter_mut().find(|m| m.name == name).expect("the preset has the material");
+    match &mut material.model {
+        Model::Classic(m) => m,
+        Model::Physical(_) => panic!("{name} is classic"),
+    }
 }

@@ -1,8 +1,10 @@
 //! The preset of noise and procedural materials against the shader that it comes from.
 
+use raywright::core::Scene;
+use raywright::core::scene::{ColourInput, Sky};
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{carried, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
+use super::{carried, classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
 
 /// Folder, time, pointer, size.
 const VIEWS: [(&str, f64, [f64; 2], [u32; 2]); 2] =
@@ -54,4 +56,43 @@ fn a_shadow_rule_of_its_own_needs_no_occluder() {
     assert_eq!(bare.counters.shadow, 0, "nothing casts a shadow, so no ray asks");
     let share = share_beyond(&whole, &bare.picture, 1e-3, |_| true);
     assert!((0.001..0.02).contains(&share), "{:.2} % of the pixels changed with the ball's shadow", share * 100.0);
+}
+
+/// Protects the tests above: each single wrong rule is seen by their bound in one of the views.
+#[test]
+fn a_single_wrong_rule_is_seen() {
+    let Some(folder) = reference("noise").filter(|_| carried("noise")) else { return };
+    type Mistake = (&'static str, fn(&mut Scene));
+    let mistakes: [Mistake; 6] = [
+        ("one pattern on the ball", |s| edit(&mut classic(s, "ball").colour, "0.4*(", "0.0*(")),
+        ("six octaves of clouds", |s| edit(sky(s), "0.03], 8", "0.03], 6")),
+        ("a cloud's octaves without their sign", |s| edit(sky(s), "fbm", "turbulence")),
+        ("no grazing highlight", |s| classic(s, "water").specular = None),
+        ("the rule's own shadow", |s| classic(s, "water").shadow = None),
+        ("a ball in Lambert's light", |s| classic(s, "ball").shadow = None),
+    ];
+    for (what, change) in mistakes {
+        let off = VIEWS.map(|(name, t, [x, y], size)| {
+            let mut scene = scene("noise", t, &[("mouse_x", x), ("mouse_y", y)]);
+            change(&mut scene);
+            let (ours, stable) = (render_scene(&scene, |s| s.size = size).picture, stable_mask(&folder.join(name)));
+            share_beyond(&ours, &read(&folder.join(name).join("color.exr")), 1.0 / 255.0, |i| stable[i])
+        });
+        eprintln!("{what}: {:.3} % and {:.3} % of stable pixels", off[0] * 100.0, off[1] * 100.0);
+        assert!(off.iter().any(|&share| share > 0.0005), "{what} is not seen");
+    }
+}
+
+/// Replaces a part of an expression.
+fn edit(input: &mut ColourInput, from: &str, to: &str) {
+    let ColourInput::Expression(text) = input else { panic!("the input is an expression") };
+    assert!(text.contains(from), "`{from}` is in the expression");
+    *text = text.replace(from, to);
+}
+
+fn sky(scene: &mut Scene) -> &mut ColourInput {
+    match &mut scene.sky {
+        Some(Sky::Expression(input)) => input,
+        _ => panic!("the sky is an expression"),
+    }
 }

@@ -3,11 +3,11 @@
 use raywright::core::picture::Picture;
 use raywright::core::prepare;
 use raywright::core::scene::{
-    Classic, ConstantOffset, Model, OffsetDirection, Pattern, Scene, ShadowRule, SpawnRule, SpecularModel, TransmissionChoice,
+    ConstantOffset, OffsetDirection, Pattern, Scene, ShadowRule, SpawnRule, SpecularModel, TransmissionChoice,
 };
 use raywright::core::settings::{Aov, PrecisionChoice, Sampling, Settings};
 
-use super::{ACES_22, read, reference, render, scene, share_beyond};
+use super::{ACES_22, classic, read, reference, render, scene, share_beyond};
 
 const VIEWS: [(&str, f64, [u32; 2]); 3] =
     [("t0_640x360", 0.0, [640, 360]), ("t2p5_640x360", 2.5, [640, 360]), ("t12_256x256", 12.0, [256, 256])];
@@ -142,14 +142,5 @@ fn a_single_wrong_rule_is_seen() {
             prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
         };
         assert!(seen(&make), "{name} is not seen");
-    }
-}
-
-/// The terms of a classic material of the preset.
-fn classic<'a>(scene: &'a mut Scene, name: &str) -> &'a mut Classic {
-    let material = scene.materials.iter_mut().find(|m| m.name == name).expect("the preset has the material");
-    match &mut material.model {
-        Model::Classic(m) => m,
-        Model::Physical(_) => panic!("{name} is classic"),
     }
 }
