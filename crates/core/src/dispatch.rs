@@ -105,7 +105,7 @@ impl Ready {
         let (geometry, textures) = each!(&self.inner, p => (p.geometry_bytes as u64, p.texture_bytes as u64));
         let [width, height] = self.settings.size;
         let Crop { width, height, .. } = self.settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
-        let a_pixel = 64 + 16 + 12 * self.settings.aovs.len() as u64;
+        let a_pixel = 12 + 4 + 12 * self.settings.aovs.len() as u64;
         Memory { geometry, textures, film: u64::from(width) * u64::from(height) * a_pixel }
     }
 

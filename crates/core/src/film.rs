@@ -1,4 +1,4 @@
-//! The film: sums of samples by pixel, in f64, and the layers beside the colour.
+//! The film: sums of a pixel's samples, in f64, and the picture that tiles are put into.
 //!
 //! Samples are summed in fixed blocks of 16 in ascending order, each block folded into f64: the same bits for any tiles and
 //! threads, and a way open to resume a picture or to merge shards of it.
@@ -72,6 +72,11 @@ impl Pixel {
         self.sum.map(|s| (s / n) as f32)
     }
 
+    /// Share of the samples that hit something.
+    pub fn coverage(&self) -> f32 {
+        self.hits as f32 / self.samples.max(1) as f32
+    }
+
     /// Standard error of the mean, per channel; zero below two samples.
     pub fn standard_error(&self) -> [f32; 3] {
         let n = f64::from(self.samples);
@@ -85,12 +90,10 @@ impl Pixel {
     }
 }
 
-/// A picture in the making: the finished tiles' pixels and layers.
+/// A picture in the making. Tiles bring their pixels finished, so that putting one in its place only copies.
 #[derive(Clone, Debug)]
 pub(crate) struct Film {
-    width: u32,
-    pixels: Vec<Pixel>,
-    layers: Vec<Layer>,
+    picture: Picture,
 }
 
 /// A rectangle of the film in film coordinates, with what was rendered there, row by row.
@@ -100,53 +103,44 @@ pub(crate) struct Tile {
     pub y: u32,
     pub width: u32,
     pub height: u32,
-    pub pixels: Vec<Pixel>,
+    pub rgb: Vec<[f32; 3]>,
+    /// Coverage; empty where the film has none.
+    pub alpha: Vec<f32>,
     /// One buffer a layer, in the film's order.
     pub layers: Vec<Vec<f32>>,
 }
 
 impl Film {
-    pub fn new(width: u32, height: u32, layers: &[String]) -> Self {
-        let count = width as usize * height as usize;
-        let layers = layers.iter().map(|name| Layer { name: name.clone(), samples: vec![0.0; count] });
-        Self { width, pixels: vec![Pixel::default(); count], layers: layers.collect() }
+    /// Black, with layers of these names.
+    pub fn new(width: u32, height: u32, layers: &[String], alpha: bool) -> Self {
+        let mut picture = Picture::new(width, height);
+        let empty = || vec![0.0; picture.pixels()];
+        let layers = layers.iter().map(|name| Layer { name: name.clone(), samples: empty() }).collect();
+        let alpha = alpha.then(empty);
+        (picture.layers, picture.alpha) = (layers, alpha);
+        Self { picture }
     }
 
     /// Puts a finished tile in its place.
     pub fn put(&mut self, tile: &Tile) {
+        let width = self.picture.width as usize;
         for row in 0..tile.height as usize {
             let from = row * tile.width as usize..(row + 1) * tile.width as usize;
-            let start = (tile.y as usize + row) * self.width as usize + tile.x as usize;
+            let start = (tile.y as usize + row) * width + tile.x as usize;
             let to = start..start + tile.width as usize;
-            self.pixels[to.clone()].copy_from_slice(&tile.pixels[from.clone()]);
-            for (layer, samples) in self.layers.iter_mut().zip(&tile.layers) {
+            self.picture.rgb[to.clone()].copy_from_slice(&tile.rgb[from.clone()]);
+            if let Some(alpha) = &mut self.picture.alpha {
+                alpha[to.clone()].copy_from_slice(&tile.alpha[from.clone()]);
+            }
+            for (layer, samples) in self.picture.layers.iter_mut().zip(&tile.layers) {
                 layer.samples[to.clone()].copy_from_slice(&samples[from.clone()]);
             }
         }
     }
 
     /// The picture so far; pixels of unfinished tiles are black.
-    pub fn picture(mut self, alpha: bool, samples: bool, standard_error: bool) -> Picture {
-        let height = (self.pixels.len() / self.width.max(1) as usize) as u32;
-        let mut add = |name: &str, of: &dyn Fn(&Pixel) -> f32| {
-            self.layers.push(Layer { name: name.to_owned(), samples: self.pixels.iter().map(of).collect() });
-        };
-        if samples {
-            add("samples.N", &|p| p.samples as f32);
-        }
-        if standard_error {
-            for (i, channel) in ["R", "G", "B"].into_iter().enumerate() {
-                add(&format!("stderr.{channel}"), &|p| p.standard_error()[i]);
-            }
-        }
-        let coverage = |p: &Pixel| p.hits as f32 / p.samples.max(1) as f32;
-        Picture {
-            width: self.width,
-            height,
-            rgb: self.pixels.iter().map(Pixel::mean).collect(),
-            alpha: alpha.then(|| self.pixels.iter().map(coverage).collect()),
-            layers: self.layers,
-        }
+    pub fn picture(self) -> Picture {
+        self.picture
     }
 }
 

@@ -7,7 +7,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
 use crate::counters::Counters;
-use crate::film::{Accumulator, Film, Tile};
+use crate::film::{Accumulator, Film, Pixel, Tile};
 use crate::integrator::{Kernel, Tracer};
 use crate::picture::Picture;
 use crate::prepare::Prepared;
@@ -44,7 +44,8 @@ pub struct Rendered {
 pub(crate) fn render<P: Precision, K: Kernel>(scene: &Prepared<P>, settings: &Settings, observer: &dyn Observer) -> Rendered {
     let crop = settings.crop.unwrap_or(Crop { x: 0, y: 0, width: settings.size[0], height: settings.size[1] });
     let layers = Layers::new(&settings.aovs);
-    let film = Mutex::new((Film::new(crop.width, crop.height, &layers.names()), Counters::default(), 0_u64));
+    let alpha = settings.background == Background::Transparent;
+    let film = Mutex::new((Film::new(crop.width, crop.height, &layers.names(), alpha), Counters::default(), 0_u64));
     let tiles = tiles(crop, settings.tile_size);
     let total = u64::from(crop.width) * u64::from(crop.height);
     tiles.into_par_iter().for_each(|area| {
@@ -60,9 +61,7 @@ pub(crate) fn render<P: Precision, K: Kernel>(scene: &Prepared<P>, settings: &Se
         observer.progress(film.2, total);
     });
     let (film, counters, done) = film.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let has = |aov| settings.aovs.contains(&aov);
-    let alpha = settings.background == Background::Transparent;
-    Rendered { picture: film.picture(alpha, has(Aov::Samples), has(Aov::StandardError)), counters, finished: done == total }
+    Rendered { picture: film.picture(), counters, finished: done == total }
 }
 
 /// The tiles of a crop, row by row, in film coordinates.
@@ -73,10 +72,15 @@ fn tiles(crop: Crop, size: u32) -> Vec<Crop> {
     starts(crop.height).flat_map(|y| starts(crop.width).map(move |x| tile(x, y))).collect()
 }
 
-/// Which layers come from first hits, and their names in files.
+/// Which layers there are, by where their numbers come from, and their names in files.
 struct Layers {
+    /// From the first hits of all samples.
     mean: Vec<(Aov, [&'static str; 3])>,
+    /// From the first hit of the pixel-centre ray.
     centre: Vec<(Aov, &'static str)>,
+    /// From the pixel's sums.
+    samples: bool,
+    standard_error: bool,
 }
 
 impl Layers {
@@ -94,12 +98,16 @@ impl Layers {
                 Aov::Samples | Aov::StandardError => {}
             }
         }
-        Self { mean, centre }
+        let has = |aov| aovs.contains(&aov);
+        Self { mean, centre, samples: has(Aov::Samples), standard_error: has(Aov::StandardError) }
     }
 
     fn names(&self) -> Vec<String> {
         let mean = self.mean.iter().flat_map(|(_, names)| names.iter());
-        mean.chain(self.centre.iter().map(|(_, name)| name)).map(|&name| name.to_owned()).collect()
+        let hits = mean.chain(self.centre.iter().map(|(_, name)| name));
+        let sums = self.samples.then_some(&"samples.N").into_iter();
+        let error = if self.standard_error { &["stderr.R", "stderr.G", "stderr.B"][..] } else { &[] };
+        hits.chain(sums).chain(error).map(|&name| name.to_owned()).collect()
     }
 }
 
@@ -118,7 +126,7 @@ impl<P: Precision, K: Kernel> TileJob<'_, P, K> {
     fn run(&self) -> (Tile, Counters) {
         let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth);
         let count = self.area.width as usize * self.area.height as usize;
-        let squares = self.settings.aovs.contains(&Aov::StandardError);
+        let squares = self.layers.standard_error;
         let mut pixels = Vec::with_capacity(count);
         let mut dropped = 0;
         match self.settings.sampling {
@@ -151,8 +159,18 @@ impl<P: Precision, K: Kernel> TileJob<'_, P, K> {
         let mut counters = tracer.counters;
         counters.samples = pixels.iter().map(|p| u64::from(p.samples)).sum();
         counters.dropped = dropped;
-        let layers = self.first_hits(&tracer);
-        (Tile { x: self.area.x, y: self.area.y, width: self.area.width, height: self.area.height, pixels, layers }, counters)
+        let mut layers = self.first_hits(&tracer);
+        if self.layers.samples {
+            layers.push(pixels.iter().map(|p| p.samples as f32).collect());
+        }
+        if squares {
+            layers.extend((0..3).map(|i| pixels.iter().map(|p| p.standard_error()[i]).collect()));
+        }
+        let transparent = self.settings.background == Background::Transparent;
+        let Crop { x, y, width, height } = self.area;
+        let rgb = pixels.iter().map(Pixel::mean).collect();
+        let alpha = if transparent { pixels.iter().map(Pixel::coverage).collect() } else { Vec::new() };
+        (Tile { x, y, width, height, rgb, alpha, layers }, counters)
     }
 
     /// Whole-picture coordinates of the tile's pixels, row by row.
