@@ -150,7 +150,7 @@ impl<P: Precision> Group<P> {
 
     /// Adds a triangle and returns its id.
     pub fn triangle(&mut self, vertices: [Vec3Of<P>; 3], visibility: Visibility) -> Result<u32, GeometryError> {
-        let triangle = Triangle { vertices };
+        let triangle = Triangle::new(vertices);
         check_bounds(triangle.bounds())?;
         self.triangles.push(triangle);
         self.push(Kind::Triangle, visibility, self.triangles.len() - 1)

@@ -6,6 +6,8 @@
 //! or right of an edge is the same question with the same answer for both faces at it ("Watertight Ray/Triangle
 //! Intersection", Woop, Benthin, Wald 2013, section 3, with the recheck in f64 done always).
 
+use glam::DVec3;
+
 use super::{CoreVec, Probe, has_wider_core};
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
 
@@ -14,7 +16,10 @@ use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
 pub(crate) struct Corner<P: Precision> {
     /// From the ray's origin, in space.
     offset: CoreVec<P>,
-    /// Projected onto the plane across the ray, and rounded to the stored scalar.
+    /// Projected onto the plane across the ray.
+    x: P::Core,
+    y: P::Core,
+    /// The same rounded to the stored scalar.
     flat: [P::Core; 2],
 }
 
@@ -34,8 +39,9 @@ impl<P: Precision> Corner<P> {
     #[inline(always)]
     pub fn new(probe: &Probe<P>, corner: <P::Real as Real>::Vec3) -> Self {
         let offset = convert_vec::<P::Real, P::Core>(corner) - probe.origin;
-        let flat = |v: CoreVec<P>| convert::<P::Real, P::Core>(convert::<P::Core, P::Real>(offset.dot(v)));
-        Self { offset, flat: [flat(probe.across[0]), flat(probe.across[1])] }
+        let (x, y) = (offset.dot(probe.across[0]), offset.dot(probe.across[1]));
+        let round = |x: P::Core| convert::<P::Real, P::Core>(convert::<P::Core, P::Real>(x));
+        Self { offset, x, y, flat: [round(x), round(y)] }
     }
 
     /// The edge function of the edge from `self` to `to`, of exact sign: positive when the ray has the edge on its right.
@@ -47,8 +53,7 @@ impl<P: Precision> Corner<P> {
 }
 
 /// Where the ray passes through the triangle of three projected corners; its border belongs to it. None for a triangle that
-/// the ray sees edge-on: its neighbours are hit instead. The rounding of the corners moves the crossing within the triangle
-/// by about one rounding of its size across the ray, and costs half of what weights from the unrounded ones do.
+/// the ray sees edge-on: its neighbours are hit instead.
 #[inline(always)]
 pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>, c: &Corner<P>) -> Option<Crossing<P>> {
     let zero = P::Core::ZERO;
@@ -63,11 +68,26 @@ pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>
     if !seen {
         return None;
     }
-    let inverse = P::Core::ONE / determinant;
+    let weights = if has_wider_core::<P>() { unrounded([a, b, c], determinant) } else { None };
+    let [u, v, w] = weights.unwrap_or([u, v, w]);
+    let inverse = P::Core::ONE / (u + v + w);
     let (u, v, w) = (u * inverse, v * inverse, w * inverse);
     let along = a.offset.dot(probe.direction) * u + b.offset.dot(probe.direction) * v + c.offset.dot(probe.direction) * w;
     let t = convert(along * probe.inverse_length_squared);
     Some(Crossing { t, weights: [convert(v), convert(w)], from_outside: determinant > zero })
+}
+
+/// Weights from the unrounded corners: rounding decides at the border only and does not move the crossing. A
+/// weight that this makes negative is zero; none when nothing is left.
+#[inline(always)]
+fn unrounded<P: Precision>([a, b, c]: [&Corner<P>; 3], sign: P::Core) -> Option<[P::Core; 3]> {
+    let zero = P::Core::ZERO;
+    let weight = |p: &Corner<P>, q: &Corner<P>| {
+        let edge = q.x * p.y - p.x * q.y;
+        if (edge < zero) == (sign < zero) { edge } else { zero }
+    };
+    let (u, v, w) = (weight(b, c), weight(c, a), weight(a, b));
+    (u + v + w != zero).then_some([u, v, w])
 }
 
 /// a·b − c·d rounded, with the exact sign, where products are not exact: the rounding errors of the products, by fused
@@ -83,6 +103,14 @@ fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let low = (p_error - (high - back)) - (q_error + back);
     let sum = (p - q) + high;
     if sum == 0.0 { low } else { sum }
+}
+
+/// Whether three points lie on one line; exact where the differences of their coordinates are, as those of f32 numbers
+/// within nine orders of magnitude.
+pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
+    let (p, q) = (b - a, c - a);
+    let minor = |a: f64, b: f64, c: f64, d: f64| exact_difference(a, b, c, d);
+    minor(p.y, q.z, p.z, q.y) == 0.0 && minor(p.z, q.x, p.x, q.z) == 0.0 && minor(p.x, q.y, p.y, q.x) == 0.0
 }
 
 #[inline(always)]

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::edges::{Corner, cross};
+use super::edges::{Corner, are_collinear, cross};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -16,6 +16,13 @@ pub struct Triangle<R: Real> {
 }
 
 impl<R: Real> Triangle<R> {
+    /// From its corners. A triangle without area, its corners on one line or in one place, becomes a point, which no ray
+    /// hits: seen from the side its rounded projection could have an area.
+    pub fn new(vertices: [R::Vec3; 3]) -> Self {
+        let [a, b, c] = vertices;
+        Self { vertices: if are_collinear(a.to_f64(), b.to_f64(), c.to_f64()) { [a; 3] } else { vertices } }
+    }
+
     /// Unit normal by the right-hand rule, in f64; zero for a triangle without area.
     pub fn normal(&self) -> DVec3 {
         let [a, b, c] = self.vertices.map(Vector::to_f64);

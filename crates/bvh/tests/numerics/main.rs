@@ -1,5 +1,10 @@
 //! The hard cases of the numerics specification, each test named by its case: P for primitives, S for spawned rays. Inputs
 //! are f32 numbers, which the oracle gets exactly; bounds are those of the specification.
 
+mod borders;
+mod planes;
+mod quadrics;
 mod sphere;
 mod support;
+mod torus;
+mod triangles;

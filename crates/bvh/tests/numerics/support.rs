@@ -113,6 +113,8 @@ pub enum Verdict {
     Band,
     /// Wrong, with a message.
     Wrong(String),
+    /// The construction made nothing to judge.
+    Skip,
 }
 
 impl Verdict {
@@ -142,22 +144,22 @@ pub struct Outcome {
     pub judged: u64,
     pub band: u64,
     pub wrong: u64,
+    pub skipped: u64,
     /// Greatest error as a share of its bound, of the right ones.
     pub worst: f64,
     pub first: Option<(u64, String)>,
 }
 
 impl Outcome {
-    /// Nothing wrong, and at most one ray in a thousand not judged.
-    pub fn expect_right(&self) {
-        eprintln!(
-            "{}: {} judged, {} in the band, {} wrong, worst {:.3} of the bound",
-            self.case, self.judged, self.band, self.wrong, self.worst
-        );
+    /// Nothing wrong, at least `least` rays judged, and at most one in a thousand too close to call.
+    pub fn expect_right(&self, least: u64) {
+        let Self { case, judged, band, wrong, skipped, worst, .. } = self;
+        eprintln!("{case}: {judged} judged, {band} in the band, {skipped} skipped, {wrong} wrong, worst {worst:.3} of the bound");
         if let Some((index, message)) = &self.first {
-            panic!("{}: {} of {} wrong; first at {index}: {message}", self.case, self.wrong, self.judged);
+            panic!("{case}: {wrong} of {judged} wrong; first at {index}: {message}");
         }
-        assert!(self.band * 1000 <= self.judged + self.band, "{}: {} of {} in the band", self.case, self.band, self.judged);
+        assert!(*judged >= least, "{case}: only {judged} judged");
+        assert!(band * 1000 <= judged + band, "{case}: {band} of {judged} in the band");
     }
     /// Share of wrong ones.
     pub fn wrong_share(&self) -> f64 {
@@ -173,6 +175,7 @@ impl Outcome {
             judged: self.judged + other.judged,
             band: self.band + other.band,
             wrong: self.wrong + other.wrong,
+            skipped: self.skipped + other.skipped,
             worst: self.worst.max(other.worst),
             first,
         }
@@ -181,7 +184,7 @@ impl Outcome {
 
 /// Judges `count` rays, in parallel, each with its own random numbers.
 pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
-    let none = || Outcome { case: case.to_owned(), judged: 0, band: 0, wrong: 0, worst: 0.0, first: None };
+    let none = || Outcome { case: case.to_owned(), judged: 0, band: 0, wrong: 0, skipped: 0, worst: 0.0, first: None };
     (0..count)
         .into_par_iter()
         .with_min_len(512)
@@ -189,6 +192,7 @@ pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdi
             match f(&mut Random::new(seed, u64::from(index))) {
                 Verdict::Right(share) => (sum.judged, sum.worst) = (sum.judged + 1, sum.worst.max(share)),
                 Verdict::Band => sum.band += 1,
+                Verdict::Skip => sum.skipped += 1,
                 Verdict::Wrong(message) => {
                     sum.judged += 1;
                     sum.wrong += 1;

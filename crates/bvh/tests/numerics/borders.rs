@@ -1,0 +1,270 @@
+//! P09, P11, P14: borders of flat shapes, seams of solids, clipped quadrics.
+
+use glam::DVec3;
+use raywright_bvh::shapes::{AnyShape, Cone, Cylinder, Disk, Ends, Hyperboloid, Paraboloid, Quad};
+use raywright_bvh::{Interval, Probe, Real, Robust, Shape, Side};
+
+use crate::support::{Random, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
+
+const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
+
+/// Corners of a parallelogram whose sums are exact in f32, so that the shape is one: coordinates are whole multiples of
+/// 2⁻¹².
+fn grid(v: DVec3) -> DVec3 {
+    (v * 4096.0).round() / 4096.0
+}
+
+/// Where an exact ray meets a plane, in f64.
+fn meet(o: DVec3, d: DVec3, through: DVec3, normal: DVec3) -> DVec3 {
+    o + d * (normal.dot(through - o) / normal.dot(d))
+}
+
+/// Rays at a quad's border: decided as f64 decides them from four units in the last place on.
+#[test]
+fn p09_quad_border() {
+    judge("P09 quad", 9, 1_000_000, |random| {
+        let corner = grid(random.cube() * 10.0);
+        let (eu, ev) = (grid(random.cube() * 2.0), grid(random.cube() * 2.0));
+        let normal = eu.cross(ev);
+        if normal.length() < 0.3 * eu.length() * ev.length() {
+            return Verdict::Skip;
+        }
+        let quad = Quad::<f32>::new(corner, eu, ev);
+        let along = random.between(0.01, 0.99);
+        let edge = random.pick(&[(along, 0.0), (along, 1.0), (0.0, along), (1.0, along)]);
+        let border = corner + eu * edge.0 + ev * edge.1;
+        let scale = corner.abs().max((corner + eu + ev).abs()).max_element();
+        let out = (border - (corner + (eu + ev) * 0.5)).normalize();
+        let origin = border + random.direction() * random.between(1.0, 10.0);
+        let ray = towards::<Robust>(origin, border + out * (random.pick(&STEPS) * ulp(scale)));
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let scale = scale.max(o.abs().max_element());
+        if normal.dot(d).abs() < 0.05 * normal.length() || normal.dot(d) * normal.dot(border - o) < 0.0 {
+            return Verdict::Skip;
+        }
+        let q = meet(o, d, corner, normal) - corner;
+        let w = normal / normal.length_squared();
+        let (u, v) = (q.cross(ev).dot(w), eu.cross(q).dot(w));
+        // Distance inside the border, in space.
+        let heights = [normal.length() / ev.length(), normal.length() / eu.length()];
+        let margin = (u.min(1.0 - u) * heights[0]).min(v.min(1.0 - v) * heights[1]);
+        if margin.abs() < 4.0 * ulp(scale) {
+            return Verdict::Skip;
+        }
+        let got = hit::<Robust>(&quad, &ray).is_some();
+        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the border{}", hex::<Robust>(&ray)))
+    })
+    .expect_right(200_000);
+}
+
+/// Rays at a disk's rim, likewise.
+#[test]
+fn p09_disk_border() {
+    judge("P09 disk", 10, 400_000, |random| {
+        let (centre, normal) = (exact(random.cube() * 10.0), exact(random.direction()));
+        let radius = f64::from(random.between(0.1, 3.0) as f32);
+        let disk = Disk::<f32> { centre: stored::<Robust>(centre), normal: stored::<Robust>(normal), radius: radius as f32 };
+        let rim = random.disc(normal.normalize(), 1.0).normalize();
+        let scale = centre.abs().max_element() + radius;
+        let origin = centre + rim * radius + random.direction() * random.between(1.0, 10.0);
+        let ray = towards::<Robust>(origin, centre + rim * (radius + random.pick(&STEPS) * ulp(scale)));
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let scale = scale.max(o.abs().max_element());
+        if normal.dot(d).abs() < 0.05 || normal.dot(d) * normal.dot(centre - o) < 0.0 {
+            return Verdict::Skip;
+        }
+        let margin = radius - (meet(o, d, centre, normal) - centre).length();
+        if margin.abs() < 4.0 * ulp(scale) {
+            return Verdict::Skip;
+        }
+        let got = hit::<Robust>(&disk, &ray).is_some();
+        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the rim{}", hex::<Robust>(&ray)))
+    })
+    .expect_right(100_000);
+}
+
+/// Two quads that share an edge by its bits let no ray through between them.
+#[test]
+fn p09_no_leak_between_quads() {
+    judge("P09 seam", 11, 3_000_000, |random| {
+        let at = random.cube() * 10_f64.powf(random.between(-2.0, 4.0));
+        let (corner, edge) = (exact(at), random.cube());
+        let [left, right] = [random.cube(), random.cube()];
+        let end = exact(corner + edge);
+        // Both list the shared corners with the same bits, in opposite order.
+        let a = Quad::<f32>::new(corner, end - corner, left);
+        let b = Quad::<f32>::new(end, corner - end, right);
+        let target = corner + (end - corner) * random.between(0.05, 0.95);
+        let away = -(left.normalize() + right.normalize()).normalize() + random.direction() * 0.5;
+        let ray = towards::<Robust>(target + away * random.between(0.5, 20.0), target);
+        // The ray must pass between the two far edges as seen from its origin.
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let seam = end - corner;
+        let side = |way: DVec3| d.cross(seam).dot(way);
+        let (l, r) = (side(left), side(right));
+        let steep = |way: DVec3, s: f64| s.abs() > 0.1 * way.length() * seam.length();
+        let behind = o.distance(target) < 0.4;
+        let far_off = ulp(corner.abs().max_element().max(o.abs().max_element())) * 64.0 > 0.05 * seam.length();
+        if l * r >= 0.0 || !steep(left, l) || !steep(right, r) || behind || far_off {
+            return Verdict::Skip;
+        }
+        let met = hit::<Robust>(&a, &ray).is_some() || hit::<Robust>(&b, &ray).is_some();
+        Verdict::holds(met, || format!("leak{} {a:?} {b:?}", hex::<Robust>(&ray)))
+    })
+    .expect_right(1_000_000);
+}
+
+/// A capped cylinder or cone in f64: how far a point is inside, from normalised axes and distances.
+fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
+    let (q, height) = (p - base, axis.length());
+    let along = q.dot(axis) / height;
+    let out = (q - axis * (along / height)).length();
+    let slant = (radii[1] - radii[0]) / height;
+    let wall = (radii[0] + slant * along - out) / (1.0 + slant * slant).sqrt();
+    wall.min(along).min(height - along)
+}
+
+/// A solid of revolution with a rim to aim at.
+fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
+    let (base, axis) = (exact(random.cube() * 3.0), exact(random.cube() * 2.0));
+    let axis = if axis.length() < 0.3 { DVec3::Y } else { axis };
+    let radii = random.pick(&[[1.0, 1.0], [1.0, 0.0], [1.25, 0.5], [0.25, 0.75]]);
+    let (b, a) = (stored::<Robust>(base), stored::<Robust>(axis));
+    let shape = if radii[0] == radii[1] {
+        Cylinder { base: b, axis: a, radius: radii[0] as f32, ends: Ends::Capped }.into()
+    } else {
+        Cone { base: b, axis: a, radius: radii[0] as f32, top_radius: radii[1] as f32 }.into()
+    };
+    (shape, base, axis, radii)
+}
+
+/// The seam between wall and cap is closed: what passes through the solid is hit, and what enters leaves.
+#[test]
+fn p11_cap_seam() {
+    judge("P11", 12, 1_300_000, |random| {
+        let (shape, base, axis, radii) = solid(random);
+        let top = random.sign() > 0.0;
+        let (end, radius) = if top { (base + axis, radii[1]) } else { (base, radii[0]) };
+        let out = random.disc(axis.normalize(), 1.0).normalize();
+        let scale = base.abs().max_element() + axis.abs().max_element() + 1.25;
+        let jitter = random.cube() * (4.0 * ulp(scale));
+        let rim = end + out * radius + jitter;
+        let ray = towards::<Robust>(rim + random.direction() * random.between(3.0, 10.0), rim);
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
+        if depth(o, base, axis, radii) > -1e-3 {
+            return Verdict::Skip;
+        }
+        let probe = Probe::<Robust>::new(ray);
+        let all = Interval::positive();
+        let enters = shape.intersect(&probe, all, Side::Outside);
+        let leaves = shape.intersect(&probe, all, Side::Inside);
+        if enters.is_some() != leaves.is_some() {
+            return Verdict::Wrong(format!("enters {enters:?}, leaves {leaves:?}{} {shape:?}", hex::<Robust>(&ray)));
+        }
+        // One by one, as a chain of queries sees them.
+        let (mut count, mut from) = (0, 0.0);
+        while let Some(h) = shape.intersect(&probe, Interval { min: from, max: f32::INFINITY }, Side::Both) {
+            (count, from) = (count + 1, h.t);
+        }
+        // The deepest point near the rim, by a search along the ray: inside beyond doubt must be hit.
+        let (mut low, mut high) = ((rim - o).dot(d) - 4.0, (rim - o).dot(d) + 4.0);
+        for _ in 0..80 {
+            let (a, b) = (low + (high - low) * 0.4, low + (high - low) * 0.6);
+            let deeper = depth(o + d * a, base, axis, radii) > depth(o + d * b, base, axis, radii);
+            if deeper { high = b } else { low = a }
+        }
+        let deepest = depth(o + d * low, base, axis, radii);
+        Verdict::holds(count % 2 == 0 && count <= 2, || format!("{count} hits{} {shape:?}", hex::<Robust>(&ray)))
+            .and(|| {
+                Verdict::holds(deepest < 4.0 * ulp(scale) || count == 2, || {
+                    format!("leak at depth {deepest:e}{} {shape:?}", hex::<Robust>(&ray))
+                })
+            })
+            .and(|| {
+                Verdict::holds(deepest > -4.0 * ulp(scale) || count == 0, || {
+                    format!("false hit at {deepest:e}{} {shape:?}", hex::<Robust>(&ray))
+                })
+            })
+    })
+    .expect_right(1_000_000);
+}
+
+/// A clip of no height leaves nothing, and one of a single unit in the last place no more than that.
+#[test]
+fn p14_empty_and_thin_clips() {
+    let thin = f64::from(f32::EPSILON);
+    judge("P14", 14, 300_000, |random| {
+        let height = random.pick(&[0.0, thin, 2.0 * thin, 64.0 * thin, 0.5]);
+        let origin = exact(random.direction() * random.between(2.0, 5.0));
+        let angle = random.unit() * core::f64::consts::TAU;
+        let jitter = random.pick(&STEPS) * thin;
+        let waist = DVec3::new(angle.cos(), height + jitter, angle.sin());
+        let level = random.unit() < 0.2;
+        let origin = if level { exact(DVec3::new(origin.x, 0.0, origin.z)) } else { origin };
+        let target = if level { DVec3::new(waist.x, 0.0, waist.z) } else { waist };
+        let ray = ray::<Robust>(origin, exact((target - origin).normalize()));
+        let (one, zero, up) = (1.0_f32, <f32 as Real>::Vec3::ZERO, stored::<Robust>(DVec3::Y * height));
+        let h = height as f32;
+        let shapes: [AnyShape<f32>; 5] = [
+            Hyperboloid { centre: zero, waist: one, slope: one, half_height: h }.into(),
+            Paraboloid { apex: zero, radius: one, height: h }.into(),
+            Cylinder { base: zero, axis: up, radius: one, ends: Ends::Open }.into(),
+            Cylinder { base: zero, axis: up, radius: one, ends: Ends::Capped }.into(),
+            Cone { base: zero, axis: up, radius: one, top_radius: 0.5 }.into(),
+        ];
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let scale = o.abs().max_element().max(1.0);
+        shapes.iter().fold(Verdict::Right(0.0), |verdict, shape| {
+            verdict.and(|| match hit::<Robust>(shape, &ray) {
+                None => Verdict::Right(0.0),
+                Some(_) if height == 0.0 => Verdict::Wrong(format!("hit nothing at all{} {shape:?}", hex::<Robust>(&ray))),
+                Some(h) => {
+                    let y = o.y + d.y * f64::from(h.t);
+                    let low = if matches!(shape, AnyShape::Hyperboloid(_)) { -height } else { 0.0 };
+                    let over = (y - height).max(low - y);
+                    Verdict::bounded(over, 4.0 * ulp(scale), || format!("beyond the clip{} {shape:?}", hex::<Robust>(&ray)))
+                }
+            })
+        })
+    })
+    .expect_right(300_000);
+}
+
+/// Rays at the clip planes of open quadrics, decided as f64 decides them.
+#[test]
+fn p14_clips_are_exact() {
+    judge("P14 border", 15, 400_000, |random| {
+        let (centre, half) = (exact(random.cube() * 3.0), f64::from(random.between(0.2, 2.0) as f32));
+        let shape = Hyperboloid::<f32> { centre: stored::<Robust>(centre), waist: 0.5, slope: 0.75, half_height: half as f32 };
+        let y = half * random.sign();
+        let (radius, angle) = (0.5 * (1.0 + (y / 0.75) * (y / 0.75)).sqrt(), random.unit() * core::f64::consts::TAU);
+        let scale = centre.abs().max_element() + radius + half;
+        let jitter = random.pick(&STEPS) * ulp(scale);
+        let rim = centre + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
+        let ray = towards::<Robust>(rim + random.direction() * random.between(1.0, 8.0), rim);
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let scale = scale.max(o.abs().max_element());
+        // All roots of the whole sheet, in f64 about the ray's point nearest to the centre.
+        let (f, ahead) = {
+            let f = o - centre;
+            let ahead = -f.dot(d) / d.length_squared();
+            (f + d * ahead, ahead)
+        };
+        let form = |a: DVec3, b: DVec3| (a.x * b.x + a.z * b.z) / 0.25 - a.y * b.y / 0.5625;
+        let (a, b, c) = (form(d, d), form(d, f), form(f, f) - 1.0);
+        let discriminant = b * b - a * c;
+        if discriminant < 1e-3 || a.abs() < 1e-3 {
+            return Verdict::Skip;
+        }
+        let roots = [(-b - discriminant.sqrt()) / a + ahead, (discriminant.sqrt() - b) / a + ahead];
+        let margins = roots.map(|t| half - (f.y + d.y * (t - ahead)).abs());
+        if roots.iter().zip(margins).any(|(t, m)| m.abs() < 4.0 * ulp(scale) || t.abs() < 1e-3) {
+            return Verdict::Skip;
+        }
+        let wanted = roots.iter().zip(margins).filter(|(t, m)| **t > 0.0 && *m > 0.0).map(|r| *r.0).fold(f64::INFINITY, f64::min);
+        let got = hit::<Robust>(&shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
+        let same = got == wanted || (got - wanted).abs() < 1e-4;
+        Verdict::holds(same, || format!("{got} instead of {wanted}, margins {margins:?}{}", hex::<Robust>(&ray)))
+    })
+    .expect_right(100_000);
+}

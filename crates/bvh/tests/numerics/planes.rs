@@ -1,0 +1,142 @@
+//! P06–P08: directions of any length, and planes at grazing angles and far out.
+
+use glam::{DAffine3, DVec3};
+use raywright_bvh::shapes::{
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus,
+    Triangle,
+};
+use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side};
+
+use crate::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
+
+/// One of each shape, from the same f32 numbers in every precision.
+fn shapes<P: Precision>() -> Vec<(&'static str, AnyShape<P::Real>)> {
+    let v = |x: f64, y: f64, z: f64| stored::<P>(exact(DVec3::new(x, y, z)));
+    let r = |x: f64| P::Real::from_f64(f64::from(x as f32));
+    let (centre, axis) = (v(0.3, -0.2, 0.1), v(0.6, 1.3, -0.4));
+    let vertices = [v(-1.1, -0.7, 0.2), v(1.3, -0.6, 0.4), v(0.1, 1.2, -0.3)];
+    let corners = [v(-0.9, -1.1, 0.3), v(0.85, -0.85, 0.3), v(1.1, 0.4, 0.55), v(-0.65, 0.15, 0.55)];
+    vec![
+        ("sphere", Sphere { centre, radius: r(1.1) }.into()),
+        ("plane", Plane::new(centre, stored::<P>(exact(DVec3::new(0.3, 0.9, 0.2).normalize()))).into()),
+        ("disk", Disk { centre, normal: axis, radius: r(1.2) }.into()),
+        ("triangle", Triangle { vertices }.into()),
+        ("quad", Quad { corners }.into()),
+        ("box", Cuboid { min: v(-0.7, -0.9, -0.5), max: v(1.1, 0.4, 0.8) }.into()),
+        ("tube", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::None }.into()),
+        ("open cylinder", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::Open }.into()),
+        ("cylinder", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::Capped }.into()),
+        ("cone", Cone { base: centre, axis, radius: r(1.1), top_radius: r(0.0) }.into()),
+        ("truncated cone", Cone { base: centre, axis, radius: r(1.1), top_radius: r(0.3) }.into()),
+        ("ellipsoid", Ellipsoid { centre, semi_axes: v(1.3, 0.6, 0.9) }.into()),
+        ("hyperboloid", Hyperboloid { centre, waist: r(0.5), slope: r(0.8), half_height: r(1.1) }.into()),
+        ("paraboloid", Paraboloid { apex: v(0.1, -0.9, 0.2), radius: r(1.1), height: r(1.7) }.into()),
+        ("torus", Torus { centre, axis, major_radius: r(1.1), minor_radius: r(0.4) }.into()),
+    ]
+}
+
+/// The same hit whatever the length of the direction, for every shape, in the world and placed. The oracle has the same
+/// direction with length one, in f64; a ray that changes its mind when moved by a billionth is not judged.
+#[test]
+fn p06_any_length_of_direction() {
+    let map = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(0.5, -1.5, 1.25));
+    for ((name, shape), (_, best)) in shapes::<Robust>().into_iter().zip(shapes::<Reference>()) {
+        let placed = Placed::<Robust>::new(shape, map).unwrap();
+        let best_placed = Placed::<Reference>::new(best, map).unwrap();
+        judge(&format!("P06 {name}"), 6, 60_000, |random| {
+            let length = random.pick(&[1e-20, 1e-8, 1e-3, 1.0, 1e3, 1e8]);
+            let origin = exact(random.direction() * 4.0);
+            let d = exact((random.cube() - origin).normalize() * length);
+            let world = random.sign() > 0.0;
+            let robust = Probe::<Robust>::new(ray::<Robust>(origin, d));
+            let got = if world {
+                shape.intersect(&robust, Interval::positive(), Side::Both)
+            } else {
+                placed.intersect(&robust, Interval::positive(), Side::Both)
+            };
+            let expect = |o: DVec3| {
+                let probe = Probe::<Reference>::new(Ray::new(o, d.normalize()));
+                let range = Interval::positive();
+                let hit = if world {
+                    best.intersect(&probe, range, Side::Both)
+                } else {
+                    best_placed.intersect(&probe, range, Side::Both)
+                };
+                hit.map_or(f64::INFINITY, |h| h.t)
+            };
+            let t = got.map_or(f64::INFINITY, |h| f64::from(h.t) * d.length());
+            let wanted = expect(origin);
+            if (t - wanted).abs() <= 4.0 * ulp(wanted) || t == wanted {
+                return Verdict::Right(0.0);
+            }
+            let (a, b) = d.normalize().any_orthonormal_pair();
+            let moved = [a, -a, b, -b].map(|way| expect(origin + way * 1e-9));
+            let sure = moved.iter().all(|&m| (m - wanted).abs() < 1e-6 || m == wanted);
+            if sure { Verdict::Wrong(format!("{t} instead of {wanted}{}", hex::<Robust>(&robust.ray))) } else { Verdict::Band }
+        })
+        .expect_right(59_000);
+    }
+}
+
+/// The distance to a plane down to a ten-millionth of a right angle, and no hit along it.
+#[test]
+fn p07_grazing_plane() {
+    let slopes = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+    judge("P07", 7, 400_000, |random| {
+        let level = random.sign() > 0.0;
+        let n = if level { DVec3::Y } else { exact(random.direction()) };
+        let point = if level { DVec3::ZERO } else { exact(random.cube()) };
+        let slope = random.pick(&slopes) * random.between(0.5, 2.0);
+        let d = exact((random.disc(n, 1.0).normalize() - n * slope).normalize());
+        let origin = exact(point + n);
+        let plane = Plane::new(stored::<Robust>(point), stored::<Robust>(n));
+        let ray = ray::<Robust>(origin, d);
+        let (height, fall) = (n.dot(origin - point), -n.dot(d));
+        let wanted = height / fall;
+        match hit::<Robust>(&plane, &ray) {
+            None => Verdict::holds(fall <= 0.0, || format!("missed{}", hex::<Robust>(&ray))),
+            Some(_) if fall <= 0.0 => Verdict::Wrong(format!("hit behind{}", hex::<Robust>(&ray))),
+            Some(h) => {
+                let error = (f64::from(h.t) - wanted).abs() / wanted;
+                let finite = plane.surface(&Probe::<Robust>::new(ray), h).point.is_finite();
+                Verdict::bounded(error, 4.0 * U / fall, || format!("slope {fall:e}{}", hex::<Robust>(&ray)))
+                    .and(|| Verdict::holds(finite, || format!("not finite{}", hex::<Robust>(&ray))))
+            }
+        }
+    })
+    .expect_right(400_000);
+    for zero in [0.0, -0.0] {
+        for height in [1.0, 0.0] {
+            let ray = ray::<Robust>(DVec3::Y * height, DVec3::new(1.0, zero, 0.0));
+            let plane = Plane::new(stored::<Robust>(DVec3::ZERO), stored::<Robust>(DVec3::Y));
+            assert!(hit::<Robust>(&plane, &ray).is_none(), "hit along the plane at height {height}");
+        }
+    }
+}
+
+/// Cells of a checker seen far out: wrong only within four units in the last place of a border.
+#[test]
+fn p08_checker_far_out() {
+    let plane = Plane::new(stored::<Robust>(DVec3::ZERO), stored::<Robust>(DVec3::Y));
+    for far in [1e3_f64, 1e4, 1e5, 1e6, 1e7] {
+        // As many cells as leave one ray in a thousand near a border.
+        let cell = 2_f64.powf((far / 128.0).log2().ceil());
+        judge(&format!("P08 {far:e}"), 8 + far as u64, 100_000, |random| {
+            let target = DVec3::new(random.between(-far, far), 0.0, random.between(-far, far));
+            let origin = exact(target + random.cube() * (0.3 * far) + DVec3::Y * (0.31 * far));
+            let ray = ray::<Robust>(origin, exact((target - origin).normalize()));
+            let d = ray.direction.as_dvec3();
+            let wanted = origin - d * (origin.y / d.y);
+            let Some(h) = hit::<Robust>(&plane, &ray) else { return Verdict::Wrong(format!("missed{}", hex::<Robust>(&ray))) };
+            let point = plane.surface(&Probe::<Robust>::new(ray), h).point.as_dvec3();
+            let scale = point.abs().max(wanted.abs()).max(origin.abs()).max_element();
+            let border = |x: f64| ((x / cell - (x / cell).round()) * cell).abs() <= 4.0 * ulp(scale);
+            if border(wanted.x) || border(wanted.z) {
+                return Verdict::Band;
+            }
+            let parity = |p: DVec3| ((p.x / cell).floor() + (p.z / cell).floor()).rem_euclid(2.0);
+            Verdict::holds(parity(point) == parity(wanted), || format!("parity at {point:?}{}", hex::<Robust>(&ray)))
+        })
+        .expect_right(99_000);
+    }
+}
