@@ -34,8 +34,11 @@ fn main() {
     }
 }
 
+/// A name in the table and what it changes in the settings.
+type Variant<'a> = (&'a str, &'a dyn Fn(&mut Settings));
+
 /// Renders by each of several settings, in turns.
-fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[(&str, &dyn Fn(&mut Settings))]) {
+fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[Variant<'_>]) {
     let prepared: Vec<_> = variants.iter().map(|(name, adjust)| (*name, ready(scene, size, adjust))).collect();
     let works: Vec<_> = prepared.iter().map(|(name, ready)| (*name, || drop(ready.render(&())))).collect();
     let contestants: Vec<_> = works.iter().map(|(name, work)| Contestant { name, work }).collect();
@@ -56,7 +59,7 @@ fn kernels(scene: &Scene, name: &str) {
             s.kernel = kernel;
         }
     };
-    let variants: [(&str, &dyn Fn(&mut Settings)); 2] =
+    let variants: [Variant<'_>; 2] =
         [("fitting kernel", &with(KernelChoice::Fitting)), ("general kernel", &with(KernelChoice::General))];
     compare(&format!("{name} at 640x360, by kernel"), scene, SMALL, &variants);
 }
@@ -69,7 +72,7 @@ fn precisions(scene: &Scene, name: &str) {
             s.precision = precision;
         }
     };
-    let variants: [(&str, &dyn Fn(&mut Settings)); 3] = [
+    let variants: [Variant<'_>; 3] = [
         ("fast", &with(PrecisionChoice::Fast)),
         ("robust", &with(PrecisionChoice::Robust)),
         ("reference", &with(PrecisionChoice::Reference)),

@@ -77,7 +77,7 @@ fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
     let progress = Progress::start(GIVEN_ROWS, verbosity);
     let mut done = |_: &Row| progress.step("rays measured".to_owned());
     let rows = given(&loaded.scene, &settings, &care, &mut done).map_err(|error| failed(error, &loaded.source.name))?;
-    Ok(Report::new(care, Measured::Given { scene: loaded.source.name, hash: loaded.hash, rows }))
+    Ok(Report::new(care, Measured::Given { scene: loaded.source.name, hash: loaded.hash, rows: Box::new(rows) }))
 }
 
 /// A bar on a terminal, gone when the measurement ends. Elsewhere nothing: a minute is not long.

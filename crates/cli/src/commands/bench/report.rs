@@ -47,7 +47,7 @@ pub enum Measured {
         hash: String,
         /// Its rows.
         #[serde(flatten)]
-        rows: Given,
+        rows: Box<Given>,
     },
 }
 
