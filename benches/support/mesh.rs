@@ -30,7 +30,7 @@ pub fn mesh() -> Scene {
         r#"{"format": 1, "render": {"samples": 4, "max_depth": 4},
         "cameras": [{"name": "c", "pose": {"look_at": {"eye": [0, 1.5, 4], "target": [0, 0, 0]}},
                      "projection": {"pinhole": {"vertical_fov": 40}}}],
-        "lights": [{"kind": {"directional": {"towards_light": [1, 2, 1]}}}],
+        "lights": [{"kind": {"directional": {"to_light": [1, 2, 1]}}, "colour": 1}],
         "sky": {"constant": 0.4},
         "materials": [{"name": "m", "model": {"classic": {}}}],
         "objects": [{"shape": {"mesh": "ball"}, "material": "m"},

@@ -7,10 +7,13 @@ use serde::Serialize;
 
 use crate::failure::Failure;
 
-/// Writes a result to standard output and flushes it.
+/// Writes a result to standard output. A reader that has seen enough (`raywright schema | head`) is no failure.
 pub fn print(text: impl AsRef<[u8]>) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_ref()).and_then(|()| out.flush()).map_err(|error| Failure::stdout(&error))
+    match out.write_all(text.as_ref()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::stdout(&error)),
+        _ => Ok(()),
+    }
 }
 
 /// A value as indented JSON with a line break at its end.

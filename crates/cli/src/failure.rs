@@ -48,8 +48,7 @@ impl From<ErrorKind> for Exit {
 pub struct Failure {
     /// Exit code.
     pub exit: Exit,
-    /// The whole message: what went wrong, where, and what to do about it; empty where the output has already said it,
-    /// and where nobody is left to read it.
+    /// The whole message: what went wrong, where, and what to do about it.
     pub message: String,
 }
 
@@ -59,17 +58,9 @@ impl Failure {
         Self { exit, message: format!("error: {message}") }
     }
 
-    /// A failure of which nothing more is to be said.
-    pub fn silent(exit: Exit) -> Self {
-        Self { exit, message: String::new() }
-    }
-
-    /// Standard output could not be written. A reader that has seen enough (`raywright schema | head`) is no failure.
-    pub fn stdout(error: &io::Error) -> Self {
-        match error.kind() {
-            io::ErrorKind::BrokenPipe => Self::silent(Exit::Done),
-            _ => Self::new(Exit::File, format_args!("cannot write to standard output: {error}")),
-        }
+    /// Standard output could not be written.
+    pub fn stdout(cause: &io::Error) -> Self {
+        Self::new(Exit::File, format_args!("cannot write to standard output: {cause}"))
     }
 }
 

@@ -49,9 +49,7 @@ pub fn main() -> ExitCode {
     let exit = match panic::catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(())) => Exit::Done,
         Ok(Err(failure)) => {
-            if !failure.message.is_empty() {
-                console::tell(failure.message.trim_end());
-            }
+            console::tell(failure.message.trim_end());
             failure.exit
         }
         Err(_) => Exit::Failed,

@@ -17,6 +17,24 @@ fn help_and_version_are_results() {
     assert_eq!(version.text(), format!("raywright {}\n", env!("CARGO_PKG_VERSION")));
 }
 
+/// Every command explains itself, by `--help` and by `help`, and its summary fits into one line of the list.
+#[test]
+fn every_command_has_help() {
+    let desk = Desk::new();
+    let list = desk.run(&["help"]);
+    list.exits_with(0).says("");
+    for command in COMMANDS {
+        let summary = list.text().lines().find(|line| line.trim_start().starts_with(command)).expect(command);
+        assert!(summary.chars().count() <= 100, "{summary}");
+        let help = desk.run(&[command, "--help"]);
+        help.exits_with(0).says("");
+        assert!(help.text().contains(&format!("Usage: raywright {command}")), "{}", help.text());
+        assert_eq!(desk.run(&["help", command]).exits_with(0).text(), help.text());
+    }
+}
+
+const COMMANDS: [&str; 9] = ["render", "explain", "compare", "info", "check", "presets", "schema", "completions", "man"];
+
 /// Each shell gets a script that knows the commands.
 #[test]
 fn completions_are_written_for_each_shell() {
@@ -24,7 +42,9 @@ fn completions_are_written_for_each_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let run = desk.run(&["completions", shell]);
         run.exits_with(0).says("");
-        assert!(run.text().contains("completions"), "{shell}");
+        for command in COMMANDS {
+            assert!(run.text().contains(command), "{command} for {shell}");
+        }
     }
 }
 
@@ -35,19 +55,24 @@ fn manual_pages_carry_their_names() {
     let program = desk.run(&["man"]);
     program.exits_with(0).says("");
     assert!(program.text().contains(".TH raywright 1"), "{}", program.text());
-    let command = desk.run(&["man", "completions"]);
-    command.exits_with(0).says("");
-    assert!(command.text().contains(".TH raywright-completions 1"), "{}", command.text());
+    for command in COMMANDS {
+        let page = desk.run(&["man", command]);
+        page.exits_with(0).says("");
+        assert!(page.text().contains(&format!(".TH raywright-{command} 1")), "{}", page.text());
+    }
 }
 
-/// A reader that has seen enough is no failure: `raywright completions bash | head -0`.
+/// A reader that has seen enough is no failure: `raywright schema | head -0`.
 #[test]
 fn closed_pipe_is_success() {
     let desk = Desk::new();
-    let mut child = desk.command(&["completions", "zsh"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
-    drop(child.stdout.take());
-    let mut stderr = String::new();
-    child.stderr.take().expect("piped").read_to_string(&mut stderr).expect("text");
-    let status = child.wait().expect("ends");
-    assert_eq!((status.code(), stderr.as_str()), (Some(0), ""));
+    for arguments in [&["completions", "zsh"][..], &["schema"], &["render", "preset:whitted", "-q", "-o", "-", "-o", "a.png"]] {
+        let mut child = desk.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+        drop(child.stdout.take());
+        let mut stderr = String::new();
+        child.stderr.take().expect("piped").read_to_string(&mut stderr).expect("text");
+        let status = child.wait().expect("ends");
+        assert_eq!((status.code(), stderr.as_str()), (Some(0), ""), "{arguments:?}");
+    }
+    assert_eq!(desk.names(), ["a.png"], "what can be written is written");
 }

@@ -242,3 +242,23 @@ fn interrupted_renders_keep_what_is_finished() {
     assert_eq!((picture.width, picture.height), (1920, 1080));
     assert!(picture.rgb.iter().any(|&pixel| pixel != [0.0; 3]), "something was finished");
 }
+
+/// A second Ctrl-C does not wait for the tiles that are being worked on.
+#[cfg(unix)]
+#[test]
+fn a_second_interrupt_ends_at_once() {
+    let desk = Desk::new();
+    // A tile takes minutes at this many samples.
+    let endless = ["render", "preset:whitted", "-v", "-o", "a.png", "--spp", "65536", "--size", "1920x1080"];
+    let mut child = desk.command(&endless).stderr(Stdio::piped()).spawn().expect("starts");
+    // The effects are told right before the render.
+    child.stderr.take().expect("piped").read_exact(&mut [0]).expect("a first line");
+    let start = Instant::now();
+    while child.try_wait().expect("a child").is_none() {
+        assert!(start.elapsed() < Duration::from_secs(30), "it still runs");
+        std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    assert_eq!(child.wait().expect("ended").code(), Some(130));
+    assert!(desk.names().is_empty(), "{:?}", desk.names());
+}

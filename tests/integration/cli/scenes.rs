@@ -93,3 +93,28 @@ fn presets_are_scene_files() {
     }
     desk.run(&["presets", "no-such-preset"]).exits_with(2);
 }
+
+/// The schema is JSON that describes every part of a scene.
+#[test]
+fn the_schema_describes_scenes() {
+    let run = Desk::new().run(&["schema"]);
+    run.exits_with(0).says("");
+    let schema: serde_json::Value = serde_json::from_str(run.text()).expect("JSON");
+    for part in ["format", "render", "cameras", "sky", "lights", "materials", "meshes", "objects"] {
+        assert!(schema["properties"][part].is_object(), "{part}");
+    }
+}
+
+/// All problems of a file are reported at once, each with its line, a caret and a remedy.
+#[test]
+fn problems_of_a_scene_are_shown_where_they_are() {
+    let desk = Desk::new();
+    let wrong = TWO_SPHERES.replace("radius = \"r\"", "raduis = -2").replace("vertical_fov = 40", "vertical_fov = 400");
+    desk.write("two.scene.toml", wrong.replace("material = \"red\"\n[[generators]]", "material = \"rde\"\n[[generators]]"));
+    let run = desk.run(&["check", "two.scene.toml"]);
+    run.exits_with(3).says(PROBLEMS);
+    assert_eq!(run.text(), "");
+    desk.run(&["render", "two.scene.toml"]).exits_with(3).says(PROBLEMS);
+}
+
+const PROBLEMS: &str = "";

@@ -24,10 +24,15 @@ Examples:
 
 `raywright COMMAND --help` explains a command and its flags.";
 
+const SCHEMA_USE: &str = "\
+An editor that is given the schema completes and checks scenes as they are written:
+  raywright schema > scene.schema.json
+For TOML, the first line of a scene may name it:  #:schema ./scene.schema.json";
+
 /// Render a scene - a text file, a glTF or an OBJ model - to a picture.
 #[derive(Debug, Parser)]
 #[command(name = "raywright", version, propagate_version = false, after_help = EXAMPLES, max_term_width = 100)]
-#[command(disable_help_subcommand = true, subcommand_value_name = "COMMAND")]
+#[command(subcommand_value_name = "COMMAND")]
 pub struct Arguments {
     /// What to do; without it, the preset `whitted` is rendered to whitted.png in the current directory.
     #[command(subcommand)]
@@ -51,6 +56,9 @@ pub enum Command {
     Bench(BenchArgs),
     /// List the built-in scenes, or print one of them
     Presets(PresetsArgs),
+    /// Print the JSON Schema of the scene format
+    #[command(after_help = SCHEMA_USE)]
+    Schema,
     /// Print a completion script for a shell
     Completions(CompletionsArgs),
     /// Print the manual page

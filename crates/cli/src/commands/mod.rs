@@ -11,6 +11,7 @@ mod presets;
 mod render;
 
 use crate::args::{Command, RenderArgs};
+use crate::console;
 use crate::failure::Failure;
 
 /// Runs one command; none: the preset `whitted` is rendered.
@@ -23,6 +24,7 @@ pub fn run(command: Option<Command>) -> Result<(), Failure> {
         Command::Check(args) => check::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Presets(args) => presets::run(&args),
+        Command::Schema => console::print(raywright_io::schema()),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),
     }
