@@ -17,13 +17,16 @@ use raywright_core::noise::{turbulence2, turbulence3};
 
 type Closure = Box<dyn Fn(&Inputs<f32>) -> Vec3 + Send + Sync>;
 
+/// A closure over many hits.
+type Inlined = Box<dyn Fn(&[Inputs<f32>]) -> Vec3>;
+
 /// One formula in both forms, as vectors; a number is one in every component.
 struct Case {
     name: &'static str,
     program: Program,
     boxed: Closure,
     /// Sum over many hits by the inlined closure.
-    inlined: Box<dyn Fn(&[Inputs<f32>]) -> Vec3>,
+    inlined: Inlined,
 }
 
 macro_rules! case {

@@ -37,7 +37,7 @@ fn prove(what: &str, scene: &Scene) {
 #[test]
 fn absent_effects_cost_nothing_on_every_preset() {
     for p in presets::list() {
-        prove(&p.name, &preset(&p.name));
+        prove(p.name, &preset(p.name));
     }
 }
 

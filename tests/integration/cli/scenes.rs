@@ -63,7 +63,7 @@ fn check_tells_good_files_from_bad_ones() {
     let good = desk.run(&["check", "two.scene.toml"]);
     good.exits_with(0).says("");
     assert_eq!(good.text(), "two.scene.toml: ok\n");
-    desk.write("bad.scene.toml", &TWO_SPHERES.replace("radius", "raduis"));
+    desk.write("bad.scene.toml", TWO_SPHERES.replace("radius", "raduis"));
     desk.run(&["check", "bad.scene.toml"]).exits_with(3);
     desk.run(&["check", "missing.scene.toml"])
         .exits_with(4)

@@ -19,7 +19,7 @@ fn pass(o: DVec3, d: DVec3, centre: DVec3, radius: f64) -> Pass {
     let middle = -f.dot(d) / d.length_squared();
     let distance = (f + d * middle).length();
     let half = ((radius - distance) * (radius + distance)).sqrt();
-    Pass { distance, roots: (distance <= radius).then(|| [middle * length - half, middle * length + half]) }
+    Pass { distance, roots: (distance <= radius).then_some([middle * length - half, middle * length + half]) }
 }
 
 fn sphere<P: Precision>(centre: DVec3, radius: f64) -> Sphere<P::Real> {

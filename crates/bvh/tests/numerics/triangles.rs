@@ -2,9 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Triangle};
-use raywright_bvh::{
-    AcceleratorKind, Fast, Geometry, Group, Interval, Precision, Probe, Real, Reference, Robust, Shape, Vector, Visibility,
-};
+use raywright_bvh::{AcceleratorKind, Fast, Geometry, Group, Interval, Precision, Probe, Reference, Robust, Shape, Visibility};
 
 use crate::support::{Outcome, Random, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
 

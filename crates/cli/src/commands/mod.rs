@@ -10,13 +10,13 @@ mod man;
 mod presets;
 mod render;
 
-use crate::args::{Command, RenderArgs};
+use crate::args::Command;
 use crate::console;
 use crate::failure::Failure;
 
 /// Runs one command; none: the preset `whitted` is rendered.
 pub fn run(command: Option<Command>) -> Result<(), Failure> {
-    match command.unwrap_or_else(|| Command::Render(Box::new(RenderArgs::default()))) {
+    match command.unwrap_or_else(|| Command::Render(Box::default())) {
         Command::Render(args) => render::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Compare(args) => compare::run(&args),

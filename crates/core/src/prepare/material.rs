@@ -72,6 +72,9 @@ pub(crate) struct Transmission<R: Real> {
     pub refracted_tint: R::Vec3,
 }
 
+/// A texture that may be absent.
+type OptionalSampler<R> = Option<Arc<Sampler<R>>>;
+
 /// The metallic-roughness model.
 #[derive(Clone, Debug)]
 pub(crate) struct Physical<R: Real> {
@@ -84,7 +87,8 @@ pub(crate) struct Physical<R: Real> {
     /// Reflectance of the dielectric at normal incidence.
     pub f0: R,
     pub transmission: Option<Transmission<R>>,
-    pub emission: Option<(R::Vec3, Option<Arc<Sampler<R>>>)>,
+    /// Radiance given off, and what multiplies it; none: nothing.
+    pub emission: Option<(R::Vec3, OptionalSampler<R>)>,
     pub alpha: Alpha<R>,
     pub opacity: R,
     pub unlit: bool,
@@ -241,7 +245,7 @@ fn physical<R: Real>(m: &PhysicalData, context: &Context<'_>) -> Result<Physical
         roughness: R::from_f64(m.roughness),
         metallic_roughness: sampler(&m.metallic_roughness_texture, "metallic_roughness_texture")?,
         f0: R::from_f64(f0),
-        transmission: (m.transmission > 0.0).then(|| Transmission {
+        transmission: (m.transmission > 0.0).then_some(Transmission {
             ior: m.ior,
             switch: None,
             reflected_tint: R::Vec3::ONE,

@@ -1,7 +1,7 @@
 //! The scene as plain data: what a file says, in doubles, with names as references and no behaviour.
 //!
 //! Everything here is serde data and nothing else; [`crate::validate`] checks it, [`crate::effects`] reads it, and
-//! [`crate::prepare`] turns it into what an integrator walks. Numbers in a file may be expressions of `t` and the
+//! [`crate::prepare()`] turns it into what an integrator walks. Numbers in a file may be expressions of `t` and the
 //! scene's parameters; the loader evaluates them, so here every number is a number. What is evaluated per hit stays text
 //! ([`Weight::Expression`], [`ColourInput::Expression`]).
 //!
