@@ -105,7 +105,7 @@ fn the_schema_describes_scenes() {
     }
 }
 
-/// All problems of a file are reported at once, each with its line, a caret and a remedy.
+/// All problems of the keys are reported at once, each with its line, a caret and a remedy.
 #[test]
 fn problems_of_a_scene_are_shown_where_they_are() {
     let desk = Desk::new();
@@ -117,4 +117,18 @@ fn problems_of_a_scene_are_shown_where_they_are() {
     desk.run(&["render", "two.scene.toml"]).exits_with(3).says(PROBLEMS);
 }
 
-const PROBLEMS: &str = "";
+const PROBLEMS: &str = "\
+error: `sphere`: missing key `radius`
+  --> two.scene.toml:17:16
+   |
+17 | shape.sphere = { centre = [0, 0, 0], raduis = -2 }
+   |                ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
+
+error: unknown key `raduis`
+  --> two.scene.toml:17:38
+   |
+17 | shape.sphere = { centre = [0, 0, 0], raduis = -2 }
+   |                                      ^^^^^^ not a key of `sphere`
+   |
+   = help: did you mean `radius`?
+";
