@@ -5,6 +5,8 @@ use raywright::core::settings::Settings;
 use raywright::core::{Scene, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 
+use crate::support::carried;
+
 fn preset(name: &str) -> Scene {
     load(&Input::Preset(name.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
 }
@@ -44,6 +46,9 @@ fn absent_effects_cost_nothing_on_every_preset() {
 /// Protects: each effect of the canonical preset is found, and disappears when the one thing that calls for it does.
 #[test]
 fn the_canonical_preset_with_one_thing_taken_away() {
+    if !carried("whitted") {
+        return;
+    }
     let whole = preset("whitted");
     let status = |scene: &Scene, effect: &str| {
         raywright::core::effects::detect(scene, &Settings::of(scene))
@@ -78,6 +83,9 @@ fn the_canonical_preset_with_one_thing_taken_away() {
 /// Protects: a path of one segment leaves reflections out and says so with a hint, instead of calling them absent.
 #[test]
 fn depth_one_leaves_reflections_out() {
+    if !carried("whitted") {
+        return;
+    }
     let scene = preset("whitted");
     let settings = Settings { max_depth: 1, size: [16, 9], ..Settings::of(&scene) };
     let ready = prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}"));

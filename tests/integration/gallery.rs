@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use raywright::core::scene::Shape;
 use raywright::core::settings::{Aov, Sampling};
 use raywright::core::{Scene, Settings, prepare};
-use raywright::io::{Input, LoadOptions, load, presets};
+use raywright::io::{Input, LoadOptions, load};
+
+use crate::support::carried;
 
 /// Kinds of shapes that the format has.
 const KINDS: usize = 13;
@@ -30,11 +32,8 @@ fn kind(shape: &Shape) -> usize {
 }
 
 fn gallery() -> Option<Scene> {
-    if !presets::list().iter().any(|preset| preset.name == "shapes") {
-        eprintln!("skipped: the program carries no preset shapes");
-        return None;
-    }
-    Some(load(&Input::Preset("shapes".to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene)
+    carried("shapes")
+        .then(|| load(&Input::Preset("shapes".to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene)
 }
 
 fn settings(scene: &Scene) -> Settings {

@@ -5,8 +5,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
 use raywright::core::picture::Picture;
-use raywright::io::Limits;
 use raywright::io::output::{StoredPicture, read_picture};
+use raywright::io::{Limits, presets};
+
+/// Whether the program carries a preset: a scene file may be deleted, and what else there is stays whole.
+pub fn carried(preset: &str) -> bool {
+    let carried = presets::names().any(|known| known == preset);
+    if !carried {
+        eprintln!("skipped: the program carries no preset {preset}");
+    }
+    carried
+}
 
 /// A fresh folder in which the program runs; deleted at the end of the test.
 pub struct Desk {

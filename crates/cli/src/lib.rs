@@ -8,7 +8,7 @@
 //! use clap::Parser;
 //! use raywright_cli::args::Arguments;
 //!
-//! assert!(Arguments::try_parse_from(["raywright", "render", "preset:whitted", "--size", "64x36"]).is_ok());
+//! assert!(Arguments::try_parse_from(["raywright", "render", "room.scene.toml", "--size", "64x36"]).is_ok());
 //! assert!(Arguments::try_parse_from(["raywright", "render", "--size", "64by36"]).is_err());
 //! ```
 #![forbid(unsafe_code)]

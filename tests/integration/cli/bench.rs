@@ -76,6 +76,7 @@ fn plot_is_an_svg_file() {
     let svg = std::fs::read_to_string(desk.path("n.svg")).expect("the plot");
     assert!(svg.starts_with("<svg") && svg.ends_with("</svg>\n") && svg.contains("scan, spheres"), "{svg}");
     assert!(!svg.contains("NaN"), "{svg}");
+    assert!(svg.contains("prefers-color-scheme"), "the plot reads in light and dark:\n{svg}");
     desk.run(&quick(&["-o", "n.png"])).exits_with(2).says("error: n.png does not end in .svg, and the plot is nothing else");
     desk.run(&quick(&["-q", "-o", "no/n.svg"])).exits_with(4);
 }

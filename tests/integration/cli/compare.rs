@@ -2,21 +2,24 @@
 
 use serde_json::Value;
 
-use crate::support::Desk;
+use crate::support::{Desk, carried};
 
 /// Two pictures of the preset that differ in their light paths.
-fn desk_with_pictures() -> Desk {
+fn desk_with_pictures() -> Option<Desk> {
+    if !carried("whitted") {
+        return None;
+    }
     let desk = Desk::new();
     let render = ["render", "preset:whitted", "--size", "48x27", "-q"];
     desk.run(&[&render[..], &["-o", "a.exr", "-o", "a.png"]].concat()).exits_with(0);
     desk.run(&[&render[..], &["-o", "b.exr", "-o", "b.png", "--max-depth", "2"]].concat()).exits_with(0);
-    desk
+    Some(desk)
 }
 
 /// A picture against itself is identical, in both kinds, and passes the strictest thresholds.
 #[test]
 fn the_same_picture_is_identical() {
-    let desk = desk_with_pictures();
+    let Some(desk) = desk_with_pictures() else { return };
     for file in ["a.exr", "a.png"] {
         let strict =
             ["--max-rmse", "0", "--max-relmse", "0", "--max-relmse-trimmed", "0", "--max-flip", "0", "--min-psnr", "200"];
@@ -29,7 +32,7 @@ fn the_same_picture_is_identical() {
 /// A figure beyond its threshold ends with 1 and is named; within, with 0.
 #[test]
 fn thresholds_decide_the_exit_code() {
-    let desk = desk_with_pictures();
+    let Some(desk) = desk_with_pictures() else { return };
     let figures: Value =
         serde_json::from_str(desk.run(&["compare", "a.exr", "b.exr", "--json"]).exits_with(0).text()).expect("JSON");
     let number = |path: &str| figures.pointer(path).and_then(Value::as_f64).expect(path);
@@ -53,7 +56,7 @@ fn thresholds_decide_the_exit_code() {
 /// The difference picture has the pictures' size and is written also where a threshold is passed.
 #[test]
 fn the_difference_is_shown() {
-    let desk = desk_with_pictures();
+    let Some(desk) = desk_with_pictures() else { return };
     desk.run(&["compare", "a.png", "b.png", "--diff", "d.png", "--max-rmse", "0"]).exits_with(1);
     let difference = desk.picture("d.png");
     assert_eq!((difference.width, difference.height), (48, 27));
@@ -65,7 +68,7 @@ fn the_difference_is_shown() {
 /// A linear picture and a display picture meet as display values, through the display that the flags describe.
 #[test]
 fn unlike_kinds_meet_as_display_values() {
-    let desk = desk_with_pictures();
+    let Some(desk) = desk_with_pictures() else { return };
     let display = ["--tonemap", "aces", "--gamma", "2.2"];
     // The PNG is rounded to codes, half a code at most.
     desk.run(&[&["compare", "a.exr", "a.png", "--max-rmse", "0.002"], &display[..]].concat()).exits_with(0);
@@ -75,7 +78,7 @@ fn unlike_kinds_meet_as_display_values() {
 /// What cannot be compared: another size, no picture, no file, a difference picture nowhere.
 #[test]
 fn what_cannot_be_compared_is_explained() {
-    let desk = desk_with_pictures();
+    let Some(desk) = desk_with_pictures() else { return };
     desk.run(&["render", "preset:whitted", "--size", "20x10", "-q", "-o", "small.png"]).exits_with(0);
     desk.run(&["compare", "a.png", "small.png"])
         .exits_with(3)

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::process::Stdio;
 
-use crate::support::Desk;
+use crate::support::{Desk, carried};
 
 /// `--help` and `--version` go to standard output and are no failure.
 #[test]
@@ -33,7 +33,29 @@ fn every_command_has_help() {
     }
 }
 
-const COMMANDS: [&str; 9] = ["render", "explain", "compare", "info", "check", "presets", "schema", "completions", "man"];
+/// Protects: texts fit the terminal, and are broken where it ends and nowhere else. Lines that are indented are tables and
+/// examples.
+#[test]
+fn help_is_wrapped_by_the_width_of_the_terminal() {
+    let desk = Desk::new();
+    for width in [80, 100] {
+        for command in COMMANDS {
+            let output =
+                desk.command(&[command, "--help"]).env("COLUMNS", width.to_string()).output().expect("the program starts");
+            let text = String::from_utf8(output.stdout).expect("text");
+            let lines: Vec<&str> = text.lines().collect();
+            assert!(lines.iter().all(|line| line.chars().count() <= width), "{command} in {width} columns:\n{text}");
+            for pair in lines.windows(2).filter(|pair| pair.iter().all(|line| line.starts_with(|c: char| !c.is_whitespace()))) {
+                let word = pair[1].split(' ').next().unwrap_or_default();
+                let whole = pair[0].chars().count() + 1 + word.chars().count();
+                assert!(whole > width, "{command} in {width} columns: a break before `{word}`\n{text}");
+            }
+        }
+    }
+}
+
+const COMMANDS: [&str; 10] =
+    ["render", "explain", "compare", "info", "check", "bench", "presets", "schema", "completions", "man"];
 
 /// Each shell gets a script that knows the commands.
 #[test]
@@ -65,6 +87,9 @@ fn manual_pages_carry_their_names() {
 /// A reader that has seen enough is no failure: `raywright schema | head -0`.
 #[test]
 fn closed_pipe_is_success() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     for arguments in [&["completions", "zsh"][..], &["schema"], &["render", "preset:whitted", "-q", "-o", "-", "-o", "a.png"]] {
         let mut child = desk.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");

@@ -4,7 +4,9 @@ use std::io::Read;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use crate::support::Desk;
+use raywright::io::presets;
+
+use crate::support::{Desk, carried};
 
 /// Small and quick, with every part of the canonical scene.
 const SMALL: [&str; 4] = ["render", "preset:whitted", "--size", "48x27"];
@@ -18,6 +20,12 @@ fn small<'a>(more: &[&'a str]) -> Vec<&'a str> {
 fn alone_it_renders_the_preset() {
     let desk = Desk::new();
     let run = desk.run::<&str>(&[]);
+    if !carried("whitted") {
+        run.exits_with(2);
+        assert!(run.stderr.starts_with("error: no scene is named, and the program was built without"), "{}", run.stderr);
+        assert!(presets::names().all(|name| run.stderr.contains(name)), "{}", run.stderr);
+        return;
+    }
     run.exits_with(0);
     assert!(run.stderr.starts_with("wrote whitted.png (640x360, 4 samples, "), "{}", run.stderr);
     let picture = desk.picture("whitted.png");
@@ -28,6 +36,9 @@ fn alone_it_renders_the_preset() {
 /// Several outputs in one run, named by the user; quiet means silent.
 #[test]
 fn several_outputs_are_written() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&small(&["-o", "a.png", "-o", "b.exr", "-q"])).exits_with(0).says("");
     assert_eq!(desk.names(), ["a.png", "b.exr"]);
@@ -36,6 +47,9 @@ fn several_outputs_are_written() {
 /// `-o -` writes the same PNG to standard output and nothing else there.
 #[test]
 fn standard_output_takes_the_picture() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     let run = desk.run(&small(&["-o", "-", "-o", "a.png"]));
     run.exits_with(0);
@@ -46,6 +60,9 @@ fn standard_output_takes_the_picture() {
 /// A crop holds the bits of the whole picture, in every kind of file.
 #[test]
 fn crops_are_parts_of_the_whole() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&small(&["-o", "whole.exr"])).exits_with(0);
     desk.run(&small(&["-o", "part.exr", "--crop", "13,5,20,11"])).exits_with(0);
@@ -61,6 +78,9 @@ fn crops_are_parts_of_the_whole() {
 /// Threads, scan or tree: the picture is the same, bit for bit.
 #[test]
 fn bits_do_not_depend_on_threads_or_accelerator() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&small(&["-o", "one.exr", "--threads", "1", "--spp", "3"])).exits_with(0);
     desk.run(&small(&["-o", "two.exr", "--threads", "2", "--spp", "3"])).exits_with(0);
@@ -73,6 +93,9 @@ fn bits_do_not_depend_on_threads_or_accelerator() {
 /// Flags that should change the picture do so, each in its own way.
 #[test]
 fn flags_reach_the_picture() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&small(&["-o", "plain.png"])).exits_with(0);
     let plain = desk.picture("plain.png").rgb;
@@ -97,6 +120,9 @@ fn flags_reach_the_picture() {
 /// The seed decides the general sampler's numbers and nothing else does.
 #[test]
 fn seeds_decide_random_samples() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     for (name, seed) in [("a.exr", "1"), ("b.exr", "1"), ("c.exr", "2")] {
         desk.run(&small(&["-o", name, "--spp", "2", "--seed", seed])).exits_with(0);
@@ -109,6 +135,9 @@ fn seeds_decide_random_samples() {
 /// A transparent background gives an alpha channel that is 0 in the sky and 1 on the ground.
 #[test]
 fn transparency_is_an_alpha_channel() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&small(&["-o", "a.png", "--background", "transparent"])).exits_with(0);
     let alpha = desk.picture("a.png").alpha.expect("a channel");
@@ -118,6 +147,9 @@ fn transparency_is_an_alpha_channel() {
 /// Layers arrive under the names that the contract gives them.
 #[test]
 fn layers_have_their_names() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     let list = "albedo,normal,position,depth,object,material,samples,stderr";
     desk.run(&small(&["-o", "a.exr", "--aov", list])).exits_with(0);
@@ -146,6 +178,9 @@ fn layers_have_their_names() {
 /// A picture says how it was made.
 #[test]
 fn pictures_carry_their_origin() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&small(&["-o", "a.png", "-o", "b.exr"])).exits_with(0);
     for (file, prefix, separator) in [("a.png", "Raywright ", " "), ("b.exr", "raywright_", "_")] {
@@ -163,6 +198,9 @@ fn pictures_carry_their_origin() {
 /// A failure leaves no file behind, neither the final one nor a temporary one.
 #[test]
 fn failures_leave_nothing_behind() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&["render", "preset:whitted", "--max-memory", "1K"]).exits_with(5);
     desk.run(&["render", "missing.glb", "-o", "a.png"]).exits_with(4);
@@ -188,6 +226,9 @@ fn unwritable_places_are_found_at_once() {
 #[cfg(unix)]
 #[test]
 fn folders_without_permission_are_found_at_once() {
+    if !carried("whitted") {
+        return;
+    }
     use std::os::unix::fs::PermissionsExt;
     let desk = Desk::new();
     std::fs::create_dir(desk.path("locked")).expect("a folder");
@@ -202,6 +243,9 @@ fn folders_without_permission_are_found_at_once() {
 /// Plain progress is a line now and then with the share and the time left.
 #[test]
 fn progress_is_told_in_lines() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     let mut child = desk.command(&LONG).stderr(Stdio::piped()).spawn().expect("starts");
     let mut stderr = child.stderr.take().expect("piped");
@@ -223,6 +267,9 @@ const LONG: [&str; 9] = ["render", "preset:whitted", "-o", "a.exr", "--spp", "40
 #[cfg(unix)]
 #[test]
 fn interrupted_renders_keep_what_is_finished() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     let mut child = desk.command(&LONG).stderr(Stdio::piped()).spawn().expect("starts");
     // The first line of progress means that some tiles are finished.
@@ -247,6 +294,9 @@ fn interrupted_renders_keep_what_is_finished() {
 #[cfg(unix)]
 #[test]
 fn a_second_interrupt_ends_at_once() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     // A tile takes minutes at this many samples.
     let endless = ["render", "preset:whitted", "-v", "-o", "a.png", "--spp", "65536", "--size", "1920x1080"];

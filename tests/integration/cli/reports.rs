@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::support::Desk;
+use crate::support::{Desk, carried};
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
@@ -11,6 +11,9 @@ fn json(text: &str) -> Value {
 /// The table and the JSON hold the same effects, each in exactly one place.
 #[test]
 fn explain_says_the_same_twice() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     let table = desk.run(&["explain", "preset:whitted"]);
     table.exits_with(0).says("");
@@ -71,6 +74,9 @@ material = "matte"
 /// `--stats` has the fields that scripts rely on, and its figures are those of the render.
 #[test]
 fn stats_have_their_fields() {
+    if !carried("whitted") {
+        return;
+    }
     let desk = Desk::new();
     desk.run(&["render", "preset:whitted", "--size", "40x30", "--spp", "1", "--stats", "s.json", "-o", "a.png", "-q"])
         .exits_with(0)

@@ -4,7 +4,8 @@ use raywright::core::Scene;
 use raywright::core::scene::{ColourSpace, ConstantOffset, DepthLimit, Falloff, LightKind, OffsetDirection, SideRule, SpawnRule};
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{carried, classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
+use super::{classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
+use crate::support::carried;
 
 /// Folder, parameter, and the place of our objects in the reference's order: column and wall change places in its second set.
 const SETS: [(&str, f64, [f32; 6]); 2] =

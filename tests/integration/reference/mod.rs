@@ -12,7 +12,7 @@ use raywright::core::picture::Picture;
 use raywright::core::scene::{Classic, Model, ToneMap, TransferCurve};
 use raywright::core::{Rendered, Scene, Settings, prepare};
 use raywright::io::output::{Metadata, read_picture, write_png};
-use raywright::io::{Input, Limits, LoadOptions, Overrides, load, presets};
+use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
 
 /// The folder of reference data beside the checkout; none, with a line that says so, where it is missing.
 pub fn reference(name: &str) -> Option<PathBuf> {
@@ -22,15 +22,6 @@ pub fn reference(name: &str) -> Option<PathBuf> {
     }
     eprintln!("skipped: shared data not found ({})", folder.display());
     None
-}
-
-/// Whether the program carries a preset: a scene file may be deleted, and what else there is stays whole.
-pub fn carried(preset: &str) -> bool {
-    let carried = presets::list().iter().any(|known| known.name == preset);
-    if !carried {
-        eprintln!("skipped: the program carries no preset {preset}");
-    }
-    carried
 }
 
 /// A picture of the reference.

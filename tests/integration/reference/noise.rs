@@ -4,7 +4,8 @@ use raywright::core::Scene;
 use raywright::core::scene::{ColourInput, Sky};
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{carried, classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
+use super::{classic, hold_stable, object_ids, read, reference, render, render_scene, scene, share_beyond, stable_mask};
+use crate::support::carried;
 
 /// Folder, time, pointer, size.
 const VIEWS: [(&str, f64, [f64; 2], [u32; 2]); 2] =

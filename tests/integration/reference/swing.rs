@@ -3,7 +3,8 @@
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice};
 
-use super::{carried, object_ids, read, reference, render};
+use super::{object_ids, read, reference, render};
+use crate::support::carried;
 
 /// Pixels whose 3×3 neighbours show the same object.
 fn interior(ids: &[f32], width: u32, height: u32) -> Vec<bool> {

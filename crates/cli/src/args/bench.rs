@@ -12,13 +12,13 @@ use super::values;
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Scan and tree must give the same hits before either is timed: exit code 1 if they do not. One thread is used, and its
+Scan and tree must give the same hits before either is timed: exit code 1 if they do not. One thread is used, and its \
 CPU time is what counts, so that other programs disturb less.
 
 Examples:
-  raywright bench                             Spheres and triangles, up to a million
-  raywright bench --max-n 10000 --plot n.svg  A shorter table, and its picture
-  raywright bench duck.glb                    The rays of a model's own camera, and one bounce of each")]
+  raywright bench                             Spheres and triangles
+  raywright bench --max-n 10000 --plot n.svg  A shorter table, with a plot
+  raywright bench duck.glb                    A model's own rays")]
 pub struct BenchArgs {
     /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB, OBJ, or preset:NAME
     #[arg(value_name = "SCENE")]

@@ -16,7 +16,7 @@ Exit code: 0 within every threshold given, 1 beyond one of them, 3 the pictures 
 
 Examples:
   raywright compare got.png expected.png
-  raywright compare got.exr expected.exr --max-rmse 0.001 --diff difference.png")]
+  raywright compare got.exr expected.exr --max-rmse 0.001 --diff d.png")]
 pub struct CompareArgs {
     /// Picture to judge, .png or .exr
     #[arg(value_name = "A")]

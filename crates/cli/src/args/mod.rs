@@ -16,25 +16,35 @@ pub use scene::{CheckArgs, ExplainArgs, InfoArgs, SceneArgs};
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 
-const EXAMPLES: &str = "\
-Examples:
-  raywright                                  Render the preset `whitted` to whitted.png
-  raywright render preset:whitted --at 2.5   The same scene two and a half seconds later
-  raywright render duck.glb -o duck.png      Render a model; camera and light are added where it has none
+/// The preset that is rendered where no scene is named. It is the only one whose name the program knows.
+pub const DEFAULT_PRESET: &str = "whitted";
 
-`raywright COMMAND --help` explains a command and its flags.";
+fn examples() -> String {
+    format!(
+        "Examples:
+  raywright                                 Render the preset {DEFAULT_PRESET}
+  raywright render preset:{DEFAULT_PRESET} --at 2.5  The same, 2.5 seconds later
+  raywright render duck.glb -o duck.png     Render a model
+
+`raywright COMMAND --help` explains a command and its flags."
+    )
+}
 
 const SCHEMA_USE: &str = "\
 An editor that is given the schema completes and checks scenes as they are written:
+
   raywright schema > scene.schema.json
-For TOML, the first line of a scene may name it:  #:schema ./scene.schema.json";
+
+For TOML, the first line of a scene may name it:
+
+  #:schema ./scene.schema.json";
 
 /// Render a scene - a text file, a glTF or an OBJ model - to a picture.
 #[derive(Debug, Parser)]
-#[command(name = "raywright", version, propagate_version = false, after_help = EXAMPLES, max_term_width = 100)]
+#[command(name = "raywright", version, propagate_version = false, after_help = examples(), max_term_width = 100)]
 #[command(subcommand_value_name = "COMMAND")]
 pub struct Arguments {
-    /// What to do; without it, the preset `whitted` is rendered to whitted.png in the current directory.
+    /// What to do; without it, the default preset is rendered.
     #[command(subcommand)]
     pub command: Option<Command>,
 }
@@ -67,9 +77,11 @@ pub enum Command {
 
 /// Arguments of `presets`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  raywright presets                                 A table of names and titles\n  raywright presets whitted > my.scene.toml         A scene to start from"
-)]
+#[command(after_help = format!(
+    "Examples:
+  raywright presets                          A table of names and titles
+  raywright presets {DEFAULT_PRESET} > my.scene.toml  A scene to start from"
+))]
 pub struct PresetsArgs {
     /// Print this preset's scene file instead of the table
     pub name: Option<String>,
@@ -85,9 +97,10 @@ pub struct CompletionsArgs {
 
 /// Arguments of `man`.
 #[derive(Debug, Args)]
-#[command(
-    after_help = "Examples:\n  raywright man | man -l -                         Read it\n  raywright man render > raywright-render.1        The page of one command"
-)]
+#[command(after_help = "\
+Examples:
+  raywright man | man -l -                   Read it
+  raywright man render > raywright-render.1  The page of one command")]
 pub struct ManArgs {
     /// The command whose page is printed; none: the program's own
     pub command: Option<String>,

@@ -8,28 +8,34 @@ use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
 use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 
+use super::DEFAULT_PRESET;
 use super::names;
 use super::scene::SceneArgs;
 use super::values;
 use crate::console::Verbosity;
 
-const EXAMPLES: &str = "\
-Examples:
-  raywright render                                        The preset `whitted` to whitted.png
-  raywright render preset:whitted --at 2.5 -o later.png   Another moment of it
-  raywright render duck.glb --size 640x480 -o duck.png -o duck.exr
-  raywright render room.scene.toml --crop 100,50,320,200  A part of the picture
-  raywright render room.scene.toml -o - | display         PNG to standard output
+fn examples() -> String {
+    format!(
+        "Examples:
+  raywright render                             The preset {DEFAULT_PRESET}
+  raywright render preset:{DEFAULT_PRESET} --at 2.5     Another moment of it
+  raywright render duck.glb -o d.png -o d.exr  A model, to two files
+  raywright render a.scene.toml --crop 100,50,320,200
+  raywright render a.scene.toml -o - | display
 
-Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written,
-5 over a limit, 130 interrupted (what is finished is in NAME.partial.EXT).";
+Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written, 5 over a limit, 130 interrupted \
+         (what is finished is in NAME.partial.EXT)."
+    )
+}
 
 /// Arguments of `render`.
 #[derive(Clone, Debug, Default, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = examples())]
 pub struct RenderArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME [default: preset:whitted]
-    #[arg(value_name = "SCENE")]
+    /// What is rendered.
+    #[arg(value_name = "SCENE", help = format!(
+        "Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME [default: preset:{DEFAULT_PRESET}]"
+    ))]
     pub scene: Option<OsString>,
 
     /// Picture to write, .png (display) or .exr (linear); may be repeated; - for PNG on standard output

@@ -14,7 +14,7 @@ use crate::args::Command;
 use crate::console;
 use crate::failure::Failure;
 
-/// Runs one command; none: the preset `whitted` is rendered.
+/// Runs one command; none: the default preset is rendered.
 pub fn run(command: Option<Command>) -> Result<(), Failure> {
     match command.unwrap_or_else(|| Command::Render(Box::default())) {
         Command::Render(args) => render::run(&args),

@@ -35,8 +35,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     check_stats_target(args)?;
     let stop = interrupt::flag()?;
 
-    let name = args.scene.as_deref().unwrap_or("preset:whitted".as_ref());
-    let mut loaded = scene_input::read(name, &args.changes, limits(args), verbosity)?;
+    let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
+    let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
     scene_input::complete(&mut loaded, verbosity);
     if targets.is_empty() {
         targets = targets::check(&[PathBuf::from(format!("{}.png", loaded.source.stem))])?;
