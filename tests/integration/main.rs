@@ -3,6 +3,7 @@
 
 mod bits;
 mod cli;
+mod docs;
 mod effects;
 mod emitters;
 mod gallery;

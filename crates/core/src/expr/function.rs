@@ -112,6 +112,16 @@ pub(super) const FUNCTIONS: &[(&str, Function)] = &[
 pub(super) const CONSTANTS: &[(&str, f64)] =
     &[("e", core::f64::consts::E), ("pi", core::f64::consts::PI), ("tau", core::f64::consts::TAU)];
 
+/// Names of all functions, alphabetically: for documentation and its tests.
+pub fn function_names() -> impl Iterator<Item = &'static str> {
+    FUNCTIONS.iter().map(|(name, _)| *name)
+}
+
+/// Names of all constants.
+pub fn constant_names() -> impl Iterator<Item = &'static str> {
+    CONSTANTS.iter().map(|(name, _)| *name)
+}
+
 /// The function of this name.
 pub(super) fn function(name: &str) -> Option<Function> {
     FUNCTIONS.iter().find(|(known, _)| *known == name).map(|(_, function)| *function)

@@ -38,6 +38,7 @@ mod tests;
 use std::collections::BTreeMap;
 
 pub use error::ExprError;
+pub use function::{constant_names, function_names};
 pub use program::{Constant, MAX_OPERATIONS, Program};
 pub use scope::{Inputs, Scope, Variable};
 

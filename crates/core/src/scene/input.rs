@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Triple;
 use super::material::TextureRef;
+use crate::expr::{Scope, constant_names, function_names};
 
 /// Linear Rec. 709 red, green, blue. A single number in a file means the same in all three.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -225,12 +226,30 @@ impl JsonSchema for Colour {
     }
 }
 
+/// What an expression may name, for whoever writes one with nothing but the schema at hand.
+fn language(scope: Scope) -> String {
+    let list = |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
+    let place = match scope {
+        Scope::Light => ", of which the light's (l, shadow, occluder_distance) exist only where a light is weighed",
+        _ => "; in the sky only d and o",
+    };
+    format!(
+        "Vectors are [x, y, z]. Variables: {}{place}. Constants: t, the parameters, {}. Functions: {}. What each means: \
+         docs/scene-format.md, in the source of the program.",
+        list(&mut scope.variables().iter().map(|variable| variable.name())),
+        list(&mut constant_names()),
+        list(&mut function_names()),
+    )
+}
+
 impl JsonSchema for Weight {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Weight".into()
     }
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "description": "A number, or an expression evaluated at each hit.", "type": ["number", "string"] })
+        let description =
+            format!("A number, or the text of an expression that is a number at each hit. {}", language(Scope::Light));
+        json_schema!({ "description": description, "type": ["number", "string"] })
     }
 }
 
@@ -243,10 +262,10 @@ impl JsonSchema for ColourInput {
         let texture = generator.subschema_for::<TextureRef>();
         let checker = generator.subschema_for::<Checker>();
         json_schema!({
-            "description": "A colour, an expression evaluated at each hit, a texture or a checkerboard.",
+            "description": "A colour, the text of an expression evaluated at each hit, a texture or a checkerboard.",
             "anyOf": [
                 colour,
-                { "type": "string" },
+                { "description": language(Scope::Surface), "type": "string" },
                 { "type": "object", "properties": { "texture": texture }, "required": ["texture"], "additionalProperties": false },
                 { "type": "object", "properties": { "checker": checker }, "required": ["checker"], "additionalProperties": false }
             ]

@@ -70,21 +70,23 @@ pub enum TransformStep {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
-    /// All points at a distance from a centre.
+    /// All points at a distance from a centre. u runs about +y, from −x over −z, +x and +z; v from 0 at the top to 1 at the
+    /// bottom.
     Sphere {
         /// Centre.
         centre: Triple,
         /// Radius.
         radius: f64,
     },
-    /// An infinite plane.
+    /// An infinite plane. u and v are metres from its point: along x and z on a floor; elsewhere u along x, as far as the plane
+    /// allows it, and v along that direction × normal.
     Plane {
         /// Any point of it.
         point: Triple,
         /// The outside; any length.
         normal: Triple,
     },
-    /// A flat round plate.
+    /// A flat round plate. u runs about the normal, v from 0 at the centre to 1 at the rim.
     Disk {
         /// Centre.
         centre: Triple,
@@ -93,7 +95,7 @@ pub enum Shape {
         /// Radius.
         radius: f64,
     },
-    /// A parallelogram; its outside is edge_u × edge_v.
+    /// A parallelogram; its outside is edge_u × edge_v. u runs along edge_u, v along edge_v, from 0 to 1.
     Quad {
         /// One corner.
         corner: Triple,
@@ -102,14 +104,15 @@ pub enum Shape {
         /// From the corner along the second edge.
         edge_v: Triple,
     },
-    /// An axis-parallel box.
+    /// An axis-parallel box. On each face u and v run from 0 to 1 along z and y (x faces), x and z (y faces), x and y (z faces).
     Box {
         /// Least corner.
         min: Triple,
         /// Greatest corner, above the least in every axis.
         max: Triple,
     },
-    /// A round tube about an axis.
+    /// A round tube about an axis. u runs about the axis; v along it, from 0 at the base to 1 at the other end, or in metres
+    /// without a height; on an end from 0 at its centre to 1 at its rim.
     Cylinder {
         /// A point of the axis; with a height, the centre of one end.
         base: Triple,
@@ -124,7 +127,8 @@ pub enum Shape {
         #[serde(default = "yes")]
         caps: bool,
     },
-    /// A cone or, with a top radius, a truncated one; closed at its ends.
+    /// A cone or, with a top radius, a truncated one; closed at its ends. u runs about the axis; v from 0 at the base to 1 at the
+    /// other end, on an end from 0 at its centre to 1 at its rim.
     Cone {
         /// Centre of the base.
         base: Triple,
@@ -138,14 +142,15 @@ pub enum Shape {
         /// Length along the axis.
         height: f64,
     },
-    /// A sphere scaled along the axes.
+    /// A sphere scaled along the axes. u and v are those of the sphere.
     Ellipsoid {
         /// Centre.
         centre: Triple,
         /// Half-lengths along x, y, z.
         semi_axes: Triple,
     },
-    /// A hyperboloid of one sheet about y: (x/a)² − (y/c)² + (z/a)² = 1, open at its ends.
+    /// A hyperboloid of one sheet about y: (x/a)² − (y/c)² + (z/a)² = 1, open at its ends. u runs about +y, v from 0 at the lower
+    /// rim to 1 at the upper.
     Hyperboloid {
         /// Centre.
         centre: Triple,
@@ -156,7 +161,8 @@ pub enum Shape {
         /// |y| up to which it reaches.
         half_height: f64,
     },
-    /// A paraboloid about y from its lowest point: y = (x² + z²)·height/radius², open at the top.
+    /// A paraboloid about y from its lowest point: y = (x² + z²)·height/radius², open at the top. u runs about +y, v from 0 at the
+    /// apex to 1 at the rim, with the height.
     Paraboloid {
         /// Lowest point.
         apex: Triple,
@@ -165,7 +171,8 @@ pub enum Shape {
         /// Height of the rim above the apex.
         height: f64,
     },
-    /// A ring with a round section.
+    /// A ring with a round section. u runs about the axis, v about the tube: ½ on its outer side, ¾ on the side to which the axis
+    /// points.
     Torus {
         /// Centre.
         centre: Triple,
@@ -176,12 +183,12 @@ pub enum Shape {
         /// Radius of the tube, below the major one.
         minor_radius: f64,
     },
-    /// A single triangle, counter-clockwise seen from outside.
+    /// A single triangle, counter-clockwise seen from outside. u and v are the weights of its second and third corner.
     Triangle {
         /// Corners.
         vertices: [Triple; 3],
     },
-    /// A mesh by name; objects that name the same mesh share it.
+    /// A mesh by name; objects that name the same mesh share it. u and v are its own first set; without one, each triangle's.
     Mesh(String),
 }
 

@@ -1,0 +1,99 @@
+//! The description of the scene format is complete, and what it shows works.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use raywright::core::expr::{Variable, constant_names, function_names};
+use raywright::io::schema;
+use serde_json::Value;
+
+use crate::support::Desk;
+
+fn page() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene-format.md");
+    std::fs::read_to_string(path).expect("the page lies beside the code")
+}
+
+/// The fenced blocks of a page in a language, in order.
+fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
+    let opening = format!("```{language}\n");
+    page.split(opening.as_str()).skip(1).map(|rest| rest.split("```").next().unwrap_or_default()).collect()
+}
+
+/// Words in code marks: names that the page explains. What stands in an example only is not explained.
+fn explained(page: &str) -> BTreeSet<&str> {
+    let outside = page.split("```").step_by(2);
+    let spans = outside.flat_map(|text| text.split('`').skip(1).step_by(2));
+    spans.flat_map(|span| span.split(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '-')))).collect()
+}
+
+/// Names of properties and constant words of a schema.
+fn words(schema: &Value, found: &mut BTreeSet<String>) {
+    match schema {
+        Value::Array(items) => items.iter().for_each(|item| words(item, found)),
+        Value::Object(members) => {
+            for (key, member) in members {
+                match (key.as_str(), member) {
+                    ("properties", Value::Object(properties)) => {
+                        found.extend(properties.keys().cloned());
+                        properties.values().for_each(|property| words(property, found));
+                    }
+                    ("const", Value::String(word)) => _ = found.insert(word.clone()),
+                    ("enum", Value::Array(list)) => found.extend(list.iter().filter_map(Value::as_str).map(str::to_owned)),
+                    ("default" | "description", _) => {}
+                    _ => words(member, found),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Protects: whatever the expression compiler knows is explained to who writes expressions. A function is written as a call.
+#[test]
+fn every_name_of_an_expression_is_explained() {
+    let page = page();
+    for name in function_names() {
+        assert!(page.contains(&format!("`{name}(")), "the page does not explain the function `{name}`");
+    }
+    let known = explained(&page);
+    for name in Variable::ALL.map(Variable::name).into_iter().chain(constant_names()) {
+        assert!(known.contains(name), "the page does not explain `{name}`");
+    }
+}
+
+/// Protects: every key and every word of the format, shapes among them, is in the page.
+#[test]
+fn every_word_of_the_format_is_explained() {
+    let schema: Value = serde_json::from_str(&schema()).expect("the schema is JSON");
+    let mut wanted = BTreeSet::new();
+    words(&schema, &mut wanted);
+    assert!(wanted.contains("hyperboloid") && wanted.len() > 150, "{} words were found", wanted.len());
+    let page = page();
+    let known = explained(&page);
+    let missing: Vec<_> = wanted.iter().filter(|word| !known.contains(word.as_str()) && *word != "2.2").collect();
+    assert!(missing.is_empty(), "the page does not explain {missing:?}");
+}
+
+/// Protects: who copies the example gets a picture with something in it, and each further block can be added to it.
+#[test]
+fn the_examples_work() {
+    let page = page();
+    let [example, additions @ ..] = &blocks(&page, "toml")[..] else { panic!("the page has an example") };
+    let desk = Desk::new();
+    desk.write("beads.scene.toml", example);
+    desk.run(&["render", "beads.scene.toml", "--size", "32x18", "-q"]).exits_with(0).says("");
+    let picture = desk.picture("beads.png");
+    let brightness: BTreeSet<u32> = picture.rgb.iter().map(|pixel| (pixel[1] * 20.0) as u32).collect();
+    assert!(brightness.len() > 8, "the picture shows next to nothing: {brightness:?}");
+    desk.run(&["check", "beads.scene.toml", "--set", "radius=0.4", "--at", "3"]).exits_with(0);
+
+    desk.write("crate.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    std::fs::copy(desk.path("beads.png"), desk.path("planks.png")).expect("a picture");
+    assert!(additions.len() >= 4, "{} additions", additions.len());
+    for addition in additions {
+        desk.write("more.scene.toml", format!("{example}\n{addition}"));
+        let run = desk.run(&["check", "more.scene.toml"]);
+        assert_eq!((run.exits_with(0).text(), run.stderr.as_str()), ("more.scene.toml: ok\n", ""), "{addition}");
+    }
+}
