@@ -83,9 +83,9 @@ impl Side {
 pub struct Hit<R> {
     /// Distance along the unit direction.
     pub t: R,
-    /// First surface parameter: a barycentric coordinate of a triangle, zero for shapes that make it from the point.
+    /// First number of the shape's own: a barycentric coordinate or the part of the surface.
     pub u: R,
-    /// Second surface parameter.
+    /// Second one: a barycentric coordinate, or whether the ray leaves a body.
     pub v: R,
     /// Index of the primitive in its set; the order of ties.
     pub primitive: u32,

@@ -141,7 +141,7 @@ impl<R: Real> Shape<R> for Cone<R> {
         let part = hit.u.to_f64() as u8;
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
         let t = match self.span(probe, P::ROBUST) {
-            Some(span) if P::ROBUST => span.unrounded(hit.t),
+            Some(span) if P::ROBUST => span.unrounded(hit),
             _ => convert(hit.t),
         };
         let raw = probe.origin + probe.direction * t;

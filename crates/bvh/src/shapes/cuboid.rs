@@ -70,14 +70,15 @@ impl<R: Real> Cuboid<R> {
         CoreVec::<P>::new(at(0), at(1), at(2))
     }
 
-    fn located<P: Precision<Real = R>>(&self, raw: CoreVec<P>, axis: usize, greater: bool) -> Located<P::Core> {
+    /// The surface at a point near a face that came from numbers up to `scale`.
+    fn located<P: Precision<Real = R>>(&self, raw: CoreVec<P>, scale: P::Core, axis: usize, greater: bool) -> Located<P::Core> {
         let size = wide::<P>(self.min.abs().max(self.max.abs())).max_element();
         let sign = if greater { P::Core::ONE } else { -P::Core::ONE };
         let normal = Self::face::<CoreVec<P>, P::Core>(axis, sign);
         if P::ROBUST {
             return Located { point: self.on_face::<P>(raw, axis, greater), normal, error: slack(size) };
         }
-        Located { point: raw, normal, error: slack(size + raw.abs().max_element()) }
+        Located { point: raw, normal, error: slack(size + scale) }
     }
 }
 
@@ -105,8 +106,9 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (axis, greater) = face_of(hit.u);
         let span = if P::ROBUST && probe.mapped { self.span(probe) } else { None };
-        let t = span.map_or_else(|| convert(hit.t), |span| span.unrounded(hit.t));
-        self.located::<P>(probe.origin + probe.direction * t, axis, greater)
+        let t = span.map_or_else(|| convert(hit.t), |span| span.unrounded(hit));
+        let scale = probe.origin.abs().max_element() + t * probe.length_squared.sqrt();
+        self.located::<P>(probe.origin + probe.direction * t, scale, axis, greater)
     }
 
     /// Each face has u and v in [0, 1] along its two axes: z, y on the x faces, x, z on the y faces, x, y on the z faces.
@@ -148,7 +150,8 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
         place[along_v] += s[along_v] * v.to_f64();
         let raw = CoreVec::<P>::from_f64(place);
-        let on_face = Located { point: self.on_face::<P>(raw, axis, greater), ..self.located::<P>(raw, axis, greater) };
+        let on_face =
+            Located { point: self.on_face::<P>(raw, axis, greater), ..self.located::<P>(raw, P::Core::ZERO, axis, greater) };
         (on_face, num(1.0 / self.area()))
     }
 

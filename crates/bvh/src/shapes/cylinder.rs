@@ -90,13 +90,13 @@ impl<R: Real> Cylinder<R> {
     }
 
     /// Where the ray is at a hit: at the unrounded distance where the precision asks for it.
-    fn raw<P: Precision<Real = R>>(&self, probe: &Probe<P>, t: R) -> CoreVec<P> {
+    fn raw<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> CoreVec<P> {
         let wall = self.wall(probe, P::ROBUST);
         if self.ends != Ends::Capped {
-            return point_at(probe, wall, t);
+            return point_at(probe, wall, hit);
         }
         let solid = wall.and_then(|w| self.solid(probe, w));
-        point_at(probe, solid.map(|s| Crossings { enter: s.near, leave: s.far }), t)
+        point_at(probe, solid.map(|s| Crossings { enter: s.near, leave: s.far }), hit)
     }
 
     #[inline(always)]
@@ -143,7 +143,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let part = hit.u.to_f64() as u8;
-        let raw = self.raw(probe, hit.t);
+        let raw = self.raw(probe, hit);
         let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
         if P::ROBUST && self.ends == Ends::Capped {
             // Kept away from the seam by what rounding the point may move it, for rays that start inside.

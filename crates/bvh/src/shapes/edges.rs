@@ -1,14 +1,15 @@
 //! Edge functions whose sign is exact: what makes triangles and quads watertight.
 //!
 //! Corners are projected along the ray onto a plane, each by itself, so that two faces that share a corner agree on it to
-//! the bit. The three edge functions of a face are then differences of products of those coordinates. With coordinates
-//! rounded to f32 the products are exact in f64 and the sign of the difference is the true one: whether the ray passes left
-//! or right of an edge is the same question with the same answer for both faces at it ("Watertight Ray/Triangle
-//! Intersection", Woop, Benthin, Wald 2013, section 3, with the recheck in f64 done always).
+//! the bit. The three edge functions of a face are then differences of products of those coordinates, and their sign is made
+//! exact: whether the ray passes left or right of an edge is the same question with the same answer for both faces at it
+//! ("Watertight Ray/Triangle Intersection", Woop, Benthin, Wald 2013, section 3). The coordinates are those of the core: were
+//! they rounded to f32, where products are exact in f64, a needle's far corner would move by more than the needle is wide,
+//! and a ray that leaves it would meet it again somewhere along it.
 
 use glam::DVec3;
 
-use super::{CoreVec, Probe, has_wider_core};
+use super::{CoreVec, Probe, slack};
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
 
 /// A corner as the ray sees it.
@@ -19,8 +20,6 @@ pub(crate) struct Corner<P: Precision> {
     /// Projected onto the plane across the ray.
     x: P::Core,
     y: P::Core,
-    /// The same rounded to the stored scalar.
-    flat: [P::Core; 2],
 }
 
 /// Where the ray passes a triangle.
@@ -29,7 +28,7 @@ pub(crate) struct Crossing<P: Precision> {
     /// Distance along the ray.
     pub t: P::Real,
     /// Weights of the second and third corner.
-    pub weights: [P::Real; 2],
+    pub weights: [P::Core; 2],
     /// Whether the ray arrives against the right-handed normal.
     pub from_outside: bool,
 }
@@ -39,16 +38,13 @@ impl<P: Precision> Corner<P> {
     #[inline(always)]
     pub fn new(probe: &Probe<P>, corner: <P::Real as Real>::Vec3) -> Self {
         let offset = convert_vec::<P::Real, P::Core>(corner) - probe.origin;
-        let (x, y) = (offset.dot(probe.across[0]), offset.dot(probe.across[1]));
-        let round = |x: P::Core| convert::<P::Real, P::Core>(convert::<P::Core, P::Real>(x));
-        Self { offset, x, y, flat: [round(x), round(y)] }
+        Self { offset, x: offset.dot(probe.across[0]), y: offset.dot(probe.across[1]) }
     }
 
     /// The edge function of the edge from `self` to `to`, of exact sign: positive when the ray has the edge on its right.
     #[inline(always)]
     fn edge(&self, to: &Self) -> P::Core {
-        let ([ax, ay], [bx, by]) = (self.flat, to.flat);
-        if has_wider_core::<P>() { bx * ay - by * ax } else { exact_difference(bx, ay, by, ax) }
+        exact_difference(to.x, self.y, to.y, self.x)
     }
 }
 
@@ -68,31 +64,23 @@ pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>
     if !seen {
         return None;
     }
-    let weights = if has_wider_core::<P>() { unrounded([a, b, c], determinant) } else { None };
-    let [u, v, w] = weights.unwrap_or([u, v, w]);
-    let inverse = P::Core::ONE / (u + v + w);
+    let inverse = P::Core::ONE / determinant;
     let (u, v, w) = (u * inverse, v * inverse, w * inverse);
     let along = a.offset.dot(probe.direction) * u + b.offset.dot(probe.direction) * v + c.offset.dot(probe.direction) * w;
     let t = convert(along * probe.inverse_length_squared);
-    Some(Crossing { t, weights: [convert(v), convert(w)], from_outside: determinant > zero })
+    Some(Crossing { t, weights: [v, w], from_outside: determinant > zero })
 }
 
-/// Weights from the unrounded corners: rounding decides at the border only and does not move the crossing. A
-/// weight that this makes negative is zero; none when nothing is left.
+/// What a test of a flat face by its corners may be wrong by: the flatter one of its triangles is, `longest_squared` over
+/// twice its area, the less its corners tell where its plane is.
 #[inline(always)]
-fn unrounded<P: Precision>([a, b, c]: [&Corner<P>; 3], sign: P::Core) -> Option<[P::Core; 3]> {
-    let zero = P::Core::ZERO;
-    let weight = |p: &Corner<P>, q: &Corner<P>| {
-        let edge = q.x * p.y - p.x * q.y;
-        if (edge < zero) == (sign < zero) { edge } else { zero }
-    };
-    let (u, v, w) = (weight(b, c), weight(c, a), weight(a, b));
-    (u + v + w != zero).then_some([u, v, w])
+pub(super) fn corner_slack<C: Real>(scale: C, longest_squared: C, twice_area: C) -> C {
+    slack(scale) * (longest_squared / twice_area).min(C::ONE / C::ROUNDOFF)
 }
 
-/// a·b − c·d rounded, with the exact sign, where products are not exact: the rounding errors of the products, by fused
-/// multiply-add, decide when the products themselves are too close (Kahan's method with the sum of three carried out
-/// without error as far as the sign depends on it). Exact unless a product's error underflows.
+/// a·b − c·d rounded, with the exact sign: the rounding errors of the products, by fused multiply-add, decide when the
+/// products themselves are too close (Kahan's method with the sum of three carried out without error as far as the sign
+/// depends on it). Exact unless a product's error underflows.
 #[cold]
 fn exact_tail(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
@@ -113,11 +101,13 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     minor(p.y, q.z, p.z, q.y) == 0.0 && minor(p.z, q.x, p.x, q.z) == 0.0 && minor(p.x, q.y, p.y, q.x) == 0.0
 }
 
+/// a·b − c·d with the exact sign.
 #[inline(always)]
 fn exact_difference<C: Real>(a: C, b: C, c: C, d: C) -> C {
     let (p, q) = (a * b, c * d);
     let difference = p - q;
-    if difference.abs() > (p.abs() + q.abs()) * (C::ROUNDOFF * C::from_f64(4.0)) {
+    // Two products of zero too are told apart from a difference that rounding may have made zero.
+    if difference.abs() >= (p.abs() + q.abs()) * (C::ROUNDOFF * C::from_f64(4.0)) {
         return difference;
     }
     C::from_f64(exact_tail(a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64()))

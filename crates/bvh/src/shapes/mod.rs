@@ -83,9 +83,10 @@ pub(crate) fn slack<C: Real>(scale: C) -> C {
 pub struct ShapeHit<R> {
     /// Distance along the ray.
     pub t: R,
-    /// A barycentric coordinate, the face that was hit, or zero where the point alone tells.
+    /// A barycentric coordinate, the part of the surface that was hit, or zero where there is one part.
     pub u: R,
-    /// Second such number.
+    /// A barycentric coordinate, or for a body one where the ray leaves it: the two ends of a thin body may have the same
+    /// stored distance.
     pub v: R,
 }
 
@@ -94,6 +95,18 @@ impl<R: Real> ShapeHit<R> {
     #[inline(always)]
     pub fn at(t: R) -> Self {
         Self { t, u: R::ZERO, v: R::ZERO }
+    }
+
+    /// A hit where the ray leaves a body.
+    #[inline(always)]
+    pub fn leaving(t: R) -> Self {
+        Self { t, u: R::ZERO, v: R::ONE }
+    }
+
+    /// Whether the ray leaves a body here.
+    #[inline(always)]
+    pub fn leaves(&self) -> bool {
+        self.v > R::ZERO
     }
 }
 
@@ -124,22 +137,14 @@ pub trait Shape<R: Real> {
     }
 }
 
-/// A correction of a distance, kept within what rounding it to the stored scalar can have done; for rays that graze, where a
-/// correction divides by next to nothing.
-#[inline(always)]
-pub(crate) fn within_rounding<P: Precision>(step: P::Core, t: P::Real) -> P::Core {
-    let most = convert::<P::Real, P::Core>(t.abs() * P::Real::ROUNDOFF) * num(2.0);
-    step.clamp(-most, most)
-}
-
 /// The first of two ordered roots that lies in the range on an accepted side: rays enter a closed shape at `near` and
 /// leave it at `far`.
 #[inline(always)]
-pub(crate) fn first_root<R: Real>(near: R, far: R, range: Interval<R>, side: Side) -> Option<R> {
+pub(crate) fn first_root<R: Real>(near: R, far: R, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
     if side.accepts(true) && range.contains(near) {
-        Some(near)
+        Some(ShapeHit::at(near))
     } else if side.accepts(false) && range.contains(far) {
-        Some(far)
+        Some(ShapeHit::leaving(far))
     } else {
         None
     }

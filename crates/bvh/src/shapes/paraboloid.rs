@@ -75,7 +75,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
-        let point = point_at(probe, crossings, hit.t);
+        let point = point_at(probe, crossings, hit);
         self.at::<P>(point, (probe.origin - point).abs().max_element())
     }
 

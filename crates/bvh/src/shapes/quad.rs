@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::edges::{Corner, cross};
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::edges::{Corner, corner_slack, cross};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
@@ -38,27 +38,29 @@ impl<R: Real> Quad<R> {
 
     #[inline(always)]
     fn error<P: Precision<Real = R>>(&self) -> P::Core {
+        let [a, b, c, d] = self.corners.map(wide::<P>);
         let scale = self.corners.iter().fold(R::ZERO, |m, c| m.max(c.abs().max_element()));
+        let (first, second) = (c - a, d - b);
+        let longest = first.dot(first).max(second.dot(second));
         // The second term for corners that rounding has moved out of the common plane.
-        slack(convert::<R, P::Core>(scale)) + convert::<R, P::Core>(scale * R::ROUNDOFF * num(4.0))
+        corner_slack(convert(scale), longest, first.cross(second).length())
+            + convert::<R, P::Core>(scale * R::ROUNDOFF * num(4.0))
     }
 
-    /// Two triangles with a diagonal, each watertight.
+    /// Two triangles with a diagonal, each watertight: the distance, both coordinates, and whether the ray comes from outside.
     #[inline(always)]
-    fn watertight<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn watertight<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<(R, [P::Core; 2], bool)> {
         // One by one: an array's map is not always inlined.
         let [a, b, c, d] = self.corners;
         let (a, b) = (Corner::new(probe, a), Corner::new(probe, b));
         let (c, d) = (Corner::new(probe, c), Corner::new(probe, d));
-        let (hit, u, v) = if let Some(hit) = cross(probe, &a, &b, &c) {
+        if let Some(hit) = cross(probe, &a, &b, &c) {
             let [second, third] = hit.weights;
-            (hit, second + third, third)
-        } else {
-            let hit = cross(probe, &a, &c, &d)?;
-            let [second, third] = hit.weights;
-            (hit, second, second + third)
-        };
-        (range.contains(hit.t) && side.accepts(hit.from_outside)).then_some(ShapeHit { t: hit.t, u, v })
+            return Some((hit.t, [second + third, third], hit.from_outside));
+        }
+        let hit = cross(probe, &a, &c, &d)?;
+        let [second, third] = hit.weights;
+        Some((hit.t, [second, second + third], hit.from_outside))
     }
 
     /// The plane, and the point's coordinates in it.
@@ -93,14 +95,22 @@ impl<R: Real> Shape<R> for Quad<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        if P::ROBUST { self.watertight(probe, range, side) } else { self.textbook(probe, range, side) }
+        if !P::ROBUST {
+            return self.textbook(probe, range, side);
+        }
+        let (t, [u, v], from_outside) = self.watertight(probe)?;
+        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
     }
 
-    fn locate<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let [a, b, _, d] = self.corners.map(wide::<P>);
         let normal = self.normal::<P>();
         let (mut u, mut v) = (convert::<R, P::Core>(hit.u), convert::<R, P::Core>(hit.v));
         if P::ROBUST {
+            // The rounding of stored coordinates moves the point along the plane only, but in a map's space that may be far.
+            if let Some((_, place, _)) = probe.mapped.then(|| self.watertight(probe)).flatten() {
+                [u, v] = place;
+            }
             // Kept away from the border by what rounding the point may move it: a ray that starts at an inner edge of a
             // closed room then starts on the inner side of both walls.
             let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * convert::<R, P::Core>(R::ROUNDOFF) * num(8.0);

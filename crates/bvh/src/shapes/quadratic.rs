@@ -67,16 +67,16 @@ impl<C: Real> Crossings<C> {
             (side.accepts(from_outside) && range.contains(stored) && keep(t)).then_some(stored)
         };
         match (candidate(self.enter, true), candidate(self.leave, false)) {
-            (Some(a), Some(b)) => Some(ShapeHit::at(a.min(b))),
-            (a, b) => a.or(b).map(ShapeHit::at),
+            (Some(a), Some(b)) if b < a => Some(ShapeHit::leaving(b)),
+            (Some(a), _) => Some(ShapeHit::at(a)),
+            (None, b) => b.map(ShapeHit::leaving),
         }
     }
 
-    /// The crossing whose stored distance was returned as `t`, unrounded.
+    /// The crossing that was returned as `hit`, unrounded.
     #[inline(always)]
-    pub fn unrounded<R: Real>(&self, t: R) -> C {
-        let t: C = convert(t);
-        if (self.enter - t).abs() <= (self.leave - t).abs() { self.enter } else { self.leave }
+    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> C {
+        if hit.leaves() { self.leave } else { self.enter }
     }
 }
 
@@ -103,10 +103,14 @@ pub(crate) fn tests_close<P: Precision>() -> bool {
 
 /// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance where the precision asks for it.
 #[inline(always)]
-pub(crate) fn point_at<P: Precision>(probe: &Probe<P>, crossings: Option<Crossings<P::Core>>, t: P::Real) -> CoreVec<P> {
+pub(crate) fn point_at<P: Precision>(
+    probe: &Probe<P>,
+    crossings: Option<Crossings<P::Core>>,
+    hit: ShapeHit<P::Real>,
+) -> CoreVec<P> {
     match crossings {
-        Some(c) if P::ROBUST => probe.origin + probe.direction * c.unrounded(t),
-        _ => probe.at(t),
+        Some(c) if P::ROBUST => probe.origin + probe.direction * c.unrounded(hit),
+        _ => probe.at(hit.t),
     }
 }
 
@@ -135,25 +139,27 @@ impl<C: Real> Span<C> {
         Self { near, far, near_part, far_part }
     }
 
-    /// The end whose stored distance was returned as `t` with its part, unrounded.
+    /// The end that was returned as `hit`, unrounded.
     #[inline(always)]
-    pub fn unrounded<R: Real>(&self, t: R) -> C {
-        Crossings { enter: self.near, leave: self.far }.unrounded(t)
+    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> C {
+        if hit.leaves() { self.far } else { self.near }
     }
 
     /// The first end in the range on an accepted side, with its part as the hit's first number.
     #[inline(always)]
     pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let hit = |t: R, part: u8| ShapeHit { t, u: R::from_f64(f64::from(part)), v: R::ZERO };
-        let (near, far): (R, R) = (convert(self.near), convert(self.far));
-        // As stored: a ray never enters without leaving.
-        let covered = near < far;
+        let on_part = |hit: ShapeHit<R>, part: u8| ShapeHit { u: R::from_f64(f64::from(part)), ..hit };
+        let covered = self.near < self.far;
         if !covered {
-            None
-        } else if side.accepts(true) && range.contains(near) {
-            Some(hit(near, self.near_part))
+            return None;
+        }
+        // A ray never enters without leaving, however thin the body is where it passes.
+        let near: R = convert(self.near);
+        let far = convert::<C, R>(self.far).max(near.next_up());
+        if side.accepts(true) && range.contains(near) {
+            Some(on_part(ShapeHit::at(near), self.near_part))
         } else if side.accepts(false) && range.contains(far) {
-            Some(hit(far, self.far_part))
+            Some(on_part(ShapeHit::leaving(far), self.far_part))
         } else {
             None
         }

@@ -1,9 +1,7 @@
 //! The sphere.
 
-use super::{
-    CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide,
-    within_rounding,
-};
+use super::quadratic::{Crossings, approach};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -47,19 +45,21 @@ impl<R: Real> Shape<R> for Sphere<R> {
             return None;
         }
         let (root, inverse) = (discriminant.sqrt(), probe.inverse_length_squared);
-        first_root(convert((-b - root) * inverse), convert((root - b) * inverse), range, side).map(ShapeHit::at)
+        first_root(convert((-b - root) * inverse), convert((root - b) * inverse), range, side)
     }
 
     #[inline]
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
-        let raw = probe.at(hit.t);
-        let mut f = raw - centre;
         if P::ROBUST && probe.mapped {
-            // Newton's step along the ray undoes the rounding of the stored distance.
-            let step = (f.dot(f) - radius * radius) * num(0.5) / f.dot(probe.direction);
-            f -= probe.direction * within_rounding::<P>(step, hit.t);
+            // From the roots again, as the rounding of the stored distance may be large in the map's space.
+            let (ahead, l) = approach(probe, centre, true);
+            let half = ((radius * radius - l.dot(l)).max(P::Core::ZERO) * probe.inverse_length_squared).sqrt();
+            let t = Crossings { enter: ahead - half, leave: ahead + half }.unrounded(hit);
+            return self.at::<P>((l + probe.direction * (t - ahead)).normalize());
         }
+        let raw = probe.at(hit.t);
+        let f = raw - centre;
         if P::ROBUST {
             return self.at::<P>(f.normalize());
         }

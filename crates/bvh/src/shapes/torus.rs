@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::frame::{disk_support, split, spoke, turn};
 use super::quartic::Quartic;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide, within_rounding};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -104,6 +104,15 @@ impl<R: Real> Torus<R> {
         Some(Profile { quartic, reach, middle: -shift, scale: P::Core::ONE })
     }
 
+    /// The root that was stored as a hit's distance.
+    fn unrounded<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Option<P::Core> {
+        let profile = self.profile(probe)?;
+        profile.quartic.crossings(profile.reach, |x, enters| {
+            let t = profile.middle + profile.scale * x;
+            (convert::<P::Core, R>(t) == hit.t && enters != hit.leaves()).then_some(t)
+        })
+    }
+
     #[inline(always)]
     fn scale<P: Precision<Real = R>>(&self, point: CoreVec<P>) -> P::Core {
         let own = self.centre.abs().max_element() + self.major_radius + self.minor_radius;
@@ -129,25 +138,21 @@ impl<R: Real> Shape<R> for Torus<R> {
         let profile = if P::ROBUST { self.profile(probe)? } else { self.textbook(probe)? };
         profile.quartic.crossings(profile.reach, |x, enters| {
             let t = convert(profile.middle + profile.scale * x);
-            (range.contains(t) && side.accepts(enters)).then_some(ShapeHit::at(t))
+            (range.contains(t) && side.accepts(enters)).then(|| if enters { ShapeHit::at(t) } else { ShapeHit::leaving(t) })
         })
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let centre = wide::<P>(self.centre);
-        let (major, minor) = (convert::<R, P::Core>(self.major_radius), convert::<R, P::Core>(self.minor_radius));
+        let (centre, major) = (wide::<P>(self.centre), convert::<R, P::Core>(self.major_radius));
         // From the nearest point of the circle.
         let tube = |offset: CoreVec<P>| {
             let spoke = split::<P>(offset, self.axis).1.normalize();
             (spoke, offset - spoke * major)
         };
-        let raw = probe.at(hit.t);
-        let (mut spoke, mut off) = tube(raw - centre);
-        if P::ROBUST && probe.mapped {
-            // Newton's step along the ray undoes the rounding of the stored distance.
-            let step = (off.dot(off) - minor * minor) * num(0.5) / off.dot(probe.direction);
-            (spoke, off) = tube(raw - probe.direction * within_rounding::<P>(step, hit.t) - centre);
-        }
+        // In a map's space the rounding of the stored distance may be large: there the root is looked up again.
+        let exact = if P::ROBUST && probe.mapped { self.unrounded(probe, hit) } else { None };
+        let raw = exact.map_or_else(|| probe.at(hit.t), |t| probe.origin + probe.direction * t);
+        let (spoke, off) = tube(raw - centre);
         if P::ROBUST {
             return self.on_tube::<P>(spoke, off.normalize());
         }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::edges::{Corner, are_collinear, cross};
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -46,22 +46,18 @@ impl<R: Real> Shape<R> for Triangle<R> {
         if !P::ROBUST {
             return self.moller_trumbore(probe, range, side);
         }
-        // One by one: an array's map is not always inlined.
-        let [a, b, c] = self.vertices;
-        let (a, b, c) = (Corner::new(probe, a), Corner::new(probe, b), Corner::new(probe, c));
-        let hit = cross(probe, &a, &b, &c)?;
-        let [u, v] = hit.weights;
-        (range.contains(hit.t) && side.accepts(hit.from_outside)).then_some(ShapeHit { t: hit.t, u, v })
+        let Crossing { t, weights: [u, v], from_outside } = self.crossing(probe)?;
+        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
     }
 
     #[inline]
-    fn locate<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let [a, b, c] = self.vertices.map(wide::<P>);
+        // The rounding of stored weights moves the point along the plane only, but in a map's space that may be far.
+        let again = if P::ROBUST && probe.mapped { self.crossing(probe) } else { None };
+        let weights = again.map_or_else(|| [convert(hit.u), convert(hit.v)], |crossing| crossing.weights);
         // From the weights it lies in the triangle's plane whatever the ray's distance was.
-        let [u, v] = inside::<P>([a, b, c], [hit.u, hit.v]);
-        let (ab, ac) = (b - a, c - a);
-        let scale = a.abs().max(b.abs()).max(c.abs()).max_element();
-        Located { point: a + ab * u + ac * v, normal: ab.cross(ac).normalize(), error: slack(scale) }
+        Self::at::<P>([a, b, c], inside::<P>([a, b, c], weights))
     }
 
     fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
@@ -73,8 +69,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
 /// Weights of the second and third corner kept away from the border by what rounding the point may move it. A ray that
 /// starts at an inner edge of a closed mesh then starts on the inner side of *both* faces there.
 #[inline(always)]
-pub(super) fn inside<P: Precision>([a, b, c]: [CoreVec<P>; 3], weights: [P::Real; 2]) -> [P::Core; 2] {
-    let [u, v] = weights.map(convert::<P::Real, P::Core>);
+fn inside<P: Precision>([a, b, c]: [CoreVec<P>; 3], [u, v]: [P::Core; 2]) -> [P::Core; 2] {
     let least = u.min(v).min(P::Core::ONE - u - v);
     let (ab, ac, bc) = (b - a, c - a, c - b);
     let normal = ab.cross(ac);
@@ -97,6 +92,24 @@ pub(super) fn inside<P: Precision>([a, b, c]: [CoreVec<P>; 3], weights: [P::Real
 }
 
 impl<R: Real> Triangle<R> {
+    /// The watertight test.
+    #[inline(always)]
+    fn crossing<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossing<P>> {
+        // One by one: an array's map is not always inlined.
+        let [a, b, c] = self.vertices;
+        cross(probe, &Corner::new(probe, a), &Corner::new(probe, b), &Corner::new(probe, c))
+    }
+
+    /// The surface at the weights of the second and third corner.
+    #[inline(always)]
+    fn at<P: Precision<Real = R>>([a, b, c]: [CoreVec<P>; 3], [u, v]: [P::Core; 2]) -> Located<P::Core> {
+        let (ab, ac, bc) = (b - a, c - a, c - b);
+        let (normal, scale) = (ab.cross(ac), a.abs().max(b.abs()).max(c.abs()).max_element());
+        let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
+        let error = corner_slack(scale, longest, normal.length());
+        Located { point: a + ab * u + ac * v, normal: normal.normalize(), error }
+    }
+
     /// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997). Leaks at shared edges.
     #[inline(always)]
     fn moller_trumbore<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
@@ -130,10 +143,8 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
     fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
         let [a, b, c] = self.vertices.map(wide::<P>);
         let root = convert::<R, P::Core>(u).sqrt();
-        let (ab, ac) = (b - a, c - a);
-        let point = a + ab * (P::Core::ONE - root) + ac * (convert::<R, P::Core>(v) * root);
-        let scale = a.abs().max(b.abs()).max(c.abs()).max_element();
-        (Located { point, normal: ab.cross(ac).normalize(), error: slack(scale) }, num(1.0 / self.area()))
+        let weights = [P::Core::ONE - root, convert::<R, P::Core>(v) * root];
+        (Self::at::<P>([a, b, c], weights), num(1.0 / self.area()))
     }
 
     fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {

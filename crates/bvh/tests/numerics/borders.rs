@@ -230,41 +230,88 @@ fn p14_empty_and_thin_clips() {
     .expect_right(300_000);
 }
 
+/// An open quadric of revolution about y: its shape, the form that is negative inside, and the heights between which it is.
+struct Open {
+    shape: AnyShape<f32>,
+    /// Coefficients of x² + z², y², y and 1.
+    form: [f64; 4],
+    low: f64,
+    high: f64,
+}
+
+impl Open {
+    /// One of the three, its centre, base or apex at a place.
+    fn any(random: &mut Random, at: DVec3) -> Self {
+        let (centre, height) = (stored::<Robust>(at), f64::from(random.between(0.2, 2.0) as f32));
+        let (half, up) = (height as f32, stored::<Robust>(DVec3::Y * height));
+        match random.bits() % 3 {
+            0 => Self {
+                shape: Hyperboloid { centre, waist: 0.5, slope: 0.75, half_height: half }.into(),
+                form: [4.0, -1.0 / 0.5625, 0.0, -1.0],
+                low: -height,
+                high: height,
+            },
+            1 => Self {
+                shape: Paraboloid { apex: centre, radius: 0.5, height: half }.into(),
+                form: [4.0 * height, 0.0, -1.0, 0.0],
+                low: f64::NEG_INFINITY,
+                high: height,
+            },
+            _ => Self {
+                shape: Cylinder { base: centre, axis: up, radius: 0.5, ends: Ends::Open }.into(),
+                form: [4.0, 0.0, 0.0, -1.0],
+                low: 0.0,
+                high: height,
+            },
+        }
+    }
+
+    /// The radius at a height.
+    fn radius(&self, y: f64) -> f64 {
+        let [out, yy, y1, one] = self.form;
+        (-(yy * y * y + y1 * y + one) / out).sqrt()
+    }
+
+    /// How far inside the clip a height is.
+    fn inside(&self, y: f64) -> f64 {
+        (self.high - y).min(y - self.low)
+    }
+}
+
 /// Rays at the clip planes of open quadrics, decided as f64 decides them.
 #[test]
 fn p14_clips_are_exact() {
-    judge("P14 border", 15, 400_000, |random| {
-        let (centre, half) = (exact(random.cube() * 3.0), f64::from(random.between(0.2, 2.0) as f32));
-        let shape = Hyperboloid::<f32> { centre: stored::<Robust>(centre), waist: 0.5, slope: 0.75, half_height: half as f32 };
-        let y = half * random.sign();
-        let (radius, angle) = (0.5 * (1.0 + (y / 0.75) * (y / 0.75)).sqrt(), random.unit() * core::f64::consts::TAU);
-        let scale = centre.abs().max_element() + radius + half;
+    judge("P14 border", 15, 600_000, |random| {
+        let at = exact(random.cube() * 3.0);
+        let open = Open::any(random, at);
+        let y = if open.low.is_finite() && random.sign() > 0.0 { open.low } else { open.high };
+        let (radius, angle) = (open.radius(y), random.unit() * core::f64::consts::TAU);
+        let scale = at.abs().max_element() + radius + y.abs();
         let jitter = random.pick(&STEPS) * ulp(scale);
-        let rim = centre + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
+        let rim = at + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
         let ray = towards::<Robust>(rim + random.direction() * random.between(1.0, 8.0), rim);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
-        // All roots of the whole sheet, in f64 about the ray's point nearest to the centre.
-        let (f, ahead) = {
-            let f = o - centre;
-            let ahead = -f.dot(d) / d.length_squared();
-            (f + d * ahead, ahead)
-        };
-        let form = |a: DVec3, b: DVec3| (a.x * b.x + a.z * b.z) / 0.25 - a.y * b.y / 0.5625;
-        let (a, b, c) = (form(d, d), form(d, f), form(f, f) - 1.0);
+        // All roots of the whole surface, in f64 about the ray's point nearest to the centre.
+        let f = o - at;
+        let ahead = -f.dot(d) / d.length_squared();
+        let f = f + d * ahead;
+        let [out, yy, y1, one] = open.form;
+        let form = |a: DVec3, b: DVec3| (a.x * b.x + a.z * b.z) * out + a.y * b.y * yy;
+        let (a, b, c) = (form(d, d), form(d, f) + 0.5 * y1 * d.y, form(f, f) + y1 * f.y + one);
         let discriminant = b * b - a * c;
         if discriminant < 1e-3 || a.abs() < 1e-3 {
             return Verdict::Skip;
         }
         let roots = [(-b - discriminant.sqrt()) / a + ahead, (discriminant.sqrt() - b) / a + ahead];
-        let margins = roots.map(|t| half - (f.y + d.y * (t - ahead)).abs());
+        let margins = roots.map(|t| open.inside(f.y + d.y * (t - ahead)));
         if roots.iter().zip(margins).any(|(t, m)| m.abs() < 4.0 * ulp(scale) || t.abs() < 1e-3) {
             return Verdict::Skip;
         }
         let wanted = roots.iter().zip(margins).filter(|(t, m)| **t > 0.0 && *m > 0.0).map(|r| *r.0).fold(f64::INFINITY, f64::min);
-        let got = hit::<Robust>(&shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
+        let got = hit::<Robust>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
         let same = got == wanted || (got - wanted).abs() < 1e-4;
-        Verdict::holds(same, || format!("{got} instead of {wanted}, margins {margins:?}{}", hex::<Robust>(&ray)))
+        Verdict::holds(same, || format!("{got} instead of {wanted}, margins {margins:?}{} {:?}", hex::<Robust>(&ray), open.shape))
     })
-    .expect_right(100_000);
+    .expect_right(200_000);
 }

@@ -3,9 +3,14 @@
 #![expect(clippy::print_stderr, reason = "a test says how many rays it judged and how near the bound they came")]
 
 mod borders;
+mod closed;
+mod lit;
+mod mapped;
 mod planes;
 mod quadrics;
+mod spawned;
 mod sphere;
+mod stated;
 mod support;
 mod torus;
 mod triangles;

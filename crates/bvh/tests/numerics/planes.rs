@@ -1,39 +1,11 @@
 //! P06–P08: directions of any length, and planes at grazing angles and far out.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus,
-    Triangle,
-};
-use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side};
+use raywright_bvh::shapes::{Placed, Plane};
+use raywright_bvh::{Interval, Probe, Ray, Reference, Robust, Shape, Side};
 
+use crate::stated::shapes;
 use crate::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
-
-/// One of each shape, from the same f32 numbers in every precision.
-fn shapes<P: Precision>() -> Vec<(&'static str, AnyShape<P::Real>)> {
-    let v = |x: f64, y: f64, z: f64| stored::<P>(exact(DVec3::new(x, y, z)));
-    let r = |x: f64| P::Real::from_f64(f64::from(x as f32));
-    let (centre, axis) = (v(0.3, -0.2, 0.1), v(0.6, 1.3, -0.4));
-    let vertices = [v(-1.1, -0.7, 0.2), v(1.3, -0.6, 0.4), v(0.1, 1.2, -0.3)];
-    let corners = [v(-0.9, -1.1, 0.3), v(0.85, -0.85, 0.3), v(1.1, 0.4, 0.55), v(-0.65, 0.15, 0.55)];
-    vec![
-        ("sphere", Sphere { centre, radius: r(1.1) }.into()),
-        ("plane", Plane::new(centre, stored::<P>(exact(DVec3::new(0.3, 0.9, 0.2).normalize()))).into()),
-        ("disk", Disk { centre, normal: axis, radius: r(1.2) }.into()),
-        ("triangle", Triangle { vertices }.into()),
-        ("quad", Quad { corners }.into()),
-        ("box", Cuboid { min: v(-0.7, -0.9, -0.5), max: v(1.1, 0.4, 0.8) }.into()),
-        ("tube", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::None }.into()),
-        ("open cylinder", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::Open }.into()),
-        ("cylinder", Cylinder { base: centre, axis, radius: r(0.7), ends: Ends::Capped }.into()),
-        ("cone", Cone { base: centre, axis, radius: r(1.1), top_radius: r(0.0) }.into()),
-        ("truncated cone", Cone { base: centre, axis, radius: r(1.1), top_radius: r(0.3) }.into()),
-        ("ellipsoid", Ellipsoid { centre, semi_axes: v(1.3, 0.6, 0.9) }.into()),
-        ("hyperboloid", Hyperboloid { centre, waist: r(0.5), slope: r(0.8), half_height: r(1.1) }.into()),
-        ("paraboloid", Paraboloid { apex: v(0.1, -0.9, 0.2), radius: r(1.1), height: r(1.7) }.into()),
-        ("torus", Torus { centre, axis, major_radius: r(1.1), minor_radius: r(0.4) }.into()),
-    ]
-}
 
 /// The same hit whatever the length of the direction, for every shape, in the world and placed. The oracle has the same
 /// direction with length one, in f64; a ray that changes its mind when moved by a billionth is not judged.

@@ -44,10 +44,11 @@ fn p10_cylinder_along_its_axis() {
         if !(surface.point.is_finite() && surface.normal.is_finite()) {
             return Verdict::Wrong(format!("not finite{}", hex::<Robust>(&ray)));
         }
-        let bound = 8.0 * U * (t + radius + base.abs().max_element().max(p.abs().max_element()));
-        let wall = off(p).abs();
-        let caps = (p.y - base.y).abs().min((p.y - base.y - height).abs());
-        let error = if ends == Ends::None { wall } else { wall.min(caps) };
+        let bound = 8.0 * U * (t + radius);
+        // On the wall between the ends, or on an end within the wall.
+        let (wall, low, high) = (off(p), base.y - p.y, p.y - base.y - height);
+        let caps = low.abs().min(high.abs()).max(wall);
+        let error = if ends == Ends::None { wall.abs() } else { wall.abs().max(low).max(high).min(caps) };
         Verdict::bounded(error, bound, || format!("off at angle {angle}{} {shape:?}", hex::<Robust>(&ray)))
             .and(|| Verdict::holds(!along || surface.normal.y.abs() == 1.0, || format!("not the cap{}", hex::<Robust>(&ray))))
     })

@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{Fast, Interval, Precision, Probe, Real, Reference, Robust, Shape, Side, Vector};
 
-use crate::support::{Outcome, U, Verdict, exact, hex, hit, judge, stored, towards, ulp};
+use crate::support::{Outcome, Verdict, exact, hex, hit, judge, stored, towards, ulp};
 
 /// How the line of an exact ray passes a sphere: distance from the centre, and distances along the ray (true lengths) of
 /// the two crossings if it does. In f64 from the perpendicular.
@@ -28,8 +28,8 @@ fn sphere<P: Precision>(centre: DVec3, radius: f64) -> Sphere<P::Real> {
 
 const RATIOS: [f64; 6] = [2.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 
-/// Rays over a disc of 1.05 radii from `ratio` radii away; a point off the surface by more than `bound` of u·(D + C) is
-/// wrong, and so is a hit or miss that the oracle's margin contradicts.
+/// Rays over a disc of 1.05 radii from `ratio` radii away; a point off the surface by more than `bound` of u·(D + C), with u
+/// that of the stored scalar, is wrong, and so is a hit or miss that the oracle's margin contradicts.
 pub fn far_sphere<P: Precision>(ratio: f64, bound: f64) -> Outcome {
     judge(&format!("P01 {ratio:e}"), 1 + ratio as u64, 200_000, |random| {
         let out = random.direction();
@@ -37,8 +37,9 @@ pub fn far_sphere<P: Precision>(ratio: f64, bound: f64) -> Outcome {
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
         let expected = pass(o, d, DVec3::ZERO, 1.0);
         // The specification grants 8·u·(D + C), which far away is all there is: judged more closely, by what b² − c costs in
-        // an f64 core, and in f64 storage by nearly nothing.
-        let margin = if P::Real::ROUNDOFF.to_f64() < 1e-10 { 1e-10 * ratio } else { (ratio * ratio * f64::EPSILON).max(1e-12) };
+        // an f64 core, and in f64 storage by some roundings of the oracle's own.
+        let roundoff = P::Real::ROUNDOFF.to_f64();
+        let margin = if roundoff < 1e-10 { 16.0 * roundoff * ratio } else { (ratio * ratio * f64::EPSILON).max(1e-12) };
         if (expected.distance - 1.0).abs() <= margin {
             return Verdict::Band;
         }
@@ -50,7 +51,9 @@ pub fn far_sphere<P: Precision>(ratio: f64, bound: f64) -> Outcome {
             Some(hit) => {
                 let p = o + d * hit.t.to_f64();
                 let scale = o.length() + o.abs().max_element().max(p.abs().max_element());
-                Verdict::bounded((p.length() - 1.0).abs(), bound * U * scale, || format!("off the surface{}", hex::<P>(&ray)))
+                Verdict::bounded((p.length() - 1.0).abs(), bound * roundoff * scale, || {
+                    format!("off the surface{}", hex::<P>(&ray))
+                })
             }
         }
     })
@@ -61,7 +64,7 @@ pub fn far_sphere<P: Precision>(ratio: f64, bound: f64) -> Outcome {
 fn p01_far_sphere() {
     for ratio in RATIOS {
         far_sphere::<Robust>(ratio, 2.0).expect_right(199_000);
-        far_sphere::<Reference>(ratio, 2.0).expect_right(199_000);
+        far_sphere::<Reference>(ratio, 16.0).expect_right(199_000);
     }
 }
 
@@ -94,7 +97,7 @@ pub fn drift<P: Precision>(offset: f64, ratio: f64) -> Outcome {
 fn p02_hit_point_stays_on_the_sphere() {
     for offset in [0.0, 1e3, 1e5] {
         for ratio in RATIOS {
-            drift::<Robust>(offset, ratio).expect_right(1);
+            drift::<Robust>(offset, ratio).expect_right(49_000);
         }
     }
 }
@@ -151,7 +154,7 @@ fn p04_origin_on_the_surface() {
             return Verdict::Skip;
         };
         if near >= 0.0 || far <= 0.0 {
-            return Verdict::holds(radius < 16.0 * ulp(centre.abs().max_element()) || tilt.abs() < 1e-2, || {
+            return Verdict::holds(radius < 16.0 * ulp(centre.abs().max_element()), || {
                 format!("not inside: {near:e} {far:e}{}", hex::<Robust>(&ray))
             });
         }

@@ -34,7 +34,8 @@ fn p19_slivers() {
     judge("P19 sliver", 51, 400_000, |random| {
         let (a, along) = (random.cube(), random.direction());
         let side = random.disc(along, 1.0).normalize() * 1e-6;
-        let corners = [a, a + along, a + along * 1e-3 + side].map(exact);
+        // Edges 1, 1 and 1e-6, or 1, 1 and a thousandth with the same height over the longest.
+        let corners = [a, a + along, a + along * random.pick(&[0.0, 1e-3]) + side].map(exact);
         let target = corners[0] + (corners[1] - corners[0]) * random.unit();
         let ray = towards::<Robust>(target + random.direction() * random.between(0.5, 5.0), target);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
@@ -50,15 +51,22 @@ fn p19_slivers() {
 /// Rays nearly in the plane of a skinny triangle far away: whatever is hit lies in the triangle's box.
 #[test]
 fn p20_nearly_parallel_rays() {
-    let [a, b, c] = [DVec3::ZERO, DVec3::new(11.2, 0.0, 0.0), DVec3::new(9.65, 0.98, 0.0)];
     judge("P20", 52, 600_000, |random| {
-        let (x, y) = {
-            let x = random.direction();
-            (x, random.disc(x, 1.0).normalize())
-        };
-        let place = |p: DVec3, at: DVec3| exact(at + x * p.x + y * p.y);
+        let x = random.direction();
+        let y = random.disc(x, 1.0).normalize();
         let at = random.direction() * 600.0;
-        let corners = [place(a, at), place(b, at), place(c, at)];
+        // A needle by its box, 11.2 × 9.7 × 1.4, as it lies; or one of that length and height anyhow turned.
+        let diagonal = DVec3::new(11.2, 9.7, 1.4);
+        let corners = if random.sign() > 0.0 {
+            [at, at + diagonal, at + diagonal * random.between(0.6, 0.9) + random.cube() * DVec3::new(0.0, 0.5, 0.1)].map(exact)
+        } else {
+            [at, at + x * 11.2, at + x * 9.65 + y * 0.98].map(exact)
+        };
+        let (x, y) = {
+            let x = (corners[1] - corners[0]).normalize();
+            let normal = x.cross(corners[2] - corners[0]).normalize();
+            (x, normal.cross(x))
+        };
         let angle = random.pick(&[0.5_f64, 0.01, 1e-4]).to_radians();
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         let weights = (random.unit(), random.unit());

@@ -2,5 +2,7 @@
 //! the mean number of crossings of random lines for areas and densities.
 
 mod area;
+mod bounds;
 mod gallery;
 mod hits;
+mod parameters;

@@ -1,0 +1,157 @@
+//! S06: shadow rays to a light that lies in the plane of its holder, and to one a hair away.
+
+use core::f64::consts::{PI, TAU};
+
+use glam::{DQuat, DVec3};
+use raywright_bvh::shapes::{AnyShape, Quad};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Robust, Surface, Visibility};
+
+use crate::support::{Random, Verdict, exact, hex, judge, towards};
+
+/// A light, the ceiling that holds it in its own plane, and a wall that crosses neither.
+struct Room {
+    geometry: Geometry<Robust>,
+    light: Quad<f32>,
+    /// Middle of the light, its half edges, and the way down.
+    middle: DVec3,
+    half: [DVec3; 2],
+    down: DVec3,
+}
+
+const LIGHT: u32 = 0;
+
+fn room(seed: u64) -> Room {
+    let random = &mut Random::new(seed, 0);
+    let turn = if seed == 0 { DQuat::IDENTITY } else { DQuat::from_axis_angle(random.direction(), random.between(0.0, 6.0)) };
+    let middle = exact(random.cube() * if seed == 0 { 0.0 } else { 5.0 });
+    let (x, z, down) = (turn * DVec3::X, turn * DVec3::Z, turn * DVec3::NEG_Y);
+    let quad = |reach: f64| Quad::new(middle - x * reach - z * reach, x * (2.0 * reach), z * (2.0 * reach));
+    let light = quad(0.5);
+    let mut group = Group::<Robust>::default();
+    for shape in [AnyShape::from(light), AnyShape::from(quad(3.0))] {
+        group.shape(shape, Visibility::default()).expect("finite");
+    }
+    Room { geometry: Geometry::new(group, AcceleratorKind::default()), light, middle, half: [x * 0.5, z * 0.5], down }
+}
+
+/// A point of the light where a ray meets it.
+fn drawn(room: &Room, u: f64, v: f64) -> Surface<f32> {
+    use raywright_bvh::shapes::SampleArea;
+    room.light.sample_area::<Robust>(u as f32, v as f32).0.stored::<Robust>()
+}
+
+/// A receiver: a surface at a place, facing the light, as a hit on a small quad there would give it.
+fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
+    let (a, b) = facing.any_orthonormal_pair();
+    let mut group = Group::<Robust>::default();
+    // `facing` is a × b: the outside.
+    group.shape(Quad::new(place - (a + b) * 0.05, a * 0.1, b * 0.1).into(), Visibility::default()).expect("finite");
+    let geometry = Geometry::new(group, AcceleratorKind::default());
+    let ray = towards::<Robust>(place + facing, place);
+    let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
+    Some(geometry.surface(&ray, &hit))
+}
+
+const DISTANCES: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+
+/// Nothing of the light's own plane stands between a drawn point of it and a receiver, however near.
+#[test]
+fn s06_no_shadow_by_the_light_or_its_holder() {
+    for seed in 0..3 {
+        let room = room(seed);
+        judge(&format!("S06 {seed}"), 160 + seed, 400_000, |random| {
+            let at = room.half[0] * random.between(-1.5, 1.5) + room.half[1] * random.between(-1.5, 1.5);
+            let place = room.middle + at + room.down * random.pick(&DISTANCES);
+            let Some(receiver) = receiver(place, -room.down) else { return Verdict::Skip };
+            let target = drawn(&room, random.unit(), random.unit());
+            let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
+                return Verdict::Wrong(format!("no shadow ray from {:?} to {:?}", receiver.point, target.point));
+            };
+            let blocked = room.geometry.any(&ray, range, |_| true, &mut ());
+            Verdict::holds(!blocked, || format!("shadowed at {place:?}, {:?}{}", target.point, hex::<Robust>(&ray)))
+        })
+        .expect_right(390_000);
+    }
+}
+
+/// The form factor from a small patch to a polygon, f64 ("Photometria", Lambert 1760): the sum over its edges of the angle
+/// they subtend times the patch's cosine with the plane through the edge.
+fn form_factor(place: DVec3, normal: DVec3, corners: &[DVec3]) -> f64 {
+    let edges = corners.iter().zip(corners.iter().cycle().skip(1));
+    let sum: f64 = edges
+        .map(|(a, b)| {
+            let (a, b) = ((*a - place).normalize(), (*b - place).normalize());
+            let across = a.cross(b);
+            across.length().atan2(a.dot(b)) * across.normalize().dot(normal)
+        })
+        .sum();
+    (sum / TAU).abs()
+}
+
+/// Irradiance from light points that are drawn by the light's area, with shadow rays, against the closed form; nearer than
+/// a tenth the same by directions drawn by the cosine, as points drawn by area are nearly all too far aside.
+#[test]
+fn s06_irradiance_is_the_form_factor() {
+    let room = room(1);
+    let corners =
+        [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[a, b]| room.middle + room.half[0] * a + room.half[1] * b);
+    let [x, z] = room.half.map(DVec3::normalize);
+    for distance in DISTANCES {
+        for beside in [0.0, 0.3, 0.49, 0.8] {
+            let place = room.middle + room.half[0] * (2.0 * beside) + room.down * distance;
+            let facing = -room.down;
+            let receiver = receiver(place, facing).expect("aimed at it");
+            let (p, normal) = (receiver.point.as_dvec3(), receiver.normal.as_dvec3());
+            let random = &mut Random::new(170, (distance * 1e6) as u64);
+            let term = |random: &mut Random| {
+                if distance >= 0.1 {
+                    let target = drawn(&room, random.unit(), random.unit());
+                    let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return f64::NAN };
+                    let seen = !room.geometry.any(&ray, range, |_| true, &mut ());
+                    let across = target.point.as_dvec3() - p;
+                    let cosines = normal.dot(across) * -target.normal.as_dvec3().dot(across).abs() / across.length().powi(4);
+                    return if seen { cosines.abs() / PI } else { 0.0 };
+                }
+                // Malley's method.
+                let (r, angle) = (random.unit().sqrt(), random.unit() * TAU);
+                let d = x * (r * angle.cos()) + z * (r * angle.sin()) + facing * (1.0 - r * r).max(0.0).sqrt();
+                let start = receiver.spawn(d.as_vec3());
+                let hit = room.geometry.closest(&Ray::new(start, d.as_vec3()), Interval::positive(), &mut ());
+                f64::from(u8::from(hit.is_some_and(|hit| hit.primitive == LIGHT)))
+            };
+            const SAMPLES: u32 = 100_000;
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for _ in 0..SAMPLES {
+                let value = term(random);
+                (sum, squares) = (sum + value, squares + value * value);
+            }
+            let count = f64::from(SAMPLES);
+            let mean = sum / count;
+            let error = ((squares / count - mean * mean).max(0.0) / count).sqrt();
+            let wanted = form_factor(p, normal, &corners);
+            assert!(
+                (mean - wanted).abs() <= 3.0 * error + 1e-4,
+                "{distance} below, {beside} beside: {mean} ± {error}, not {wanted}"
+            );
+        }
+    }
+}
+
+/// A receiver on the light itself: no ray or one without NaN, never a panic.
+#[test]
+fn s06_at_no_distance() {
+    let room = room(1);
+    judge("S06 touching", 175, 100_000, |random| {
+        let target = drawn(&room, random.unit(), random.unit());
+        let Some(receiver) = receiver(target.point.as_dvec3(), -room.down) else { return Verdict::Skip };
+        for (a, b) in [(&target, &target), (&receiver, &target)] {
+            let Some((ray, range)) = a.spawn_to_surface(b) else { continue };
+            if !(ray.is_finite() && range.max.is_finite()) {
+                return Verdict::Wrong(format!("{range:?}{}", hex::<Robust>(&ray)));
+            }
+        }
+        let to_itself = target.spawn_to(target.point);
+        Verdict::holds(to_itself.is_none_or(|(ray, range)| ray.is_finite() && range.max.is_finite()), || "not finite".into())
+    })
+    .expect_right(99_000);
+}

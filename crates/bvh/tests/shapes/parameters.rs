@@ -1,0 +1,119 @@
+//! Texture coordinates: where they start and end, and that dp/du is what the point does as u grows.
+
+use glam::{DAffine3, DVec2, DVec3};
+use raywright_bvh::shapes::{AnyShape, Placed, Probe};
+use raywright_bvh::{Interval, Parameters, Ray, Reference, Side};
+
+use super::gallery::{Random, gallery};
+
+/// Point, normal and coordinates at the first hit of a ray.
+struct Found {
+    point: DVec3,
+    normal: DVec3,
+    parameters: Parameters<f64>,
+}
+
+fn found(shape: &Placed<Reference>, origin: DVec3, direction: DVec3) -> Option<Found> {
+    let probe = Probe::<Reference>::new(Ray::new(origin, direction));
+    let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
+    let located = shape.locate(&probe, hit);
+    Some(Found { point: located.point, normal: located.normal, parameters: shape.parameters(&probe, hit) })
+}
+
+/// A difference of coordinates that may run around.
+fn around(difference: f64) -> f64 {
+    difference - difference.round()
+}
+
+fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
+    const STEP: f64 = 1e-6;
+    let random = &mut Random(9);
+    let placed = Placed::<Reference>::new(shape, map).unwrap();
+    let (mut hits, mut judged) = (0, 0);
+    for _ in 0..4000 {
+        let direction = random.direction();
+        let origin = random.cube() * 1.5 - direction * 8.0;
+        let Some(at) = found(&placed, origin, direction) else { continue };
+        let (u, v, along) = (at.parameters.u, at.parameters.v, at.parameters.dpdu);
+        assert!(u.is_finite() && v.is_finite() && along.is_finite(), "{name}: {:?}", at.parameters);
+        if !matches!(name, "plane" | "infinite cylinder") {
+            assert!((0.0..=1.0).contains(&u) && (-1e-12..=1.0 + 1e-12).contains(&v), "{name}: u {u} v {v}");
+        }
+        assert!(along.dot(at.normal).abs() <= 1e-9 * along.length(), "{name}: {along:?} is not along the surface");
+        hits += 1;
+        // The foot of the moved point, straight down onto the surface.
+        let moved = at.point + along * STEP;
+        let Some(next) = found(&placed, moved + at.normal * 1e-3, -at.normal) else { continue };
+        // Over an edge there is another part of the surface with coordinates of its own.
+        if next.normal.dot(at.normal) < 0.999 || next.point.distance(moved) > 1e-5 * along.length() {
+            continue;
+        }
+        judged += 1;
+        let (du, dv) = (around(next.parameters.u - u) / STEP, around(next.parameters.v - v) / STEP);
+        assert!(
+            (du - 1.0).abs() < 1e-3 && dv.abs() < 1e-3,
+            "{name}: u changes by {du}, v by {dv} a unit; {along:?} at {:?}",
+            at.point
+        );
+    }
+    assert!(hits > 150 && judged * 10 > hits * 9, "{name}: {judged} judged of {hits}");
+}
+
+/// Protects dp/du of every shape, plain and mapped: a step along it changes u by as much and v by nothing.
+#[test]
+fn dpdu_is_the_derivative_by_u() {
+    let map = DAffine3::from_translation(DVec3::new(0.2, -0.1, 0.3))
+        * DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0)
+        * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
+    for (name, shape, _) in gallery::<Reference>() {
+        derivative(name, shape, DAffine3::IDENTITY);
+        derivative(name, shape, map);
+    }
+}
+
+/// Protects where textures lie: coordinates of points that everyone can picture.
+#[test]
+fn coordinates_of_known_points() {
+    use raywright_bvh::shapes::{Cuboid, Cylinder, Ellipsoid, Quad, Sphere, Torus};
+    let sphere: AnyShape<f64> = Sphere { centre: DVec3::ZERO, radius: 1.0 }.into();
+    let ellipsoid: AnyShape<f64> = Ellipsoid::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 3.0)).into();
+    let quad: AnyShape<f64> = Quad::new(DVec3::new(-1.0, 0.0, -1.0), DVec3::X * 2.0, DVec3::Z * 2.0).into();
+    let cube: AnyShape<f64> = Cuboid::new(DVec3::NEG_ONE, DVec3::ONE).into();
+    let can: AnyShape<f64> = Cylinder::new(DVec3::ZERO, DVec3::Y, 1.0, Some(2.0), true).into();
+    let ring: AnyShape<f64> = Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into();
+    let slant = DVec3::new(1.0, 1.0, 0.0).normalize();
+    let cases = [
+        // From the −x side about +y, from the top down, as an equirectangular map.
+        ("sphere", sphere, DVec3::X, Some(0.5), Some(0.5)),
+        ("sphere", sphere, DVec3::Z, Some(0.75), Some(0.5)),
+        ("sphere", sphere, DVec3::NEG_Z, Some(0.25), Some(0.5)),
+        ("sphere", sphere, DVec3::Y, None, Some(0.0)),
+        ("sphere", sphere, DVec3::NEG_Y, None, Some(1.0)),
+        ("sphere", sphere, slant, Some(0.5), Some(0.25)),
+        ("ellipsoid", ellipsoid, DVec3::X, Some(0.5), Some(0.5)),
+        ("ellipsoid", ellipsoid, DVec3::Y, None, Some(0.0)),
+        ("quad", quad, DVec3::Y, Some(0.5), Some(0.5)),
+        // A face's two axes: z, y on ±x; x, z on ±y; x, y on ±z.
+        ("box", cube, DVec3::X, Some(0.5), Some(0.5)),
+        ("cylinder", can, DVec3::Y, None, Some(0.0)),
+        ("torus", ring, DVec3::X, None, Some(0.5)),
+    ];
+    for (name, shape, towards, u, v) in cases {
+        let placed = Placed::<Reference>::new(shape, DAffine3::IDENTITY).unwrap();
+        let at = found(&placed, towards * 9.0, -towards).unwrap_or_else(|| panic!("{name} missed from {towards:?}"));
+        let got = DVec2::new(at.parameters.u, at.parameters.v);
+        let wanted = DVec2::new(u.unwrap_or(got.x), v.unwrap_or(got.y));
+        assert!(got.distance(wanted) < 1e-9, "{name} from {towards:?}: {got:?} for {wanted:?}");
+    }
+    // Off the middle of each face of a box.
+    let placed = Placed::<Reference>::new(cube, DAffine3::IDENTITY).unwrap();
+    for (axis, along_u, along_v) in
+        [(DVec3::X, DVec3::Z, DVec3::Y), (DVec3::Y, DVec3::X, DVec3::Z), (DVec3::Z, DVec3::X, DVec3::Y)]
+    {
+        for side in [axis, -axis] {
+            let at = found(&placed, side * 5.0 + along_u * 0.5 - along_v * 0.25, -side).unwrap();
+            let got = DVec2::new(at.parameters.u, at.parameters.v);
+            assert!(got.distance(DVec2::new(0.75, 0.375)) < 1e-9, "box, face {side:?}: {got:?}");
+        }
+    }
+}
