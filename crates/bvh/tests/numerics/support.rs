@@ -182,6 +182,19 @@ impl Outcome {
     }
 }
 
+/// Share that the textbook formulas get wrong, printed beside those of `robust` and `reference` on the same rays.
+pub fn textbook_share(outcomes: [Outcome; 3]) -> f64 {
+    let [fast, robust, reference] = outcomes.each_ref().map(Outcome::wrong_share);
+    let case = &outcomes[0].case;
+    eprintln!(
+        "{case}: wrong in fast {:.3} %, robust {:.3} %, reference {:.3} %",
+        100.0 * fast,
+        100.0 * robust,
+        100.0 * reference
+    );
+    fast
+}
+
 /// Judges `count` rays, in parallel, each with its own random numbers.
 pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
     let none = || Outcome { case: case.to_owned(), judged: 0, band: 0, wrong: 0, skipped: 0, worst: 0.0, first: None };
