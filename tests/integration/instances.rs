@@ -101,3 +101,86 @@ fn repeated_meshes_are_stored_once() {
     // A map with its inverse takes about 200 bytes in f64, a tree node 128.
     assert!(bytes < 1003 * 600, "{bytes} bytes");
 }
+
+/// The scene with every map twice, one behind the other, so that each side that an object shows is shown more than once.
+fn sided_scene(shared: bool, sides: [SideRule; 3], some_cast_none: bool) -> Scene {
+    let mut scene = scene(shared);
+    let (mut meshes, mut objects) = (scene.meshes.clone(), scene.objects.clone());
+    for (i, object) in objects.iter_mut().enumerate() {
+        object.transform.push(TransformStep::Translate([0.4, 0.9, -0.8]));
+        if let (false, Shape::Mesh(name)) = (shared, &mut object.shape) {
+            *name = format!("second {i}");
+            meshes[i].name.clone_from(name);
+        }
+    }
+    scene.meshes.extend(meshes.into_iter().filter(|_| !shared));
+    scene.objects.extend(objects);
+    for (i, object) in scene.objects.iter_mut().enumerate() {
+        object.side = sides[i % 3];
+        object.casts_shadow = !(some_cast_none && i % 2 == 0);
+    }
+    scene
+}
+
+/// Protects: which sides can be hit, and whether it casts a shadow, is each object's own, whatever mesh it shares and with
+/// whom, in whatever order.
+#[test]
+fn objects_that_share_a_mesh_keep_their_own_rules() {
+    use SideRule::{Both, Inside, Outside};
+    let differing = |a: &Rendered, b: &Rendered| {
+        let pairs = a.picture.rgb.iter().zip(&b.picture.rgb);
+        pairs.filter(|(a, b)| (0..3).any(|k| (a[k] - b[k]).abs() > 1e-4)).count()
+    };
+    let alike = render(&sided_scene(true, [Outside; 3], false)).0;
+    let least = alike.picture.rgb.len() / 1000;
+    for sides in [[Outside, Inside, Both], [Inside, Both, Outside], [Both, Outside, Inside]] {
+        let (shared, instances, _) = render(&sided_scene(true, sides, false));
+        let copies = render(&sided_scene(false, sides, false)).0;
+        assert_eq!(instances, 2 * maps().len());
+        let off = differing(&shared, &copies);
+        assert!(off <= least, "{sides:?}: {off} pixels differ from those of copies");
+        assert!(differing(&shared, &alike) > 10 * least, "{sides:?}: the sides show nowhere");
+        let quiet = render(&sided_scene(true, sides, true)).0;
+        let off = differing(&quiet, &render(&sided_scene(false, sides, true)).0);
+        assert!(off <= least, "{sides:?}, some cast no shadow: {off} pixels differ from those of copies");
+        assert!(differing(&quiet, &shared) > 2 * least, "{sides:?}: the shadows show nowhere");
+    }
+}
+
+/// A hilly sheet of 2·n² triangles.
+fn sheet(n: u32) -> MeshData {
+    let at = |i: u32| i as f32 / n as f32;
+    let positions = (0..=n).flat_map(|z| (0..=n).map(move |x| [at(x), at(x) * at(z), at(z)])).collect();
+    let corner = |x: u32, z: u32| z * (n + 1) + x;
+    let indices = (0..n).flat_map(|z| {
+        (0..n).flat_map(move |x| {
+            let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
+            [[a, c, b], [a, d, c]]
+        })
+    });
+    MeshData { positions, indices: indices.collect(), ..MeshData::default() }
+}
+
+/// Protects: objects that show a mesh from the same side share one tree, and what is reported counts every tree that there is.
+#[test]
+fn a_hundred_instances_share_a_tree() {
+    let mut one = scene(true);
+    one.meshes[0].source = MeshSource::Inline(Arc::new(sheet(24)));
+    one.objects.truncate(1);
+    let first = one.objects[0].clone();
+    let many = |sides: &[SideRule]| {
+        let object = |i: usize| {
+            let mut object = Object { side: sides[i % sides.len()], ..first.clone() };
+            object.transform.push(TransformStep::Translate([i as f64, 0.0, -5.0]));
+            object
+        };
+        Scene { objects: (0..100).map(object).collect(), ..one.clone() }
+    };
+    let (_, none, copy) = render(&one);
+    let (_, instances, shared) = render(&many(&[SideRule::Outside]));
+    assert_eq!((none, instances), (0, 100));
+    assert!(copy > 1152 * 36, "{copy} bytes are too few for the triangles");
+    assert!(shared < 2 * copy + 100 * 300, "{shared} bytes for a hundred, {copy} for one");
+    let (_, _, sided) = render(&many(&[SideRule::Outside, SideRule::Inside]));
+    assert!((2 * copy..3 * copy + 100 * 300).contains(&sided), "{sided} bytes for a hundred with two sides, {copy} for one");
+}

@@ -94,7 +94,8 @@ impl Facts {
             let unbounded = matches!(object.shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. });
             note(&mut self.unbounded, unbounded, || format!("{path}.shape"));
             let Shape::Mesh(name) = &object.shape else { continue };
-            let repeated = objects[..i].iter().any(|(_, o)| o.shape == object.shape);
+            // Only objects that show the same side share what is stored.
+            let repeated = objects[..i].iter().any(|(_, o)| o.shape == object.shape && o.side == object.side);
             note(&mut self.instance, repeated, || format!("{path}.shape.mesh"));
             let mesh = scene.meshes.iter().find(|m| m.name == *name);
             let smooth = |m: &Mesh| matches!(&m.source, MeshSource::Inline(data) if !data.normals.is_empty());

@@ -1,7 +1,7 @@
 //! Objects become primitives: shapes as they are, meshes used once as triangles of the scene's own set, meshes used more
 //! often as instances of one shared geometry, generators as the objects they stand for.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -62,13 +62,16 @@ pub fn affine(steps: &[TransformStep]) -> DAffine3 {
     })
 }
 
-fn visibility(object: &Object) -> Visibility {
-    let side = match object.side {
+fn side_of(rule: SideRule) -> Side {
+    match rule {
         SideRule::Both => Side::Both,
         SideRule::Outside => Side::Outside,
         SideRule::Inside => Side::Inside,
-    };
-    Visibility { side, casts_shadow: object.casts_shadow }
+    }
+}
+
+fn visibility(object: &Object) -> Visibility {
+    Visibility { side: side_of(object.side), casts_shadow: object.casts_shadow }
 }
 
 /// Builds everything that can be hit.
@@ -84,16 +87,18 @@ pub(crate) fn build<P: Precision>(scene: &Scene, kind: AcceleratorKind) -> Resul
         builder.add(index, object, material as u32)?;
     }
     let geometry = Geometry::new(builder.group, kind);
-    let bytes = geometry.bytes() + builder.shared.values().map(|g| g.bytes()).sum::<usize>();
+    let bytes = geometry.bytes() + builder.instanced.values().sum::<usize>();
     Ok(Built { geometry, objects: builder.records, object_of: builder.object_of, bytes })
 }
 
 struct Builder<'a, P: Precision> {
     kind: AcceleratorKind,
     meshes: BTreeMap<&'a str, &'a Arc<MeshData>>,
-    uses: BTreeMap<String, usize>,
+    uses: HashMap<(String, SideRule), usize>,
     group: Group<P>,
-    shared: BTreeMap<String, Arc<Geometry<P>>>,
+    shared: HashMap<(String, SideRule), Arc<Geometry<P>>>,
+    /// Bytes of each geometry that instances show, by its address: what is there, not what was meant to be shared.
+    instanced: HashMap<*const Geometry<P>, usize>,
     records: Vec<ObjectRecord<P::Real>>,
     object_of: Vec<u32>,
 }
@@ -104,10 +109,10 @@ impl<'a, P: Precision> Builder<'a, P> {
             MeshSource::Inline(data) => Some((m.name.as_str(), data)),
             MeshSource::File(_) => None,
         });
-        let mut uses = BTreeMap::new();
+        let mut uses = HashMap::new();
         for object in objects {
             if let Shape::Mesh(name) = &object.shape {
-                *uses.entry(name.clone()).or_insert(0) += 1;
+                *uses.entry((name.clone(), object.side)).or_insert(0) += 1;
             }
         }
         Self {
@@ -115,7 +120,8 @@ impl<'a, P: Precision> Builder<'a, P> {
             meshes: inline.collect(),
             uses,
             group: Group::default(),
-            shared: BTreeMap::new(),
+            shared: HashMap::new(),
+            instanced: HashMap::new(),
             records: Vec::with_capacity(objects.len()),
             object_of: Vec::new(),
         }
@@ -143,18 +149,21 @@ impl<'a, P: Precision> Builder<'a, P> {
         let map = affine(&object.transform);
         let mut first = self.group.len() as u32;
         let mut flipped = false;
-        if self.uses.get(name).is_some_and(|&n| n > 1) {
-            let shared = match self.shared.get(name) {
+        // Which side can be hit is told by each triangle, so only objects that show the same side share them.
+        let key = (name.to_owned(), object.side);
+        if self.uses.get(&key).is_some_and(|&n| n > 1) {
+            let shared = match self.shared.get(&key) {
                 Some(shared) => Arc::clone(shared),
                 None => {
                     let mut group = Group::default();
                     triangles(&mut group, &data, None, Visibility { casts_shadow: true, ..visibility(object) })
                         .map_err(refused)?;
                     let shared = Arc::new(Geometry::new(group, self.kind));
-                    self.shared.insert(name.to_owned(), Arc::clone(&shared));
+                    self.shared.insert(key, Arc::clone(&shared));
                     shared
                 }
             };
+            self.instanced.entry(Arc::as_ptr(&shared)).or_insert_with(|| shared.bytes());
             self.group.instance(shared, map, visibility(object)).map_err(refused)?;
             first = 0;
         } else {

@@ -35,7 +35,7 @@ fn yes() -> bool {
 }
 
 /// Which sides of a surface can be hit; the outside is where the outward normal points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SideRule {
     /// Either.
