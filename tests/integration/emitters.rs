@@ -7,6 +7,10 @@ use raywright::core::settings::{Sampling, Settings};
 
 /// A white floor seen from close by, under a round lamp of radius 1 and radiance 10 at height 2 that shines down.
 fn scene(occluder_radius: Option<f64>, lamp: &str) -> Scene {
+    sided_scene(occluder_radius, lamp, "outside")
+}
+
+fn sided_scene(occluder_radius: Option<f64>, lamp: &str, side: &str) -> Scene {
     let occluder = occluder_radius.map_or(String::new(), |radius| {
         format!(r#", {{ "shape": {{ "disk": {{ "centre": [0, 1, 0], "normal": [0, 1, 0], "radius": {radius} }} }}, "material": "floor" }}"#)
     });
@@ -17,7 +21,7 @@ fn scene(occluder_radius: Option<f64>, lamp: &str) -> Scene {
         "materials": [{{ "name": "floor", "model": {{ "classic": {{}} }} }},
                       {{ "name": "lamp", "model": {{ "classic": {{ "local": 0, "emission": 10 }} }} }}],
         "objects": [{{ "shape": {{ "quad": {{ "corner": [-4, 0, 4], "edge_u": [8, 0, 0], "edge_v": [0, 0, -8] }} }}, "material": "floor" }},
-                    {{ "shape": {lamp}, "material": "lamp", "side": "outside" }}{occluder}] }}"#
+                    {{ "shape": {lamp}, "material": "lamp", "side": "{side}" }}{occluder}] }}"#
     );
     serde_json::from_str(&text).expect("the scene is right")
 }
@@ -56,4 +60,19 @@ fn sides_and_spheres() {
     let found = mean(&scene(None, r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#));
     let expected = 10.0 * 0.25 / 4.0;
     assert!((found - expected).abs() < 0.02, "{found} instead of {expected}");
+}
+
+/// Protects: a surface gives off light on the sides that can be seen. From outside, a glowing sphere is a disk of L·sin²
+/// whichever wall is seen, the near one's outside or the far one's inside; from within, its inside fills the sky: L.
+#[test]
+fn each_side_lights_whom_it_faces() {
+    let ball = r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#;
+    let room = r#"{ "sphere": { "centre": [0, 0, 0], "radius": 9 } }"#;
+    let cap = 10.0 * 0.25 / 4.0;
+    for (side, outside, within) in [("outside", cap, 0.0), ("inside", cap, 10.0), ("both", cap, 10.0)] {
+        let found = mean(&sided_scene(None, ball, side));
+        assert!((found - outside).abs() < 0.02, "{side}, seen from outside: {found} instead of {outside}");
+        let found = mean(&sided_scene(None, room, side));
+        assert!((found - within).abs() < 0.05, "{side}, seen from within: {found} instead of {within}");
+    }
 }

@@ -1,6 +1,6 @@
 //! A shape under an affine map.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
 use super::{AnyShape, CoreVec, Located, Parameters, Probe, Shape, ShapeHit, num};
@@ -60,9 +60,18 @@ impl<P: Precision> Placed<P> {
         self.volume * self.transform.normal_to_world(CoreVec::<P>::from_f64(normal)).to_f64().length()
     }
 
-    /// Area of the image, by quadrature; none when it is infinite.
+    /// Area of the image; none when it is infinite. In closed form under a map that only turns, moves and evenly scales, and
+    /// for a flat shape; by quadrature otherwise.
     pub fn area(&self) -> Option<f64> {
-        self.shape.area()?;
+        let own = self.shape.area()?;
+        if is_similarity(self.to_world.matrix3) {
+            let scale = libm::cbrt(self.volume);
+            return Some(own * scale * scale);
+        }
+        if matches!(self.shape, AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_)) {
+            let (anywhere, _) = self.shape.sample_area::<P>(num(0.5), num(0.5))?;
+            return Some(own * self.stretch(anywhere.normal.to_f64()));
+        }
         Some(area_by_quadrature(|u, v| self.sample_area(num(u), num(v)).map_or(0.0, |(_, density)| 1.0 / density.to_f64())))
     }
 
@@ -79,5 +88,75 @@ impl<P: Precision> Placed<P> {
         let own = self.shape.locate(&self.transform.probe_to_object(probe), hit);
         let stretch: P::Core = num(self.stretch(own.normal.to_f64()));
         Some(self.shape.density::<P>(&own)? / stretch)
+    }
+}
+
+/// Whether a map keeps angles, up to the rounding of its entries.
+fn is_similarity(map: DMat3) -> bool {
+    let [x, y, z] = [map.x_axis, map.y_axis, map.z_axis];
+    let size = x.length_squared();
+    let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * size;
+    close(y.length_squared(), size)
+        && close(z.length_squared(), size)
+        && [x.dot(y), y.dot(z), z.dot(x)].iter().all(|&lean| close(lean, 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Cuboid, Cylinder, Disk, Ellipsoid, Quad, SampleArea, Sphere, Torus, Triangle};
+    use super::*;
+    use crate::scalar::{Reference, Robust};
+
+    fn area<P: Precision>(shape: impl Into<AnyShape<P::Real>>, map: DAffine3) -> f64 {
+        Placed::<P>::new(shape.into(), map).and_then(|placed| placed.area()).expect("the area is finite")
+    }
+
+    /// Protects: a map that keeps angles multiplies every area by the square of its scale, mirrors included.
+    #[test]
+    fn similar_shapes_have_similar_areas() {
+        let turn = DAffine3::from_axis_angle(DVec3::new(1.0, -2.0, 0.5).normalize(), 2.1);
+        let map =
+            DAffine3::from_translation(DVec3::new(50.0, 2.0, -7.0)) * turn * DAffine3::from_scale(DVec3::new(-3.0, 3.0, 3.0));
+        assert!(is_similarity(map.matrix3) && is_similarity(DMat3::IDENTITY));
+        for stretched in [DVec3::new(1.0, 1.0, 1.001), DVec3::new(2.0, 1.0, 1.0)] {
+            assert!(!is_similarity(turn.matrix3 * DMat3::from_diagonal(stretched)));
+        }
+        assert!(!is_similarity(DMat3::from_cols(DVec3::X, DVec3::new(0.1, 0.995_f64.sqrt(), 0.0), DVec3::Z)));
+        let ball = Sphere { centre: DVec3::ONE, radius: 0.5 };
+        let ring = Torus::new(DVec3::X, DVec3::ONE, 2.0, 0.3);
+        let egg = Ellipsoid::new(DVec3::Y, DVec3::new(1.0, 2.0, 30.0));
+        let tin = Cylinder::new(DVec3::Z, DVec3::ONE, 0.7, Some(3.0), true);
+        let (ball, ring, egg, tin) = (
+            (ball.area(), area::<Reference>(ball, map)),
+            (ring.area(), area::<Reference>(ring, map)),
+            (egg.area(), area::<Reference>(egg, map)),
+            (tin.area(), area::<Reference>(tin, map)),
+        );
+        for (own, image) in [ball, ring, egg, tin] {
+            assert!((image / (9.0 * own) - 1.0).abs() < 1e-9, "{image} of {own}");
+        }
+    }
+
+    /// Protects: the image of a flat shape, whose area follows from its edges.
+    #[test]
+    fn flat_shapes_stay_flat() {
+        let map = DAffine3::from_mat3(DMat3::from_cols_array(&[1.5, 0.2, 0.0, -0.7, 2.0, 0.4, 0.1, 0.0, 0.25]));
+        let (corner, u, v) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.5, 1.0, 0.25), DVec3::new(-1.0, 0.5, 2.0));
+        let spanned = (map.matrix3 * u).cross(map.matrix3 * v).length();
+        assert!((area::<Robust>(Quad::new(corner, u, v), map) / spanned - 1.0).abs() < 1e-9);
+        let triangle = Triangle::new([corner, corner + u, corner + v]);
+        assert!((area::<Reference>(triangle, map) / (0.5 * spanned) - 1.0).abs() < 1e-9);
+        // A disk across z is an ellipse between the images of x and y.
+        let disk = Disk::new(corner, DVec3::Z, 2.0);
+        let ellipse = core::f64::consts::PI * 4.0 * map.matrix3.x_axis.cross(map.matrix3.y_axis).length();
+        assert!((area::<Robust>(disk, map) / ellipse - 1.0).abs() < 1e-9);
+    }
+
+    /// Protects: everything else by quadrature, here a box that a map makes larger along one axis.
+    #[test]
+    fn stretched_shapes_are_measured() {
+        let cube = Cuboid::new(DVec3::ZERO, DVec3::ONE);
+        let image = area::<Robust>(cube, DAffine3::from_scale(DVec3::new(1.0, 1.0, 5.0)));
+        assert!((image / 22.0 - 1.0).abs() < 0.01, "{image}");
     }
 }

@@ -32,7 +32,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
     pub(super) fn emitter(&mut self, shading: &Shading<P>) -> Option<(Drawn<P::Real>, P::Real)> {
         let area = self.scene.area_lights.as_ref()?;
-        let [pick, _] = pair_of(self.address, Purpose::Emitter, self.turn);
+        let pick = pair_of(self.address, Purpose::Emitter, self.turn);
         let position = pair_of(self.address, Purpose::EmitterPoint, self.turn);
         self.turn += 1;
         let drawn = area.draw(shading.inputs().p, pick, position)?;

@@ -235,7 +235,7 @@ fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
         Shape::Torus { centre, axis, major_radius, minor_radius } => {
             AnyShape::Torus(Torus::new(at(centre), v(axis), major_radius, minor_radius))
         }
-        Shape::Triangle { vertices } => AnyShape::Triangle(Triangle { vertices: vertices.map(|p| Vector::from_f64(at(p))) }),
+        Shape::Triangle { vertices } => AnyShape::Triangle(Triangle::new(vertices.map(|p| Vector::from_f64(at(p))))),
         Shape::Mesh(_) => return None,
     })
 }
@@ -243,16 +243,19 @@ fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
 /// The surfaces that light others: objects whose material gives off the same radiance everywhere.
 pub(super) fn emitters<P: Precision>(scene: &Scene) -> Vec<Emitter<P>> {
     let mut emitters = Vec::new();
+    // A generator's objects differ only in their places, which leave the area alone.
+    let mut last: Option<(Shape, DMat3, f64)> = None;
     for object in expand(scene) {
         let material = scene.materials.iter().find(|m| m.name == object.material);
         let Some(radiance) = material.and_then(Material::even_emission) else { continue };
-        let radiance = Vector::from_f64(radiance.0.into());
-        let two_sided = object.side != SideRule::Outside;
+        let (radiance, side) = (Vector::from_f64(radiance.0.into()), side_of(object.side));
         let map = affine(&object.transform);
-        let mut add = |form| emitters.push(Emitter { form, radiance, two_sided });
         let Shape::Mesh(name) = &object.shape else {
-            let placed = any_shape(&object.shape, DVec3::ZERO).and_then(|shape| Placed::new(shape, map));
-            placed.into_iter().for_each(|placed| add(Form::Placed(Box::new(placed))));
+            let Some(form) = form(&object.shape, map) else { continue };
+            let known = last.as_ref().filter(|(shape, turn, _)| *shape == object.shape && *turn == map.matrix3);
+            let area = known.map_or_else(|| form.area(), |(.., area)| *area);
+            last = Some((object.shape, map.matrix3, area));
+            emitters.push(Emitter { form, radiance, side, area });
             continue;
         };
         let mesh = scene.meshes.iter().find(|m| m.name == *name);
@@ -260,8 +263,23 @@ pub(super) fn emitters<P: Precision>(scene: &Scene) -> Vec<Emitter<P>> {
         let mut group = Group::<P>::default();
         let flipped = map.matrix3.determinant() < 0.0;
         if triangles(&mut group, data, Some((map, flipped)), Visibility::default()).is_ok() {
-            group.triangles().iter().for_each(|&t| add(Form::Plain(AnyShape::Triangle(t))));
+            emitters.extend(group.triangles().iter().map(|&triangle| {
+                let form = Form::Plain(AnyShape::Triangle(triangle));
+                Emitter { area: form.area(), form, radiance, side }
+            }));
         }
     }
     emitters
 }
+
+/// A shape under a map: with numbers of its own where it is only moved, as [`Builder::shape`] has it.
+fn form<P: Precision>(shape: &Shape, map: DAffine3) -> Option<Form<P>> {
+    if map.matrix3 == DMat3::IDENTITY {
+        return any_shape(shape, map.translation).map(Form::Plain);
+    }
+    let placed = Placed::new(any_shape(shape, DVec3::ZERO)?, map)?;
+    Some(Form::Placed(Box::new(placed)))
+}
+
+#[cfg(test)]
+mod tests;
