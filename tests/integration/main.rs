@@ -8,5 +8,6 @@ mod effects;
 mod emitters;
 mod gallery;
 mod instances;
+mod lights;
 mod reference;
 mod support;

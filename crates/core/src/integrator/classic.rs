@@ -80,8 +80,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let mut share = P::Real::ONE;
             if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
                 if light.shadows && m.asks_what_is_between {
-                    let (ray, range) = self.towards(shading, seen.direction, seen.distance);
-                    let between = self.between(ray, range, m.shadow.is_some());
+                    let between = self.before(&seen, shading, m.shadow.is_some());
                     shading.point.inputs.occluder_distance = between.distance;
                     shading.point.inputs.shadow = between.share;
                 }
@@ -124,8 +123,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let Some(seen) = light.seen_from(shading.inputs().p) else { continue };
             let mut highlight = lobe::<P>(specular, shading, seen.direction);
             if highlight > P::Real::ZERO && specular.shadowed && light.shadows {
-                let (ray, range) = self.towards(shading, seen.direction, seen.distance);
-                highlight *= self.between(ray, range, false).share;
+                highlight *= self.before(&seen, shading, false).share;
             }
             let tint = if specular.lit { seen.colour } else { Vec3Of::<P>::ONE };
             sum += tint * (highlight * specular.strength.at(&shading.point));

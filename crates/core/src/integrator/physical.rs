@@ -142,12 +142,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             if facing <= zero {
                 continue;
             }
-            let share = if light.shadows {
-                let (ray, range) = self.towards(shading, seen.direction, seen.distance);
-                self.between(ray, range, false).share
-            } else {
-                P::Real::ONE
-            };
+            let share = if light.shadows { self.before(&seen, shading, false).share } else { P::Real::ONE };
             if share > zero {
                 sum += seen.colour * lobes.respond::<P>(seen.direction, facing, light.specular) * (facing * share);
             }

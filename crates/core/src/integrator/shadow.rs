@@ -1,9 +1,9 @@
 //! How much of a light arrives: shadow rays under the scene's rule.
 
-use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vector};
 
 use super::{Kernel, Shading, Tracer};
-use crate::prepare::{Alpha, Drawn, Material, Prepared, Spawn};
+use crate::prepare::{Alpha, Drawn, Material, Prepared, Seen, Spawn};
 use crate::sampler::{Purpose, pair_of};
 
 /// What lies between a point and a light.
@@ -16,16 +16,27 @@ pub(crate) struct Between<R> {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// The ray from a surface to a light in unit direction `l` at `distance` (infinite for a directional one).
+    /// What lies between a surface and a light that it sees.
     #[inline]
-    pub(super) fn towards(&self, shading: &Shading<P>, l: Vec3Of<P>, distance: P::Real) -> (Ray<P::Real>, Interval<P::Real>) {
-        let rules = &self.scene.rules;
-        let max = if distance == P::Real::INFINITY { rules.shadow_max_distance } else { distance };
-        match rules.spawn {
-            Spawn::ErrorBound => (Ray::new(shading.surface.spawn(l), l), Interval { min: P::Real::ZERO, max }),
-            Spawn::Constant { offset, shadow_min, .. } => {
-                (Ray::new(shading.inputs().p + l * offset, l), Interval { min: shadow_min, max })
+    pub(super) fn before(&mut self, light: &Seen<P::Real>, shading: &Shading<P>, want_distance: bool) -> Between<P::Real> {
+        let (l, rules) = (light.direction, &self.scene.rules);
+        let towards = match (rules.spawn, light.position) {
+            (Spawn::ErrorBound, Some(position)) => shading.surface.spawn_to(position),
+            (Spawn::ErrorBound, None) => {
+                let range = Interval { min: P::Real::ZERO, max: rules.shadow_max_distance };
+                Some((Ray::new(shading.surface.spawn(l), l), range))
             }
+            // The documented shaders measure from the surface, also where the ray starts off it.
+            (Spawn::Constant { offset, shadow_min, .. }, position) => {
+                let p = shading.inputs().p;
+                let max = position.map_or(rules.shadow_max_distance, |position| (position - p).length());
+                Some((Ray::new(p + l * offset, l), Interval { min: shadow_min, max }))
+            }
+        };
+        match towards {
+            Some((ray, range)) => self.between(ray, range, want_distance),
+            // The light is where the ray would start: nothing is in between.
+            None => Between { share: P::Real::ONE, distance: P::Real::INFINITY },
         }
     }
 
@@ -46,7 +57,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Traces towards a light.
     #[inline]
-    pub(super) fn between(&mut self, ray: Ray<P::Real>, range: Interval<P::Real>, want_distance: bool) -> Between<P::Real> {
+    fn between(&mut self, ray: Ray<P::Real>, range: Interval<P::Real>, want_distance: bool) -> Between<P::Real> {
         self.counters.shadow += 1;
         let scene = self.scene;
         let mut nearest = P::Real::INFINITY;

@@ -36,8 +36,8 @@ struct Fade<R> {
 pub(crate) struct Seen<R: Real> {
     /// Unit direction to it.
     pub direction: R::Vec3,
-    /// Distance to it; infinite for directional light.
-    pub distance: R,
+    /// Where it is; none for directional light.
+    pub position: Option<R::Vec3>,
     /// What arrives if nothing is in between.
     pub colour: R::Vec3,
 }
@@ -85,7 +85,7 @@ impl<R: Real> Light<R> {
     #[inline(always)]
     pub fn seen_from(&self, point: R::Vec3) -> Option<Seen<R>> {
         match &self.kind {
-            Kind::Directional { to_light } => Some(Seen { direction: *to_light, distance: R::INFINITY, colour: self.colour }),
+            Kind::Directional { to_light } => Some(Seen { direction: *to_light, position: None, colour: self.colour }),
             Kind::Point { position, fade } => self.local(point, *position, fade, |_| R::ONE),
             Kind::Spot { position, direction, fade, scale, offset } => self.local(point, *position, fade, |l| {
                 let edge = Real::clamp(-(l.dot(*direction)) * *scale + *offset, R::ZERO, R::ONE);
@@ -100,6 +100,10 @@ impl<R: Real> Light<R> {
         let direction = offset * (R::ONE / distance);
         let strength = fade.at(distance * distance) * cone(direction);
         // Also false for NaN, at the light itself.
-        (strength > R::ZERO && strength.is_finite()).then(|| Seen { direction, distance, colour: self.colour * strength })
+        (strength > R::ZERO && strength.is_finite()).then(|| Seen {
+            direction,
+            position: Some(position),
+            colour: self.colour * strength,
+        })
     }
 }

@@ -23,7 +23,7 @@ pub(crate) use colour::Point;
 pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use irradiance::Irradiance;
-pub(crate) use light::Light;
+pub(crate) use light::{Light, Seen};
 pub use lit::{has_light, neutral_sky};
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
 pub(crate) use sky::Sky;
