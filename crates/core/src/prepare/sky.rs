@@ -121,13 +121,16 @@ impl<R: Real> Map<R> {
         let at = |x: usize, y: usize| {
             let i = y * width as usize + x;
             let [r, g, b, _] = match &self.image.pixels {
-                Pixels::Linear(p) => p[i],
-                Pixels::Codes(p) => p[i].map(decoded),
+                Pixels::Linear(p) => p[i].map(R::from_f32),
+                Pixels::Codes(p) => p[i].map(|code| R::from_f64(decoded(code))),
             };
-            R::Vec3::new(R::from_f32(r), R::from_f32(g), R::from_f32(b))
+            R::Vec3::new(r, g, b)
         };
         let mix = |a: R::Vec3, b: R::Vec3, w: R| a * (R::ONE - w) + b * w;
         let (left, right, top, bottom) = (column(x0), column(x0 + R::ONE), row(y0), row(y0 + R::ONE));
         mix(mix(at(left, top), at(right, top), fx), mix(at(left, bottom), at(right, bottom), fx), fy) * self.strength
     }
 }
+
+#[cfg(test)]
+mod tests;

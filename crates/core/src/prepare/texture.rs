@@ -100,21 +100,18 @@ impl<R: Real> Sampler<R> {
         if let Some([[a, b, c], [d, e, f]]) = self.transform {
             (u, v) = (a * u + b * v + c, d * u + e * v + f);
         }
-        let x = scaled(u, self.image.width, self.wrap[0]);
-        let y = scaled(v, self.image.height, self.wrap[1]);
+        let x = scaled(u.to_f64(), self.image.width, self.wrap[0]);
+        let y = scaled(v.to_f64(), self.image.height, self.wrap[1]);
+        let column = |x: f64| index(x, self.image.width, self.wrap[0]);
+        let row = |y: f64| index(y, self.image.height, self.wrap[1]);
         match self.filter {
-            Filter::Nearest => {
-                self.fetch(index(x.floor(), self.image.width, self.wrap[0]), index(y.floor(), self.image.height, self.wrap[1]))
-            }
+            Filter::Nearest => self.fetch(column(x.floor()), row(y.floor())),
             Filter::Bilinear => {
-                let half = R::from_f64(0.5);
-                let (x, y) = (x - half, y - half);
+                let (x, y) = (x - 0.5, y - 0.5);
                 let (x0, y0) = (x.floor(), y.floor());
-                let (fx, fy) = (x - x0, y - y0);
-                let column = |x: R| index(x, self.image.width, self.wrap[0]);
-                let row = |y: R| index(y, self.image.height, self.wrap[1]);
-                let (left, right) = (column(x0), column(x0 + R::ONE));
-                let (top, bottom) = (row(y0), row(y0 + R::ONE));
+                let (fx, fy) = (R::from_f64(x - x0), R::from_f64(y - y0));
+                let (left, right) = (column(x0), column(x0 + 1.0));
+                let (top, bottom) = (row(y0), row(y0 + 1.0));
                 let upper = blend(self.fetch(left, top), self.fetch(right, top), fx);
                 let lower = blend(self.fetch(left, bottom), self.fetch(right, bottom), fx);
                 blend(upper, lower, fy)
@@ -128,8 +125,9 @@ impl<R: Real> Sampler<R> {
             Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
             Pixels::Codes(pixels) => {
                 let [r, g, b, a] = pixels[at];
-                let colour = |code: u8| if self.srgb { decoded(code) } else { f32::from(code) / 255.0 };
-                [colour(r), colour(g), colour(b), f32::from(a) / 255.0].map(R::from_f32)
+                let share = |code: u8| f64::from(code) / 255.0;
+                let colour = |code: u8| if self.srgb { decoded(code) } else { share(code) };
+                [colour(r), colour(g), colour(b), share(a)].map(R::from_f64)
             }
         }
     }
@@ -140,25 +138,28 @@ fn blend<R: Real>(a: [R; 4], b: [R; 4], weight: R) -> [R; 4] {
 }
 
 /// A coordinate in texels. Whole turns of a repeating image are removed first, so that large tile counts keep their
-/// precision; what is not a number reads the first texel.
-fn scaled<R: Real>(u: R, size: u32, wrap: Wrap) -> R {
+/// precision; what is not a number reads the first texel. In f64 whatever the precision: there an f32 just below a seam, or
+/// below a border between texels, stays below it.
+fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
     if !u.is_finite() {
-        return R::ZERO;
+        return 0.0;
     }
-    let size = R::from_f64(f64::from(size));
+    let size = f64::from(size);
     match wrap {
-        Wrap::Repeat => (u - u.floor()) * size,
-        Wrap::MirroredRepeat => {
-            let half = u * R::from_f64(0.5);
-            (half - half.floor()) * R::from_f64(2.0) * size
-        }
-        Wrap::Clamp => Real::clamp(u, R::from_f64(-1.0), R::from_f64(2.0)) * size,
+        Wrap::Repeat => fraction(u) * size,
+        Wrap::MirroredRepeat => fraction(u * 0.5) * 2.0 * size,
+        Wrap::Clamp => u.clamp(-1.0, 2.0) * size,
     }
 }
 
+/// What is left without the whole turns; below one, where the difference would round to it.
+fn fraction(u: f64) -> f64 {
+    (u - u.floor()).min(1.0_f64.next_down())
+}
+
 /// The texel that a whole coordinate means. Whatever the rounding before, it lies in the image.
-fn index<R: Real>(texel: R, size: u32, wrap: Wrap) -> usize {
-    let (i, n) = (texel.to_f64() as i64, i64::from(size));
+fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
+    let (i, n) = (texel as i64, i64::from(size));
     let i = match wrap {
         Wrap::Repeat => i.rem_euclid(n),
         Wrap::MirroredRepeat => {
@@ -171,7 +172,10 @@ fn index<R: Real>(texel: R, size: u32, wrap: Wrap) -> usize {
 }
 
 /// An sRGB code as a linear number.
-pub(super) fn decoded(code: u8) -> f32 {
-    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| core::array::from_fn(|i| decode(TransferCurve::Srgb, i as f64 / 255.0) as f32))[usize::from(code)]
+pub(super) fn decoded(code: u8) -> f64 {
+    static TABLE: OnceLock<[f64; 256]> = OnceLock::new();
+    TABLE.get_or_init(|| core::array::from_fn(|i| decode(TransferCurve::Srgb, i as f64 / 255.0)))[usize::from(code)]
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,49 @@
+//! Environment pictures near their poles, and what their codes stand for.
+
+use super::*;
+use glam::{DVec3, Vec3};
+
+/// A picture of one column whose rows hold their own number.
+fn rows<R: Real>(height: u32) -> Map<R> {
+    let pixels = Pixels::Linear((0..height).map(|row| [row as f32; 4]).collect());
+    Map { image: Arc::new(ImageData { width: 1, height, pixels }), turn: R::ZERO, strength: R::ONE }
+}
+
+/// Protects (S19): the height in the picture close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
+#[test]
+fn directions_near_the_poles_find_their_row() {
+    const ROWS: u32 = 1 << 20;
+    let (narrow, wide) = (rows::<f32>(ROWS), rows::<f64>(ROWS));
+    for angle in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5] {
+        for turn in [0.3_f64, 2.0, 4.0] {
+            for pole in [1.0, -1.0] {
+                let ring = f64::sin(angle);
+                let d = DVec3::new(ring * turn.cos(), pole * f64::cos(angle), ring * turn.sin()).as_vec3();
+                let exact = d.as_dvec3().normalize();
+                let v = f64::atan2(exact.x.hypot(exact.z), exact.y) / core::f64::consts::PI;
+                let row = (v * f64::from(ROWS) - 0.5).clamp(0.0, f64::from(ROWS - 1));
+                let found = f64::from(narrow.radiance(d).x);
+                // Some roundings of v in f32.
+                let allowed = 4.0 * f64::from(ROWS) * v * f64::from(f32::EPSILON) + 1e-6 * row;
+                assert!((found - row).abs() <= allowed, "{angle:e} from {pole}: row {found}, not {row}");
+                assert!((wide.radiance(exact).x - row).abs() <= 1e-6);
+            }
+        }
+    }
+    for pole in [Vec3::Y, Vec3::NEG_Y] {
+        let edge = if pole.y > 0.0 { 0.0 } else { (ROWS - 1) as f32 };
+        assert_eq!(narrow.radiance(pole), Vec3::splat(edge));
+    }
+}
+
+/// Protects: a picture of codes is read with all digits of the reference precision.
+#[test]
+fn codes_are_decoded_in_the_precision_that_reads_them() {
+    for code in 1..=255_u8 {
+        let image = Arc::new(ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[code; 4]]) });
+        let c = f64::from(code) / 255.0;
+        let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+        let found = Map::<f64> { image, turn: 0.0, strength: 1.0 }.radiance(DVec3::Z).y;
+        assert!((found - linear).abs() < 1e-15, "{code}: {found}, not {linear}");
+    }
+}

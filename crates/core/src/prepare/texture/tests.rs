@@ -1,0 +1,144 @@
+//! Texels against an oracle in whole numbers: which ones a coordinate means, how they are blended, what their codes stand for.
+
+use super::*;
+use crate::expr::Inputs;
+
+/// Columns and rows of the picture under test; neither a power of two nor alike.
+const SIZE: [u32; 2] = [5, 2];
+
+fn sampler<R: Real>(pixels: Pixels, [width, height]: [u32; 2], filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
+    Sampler {
+        image: Arc::new(ImageData { width, height, pixels }),
+        srgb: true,
+        filter,
+        wrap,
+        second_set: false,
+        coordinates: None,
+        transform: None,
+        factor: R::Vec3::ONE,
+    }
+}
+
+/// Texels that hold their own number.
+fn numbered<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
+    let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i as f32; 4]).collect();
+    sampler(Pixels::Linear(pixels), SIZE, filter, wrap)
+}
+
+fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
+    sampler.texel(&Point { inputs: Inputs { u, v, ..Inputs::default() }, second_uv: [u, v] })[0].to_f64()
+}
+
+/// ⌊u·n⌋ without rounding: a double is a whole number times a power of two.
+fn whole_part(u: f64, n: u32) -> i64 {
+    let bits = u.abs().to_bits();
+    let exponent = (bits >> 52) as i32;
+    let digits = i128::from(bits & ((1 << 52) - 1) | u64::from(exponent > 0) << 52);
+    let product = digits * i128::from(n) * if u < 0.0 { -1 } else { 1 };
+    match exponent.max(1) - 1075 {
+        shift if shift >= 0 => (product << shift.min(60)) as i64,
+        shift => (product >> (-shift).min(120)) as i64,
+    }
+}
+
+/// The texel that a whole coordinate means, by counting.
+fn wrapped(k: i64, n: u32, wrap: Wrap) -> i64 {
+    let n = i64::from(n);
+    match wrap {
+        Wrap::Repeat => k.rem_euclid(n),
+        Wrap::MirroredRepeat if k.rem_euclid(2 * n) < n => k.rem_euclid(2 * n),
+        Wrap::MirroredRepeat => 2 * n - 1 - k.rem_euclid(2 * n),
+        Wrap::Clamp => k.clamp(0, n - 1),
+    }
+}
+
+/// A texel number along one axis for a coordinate: a whole one, or the mean of the two that it lies between.
+fn expected(u: f64, n: u32, filter: Filter, wrap: Wrap) -> f64 {
+    let texel = |k: i64| wrapped(k, n, wrap) as f64;
+    match filter {
+        Filter::Nearest => texel(whole_part(u, n)),
+        Filter::Bilinear => {
+            // Halves of texels are whole steps of twice as many.
+            let left = (whole_part(u, 2 * n) - 1).div_euclid(2);
+            let weight = (u * f64::from(n) - 0.5) - left as f64;
+            texel(left) * (1.0 - weight) + texel(left + 1) * weight
+        }
+    }
+}
+
+/// A grid over six turns; seams and borders of texels from both sides; many tiles; numbers beyond every f32 fraction.
+fn coordinates() -> Vec<f64> {
+    let grid = (0..=997).map(|i| 6.0 * f64::from(i) / 997.0 - 3.0);
+    let tiles = (0..97).map(|i| 1e5 * (f64::from(i) + 0.37) / 97.0);
+    let seams = [0.0, -0.0, 1.0, -1.0, 2.0, -1e-9, 1e-9, -1e-30, 1.0 - 1e-7, 1e8, -1e8, 1e8 + 0.3125, 1e12];
+    let borders = [-0.2_f32, 0.2, 0.4, -0.6, 0.8, -1.4].map(f64::from);
+    grid.chain(tiles).chain(seams).chain(borders).collect()
+}
+
+fn agrees<R: Real>(tolerance: f64) {
+    const WRAPS: [Wrap; 3] = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp];
+    for (filter, wrap) in [Filter::Nearest, Filter::Bilinear].into_iter().flat_map(|f| WRAPS.map(|w| (f, w))) {
+        for u in coordinates() {
+            // What is read is the stored number, and the oracle takes that one.
+            let (stored, middle) = (R::from_f64(u), R::from_f64(0.5));
+            // Along u in the upper row, whose middle is 1/4; along v in the middle column.
+            let along_u = read(&numbered::<R>(filter, [wrap, Wrap::Clamp]), stored, R::from_f64(0.25));
+            let along_v = read(&numbered::<R>(filter, [Wrap::Clamp, wrap]), middle, stored);
+            let columns = expected(stored.to_f64(), SIZE[0], filter, wrap);
+            let rows = 2.0 + 5.0 * expected(stored.to_f64(), SIZE[1], filter, wrap);
+            assert!((along_u - columns).abs() <= tolerance, "{filter:?} {wrap:?} u = {u:e}: {along_u}, not {columns}");
+            assert!((along_v - rows).abs() <= tolerance, "{filter:?} {wrap:?} v = {u:e}: {along_v}, not {rows}");
+        }
+    }
+}
+
+/// Protects (S19): the texel for every wrap mode, filter, axis and precision, at seams, for negative coordinates and many tiles.
+#[test]
+fn texels_are_the_ones_that_counting_finds() {
+    agrees::<f32>(3e-6);
+    agrees::<f64>(1e-9);
+}
+
+/// Protects: what is not a number, or not finite, reads some texel of the image.
+#[test]
+fn any_coordinate_reads_a_texel() {
+    for filter in [Filter::Nearest, Filter::Bilinear] {
+        for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
+            for u in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, f32::MIN, f32::MIN_POSITIVE, -f32::MIN_POSITIVE] {
+                let sampler = numbered::<f32>(filter, [wrap; 2]);
+                assert!((0.0..=9.0).contains(&read(&sampler, u, u)), "{filter:?} {wrap:?} {u}");
+                let sampler = numbered::<f64>(filter, [wrap; 2]);
+                let u = if u.is_finite() { f64::from(u) * 1e250 } else { f64::from(u) };
+                assert!((0.0..=9.0).contains(&read(&sampler, u, u)), "{filter:?} {wrap:?} {u}");
+            }
+        }
+    }
+}
+
+/// Protects: a filtered repeating texture has no seam. Its values differ by five at most, so its slope is below 25 a turn.
+#[test]
+fn a_repeating_texture_is_continuous_at_its_seam() {
+    let sampler = numbered::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
+    for seam in [-1.0, 0.0, 1.0, 2.0] {
+        for step in [1e-3, 1e-6, 1e-9] {
+            let (before, after) = (read(&sampler, seam - step, 0.25), read(&sampler, seam + step, 0.25));
+            assert!((before - after).abs() <= 50.0 * step + 1e-12, "{before} and {after} at {seam} ± {step}");
+        }
+    }
+}
+
+/// Protects: texels have the digits of the precision that reads them, where `reference` means all of f64.
+#[test]
+fn codes_are_decoded_in_the_precision_that_reads_them() {
+    let curve = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    for code in 0..=255_u8 {
+        let pixels = || Pixels::Codes(vec![[code; 4]]);
+        let read = Sampler { srgb: true, ..sampler::<f64>(pixels(), [1, 1], Filter::Nearest, [Wrap::Repeat; 2]) };
+        let plain = Sampler { srgb: false, ..read.clone() };
+        let point = Point { inputs: Inputs::default(), second_uv: [0.0; 2] };
+        let share = f64::from(code) / 255.0;
+        let [r, _, b, a] = read.texel(&point);
+        assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");
+        assert_eq!(([a, plain.texel(&point)[1]]), [share; 2]);
+    }
+}
