@@ -34,7 +34,7 @@ pub(super) enum Binary {
     Subtract,
     Multiply,
     Divide,
-    /// x − y ⌊x/y⌋: the sign of the divisor, as in GLSL.
+    /// x − y ⌊x/y⌋: the sign of the divisor, as in GLSL, and nearer to zero than it.
     Modulo,
     Power,
     Min,
@@ -143,7 +143,7 @@ pub(super) fn binary<R: Real>(op: Binary, a: R, b: R) -> R {
         Binary::Subtract => a - b,
         Binary::Multiply => a * b,
         Binary::Divide => a / b,
-        Binary::Modulo => a - b * floor(a / b),
+        Binary::Modulo => remainder(a, b),
         Binary::Power => a.powf(b),
         Binary::Min => min(a, b),
         Binary::Max => max(a, b),
@@ -181,10 +181,30 @@ pub(super) fn floor<R: Real>(x: R) -> R {
     if x.abs() < all_whole { below } else { x }
 }
 
-/// x − ⌊x⌋
+/// x − ⌊x⌋, below one: where the difference rounds to one, the number before it.
 #[inline(always)]
 pub(super) fn fraction<R: Real>(x: R) -> R {
-    x - floor(x)
+    let below_one = R::ONE - R::ROUNDOFF;
+    let fraction = x - floor(x);
+    if fraction > below_one { below_one } else { fraction }
+}
+
+/// a − b ⌊a/b⌋, from zero on and nearer to it than b: a quotient may round up to a whole number, which leaves a remainder on
+/// the wrong side, and the difference may round to b.
+#[inline(always)]
+fn remainder<R: Real>(a: R, b: R) -> R {
+    let rest = a - b * floor(a / b);
+    let (low, high) = if b > R::ZERO { (R::ZERO, b.next_down()) } else { (b.next_up(), R::ZERO) };
+    let wrong_side = if b > R::ZERO { rest < R::ZERO } else { rest > R::ZERO };
+    let rest = if wrong_side { rest + b } else { rest };
+    // Written so that NaN stays NaN.
+    if rest < low {
+        low
+    } else if rest > high {
+        high
+    } else {
+        rest
+    }
 }
 
 /// Whether ⌊x⌋ + ⌊y⌋ is odd.
@@ -257,5 +277,37 @@ pub(super) fn plane_noise<R: Real>(kind: Noise, x: R, y: R) -> R {
         Noise::Single => noise::noise2(x, y),
         Noise::Sum(octaves) => noise::fbm2(x, y, octaves),
         Noise::Turbulence(octaves) => noise::turbulence2(x, y, octaves),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stay_below<R: Real>(smallest: f64) {
+        for x in [smallest, 1e-9, 1e-3, 0.1, 0.2999, 1.0, 2.9999, 12_345.678, 1e8, 1e20] {
+            for x in [R::from_f64(x), R::from_f64(-x), R::from_f64(x).next_down(), R::from_f64(-x).next_up()] {
+                let f = fraction(x);
+                assert!((R::ZERO..R::ONE).contains(&f), "the fraction of {x:?} is {f:?}");
+                for divisor in [1.0, 0.1, 3.0, 7.3, 1e-3] {
+                    let b = R::from_f64(divisor);
+                    let (above, below) = (binary(Binary::Modulo, x, b), binary(Binary::Modulo, x, -b));
+                    assert!(above >= R::ZERO && above < b, "{x:?} mod {b:?} is {above:?}");
+                    assert!(below <= R::ZERO && below > -b, "{x:?} mod {:?} is {below:?}", -b);
+                }
+            }
+        }
+        let far = (R::ONE - R::ROUNDOFF, R::ROUNDOFF * R::from_f64(0.1));
+        assert_eq!((fraction(-far.1), binary(Binary::Modulo, -far.1, R::ONE)), (far.0, far.0));
+        assert!(fraction(R::INFINITY).is_nan() && binary(Binary::Modulo, R::ONE, R::ZERO).is_nan());
+    }
+
+    /// Protects (S19): a fraction is below one and a remainder nearer to zero than its divisor, where x − ⌊x⌋ rounds to one.
+    #[test]
+    fn fractions_are_below_one() {
+        stay_below::<f32>(1e-38);
+        stay_below::<f64>(1e-300);
+        assert_eq!((fraction(-0.25_f32), fraction(1.75_f64)), (0.75, 0.75));
+        assert_eq!((binary(Binary::Modulo, -1.0_f32, 3.0), binary(Binary::Modulo, 7.5_f64, -2.0)), (2.0, -0.5));
     }
 }
