@@ -39,7 +39,7 @@ pub use plane::Plane;
 pub use probe::Probe;
 pub use quad::Quad;
 pub use sample::SampleArea;
-pub use sphere::Sphere;
+pub use sphere::{Sphere, equirectangular};
 pub use surface::{Located, Parameters, Surface};
 pub use torus::Torus;
 pub use triangle::Triangle;

@@ -4,7 +4,7 @@ use super::quadratic::{Crossings, approach};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert};
+use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
 use glam::DVec3;
 
 /// All points at `radius` from `centre`.
@@ -73,12 +73,11 @@ impl<R: Real> Shape<R> for Sphere<R> {
     /// u runs about +y from the −x side, v from the top: the orientation of an equirectangular map.
     #[inline]
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
-        let n = self.surface(probe, hit).normal;
-        let pi: R = num(core::f64::consts::PI);
-        let u = n.z().atan2(n.x()) / (pi + pi) + num(0.5);
-        let v = n.y().acos() / pi;
-        let dpdu = R::Vec3::new(-n.z(), R::ZERO, n.x()) * (self.radius * (pi + pi));
-        Parameters { u, v, dpdu }
+        let n = self.locate(probe, hit).normal;
+        let [u, v] = equirectangular::<P::Core>(n).map(convert);
+        let around = convert::<R, P::Core>(self.radius) * num(core::f64::consts::TAU);
+        let dpdu = CoreVec::<P>::new(-n.z(), P::Core::ZERO, n.x()) * around;
+        Parameters { u, v, dpdu: convert_vec::<P::Core, R>(dpdu) }
     }
 }
 
@@ -105,9 +104,63 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
     }
 }
 
+/// Coordinates in [0, 1] of a direction in an equirectangular map: the first runs about +y from the −x side, the second from
+/// the top. At the poles, where an arc cosine has steps as wide as the root of its scalar's, they keep their digits.
+pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
+    let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
+    [n.z().atan2(n.x()) / num(core::f64::consts::TAU) + num(0.5), ring.atan2(n.y()) / num(core::f64::consts::PI)]
+}
+
 /// A unit vector for two numbers in [0, 1), evenly over the sphere.
 pub(super) fn sphere_direction(u: f64, v: f64) -> DVec3 {
     let z = 1.0 - 2.0 * u;
     let (ring, angle) = ((1.0 - z * z).max(0.0).sqrt(), v * core::f64::consts::TAU);
     DVec3::new(ring * libm::cos(angle), ring * libm::sin(angle), z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{AnyShape, Ellipsoid};
+    use super::*;
+    use crate::ray::Ray;
+    use crate::scalar::{Fast, Robust};
+    use glam::Vec3;
+
+    /// Texture coordinates where a vertical ray meets a shape around the origin, as stored.
+    fn seen<P: Precision<Real = f32>>(shape: &AnyShape<f32>, x: f32, z: f32, down: f32) -> (f64, f64) {
+        let probe = Probe::<P>::new(Ray::new(Vec3::new(x, -3.0 * down, z), Vec3::new(0.0, down, 0.0)));
+        let hit = shape.intersect(&probe, Interval::positive(), Side::Both).expect("the ray meets the shape");
+        let found = shape.parameters(&probe, hit);
+        (found.u.into(), found.v.into())
+    }
+
+    /// Protects (S19): texture coordinates close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
+    #[test]
+    fn coordinates_near_the_poles_keep_their_digits() {
+        let ball = Sphere::<f32> { centre: Vec3::ZERO, radius: 1.0 };
+        let egg = Ellipsoid::<f32> { centre: Vec3::ZERO, semi_axes: Vec3::new(2.0, 1.0, 0.5) };
+        for (shape, sx, sz) in [(AnyShape::from(ball), 1.0, 1.0), (egg.into(), 2.0, 0.5)] {
+            for distance in [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7] {
+                for turn in [0.3_f32, 2.0, 4.0, 6.0] {
+                    let (x, z) = (distance * turn.cos(), distance * turn.sin());
+                    let (dx, dz) = (f64::from(x) / sx, f64::from(z) / sz);
+                    let ring = (dx * dx + dz * dz).sqrt();
+                    let pole = f64::atan2(ring, (1.0 - ring * ring).sqrt()) / core::f64::consts::PI;
+                    let around = f64::atan2(dz, dx) / core::f64::consts::TAU + 0.5;
+                    for (down, v) in [(-1.0, pole), (1.0, 1.0 - pole)] {
+                        for (found, name) in
+                            [(seen::<Robust>(&shape, x, z, down), "robust"), (seen::<Fast>(&shape, x, z, down), "fast")]
+                        {
+                            let ulps = ((found.1 - v) / (v * f64::from(f32::EPSILON))).abs();
+                            assert!(ulps <= 4.0, "{name}, {distance:e} from a pole: {} instead of {v}, {ulps} ulp", found.1);
+                            assert!((found.0 - around).abs() <= 4.0 * f64::from(f32::EPSILON), "{name}: u = {}", found.0);
+                        }
+                    }
+                }
+            }
+            for (down, v) in [(-1.0, 0.0), (1.0, 1.0)] {
+                assert_eq!((seen::<Robust>(&shape, 0.0, 0.0, down), seen::<Fast>(&shape, 0.0, 0.0, down)), ((0.5, v), (0.5, v)));
+            }
+        }
+    }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
+use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Real, Vector};
 
 use super::PrepareError;
@@ -108,9 +109,9 @@ impl<R: Real> Sky<R> {
 impl<R: Real> Map<R> {
     /// Bilinear, repeating around and clamped at the poles.
     fn radiance(&self, d: R::Vec3) -> R::Vec3 {
-        let (tau, half) = (R::from_f64(core::f64::consts::TAU), R::from_f64(0.5));
-        let u = d.z().atan2(d.x()) / tau + half - self.turn;
-        let v = d.y().acos() / R::from_f64(core::f64::consts::PI);
+        let half = R::from_f64(0.5);
+        let [u, v] = equirectangular::<R>(d);
+        let u = u - self.turn;
         let (width, height) = (self.image.width, self.image.height);
         let x = (u - u.floor()) * R::from_f64(f64::from(width)) - half;
         let y = v * R::from_f64(f64::from(height)) - half;
