@@ -292,7 +292,7 @@ pub struct Fast;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Robust;
 
-/// f64 throughout.
+/// f64 throughout; only random numbers stay those of the other rungs, so that pictures can be compared sample by sample.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reference;
 

@@ -3,6 +3,10 @@
 //!
 //! Owen-scrambled Sobol points (crate `sobol_burley`; Burley, "Practical Hash-based Owen Scrambling", 2020), each pixel and
 //! purpose with its own scramble. The sequence has 2¹⁶ points; later samples continue with the next scramble.
+//!
+//! The numbers are f32 whatever the precision, and on purpose: a sample has the same place in its pixel, on the lens and on a
+//! light in every precision, so that pictures of two precisions differ by their arithmetic and not by their noise. Where the
+//! 23 bits of one number are too few, as for picking one of a million emitters, both of a pair are used.
 
 /// What a pair of numbers is for. Each purpose has dimensions of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

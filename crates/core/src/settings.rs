@@ -4,7 +4,8 @@ use raywright_bvh::{AcceleratorKind, BuildQuality};
 
 use crate::scene::{Camera, Integrator, Pattern, Scene};
 
-/// A rung of the arithmetic ladder (`--precision`).
+/// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in the pixel, on the lens and
+/// on lights are the same f32 numbers, so what differs between their pictures is arithmetic alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PrecisionChoice {
     /// Textbook formulas in f32.
