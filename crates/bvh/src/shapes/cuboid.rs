@@ -117,11 +117,9 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         let size: Vec3Of<P> = self.max - self.min;
         let (axis, _) = face_of(hit.u);
         let (along_u, along_v) = [(2, 1), (0, 2), (0, 1)][axis];
-        Parameters {
-            u: point.axis(along_u) / size.axis(along_u),
-            v: point.axis(along_v) / size.axis(along_v),
-            dpdu: Self::face::<R::Vec3, R>(along_u, size.axis(along_u)),
-        }
+        // A size may round to nothing far from the origin; then there is but one place along it.
+        let share = |i: usize| if size.axis(i) > R::ZERO { point.axis(i) / size.axis(i) } else { R::ZERO };
+        Parameters { u: share(along_u), v: share(along_v), dpdu: Self::face::<R::Vec3, R>(along_u, size.axis(along_u)) }
     }
 }
 
@@ -157,5 +155,23 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
 
     fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
         num(1.0 / self.area())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ray::Ray;
+    use crate::scalar::Robust;
+    use glam::Vec3;
+
+    /// Protects: texture coordinates are numbers also on a face that rounding made a line.
+    #[test]
+    fn a_face_without_width_has_coordinates() {
+        let plate = Cuboid::<f32>::new(DVec3::new(1e8, 0.0, 0.0), DVec3::new(1e8 + 1.0, 2.0, 2.0));
+        assert_eq!(plate.min.x, plate.max.x);
+        let probe = Probe::<Robust>::new(Ray::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
+        let found = plate.parameters(&probe, ShapeHit { t: 1.0, u: 4.0, v: 0.0 });
+        assert_eq!((found.u, found.v), (0.0, 0.25));
     }
 }

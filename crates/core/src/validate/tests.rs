@@ -281,6 +281,40 @@ fn sizes_are_above_zero_and_directions_lead_somewhere() {
     assert!(shape(Shape::Triangle { vertices: [HERE, ABOVE, HERE] }).contains("no area"));
 }
 
+/// What is fine in the file and nothing once it is stored in f32 is a problem too, unless a transform keeps its numbers.
+#[test]
+fn sizes_survive_single_precision() {
+    let wide = Shape::Box { min: [1e8; 3], max: [100_000_001.0, 1e9, 1e9] };
+    assert_eq!(
+        shape(wide.clone()),
+        "box.max: the distance of `max` from `min` is lost in single precision, so there is nothing to see"
+    );
+    let turned = vec![TransformStep::Rotate { axis: ABOVE, degrees: 30.0 }, TransformStep::Translate([1e8; 3])];
+    let unit = Shape::Box { min: HERE, max: [1.0; 3] };
+    assert_eq!(broken(|s| s.objects[0] = Object { shape: unit.clone(), transform: turned, ..ball(1.0) }), []);
+    let moved = |shape: Shape| {
+        one(|s| s.objects[0] = Object { shape, transform: vec![TransformStep::Translate([1e8, 0.0, 0.0])], ..ball(1.0) })
+    };
+    assert!(moved(unit).starts_with("objects[0].shape.box.max: "));
+    let torus = Shape::Torus { centre: HERE, axis: ABOVE, major_radius: 1.000_000_01, minor_radius: 1.0 };
+    assert!(shape(torus).starts_with("torus.minor_radius: the difference of `minor_radius` from `major_radius` is lost"));
+    let quad = Shape::Quad { corner: [1e8; 3], edge_u: ABOVE, edge_v: [100.0, 0.0, 0.0] };
+    assert!(shape(quad.clone()).starts_with("quad.corner: the size of the quad"));
+    let triangle = |far: f64| Shape::Triangle { vertices: [[far, 0.0, 0.0], [far, 1.0, 0.0], [far + 1.0, 0.0, 0.0]] };
+    assert!(shape(triangle(1e8)).starts_with("triangle.vertices: the distance of the corners is lost"));
+    assert_eq!(broken(|s| s.objects[0].shape = triangle(1e6)), []);
+    let hints = broken(|s| s.objects[0].shape = quad);
+    assert!(hints[0].hint.as_deref() == Some("move it nearer to the origin"));
+}
+
+/// Numbers in a message are short whatever their size.
+#[test]
+fn lists_have_no_rows_of_zeros() {
+    let list = super::check::list;
+    assert_eq!(list(&[1e-30, 1.0, -1e8]), "[1e-30, 1, -1e8]");
+    assert_eq!(list(&[0.0, 0.25, f64::NAN, 1e-6, 999_999.5]), "[0, 0.25, NaN, 0.000001, 999999.5]");
+}
+
 #[test]
 fn transforms_leave_something_to_see() {
     assert!(transform(TransformStep::Scale([1.0, 0.0, 1.0])).contains("may be zero"));
