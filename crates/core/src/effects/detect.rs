@@ -7,10 +7,27 @@ use crate::settings::{Sampling, Settings};
 
 /// What the scene and the settings make of every effect.
 pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
-    let f = Facts::gather(scene, settings);
+    let facts = Facts::gather(scene, settings);
     let mut list = List::default();
+    light_at_a_surface(&mut list, &facts);
+    further_segments(&mut list, &facts, settings);
+    looks_of_surfaces(&mut list, &facts);
+    geometry_and_sky(&mut list, &facts);
+    list.lens(&facts.lens, settings);
+    emissive_surfaces(&mut list, &facts);
+    what_needs_a_path_tracer(&mut list, &facts);
+    let because = match settings.integrator {
+        Integrator::Whitted => "asked for".to_owned(),
+        Integrator::Auto if list.0.iter().any(|e| e.status == Status::LeftOut) => {
+            "the only one of this version; what it leaves out is listed".to_owned()
+        }
+        Integrator::Auto => "the scene is exactly what Whitted ray tracing solves".to_owned(),
+    };
+    EffectReport { integrator: "whitted", because, effects: list.0 }
+}
 
-    // Light at a surface.
+/// What light does where it first meets a surface.
+fn light_at_a_surface(list: &mut List, f: &Facts) {
     list.plain("ambient light", &f.ambient, "a constant light reaches every surface", "no surface has an ambient term");
     let lit = f.lit.as_ref().and(f.light.clone());
     list.plain(
@@ -31,8 +48,10 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     list.plain("rim light", &f.rim, "a surface is lit at grazing angles", "no surface has a rim term");
     list.plain("emission", &f.emission, "a surface gives off light that is seen", "no surface gives off light");
     list.plain("unlit surfaces", &f.unlit, "a material shows its colour as it is", "every material answers to light");
+}
 
-    // Further segments of a path.
+/// What takes a path beyond its first hit.
+fn further_segments(list: &mut List, f: &Facts, settings: &Settings) {
     list.traced("mirror reflection", &f.reflection, settings, "a smooth surface reflects", "no smooth surface reflects");
     list.traced(
         "fuzzy reflection",
@@ -43,8 +62,10 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     );
     list.traced("refraction", &f.refraction, settings, "a surface transmits light", "no surface transmits light");
     list.plain("transparency", &f.alpha, "a material has an alpha", "every material is opaque");
+}
 
-    // What surfaces look like.
+/// What tells one place of a surface from another.
+fn looks_of_surfaces(list: &mut List, f: &Facts) {
     list.plain("image textures", &f.image, "a material reads an image", "no material reads an image");
     list.plain("procedural textures", &f.program, "an expression is evaluated per hit", "no expression is evaluated per hit");
     list.plain(
@@ -55,8 +76,10 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     );
     list.plain("vertex colours", &f.vertex_colours, "a mesh carries colours", "no mesh carries colours that a material reads");
     list.plain("smooth shading", &f.smooth_normals, "a mesh carries normals", "no mesh carries normals");
+}
 
-    // Geometry and camera.
+/// What can be hit, and what is seen and gives light where nothing is.
+fn geometry_and_sky(list: &mut List, f: &Facts) {
     list.plain("instances", &f.instance, "a mesh is shown more than once, and stored once", "no mesh is shown more than once");
     list.plain("unbounded shapes", &f.unbounded, "a shape without bounds is kept beside the tree", "every shape has bounds");
     list.plain("sky", &f.sky, "rays that hit nothing see it", "rays that hit nothing see black");
@@ -68,10 +91,10 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
         "physical materials receive the sky's cosine-weighted average, without occlusion",
         "no physical material receives light from a sky",
     );
-    list.lens(&f.lens, settings);
+}
 
-    // What Whitted ray tracing does not solve.
-    let path = "needs a path tracer, which this version does not have yet";
+/// Surfaces that give off light, as others receive it.
+fn emissive_surfaces(list: &mut List, f: &Facts) {
     let receiver = |source: &Option<String>| f.lit.as_ref().and(source.clone());
     list.plain(
         "soft shadows",
@@ -86,6 +109,11 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
         "no surface whose emission varies lights another",
         "give it an even emission",
     );
+}
+
+/// What Whitted ray tracing does not solve.
+fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
+    let path = "needs a path tracer, which this version does not have yet";
     list.missing(
         "indirect light",
         &f.diffuse_physical,
@@ -115,15 +143,6 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
         "no mirror or glass sends light onto a matte surface",
         path,
     );
-
-    let because = match settings.integrator {
-        Integrator::Whitted => "asked for".to_owned(),
-        Integrator::Auto if list.0.iter().any(|e| e.status == Status::LeftOut) => {
-            "the only one of this version; what it leaves out is listed".to_owned()
-        }
-        Integrator::Auto => "the scene is exactly what Whitted ray tracing solves".to_owned(),
-    };
-    EffectReport { integrator: "whitted", because, effects: list.0 }
 }
 
 #[derive(Default)]
