@@ -2,8 +2,9 @@
 //!
 //! Each formula is timed three ways, in turns, on the same hits: the program; a boxed closure, called as a renderer would
 //! call one that it keeps with a material; and a closure that the compiler may inline into the loop, which no renderer of
-//! scenes from files can have, as the lower bound. `cargo bench --bench expressions` prints the table, then criterion's
-//! own measurements for comparing one state of the code with another.
+//! scenes from files can have, as the lower bound. Two tables: of few hits, which the processor's branch predictor soon
+//! knows by heart, and of more than it can, as in a picture. `cargo bench --bench expressions` prints them, then
+//! criterion's own measurements for comparing one state of the code with another.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use std::collections::BTreeMap;
@@ -105,7 +106,7 @@ const BALL: &str = "[0.8, 0.2, 0.1] * (1.1*(0.5 + 0.5*turbulence(p - [0, 2, 5] +
         20*(p.y - 2)/(2*-1000/999.9*(1 + 0.5*p.x + 0.5*(p.y - 2) + p.z - 5)) + 0.5*t, 8))))";
 
 /// Hits as they come from a picture: unlike each other, in no order.
-fn hits() -> Vec<Inputs<f32>> {
+fn hits(count: usize) -> Vec<Inputs<f32>> {
     let mut state = 1_u32;
     let mut random = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -121,7 +122,7 @@ fn hits() -> Vec<Inputs<f32>> {
         v: vector().x,
         ..Inputs::default()
     };
-    (0..256).map(hit).collect()
+    (0..count).map(hit).collect()
 }
 
 /// Nanoseconds per evaluation of one pass over the hits; short, so that few are interrupted on a busy machine.
@@ -137,8 +138,8 @@ fn quantile(values: &mut [f64], q: f64) -> f64 {
 }
 
 /// Times the three forms in turns and prints medians, and the ratios with their quartiles.
-fn table(cases: &[Case], hits: &[Inputs<f32>]) {
-    const ROUNDS: usize = 1001;
+fn table(cases: &[Case], hits: &[Inputs<f32>], rounds: usize) {
+    println!("{} hits, {rounds} rounds", hits.len());
     println!("{:<12}{:>10}{:>10}{:>10}   {:<24}program / inlined", "ns", "program", "boxed", "inlined", "program / boxed");
     for case in cases {
         let program = |hits: &[Inputs<f32>]| -> Vec3 { hits.iter().map(|hit| case.program.vector(black_box(hit))).sum() };
@@ -146,7 +147,7 @@ fn table(cases: &[Case], hits: &[Inputs<f32>]) {
         let difference = (program(hits) - (case.inlined)(hits)).abs().max_element();
         assert!(difference <= 2e-3 * (case.inlined)(hits).abs().max_element(), "{}: forms differ by {difference}", case.name);
         let mut times = [const { Vec::new() }; 3];
-        for _ in 0..ROUNDS {
+        for _ in 0..rounds {
             times[0].push(pass(hits, &program));
             times[1].push(pass(hits, &boxed));
             times[2].push(pass(hits, &case.inlined));
@@ -163,8 +164,9 @@ fn table(cases: &[Case], hits: &[Inputs<f32>]) {
 }
 
 fn main() {
-    let (cases, hits) = (cases(), hits());
-    table(&cases, &hits);
+    let (cases, hits) = (cases(), hits(256));
+    table(&cases, &hits, 1001);
+    table(&cases, &self::hits(4096), 201);
     let mut criterion = Criterion::default().configure_from_args();
     for case in &cases {
         let mut group = criterion.benchmark_group(format!("expressions/{}", case.name));

@@ -5,8 +5,9 @@ use std::ops::Range;
 use super::error::{ExprError, Result};
 use super::graph::{Id, Operation};
 use super::run::{Code, input_place};
-use super::select::Selector;
-use super::step::{Opcode, Rare, Step};
+use super::select::{Selector, Tile};
+use super::semantics::vanishing;
+use super::step::Step;
 
 /// Numbers in the largest file: as many as a register's name can tell apart.
 const REGISTERS: usize = 256;
@@ -40,8 +41,9 @@ impl Registers {
 }
 
 /// Chooses steps and registers for operations whose last one is the result; `span` is the place for an error.
-pub(super) fn assemble(operations: &[Operation], span: &Range<usize>) -> Result<Assembly> {
+pub(super) fn assemble(operations: Vec<Operation>, span: &Range<usize>) -> Result<Assembly> {
     let selector = Selector::new(operations);
+    let operations = selector.operations();
     let tiles = selector.tiles();
     let too_many = || {
         let error = ExprError::new("this expression keeps too many values at once", span.clone());
@@ -49,7 +51,7 @@ pub(super) fn assemble(operations: &[Operation], span: &Range<usize>) -> Result<
     };
     let is_vector = |id: Id| operations[id.index()].is_vector();
     let holder = |id: Id| selector.part_of(id).0;
-    let root = Id::new(operations.len().saturating_sub(1));
+    let root = selector.root;
 
     let mut registers = Registers { taken: [false; REGISTERS], rows: 0 };
     let mut places: Vec<Option<usize>> = vec![None; operations.len()];
@@ -61,8 +63,7 @@ pub(super) fn assemble(operations: &[Operation], span: &Range<usize>) -> Result<
             constants.push(*id);
         }
     }
-    // What has its place by now keeps it.
-    let mut last_use: Vec<usize> = places.iter().map(|place| if place.is_some() { usize::MAX } else { 0 }).collect();
+    let mut last_use = vec![0; operations.len()];
     for (index, tile) in tiles.iter().enumerate() {
         for id in tile.operands() {
             let last = &mut last_use[holder(*id).index()];
@@ -75,8 +76,7 @@ pub(super) fn assemble(operations: &[Operation], span: &Range<usize>) -> Result<
         let (of, axis) = selector.part_of(id);
         (places[of.index()].unwrap_or_default() + usize::from(axis)) as u8
     };
-    let mut steps: Vec<Step> = Vec::with_capacity(tiles.len());
-    let mut before = None;
+    let mut steps = Vec::with_capacity(tiles.len());
     for (index, tile) in tiles.iter().enumerate() {
         let mut from = [0; 4];
         for (slot, id) in from.iter_mut().zip(tile.operands()) {
@@ -89,16 +89,11 @@ pub(super) fn assemble(operations: &[Operation], span: &Range<usize>) -> Result<
         }
         let to = registers.take(is_vector(tile.id)).ok_or_else(too_many)?;
         places[tile.id.index()] = Some(to);
-        let step = Step { opcode: tile.opcode, rare: tile.rare, chained: false, to: to as u8, from, whole: tile.whole };
-        steps.push(step.chain(steps.last().zip(before)));
-        before = Some(is_vector(tile.id));
-    }
-    if tiles.last().is_none_or(|tile| tile.id != root) {
-        let opcode = if is_vector(root) { Opcode::CopyVector } else { Opcode::Copy };
-        steps.push(Step { opcode, rare: Rare::None, chained: false, to: 0, from: [register(&places, root); 4], whole: 0 });
+        let &Tile { is_sum, opcode, rare, whole, .. } = tile;
+        steps.push(Step { is_sum, opcode, rare, to: to as u8, from, whole, limit: vanishing(whole) });
     }
     let template = template(operations, &constants, &places, registers.rows);
-    let code = Code { steps, rows, is_vector: is_vector(root) };
+    let code = Code { steps, rows, is_vector: is_vector(root), result: register(&places, root) };
     Ok(Assembly { code, template })
 }
 

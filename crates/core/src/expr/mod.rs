@@ -27,11 +27,13 @@ mod graph;
 mod lexer;
 mod parser;
 mod program;
+mod rules;
 mod run;
 mod scope;
 mod select;
 mod semantics;
 mod step;
+mod sums;
 #[cfg(test)]
 mod tests;
 

@@ -44,13 +44,14 @@ impl Program {
             let message = format!("this expression has {} operations; the limit is {MAX_OPERATIONS}", operations.len());
             return Err(ExprError::new(message, span));
         }
-        let Assembly { code, mut template } = assemble(&operations, &span)?;
-        let size = FILE_SIZES.into_iter().find(|size| template.len() <= *size).unwrap_or(template.len());
-        template.resize(size, [0.0; 4]);
         let variables = operations.iter().filter_map(|operation| match operation {
             Operation::Input(variable) => Some(*variable),
             _ => None,
         });
+        let variables = variables.collect();
+        let Assembly { code, mut template } = assemble(operations, &span)?;
+        let size = FILE_SIZES.into_iter().find(|size| template.len() <= *size).unwrap_or(template.len());
+        template.resize(size, [0.0; 4]);
         let constant = graph.as_constant(root).map(|value| match value {
             Value::Number(x) => Constant::Number(x),
             Value::Vector(v) => Constant::Vector(v.to_array()),
@@ -60,7 +61,7 @@ impl Program {
             single: template.iter().map(|row| row.map(|x| x as f32)).collect(),
             double: template,
             constant,
-            variables: variables.collect(),
+            variables,
         })
     }
 

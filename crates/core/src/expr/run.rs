@@ -49,7 +49,7 @@ impl Lanes for f64 {
     }
 }
 
-/// The numbers of one evaluation; indices are masked, so that they need no check.
+/// The numbers of one evaluation, four in a row; indices are masked, so that they need no check.
 struct File<R, const ROWS: usize>([Row<R>; ROWS]);
 
 impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
@@ -65,12 +65,20 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
 
     #[inline(always)]
     fn vector(&self, register: u8) -> R::Wide {
-        R::wide(self.0[usize::from(register >> 2) & (ROWS - 1)])
+        R::wide(self.0[(usize::from(register) & (4 * ROWS - 4)) / 4])
     }
 
     #[inline(always)]
     fn set_vector(&mut self, register: u8, value: R::Wide) {
-        self.0[usize::from(register >> 2) & (ROWS - 1)] = R::row(value);
+        self.0[(usize::from(register) & (4 * ROWS - 4)) / 4] = R::row(value);
+    }
+
+    /// A vector by its components. Not taken from a row: to read other pieces of it than were written takes longer than
+    /// all of a step's arithmetic, and which pieces these are, the compiler chooses where it knows that they lie together.
+    #[inline(always)]
+    fn point(&self, register: u8) -> R::Vec3 {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.number(register.wrapping_add(axis)));
+        R::Vec3::new(x, y, z)
     }
 
     /// The variables that a program reads, in the first rows, in the order of [`input_place`].
@@ -116,20 +124,8 @@ pub(super) const fn input_place(variable: Variable) -> (u8, u8) {
 }
 
 #[inline(always)]
-fn dot<R: Lanes>(a: R::Wide, b: R::Wide) -> R {
-    let [x, y, z, _] = R::row(a * b);
-    x + y + z
-}
-
-#[inline(always)]
 fn splat<R: Lanes>(x: R) -> R::Wide {
     R::wide([x; 4])
-}
-
-#[inline(always)]
-fn narrow<R: Lanes>(wide: R::Wide) -> R::Vec3 {
-    let [x, y, z, _] = R::row(wide);
-    R::Vec3::new(x, y, z)
 }
 
 #[inline(always)]
@@ -144,6 +140,8 @@ pub(super) struct Code {
     /// Bit i is set where row i of the hit is read, see [`input_place`].
     pub rows: u8,
     pub is_vector: bool,
+    /// The register of the result.
+    pub result: u8,
 }
 
 impl Code {
@@ -152,49 +150,39 @@ impl Code {
     #[inline(never)]
     pub fn run<R: Lanes, const ROWS: usize>(&self, template: &[Row<R>], inputs: &Inputs<R>) -> Row<R> {
         let Some(template) = template.first_chunk::<ROWS>() else { return [R::ZERO; 4] };
-        let mut file = File(*template);
+        let mut file = File::<R, ROWS>([[R::ZERO; 4]; ROWS]);
+        // Of more than eight rows at once, the compiler makes a call, which takes longer than many a program.
+        let (half, other) = file.0.split_at_mut(ROWS / 2);
+        half.copy_from_slice(&template[..ROWS / 2]);
+        other.copy_from_slice(&template[ROWS / 2..]);
         file.load(inputs, self.rows);
-        let mut last = (R::ZERO, splat(R::ZERO));
         for step in &self.steps {
-            if step.chained {
-                perform::<R, ROWS, true>(step, &mut file, &mut last);
+            let [a, b, c, d] = step.from;
+            if step.is_sum {
+                file.set_number(step.to, file.number(a) * file.number(b) * file.number(c) + file.number(d));
             } else {
-                perform::<R, ROWS, false>(step, &mut file, &mut last);
+                perform(step, &mut file);
             }
         }
-        if self.is_vector { R::row(last.1) } else { [last.0; 4] }
+        if self.is_vector { R::row(file.vector(self.result)) } else { [file.number(self.result); 4] }
     }
 }
 
-/// One step. `last` is the result of the step before, the number or the vector; where it is the first operand, the
-/// step is `CHAINED` and takes it from there: a value that goes through memory takes longer than all of the arithmetic.
+/// A step that is no sum with a product.
 #[inline(always)]
-fn perform<R: Lanes, const ROWS: usize, const CHAINED: bool>(step: &Step, file: &mut File<R, ROWS>, last: &mut (R, R::Wide)) {
+fn perform<R: Lanes, const ROWS: usize>(step: &Step, file: &mut File<R, ROWS>) {
     let [a, b, c, d] = step.from;
     macro_rules! number {
         ($value:expr) => {{
             let value = $value;
-            last.0 = value;
             file.set_number(step.to, value)
         }};
     }
     macro_rules! vector {
         ($value:expr) => {{
             let value = $value;
-            last.1 = value;
             file.set_vector(step.to, value)
         }};
-    }
-    // The first operand, as a number or as a vector; the others come from their registers.
-    macro_rules! na {
-        () => {
-            if CHAINED { last.0 } else { file.number(a) }
-        };
-    }
-    macro_rules! va {
-        () => {
-            if CHAINED { last.1 } else { file.vector(a) }
-        };
     }
     macro_rules! n {
         ($register:expr) => {
@@ -207,93 +195,69 @@ fn perform<R: Lanes, const ROWS: usize, const CHAINED: bool>(step: &Step, file: 
         };
     }
     match step.opcode {
-        Opcode::Rare => {
-            rare(step, file);
-            *last = (file.number(step.to), file.vector(step.to));
-        }
-        Opcode::Add => number!(na!() + n!(b)),
-        Opcode::Subtract => number!(na!() - n!(b)),
-        Opcode::Multiply => number!(na!() * n!(b)),
-        Opcode::Divide => number!(na!() / n!(b)),
-        Opcode::Min => number!(semantics::min(na!(), n!(b))),
-        Opcode::Max => number!(semantics::max(na!(), n!(b))),
-        Opcode::MultiplyAdd => number!(na!() * n!(b) + n!(c)),
-        Opcode::MultiplySubtract => number!(na!() * n!(b) - n!(c)),
-        Opcode::SubtractProduct => number!(na!() - n!(b) * n!(c)),
-        Opcode::SubtractFrom => number!(n!(b) - na!()),
-        Opcode::ScaledFrom => number!(n!(c) - na!() * n!(b)),
-        Opcode::AddProduct => number!(na!() + n!(b) * n!(c)),
-        Opcode::Clamp => number!(semantics::min(semantics::max(na!(), n!(b)), n!(c))),
-        Opcode::Power => number!(semantics::power(na!(), step.whole)),
-        Opcode::LobePower => number!(semantics::power(semantics::max(na!(), n!(b)), step.whole)),
-        Opcode::Negate => number!(-na!()),
-        Opcode::SquareRoot => number!(na!().sqrt()),
-        Opcode::Absolute => number!(na!().abs()),
-        Opcode::Floor => number!(semantics::floor(na!())),
-        Opcode::Fraction => number!(semantics::fraction(na!())),
-        Opcode::Checker => number!(semantics::truth(semantics::odd(na!(), n!(b)))),
-        Opcode::Mix => number!(semantics::mix(n!(b), n!(c), na!())),
-        Opcode::Smoothstep => number!(semantics::smoothstep(n!(b), n!(c), na!())),
-        Opcode::Select => number!(n!(if semantics::is_true(na!()) { b } else { c })),
-        Opcode::SelectLess => number!(n!(if na!() < n!(b) { c } else { d })),
-        Opcode::Copy => number!(na!()),
-        Opcode::CopyVector => vector!(va!()),
-        Opcode::Compose => vector!(R::wide([na!(), n!(b), n!(c), R::ZERO])),
-        Opcode::Splat => vector!(splat(na!())),
-        Opcode::AddVectors => vector!(va!() + v!(b)),
-        Opcode::SubtractVectors => vector!(va!() - v!(b)),
-        Opcode::MultiplyVectors => vector!(va!() * v!(b)),
-        Opcode::Scale => vector!(va!() * n!(b)),
-        Opcode::ScaleBy => vector!(v!(b) * na!()),
-        Opcode::Shrink => vector!(va!() / n!(b)),
-        Opcode::AddScaledVector => vector!(va!() + v!(b) * n!(c)),
-        Opcode::ScaledAdd => vector!(v!(b) + v!(c) * na!()),
-        Opcode::GreyAdd => vector!(v!(c) + splat(na!() * n!(b))),
-        Opcode::AddGrey => vector!(va!() + splat(n!(b) * n!(c))),
+        Opcode::Divide => number!(n!(a) / n!(b)),
+        Opcode::Min => number!(semantics::min(n!(a), n!(b))),
+        Opcode::Max => number!(semantics::max(n!(a), n!(b))),
+        Opcode::Clamp => number!(semantics::min(semantics::max(n!(a), n!(b)), n!(c))),
+        Opcode::Power => number!(semantics::power(n!(a), step.whole, step.limit)),
+        Opcode::LobePower => number!(semantics::power(semantics::max(n!(a), n!(b)), step.whole, step.limit)),
+        Opcode::Sine => number!(n!(a).sin()),
+        Opcode::SquareRoot => number!(n!(a).sqrt()),
+        Opcode::Absolute => number!(n!(a).abs()),
+        Opcode::Floor => number!(semantics::floor(n!(a))),
+        Opcode::Fraction => number!(semantics::fraction(n!(a))),
+        Opcode::Checker => number!(semantics::truth(semantics::odd(n!(a), n!(b)))),
+        Opcode::Mix => number!(semantics::mix(n!(b), n!(c), n!(a))),
+        Opcode::Smoothstep => number!(semantics::smoothstep(n!(b), n!(c), n!(a))),
+        Opcode::Select => number!(n!(if semantics::is_true(n!(a)) { b } else { c })),
+        Opcode::SelectLess => number!(n!(if n!(a) < n!(b) { c } else { d })),
+        Opcode::Length => number!(file.point(a).length()),
+        Opcode::Distance => number!((file.point(a) - file.point(b)).length()),
+        Opcode::VectorSum => vector!(v!(a) * n!(b) + v!(c)),
+        Opcode::DotSum => number!(file.point(a).dot(file.point(b)) * n!(c) + n!(d)),
+        Opcode::RareNumber => number!(rare_number(step, file)),
+        Opcode::Compose => vector!(R::wide([n!(a), n!(b), n!(c), R::ZERO])),
+        Opcode::MultiplyVectors => vector!(v!(a) * v!(b)),
+        Opcode::Shrink => vector!(v!(a) / n!(b)),
+        Opcode::AddGrey => vector!(v!(a) + splat(n!(b) * n!(c))),
         Opcode::MixVectors => {
-            let t = na!();
+            let t = n!(a);
             vector!(v!(b) * (R::ONE - t) + v!(c) * t)
         }
-        Opcode::SelectVectors => vector!(v!(if semantics::is_true(na!()) { b } else { c })),
-        Opcode::SelectVectorsLess => vector!(v!(if na!() < n!(b) { c } else { d })),
-        Opcode::CheckerVectors => vector!(v!(if semantics::odd(na!(), n!(b)) { d } else { c })),
-        Opcode::Dot => number!(dot::<R>(va!(), v!(b))),
-        Opcode::DotMultiplyAdd => number!(dot::<R>(va!(), v!(b)) * n!(c) + n!(d)),
-        Opcode::Length => number!(dot::<R>(va!(), va!()).sqrt()),
-        Opcode::Normalize => vector!(va!() * (R::ONE / dot::<R>(va!(), va!()).sqrt())),
+        Opcode::SelectVectors => vector!(v!(if semantics::is_true(n!(a)) { b } else { c })),
+        Opcode::SelectVectorsLess => vector!(v!(if n!(a) < n!(b) { c } else { d })),
+        Opcode::CheckerVectors => vector!(v!(if semantics::odd(n!(a), n!(b)) { d } else { c })),
+        Opcode::Normalize => vector!(v!(a) * (R::ONE / file.point(a).length())),
+        Opcode::RareVector => vector!(rare_vector(step, file)),
     }
 }
 
-/// A step that takes so long that one more call is nothing, kept out of the loop that the others share.
+/// A number that takes so long that one more call is nothing, kept out of the loop that the other steps share.
 #[inline(never)]
-fn rare<R: Lanes, const ROWS: usize>(step: &Step, file: &mut File<R, ROWS>) {
-    let [a, b, ..] = step.from;
-    macro_rules! number {
-        ($value:expr) => {{
-            let value = $value;
-            file.set_number(step.to, value)
-        }};
-    }
-    macro_rules! vector {
-        ($value:expr) => {{
-            let value = $value;
-            file.set_vector(step.to, value)
-        }};
-    }
+fn rare_number<R: Lanes, const ROWS: usize>(step: &Step, file: &File<R, ROWS>) -> R {
+    let [a, b, ..] = step.from.map(|register| file.number(register));
+    let point = || file.point(step.from[0]);
     match step.rare {
-        Rare::None => {}
-        Rare::ReciprocalPower => number!(R::ONE / semantics::power(file.number(a), step.whole)),
-        Rare::Unary(op) => number!(semantics::unary(op, file.number(a))),
-        Rare::Binary(op) => number!(semantics::binary(op, file.number(a), file.number(b))),
-        Rare::Vectors(op) => {
-            vector!(widen::<R>(semantics::binary_vectors::<R>(op, narrow::<R>(file.vector(a)), narrow::<R>(file.vector(b)))))
-        }
-        Rare::Cross => vector!(widen::<R>(narrow::<R>(file.vector(a)).cross(narrow::<R>(file.vector(b))))),
-        Rare::SpaceNoise => number!(semantics::space_noise(Noise::Single, narrow::<R>(file.vector(a)))),
-        Rare::SpaceSum => number!(semantics::space_noise(Noise::Sum(step.whole), narrow::<R>(file.vector(a)))),
-        Rare::SpaceTurbulence => number!(semantics::space_noise(Noise::Turbulence(step.whole), narrow::<R>(file.vector(a)))),
-        Rare::PlaneNoise => number!(semantics::plane_noise(Noise::Single, file.number(a), file.number(b))),
-        Rare::PlaneSum => number!(semantics::plane_noise(Noise::Sum(step.whole), file.number(a), file.number(b))),
-        Rare::PlaneTurbulence => number!(semantics::plane_noise(Noise::Turbulence(step.whole), file.number(a), file.number(b))),
+        Rare::ReciprocalPower => R::ONE / semantics::power(a, step.whole, step.limit),
+        Rare::Unary(op) => semantics::unary(op, a),
+        Rare::Binary(op) => semantics::binary(op, a, b),
+        Rare::SpaceNoise => semantics::space_noise(Noise::Single, point()),
+        Rare::SpaceSum => semantics::space_noise(Noise::Sum(step.whole), point()),
+        Rare::SpaceTurbulence => semantics::space_noise(Noise::Turbulence(step.whole), point()),
+        Rare::PlaneNoise => semantics::plane_noise(Noise::Single, a, b),
+        Rare::PlaneSum => semantics::plane_noise(Noise::Sum(step.whole), a, b),
+        Rare::PlaneTurbulence => semantics::plane_noise(Noise::Turbulence(step.whole), a, b),
+        Rare::None | Rare::Cross | Rare::Vectors(_) => R::ZERO,
     }
+}
+
+/// A vector that takes long.
+#[inline(never)]
+fn rare_vector<R: Lanes, const ROWS: usize>(step: &Step, file: &File<R, ROWS>) -> R::Wide {
+    let [a, b, ..] = step.from.map(|register| file.point(register));
+    widen::<R>(match step.rare {
+        Rare::Cross => a.cross(b),
+        Rare::Vectors(op) => semantics::binary_vectors::<R>(op, a, b),
+        _ => R::Vec3::ZERO,
+    })
 }

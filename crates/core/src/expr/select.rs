@@ -6,11 +6,14 @@
 use super::graph::{Id, Operation};
 use super::semantics::{Binary, Noise, Unary};
 use super::step::{Opcode, Rare};
+use super::sums::Neutral;
 
 /// A step before its registers are known; `id` is the operation whose result it computes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tile {
     pub id: Id,
+    /// A sum with a product; the opcode says nothing.
+    pub is_sum: bool,
     pub opcode: Opcode,
     pub rare: Rare,
     operands: [Id; 4],
@@ -19,14 +22,19 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    fn new(id: Id, opcode: Opcode, operands: &[Id]) -> Self {
-        let mut tile = Self { id, opcode, rare: Rare::None, operands: [id; 4], count: operands.len(), whole: 0 };
+    pub fn new(id: Id, opcode: Opcode, operands: &[Id]) -> Self {
+        let mut tile = Self { id, is_sum: false, opcode, rare: Rare::None, operands: [id; 4], count: operands.len(), whole: 0 };
         tile.operands.iter_mut().zip(operands).for_each(|(slot, operand)| *slot = *operand);
         tile
     }
 
-    fn rare(id: Id, rare: Rare, operands: &[Id]) -> Self {
-        Self { rare, ..Self::new(id, Opcode::Rare, operands) }
+    /// a b c + d
+    pub fn sum(id: Id, operands: [Id; 4]) -> Self {
+        Self { is_sum: true, ..Self::new(id, Opcode::RareNumber, &operands) }
+    }
+
+    fn rare(id: Id, opcode: Opcode, rare: Rare, operands: &[Id]) -> Self {
+        Self { rare, ..Self::new(id, opcode, operands) }
     }
 
     /// What it reads.
@@ -35,28 +43,45 @@ impl Tile {
     }
 }
 
-/// The operations of one expression in order, the result last, and how often each is used.
-pub(super) struct Selector<'g> {
-    operations: &'g [Operation],
+/// The operations of one expression in order, and how often each is used.
+pub(super) struct Selector {
+    operations: Vec<Operation>,
     uses: Vec<u32>,
+    /// The result.
+    pub root: Id,
+    pub neutral: Neutral,
 }
 
-impl<'g> Selector<'g> {
-    pub fn new(operations: &'g [Operation]) -> Self {
+impl Selector {
+    /// For operations whose last one is the result.
+    pub fn new(mut operations: Vec<Operation>) -> Self {
+        let root = Id::new(operations.len().saturating_sub(1));
         let mut uses = vec![0; operations.len()];
-        for operation in operations {
+        for operation in &operations {
             let (operands, count) = operation.operands();
             operands[..count].iter().for_each(|id| uses[id.index()] += 1);
         }
-        Self { operations, uses }
+        let mut place = |operation: Operation| {
+            let known = operations.iter().position(|other| *other == operation);
+            Id::new(known.unwrap_or_else(|| {
+                operations.push(operation);
+                operations.len() - 1
+            }))
+        };
+        let neutral = Neutral::new(&mut place);
+        uses.resize(operations.len(), 0);
+        Self { operations, uses, root, neutral }
+    }
+
+    /// The operations, and after them the constants that steps need beside.
+    pub fn operations(&self) -> &[Operation] {
+        &self.operations
     }
 
     /// The steps in order. What is constant, of the hit, or part of something else needs none.
     pub fn tiles(&self) -> Vec<Tile> {
         let mut needed = vec![false; self.operations.len()];
-        if let Some(result) = needed.last_mut() {
-            *result = true;
-        }
+        needed[self.root.index()] = true;
         let mut tiles = Vec::new();
         for index in (0..self.operations.len()).rev() {
             let id = Id::new(index);
@@ -94,19 +119,28 @@ impl<'g> Selector<'g> {
         }
     }
 
-    fn get(&self, id: Id) -> Operation {
+    pub fn get(&self, id: Id) -> Operation {
         self.operations[id.index()]
     }
 
     /// The operation, if nothing but the one that asks uses it.
-    fn inner(&self, id: Id) -> Option<Operation> {
+    pub fn inner(&self, id: Id) -> Option<Operation> {
         (self.uses[id.index()] == 1).then(|| self.get(id))
     }
 
-    /// The factors of a product that can come along.
-    fn product(&self, id: Id) -> Option<(Id, Id)> {
-        match self.inner(id) {
-            Some(Operation::Binary(Binary::Multiply, a, b)) => Some((a, b)),
+    /// Two factors whose product nothing else uses.
+    pub fn product(&self, id: Id) -> Option<(Id, Id)> {
+        match self.inner(id)? {
+            Operation::Binary(Binary::Multiply, a, b) => Some((a, b)),
+            Operation::WholePower(a, 2) => Some((a, a)),
+            _ => None,
+        }
+    }
+
+    /// The vectors of a product that nothing else uses.
+    pub fn dot(&self, id: Id) -> Option<(Id, Id)> {
+        match self.inner(id)? {
+            Operation::Dot(u, v) => Some((u, v)),
             _ => None,
         }
     }
@@ -114,31 +148,36 @@ impl<'g> Selector<'g> {
     /// The step for an operation; none for what already has a place.
     fn tile(&self, id: Id) -> Option<Tile> {
         let tile = |opcode, operands: &[Id]| Tile::new(id, opcode, operands);
+        let Neutral { one, minus_one, minus_zero, minus_zeros } = self.neutral;
         Some(match self.get(id) {
             Operation::Input(_) | Operation::Number(_) | Operation::Component(..) => return None,
-            Operation::Compose([x, y, z]) if x == y && y == z => tile(Opcode::Splat, &[x]),
             Operation::Compose(parts) => tile(Opcode::Compose, &parts),
+            Operation::Unary(Unary::Negate, a) => self.times(id, a, minus_one),
             Operation::Unary(op, a) => unary(id, op, a),
             Operation::Binary(op, a, b) => self.binary(id, op, a, b),
+            Operation::WholePower(a, 2) => Tile::sum(id, [a, one, a, minus_zero]),
             Operation::WholePower(a, exponent) => self.power(id, a, exponent),
             Operation::Mix([a, b, t]) => tile(Opcode::Mix, &[t, a, b]),
             Operation::Smoothstep([low, high, x]) => tile(Opcode::Smoothstep, &[x, low, high]),
             Operation::Select(all) | Operation::SelectVectors(all) => self.select(id, all),
             Operation::MixVectors([a, b, t]) => tile(Opcode::MixVectors, &[t, a, b]),
             Operation::Vectors(op, a, b) => self.vectors(id, op, a, b),
-            Operation::Scale(a, b) => tile(Opcode::Scale, &[a, b]),
+            Operation::Scale(a, b) => tile(Opcode::VectorSum, &[a, b, minus_zeros]),
             Operation::Shrink(a, b) => tile(Opcode::Shrink, &[a, b]),
-            Operation::Dot(a, b) => tile(Opcode::Dot, &[a, b]),
-            Operation::Cross(a, b) => Tile::rare(id, Rare::Cross, &[a, b]),
-            Operation::Length(a) => tile(Opcode::Length, &[a]),
+            Operation::Dot(a, b) => tile(Opcode::DotSum, &[a, b, one, minus_zero]),
+            Operation::Cross(a, b) => Tile::rare(id, Opcode::RareVector, Rare::Cross, &[a, b]),
+            Operation::Length(a) => match self.inner(a) {
+                Some(Operation::Vectors(Binary::Subtract, x, y)) => tile(Opcode::Distance, &[x, y]),
+                _ => tile(Opcode::Length, &[a]),
+            },
             Operation::Normalize(a) => tile(Opcode::Normalize, &[a]),
             Operation::SpaceNoise(kind, a) => {
                 let (rare, whole) = noise(kind, [Rare::SpaceNoise, Rare::SpaceSum, Rare::SpaceTurbulence]);
-                Tile { whole, ..Tile::rare(id, rare, &[a]) }
+                Tile { whole, ..Tile::rare(id, Opcode::RareNumber, rare, &[a]) }
             }
             Operation::PlaneNoise(kind, a, b) => {
                 let (rare, whole) = noise(kind, [Rare::PlaneNoise, Rare::PlaneSum, Rare::PlaneTurbulence]);
-                Tile { whole, ..Tile::rare(id, rare, &[a, b]) }
+                Tile { whole, ..Tile::rare(id, Opcode::RareNumber, rare, &[a, b]) }
             }
         })
     }
@@ -146,17 +185,9 @@ impl<'g> Selector<'g> {
     fn binary(&self, id: Id, op: Binary, a: Id, b: Id) -> Tile {
         let tile = |opcode, operands: &[Id]| Tile::new(id, opcode, operands);
         match op {
-            Binary::Add => match (self.product(a), self.product(b)) {
-                (Some((x, y)), _) => self.multiply_add(id, [x, y, b]),
-                (None, Some((x, y))) => self.multiply_add(id, [x, y, a]),
-                (None, None) => tile(Opcode::Add, &[a, b]),
-            },
-            Binary::Subtract => match (self.product(a), self.product(b)) {
-                (Some((x, y)), _) => tile(Opcode::MultiplySubtract, &[x, y, b]),
-                (None, Some((x, y))) => tile(Opcode::SubtractProduct, &[a, x, y]),
-                (None, None) => tile(Opcode::Subtract, &[a, b]),
-            },
-            Binary::Multiply => tile(Opcode::Multiply, &[a, b]),
+            Binary::Add => self.plus(id, a, b).or_else(|| self.plus(id, b, a)).unwrap_or_else(|| self.term(id, a, b)),
+            Binary::Subtract => self.minus(id, a, b),
+            Binary::Multiply => self.times(id, a, b),
             Binary::Divide => tile(Opcode::Divide, &[a, b]),
             Binary::Max => tile(Opcode::Max, &[a, b]),
             Binary::Min => match self.inner(a) {
@@ -164,26 +195,18 @@ impl<'g> Selector<'g> {
                 _ => tile(Opcode::Min, &[a, b]),
             },
             Binary::Checker => tile(Opcode::Checker, &[a, b]),
-            _ => Tile::rare(id, Rare::Binary(op), &[a, b]),
-        }
-    }
-
-    /// x y + c, where x or y may be a product of vectors that comes along.
-    fn multiply_add(&self, id: Id, [x, y, c]: [Id; 3]) -> Tile {
-        match (self.inner(x), self.inner(y)) {
-            (Some(Operation::Dot(u, v)), _) => Tile::new(id, Opcode::DotMultiplyAdd, &[u, v, y, c]),
-            (_, Some(Operation::Dot(u, v))) => Tile::new(id, Opcode::DotMultiplyAdd, &[u, v, x, c]),
-            _ => Tile::new(id, Opcode::MultiplyAdd, &[x, y, c]),
+            _ => Tile::rare(id, Opcode::RareNumber, Rare::Binary(op), &[a, b]),
         }
     }
 
     fn power(&self, id: Id, a: Id, exponent: i32) -> Tile {
-        let tile = |opcode, operands: &[Id]| Tile { whole: exponent.unsigned_abs(), ..Tile::new(id, opcode, operands) };
+        let whole = exponent.unsigned_abs();
+        if exponent < 0 {
+            return Tile { whole, ..Tile::rare(id, Opcode::RareNumber, Rare::ReciprocalPower, &[a]) };
+        }
         match self.inner(a) {
-            _ if exponent == 2 => tile(Opcode::Multiply, &[a, a]),
-            _ if exponent < 0 => Tile { whole: exponent.unsigned_abs(), ..Tile::rare(id, Rare::ReciprocalPower, &[a]) },
-            Some(Operation::Binary(Binary::Max, x, y)) => tile(Opcode::LobePower, &[x, y]),
-            _ => tile(Opcode::Power, &[a]),
+            Some(Operation::Binary(Binary::Max, x, y)) => Tile { whole, ..Tile::new(id, Opcode::LobePower, &[x, y]) },
+            _ => Tile { whole, ..Tile::new(id, Opcode::Power, &[a]) },
         }
     }
 
@@ -201,19 +224,20 @@ impl<'g> Selector<'g> {
     }
 
     fn vectors(&self, id: Id, op: Binary, a: Id, b: Id) -> Tile {
-        let tile = |opcode, operands: &[Id]| Tile::new(id, opcode, operands);
+        let Neutral { one, minus_one, .. } = self.neutral;
+        let sum = |v, factor, w| Tile::new(id, Opcode::VectorSum, &[v, factor, w]);
         match op {
-            Binary::Add => self.added(id, a, b).or_else(|| self.added(id, b, a)).unwrap_or(tile(Opcode::AddVectors, &[a, b])),
-            Binary::Subtract => tile(Opcode::SubtractVectors, &[a, b]),
-            Binary::Multiply => tile(Opcode::MultiplyVectors, &[a, b]),
-            _ => Tile::rare(id, Rare::Vectors(op), &[a, b]),
+            Binary::Add => self.added(id, a, b).or_else(|| self.added(id, b, a)).unwrap_or(sum(b, one, a)),
+            Binary::Subtract => sum(b, minus_one, a),
+            Binary::Multiply => Tile::new(id, Opcode::MultiplyVectors, &[a, b]),
+            _ => Tile::rare(id, Opcode::RareVector, Rare::Vectors(op), &[a, b]),
         }
     }
 
     /// Vector a plus a vector b that comes along.
     fn added(&self, id: Id, a: Id, b: Id) -> Option<Tile> {
         match self.inner(b)? {
-            Operation::Scale(v, s) => Some(Tile::new(id, Opcode::AddScaledVector, &[a, v, s])),
+            Operation::Scale(v, s) => Some(Tile::new(id, Opcode::VectorSum, &[v, s, a])),
             // All three uses of the number are in this vector.
             Operation::Compose([x, y, z]) if x == y && y == z && self.uses[x.index()] == 3 => match self.get(x) {
                 Operation::Binary(Binary::Multiply, x, factor) => Some(Tile::new(id, Opcode::AddGrey, &[a, x, factor])),
@@ -226,12 +250,12 @@ impl<'g> Selector<'g> {
 
 fn unary(id: Id, op: Unary, a: Id) -> Tile {
     let opcode = match op {
-        Unary::Negate => Opcode::Negate,
+        Unary::Sin => Opcode::Sine,
         Unary::Sqrt => Opcode::SquareRoot,
         Unary::Abs => Opcode::Absolute,
         Unary::Floor => Opcode::Floor,
         Unary::Fract => Opcode::Fraction,
-        _ => return Tile::rare(id, Rare::Unary(op), &[a]),
+        _ => return Tile::rare(id, Opcode::RareNumber, Rare::Unary(op), &[a]),
     };
     Tile::new(id, opcode, &[a])
 }

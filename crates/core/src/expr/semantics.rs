@@ -171,14 +171,13 @@ pub(super) fn binary<R: Real>(op: Binary, a: R, b: R) -> R {
 /// instruction for it, that is a call, and this is not.
 #[inline(always)]
 pub(super) fn floor<R: Real>(x: R) -> R {
-    // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on.
-    let (truncated, all_whole) = if size_of::<R>() == size_of::<f32>() {
-        (R::from_f32(x.to_f32() as i32 as f32), R::from_f32(8_388_608.0))
-    } else {
-        (R::from_f64(x.to_f64() as i64 as f64), R::from_f64(4_503_599_627_370_496.0))
-    };
-    let below = if truncated > x { truncated - R::ONE } else { truncated };
-    if x.abs() < all_whole { below } else { x }
+    // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on. To add that much to a smaller number rounds it.
+    let all_whole =
+        if size_of::<R>() == size_of::<f32>() { R::from_f32(8_388_608.0) } else { R::from_f64(4_503_599_627_370_496.0) };
+    let magnitude = x.abs();
+    let nearest = ((magnitude + all_whole) - all_whole).copysign(x);
+    let below = if nearest > x { nearest - R::ONE } else { nearest };
+    if magnitude < all_whole { below + R::ZERO } else { x }
 }
 
 /// x − ⌊x⌋, below one: where the difference rounds to one, the number before it.
@@ -222,9 +221,13 @@ pub(super) fn whole_power<R: Real>(base: R, exponent: i32) -> R {
     if exponent < 0 { R::ONE / power } else { power }
 }
 
-/// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow, which is slow.
+/// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow, which is slow. `limit` is
+/// the [`vanishing`] limit of the exponent.
 #[inline(always)]
-pub(super) fn power<R: Real>(mut base: R, exponent: u32) -> R {
+pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: f32) -> R {
+    if size_of::<R>() == size_of::<f32>() && base.abs() < R::from_f32(limit) {
+        return if exponent & 1 == 1 { base * R::ZERO } else { R::ZERO };
+    }
     let mut result = if exponent & 1 == 1 { base } else { R::ONE };
     let mut rest = exponent >> 1;
     while rest != 0 {
@@ -233,6 +236,14 @@ pub(super) fn power<R: Real>(mut base: R, exponent: u32) -> R {
         rest >>= 1;
     }
     result
+}
+
+/// A magnitude below which this power of an f32 is zero. To find that out by squaring is slow, because the squares are
+/// subnormal on the way; and highlights with high powers are zero nearly everywhere.
+pub(super) fn vanishing(exponent: u32) -> f32 {
+    // What is below 2⁻¹⁵⁰ becomes zero. The last factor is below 2⁻⁷⁵ and at most twice too large where it is subnormal;
+    // a further factor of two is more than all other roundings.
+    libm::exp2(-152.0 / f64::from(exponent)) as f32
 }
 
 /// a where t = 0, b where t = 1, both exactly.
@@ -250,7 +261,10 @@ pub(super) fn mix_vectors<R: Real>(a: R::Vec3, b: R::Vec3, t: R) -> R::Vec3 {
 /// The cubic from 0 at `low` to 1 at `high` with level ends.
 #[inline(always)]
 pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
-    let t = min(max((x - low) / (high - low), R::ZERO), R::ONE);
+    // Comparisons this way round are one instruction each, and none is a branch; where t is not a number, it is zero.
+    let t = (x - low) / (high - low);
+    let t = if t > R::ZERO { t } else { R::ZERO };
+    let t = if t < R::ONE { t } else { R::ONE };
     t * t * (R::from_f64(3.0) - R::from_f64(2.0) * t)
 }
 

@@ -1,39 +1,27 @@
 //! The instructions that a program runs over a file of registers.
 //!
-//! On the processors that we measured, an indirect jump costs as much as several operations, and an indirect call twice
-//! that. So a program is few, wide steps: a product and a sum, or a comparison and a choice, are one step. Constants and
-//! what is read of the hit are registers like any other and cost no step.
+//! On the processors that we measured, an indirect jump costs as much as all the rest of a step, and an indirect call more.
+//! So a program is few, wide steps, and the one that formulas mostly are made of, a sum with a product, is told apart by a
+//! comparison; only the others jump. Constants and what is read of the hit are registers like any other and cost no step.
 
 use super::semantics::{Binary, Unary};
 
-/// What a step does to its operands a, b, c, d: numbers, or vectors where it says so. Products and sums round on their own.
+/// What a step does to its operands a, b, c, d: numbers, or vectors where it says so. Products and sums round on their own,
+/// from the left. What a formula lacks of a sum with a product is filled with constants that change no bit: factors of 1
+/// and a summand of −0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Opcode {
-    Add,
-    Subtract,
-    Multiply,
+    /// a / b
     Divide,
     Min,
     Max,
-    /// a b + c
-    MultiplyAdd,
-    /// a b − c
-    MultiplySubtract,
-    /// a + b c
-    AddProduct,
-    /// a − b c
-    SubtractProduct,
-    /// c − a b
-    ScaledFrom,
-    /// b − a
-    SubtractFrom,
     /// min(max(a, b), c)
     Clamp,
     /// a to the whole power
     Power,
     /// max(a, b) to the whole power
     LobePower,
-    Negate,
+    Sine,
     SquareRoot,
     Absolute,
     Floor,
@@ -48,34 +36,24 @@ pub(super) enum Opcode {
     Select,
     /// c where a < b, else d.
     SelectLess,
-    /// The number a.
-    Copy,
-    /// The vector a.
-    CopyVector,
+    /// Length of a vector.
+    Length,
+    /// Length of vector a minus vector b.
+    Distance,
+    /// The product of vectors a and b, times c, plus d.
+    DotSum,
+    /// Vector a times b, plus vector c.
+    VectorSum,
+    /// A number that takes long: [`Step::rare`].
+    RareNumber,
     /// The vector (a, b, c).
     Compose,
-    /// The vector (a, a, a).
-    Splat,
-    /// Sum of vectors.
-    AddVectors,
-    /// Difference of vectors.
-    SubtractVectors,
     /// Componentwise product of vectors.
     MultiplyVectors,
-    /// Vector a times b.
-    Scale,
-    /// Vector b times a.
-    ScaleBy,
     /// Vector a divided by b.
     Shrink,
-    /// Vector a plus vector b times c.
-    AddScaledVector,
-    /// Vector b plus vector c times a.
-    ScaledAdd,
     /// Vector a plus b c in every component.
     AddGrey,
-    /// Vector c plus a b in every component.
-    GreyAdd,
     /// From vector b at a = 0 to vector c at a = 1.
     MixVectors,
     /// Vector b where a is true, else vector c.
@@ -84,20 +62,15 @@ pub(super) enum Opcode {
     SelectVectorsLess,
     /// Vector c where ⌊a⌋ + ⌊b⌋ is even, else vector d.
     CheckerVectors,
-    /// Product of vectors.
-    Dot,
-    /// The product of vectors a and b, times c, plus d.
-    DotMultiplyAdd,
-    Length,
     Normalize,
-    /// One of those that take long: [`Step::rare`].
-    Rare,
+    /// A vector that takes long: [`Step::rare`].
+    RareVector,
 }
 
 /// Operations that take so long that how they are called does not matter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rare {
-    /// Not a rare step: nothing.
+    /// Not a rare step: zero.
     None,
     /// 1 / a to the whole power
     ReciprocalPower,
@@ -105,9 +78,6 @@ pub(super) enum Rare {
     Unary(Unary),
     /// Any other function of two numbers.
     Binary(Binary),
-    /// Any other operation in each component of two vectors.
-    Vectors(Binary),
-    Cross,
     /// Noise at the point a of space.
     SpaceNoise,
     /// Its sum over so many octaves.
@@ -118,75 +88,24 @@ pub(super) enum Rare {
     PlaneNoise,
     PlaneSum,
     PlaneTurbulence,
+    Cross,
+    /// Any other operation in each component of two vectors.
+    Vectors(Binary),
 }
 
 /// One instruction. A register is a number's place in the file; a vector's is that of its x, at the start of a row of four.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
+    /// a b c + d of numbers, and no [`Step::opcode`]; apart from it, so that the two are decided one after the other.
+    pub is_sum: bool,
     pub opcode: Opcode,
-    /// Which one, for [`Opcode::Rare`]; apart from the opcode, so that both are plain indices.
+    /// Which one, for [`Opcode::RareNumber`] and [`Opcode::RareVector`].
     pub rare: Rare,
-    /// The first operand is the result of the step before.
-    pub chained: bool,
     /// Where the result goes.
     pub to: u8,
     pub from: [u8; 4],
     /// The whole power, or the count of octaves.
     pub whole: u32,
-}
-
-impl Opcode {
-    /// The first operand is a vector.
-    const fn starts_with_vector(self) -> bool {
-        matches!(
-            self,
-            Self::CopyVector
-                | Self::AddVectors
-                | Self::SubtractVectors
-                | Self::MultiplyVectors
-                | Self::Scale
-                | Self::Shrink
-                | Self::AddScaledVector
-                | Self::AddGrey
-                | Self::Dot
-                | Self::DotMultiplyAdd
-                | Self::Length
-                | Self::Normalize
-        )
-    }
-
-    /// The same operation with another operand in front, and the places of its operands in this one's.
-    const fn turned(self) -> &'static [(Self, [usize; 4])] {
-        match self {
-            Self::Add => &[(Self::Add, [1, 0, 2, 3])],
-            Self::Multiply => &[(Self::Multiply, [1, 0, 2, 3])],
-            Self::AddVectors => &[(Self::AddVectors, [1, 0, 2, 3])],
-            Self::MultiplyVectors => &[(Self::MultiplyVectors, [1, 0, 2, 3])],
-            Self::Dot => &[(Self::Dot, [1, 0, 2, 3])],
-            Self::DotMultiplyAdd => &[(Self::DotMultiplyAdd, [1, 0, 2, 3])],
-            Self::Subtract => &[(Self::SubtractFrom, [1, 0, 2, 3])],
-            Self::MultiplyAdd => &[(Self::MultiplyAdd, [1, 0, 2, 3]), (Self::AddProduct, [2, 0, 1, 3])],
-            Self::MultiplySubtract => &[(Self::MultiplySubtract, [1, 0, 2, 3])],
-            Self::SubtractProduct => &[(Self::ScaledFrom, [1, 2, 0, 3]), (Self::ScaledFrom, [2, 1, 0, 3])],
-            Self::Scale => &[(Self::ScaleBy, [1, 0, 2, 3])],
-            Self::AddScaledVector => &[(Self::ScaledAdd, [2, 0, 1, 3])],
-            Self::AddGrey => &[(Self::GreyAdd, [1, 2, 0, 3]), (Self::GreyAdd, [2, 1, 0, 3])],
-            _ => &[],
-        }
-    }
-}
-
-impl Step {
-    /// This step with the result of the step before as its first operand, if it can be.
-    pub fn chain(self, before: Option<(&Step, bool)>) -> Self {
-        let Some((before, is_vector)) = before else { return self };
-        let mut forms = vec![(self.opcode, [0, 1, 2, 3])];
-        forms.extend_from_slice(self.opcode.turned());
-        for (opcode, order) in forms {
-            if self.from[order[0]] == before.to && opcode.starts_with_vector() == is_vector {
-                return Self { opcode, from: order.map(|place| self.from[place]), chained: true, ..self };
-            }
-        }
-        self
-    }
+    /// Of the power: see [`vanishing`](super::semantics::vanishing).
+    pub limit: f32,
 }

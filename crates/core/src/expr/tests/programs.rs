@@ -6,6 +6,7 @@ use raywright_bvh::scalar::{Real, Vector};
 use super::names;
 use crate::expr::build::Builder;
 use crate::expr::graph::Value;
+use crate::expr::semantics::{floor, power, vanishing};
 use crate::expr::{Constant, Inputs, MAX_OPERATIONS, Scope, Variable, compile, compile_number, parser};
 
 fn hit() -> Inputs<f64> {
@@ -135,6 +136,17 @@ fn fused_steps_mean_what_their_parts_mean() {
         "min(max(u, 0.1), v)",
         "-(-u) + -v",
         "3 - u*4",
+        "u*v*distance + shadow",
+        "shadow - u*v*distance",
+        "shadow - dot(p, d)",
+        "shadow + dot(p, d)*(u + v)",
+        "distance*(u*v)^2 + v^2",
+        "(u + v)*(u - v) - (u + v)",
+        "-(u*v)*distance",
+        "-(u - u) + -(p.x*0) + 0*-n.x",
+        "-p*0 - n*0",
+        "(p - d)*u - (p + d)*v",
+        "length(p - o) + length(p - d)*0.5",
         "p + d*u",
         "d*u + p",
         "p + u*v",
@@ -159,6 +171,33 @@ fn fused_steps_mean_what_their_parts_mean() {
     ] {
         check(source);
     }
+}
+
+/// Rounding down without the processor's instruction for it is rounding down, and never to −0.
+#[test]
+fn floors_are_those_of_the_standard_library() {
+    let magnitudes = [0.0, 1e-40, 0.3, 0.5, 1.0, 1.5, 2.0, 8_388_606.5, 8_388_607.5, 8_388_608.0, 1e20, f32::INFINITY];
+    for x in magnitudes.into_iter().flat_map(|x| [x, x.next_up(), x.next_down(), -x, -x.next_down()]) {
+        assert_eq!(floor(x).to_bits(), (x.floor() + 0.0).to_bits(), "{x}");
+    }
+    for x in [-0.0, 0.3, -0.3, -1.0, 4_503_599_627_370_495.5, -4_503_599_627_370_495.5, 1e300, f64::NEG_INFINITY] {
+        assert_eq!(floor(x).to_bits(), (x.floor() + 0.0).to_bits(), "{x}");
+    }
+    assert!(floor(f32::NAN).is_nan());
+}
+
+/// A power that is known to be zero before it is multiplied out is what multiplying out gives, bit for bit.
+#[test]
+fn powers_vanish_where_their_squares_do() {
+    for exponent in (0..600).chain([1023, 1024, 1025, 4095, 32_769, 65_535, 65_536]) {
+        let limit = vanishing(exponent);
+        let below = (0..200).map(|i| limit * (1.0 - 0.000_5 * i as f32)).chain([limit.next_down(), limit * 1e-3, 0.0, f32::NAN]);
+        for base in below.chain([limit, limit * 1.001, 0.999, 1.5]).flat_map(|x| [x, -x]) {
+            let (got, wanted) = (power(base, exponent, limit), Real::powi(base, exponent));
+            assert!(got.to_bits() == wanted.to_bits() || wanted.is_nan(), "{base}^{exponent} is {wanted}, not {got}");
+        }
+    }
+    assert!((0.5..1.0).contains(&vanishing(500)) && vanishing(1) == 0.0, "a limit that never holds is of no use");
 }
 
 /// Random expressions: programs and meaning agree bit for bit, in both precisions.
