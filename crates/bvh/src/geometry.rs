@@ -3,10 +3,11 @@
 //! A [`Group`] collects primitives; [`Geometry`] is the group with its accelerator. An instance is a primitive that holds
 //! another geometry under an affine map, so a scene has two levels where it repeats something and one where it does not.
 
+use core::mem::take;
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use crate::aabb::{Aabb, PaddedBox};
 use crate::build::{BuildQuality, build};
@@ -14,7 +15,7 @@ use crate::ray::{Hit, Interval, Ray, Side};
 use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
 use crate::shapes::{AnyShape, Located, Parameters, Placed, Plane, Probe, Shape, ShapeHit, Sphere, Surface, Triangle};
 use crate::transform::{Transform, transform_bounds};
-use crate::tree::{MAX_PRIMITIVES, Tally, Tree};
+use crate::tree::{MAX_LEAF, MAX_PRIMITIVES, Tally, Tree};
 
 /// Why a primitive was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -76,6 +77,13 @@ struct Entry {
     kind: Kind,
     visibility: Visibility,
     index: u32,
+}
+
+/// A primitive in the order of queries, with all that leads to its data: entries by id are for whoever has a hit.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    id: u32,
+    entry: Entry,
 }
 
 /// Another geometry under an affine map.
@@ -205,8 +213,7 @@ impl<P: Precision> Group<P> {
         self.push(Kind::Instance, visibility, self.instances.len() - 1)
     }
 
-    fn bounds(&self, id: u32) -> Option<Aabb> {
-        let entry = self.entries[id as usize];
+    fn bounds(&self, entry: Entry) -> Option<Aabb> {
         let index = entry.index as usize;
         match entry.kind {
             Kind::Sphere => Shape::bounds(&self.spheres[index]),
@@ -218,10 +225,43 @@ impl<P: Precision> Group<P> {
         }
     }
 
+    /// The box by which a tree may cull. The textbook formulas find hits beside their shapes, by a percent of the size where
+    /// f32 solves the quartic of a torus; with room for that, tree and scan are wrong alike.
+    fn reach(&self, entry: Entry, bounds: Aabb) -> Option<PaddedBox> {
+        if P::ROBUST || matches!(entry.kind, Kind::Sphere | Kind::Triangle) {
+            return bounds.padded();
+        }
+        let room = DVec3::splat(bounds.extent().max_element() / 32.0);
+        Aabb { min: bounds.min - room, max: bounds.max + room }.padded().or_else(|| bounds.padded())
+    }
+
+    /// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is.
+    fn few(&self) -> usize {
+        const SPHERES: usize = MAX_LEAF as usize;
+        const OTHERS: usize = 2;
+        if self.entries.len() == self.spheres.len() + self.planes.len() { SPHERES } else { OTHERS }
+    }
+
+    /// Puts the primitives that come in great numbers into the order of queries, so that what is tested one after the other
+    /// lies side by side. Each of them has a slot, because none without a box was let in.
+    fn follow(&mut self, slots: &mut [Slot]) {
+        let (spheres, triangles) = (take(&mut self.spheres), take(&mut self.triangles));
+        for slot in slots {
+            let index = slot.entry.index as usize;
+            let moved = match slot.entry.kind {
+                Kind::Sphere => append(&mut self.spheres, spheres[index]),
+                Kind::Triangle => append(&mut self.triangles, triangles[index]),
+                _ => continue,
+            };
+            slot.entry.index = moved;
+            self.entries[slot.id as usize].index = moved;
+        }
+    }
+
     /// The nearest hit of one primitive.
     #[inline(always)]
-    fn test<T: Tally>(&self, id: u32, probe: &Probe<P>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
-        let entry = &self.entries[id as usize];
+    fn test<T: Tally>(&self, slot: &Slot, probe: &Probe<P>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
+        let Slot { id, entry } = *slot;
         let (index, side) = (entry.index as usize, entry.visibility.side);
         tally.primitive();
         let hit = match entry.kind {
@@ -239,20 +279,20 @@ impl<P: Precision> Group<P> {
     #[inline(always)]
     fn offer<T: Tally>(
         &self,
-        id: u32,
+        slot: &Slot,
         probe: &Probe<P>,
         range: Interval<P::Real>,
         accept: &mut impl FnMut(&Hit<P::Real>) -> bool,
         tally: &mut T,
     ) -> bool {
-        let entry = &self.entries[id as usize];
+        let entry = slot.entry;
         if !entry.visibility.casts_shadow {
             return false;
         }
         if entry.kind == Kind::Instance {
-            return self.instances[entry.index as usize].any(probe, range, id, &mut |hit| accept(hit), tally);
+            return self.instances[entry.index as usize].any(probe, range, slot.id, &mut |hit| accept(hit), tally);
         }
-        self.test(id, probe, range, tally).is_some_and(|hit| accept(&hit))
+        self.test(slot, probe, range, tally).is_some_and(|hit| accept(&hit))
     }
 
     fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Located<P::Core> {
@@ -282,6 +322,12 @@ impl<P: Precision> Group<P> {
             Kind::Instance => self.instances[index].parameters(probe, hit),
         }
     }
+}
+
+/// Appends and says where.
+fn append<T>(list: &mut Vec<T>, item: T) -> u32 {
+    list.push(item);
+    list.len() as u32 - 1
 }
 
 fn check_bounds(bounds: Option<Aabb>) -> Result<(), GeometryError> {
@@ -332,40 +378,48 @@ fn own<R: Real>(hit: &Hit<R>) -> Hit<R> {
 #[derive(Clone, Debug)]
 pub struct Geometry<P: Precision> {
     group: Group<P>,
-    /// Ids without bounds, tested by every query.
-    unbounded: Vec<u32>,
+    /// Without bounds, tested by every query.
+    unbounded: Vec<Slot>,
+    /// The others, in the accelerator's order.
+    bounded: Vec<Slot>,
     accelerator: Accelerator,
     bounds: Aabb,
 }
 
 #[derive(Clone, Debug)]
 enum Accelerator {
-    Linear(Vec<u32>),
+    Linear,
     Tree(Tree),
 }
 
 impl<P: Precision> Geometry<P> {
     /// Builds the accelerator. Every primitive was checked when it was added, so this can't fail.
-    pub fn new(group: Group<P>, kind: AcceleratorKind) -> Self {
-        let (mut unbounded, mut ids, mut boxes): (Vec<u32>, Vec<u32>, Vec<PaddedBox>) = Default::default();
+    pub fn new(mut group: Group<P>, kind: AcceleratorKind) -> Self {
+        let (mut unbounded, mut bounded, mut boxes): (Vec<Slot>, Vec<Slot>, Vec<PaddedBox>) = Default::default();
         let mut bounds = Aabb::EMPTY;
-        for id in 0..group.len() as u32 {
-            match group.bounds(id) {
-                None => unbounded.push(id),
+        for (id, &entry) in group.entries.iter().enumerate() {
+            let slot = Slot { id: id as u32, entry };
+            match group.bounds(entry) {
+                None => unbounded.push(slot),
                 Some(b) => {
                     // An instance of an empty geometry has an empty box: nothing to test.
-                    let Some(padded) = b.padded() else { continue };
+                    let Some(padded) = group.reach(entry, b) else { continue };
                     bounds = bounds.union(b);
-                    ids.push(id);
+                    bounded.push(slot);
                     boxes.push(padded);
                 }
             }
         }
         let accelerator = match kind {
-            AcceleratorKind::Linear => Accelerator::Linear(ids),
-            AcceleratorKind::Tree(quality) => Accelerator::Tree(build(&boxes, &ids, quality)),
+            AcceleratorKind::Linear => Accelerator::Linear,
+            AcceleratorKind::Tree(quality) => {
+                let (tree, order) = build(&boxes, quality, group.few());
+                bounded = order.iter().map(|&place| bounded[place as usize]).collect();
+                group.follow(&mut bounded);
+                Accelerator::Tree(tree)
+            }
         };
-        Self { group, unbounded, accelerator, bounds }
+        Self { group, unbounded, bounded, accelerator, bounds }
     }
 
     /// The box around everything bounded; none when something is without bounds.
@@ -402,7 +456,7 @@ impl<P: Precision> Geometry<P> {
     pub fn bytes(&self) -> usize {
         let g = &self.group;
         let accelerator = match &self.accelerator {
-            Accelerator::Linear(ids) => size_of_val(ids.as_slice()),
+            Accelerator::Linear => 0,
             Accelerator::Tree(tree) => tree.bytes(),
         };
         size_of_val(g.entries.as_slice())
@@ -412,6 +466,8 @@ impl<P: Precision> Geometry<P> {
             + size_of_val(g.shapes.as_slice())
             + size_of_val(g.placed.as_slice())
             + size_of_val(g.instances.as_slice())
+            + size_of_val(self.unbounded.as_slice())
+            + size_of_val(self.bounded.as_slice())
             + accelerator
     }
 
@@ -431,28 +487,28 @@ impl<P: Precision> Geometry<P> {
         tally: &mut T,
     ) -> Option<Hit<P::Real>> {
         let mut best = Closest { range, hit: None };
-        for &id in &self.unbounded {
-            best.consider(self.group.test(id, probe, best.range, tally));
+        for slot in &self.unbounded {
+            best.consider(self.group.test(slot, probe, best.range, tally));
         }
         match &self.accelerator {
-            Accelerator::Linear(ids) => {
-                for &id in ids {
-                    best.consider(self.group.test(id, probe, best.range, tally));
+            Accelerator::Linear => {
+                for slot in &self.bounded {
+                    best.consider(self.group.test(slot, probe, best.range, tally));
                 }
             }
             Accelerator::Tree(tree) if INNER => {
                 let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-                tree.walk::<P::Core, T, true>(&ray, widened::<P>(best.range), tally, |ids, _, tally| {
-                    for &id in ids {
-                        best.consider(self.group.test(id, probe, best.range, tally));
+                tree.walk::<P::Core, T>(&ray, widened::<P>(best.range), tally, |leaf, _, tally| {
+                    for slot in &self.bounded[leaf] {
+                        best.consider(self.group.test(slot, probe, best.range, tally));
                     }
                     ControlFlow::Continue(convert(best.range.max))
                 });
             }
             Accelerator::Tree(tree) => {
-                tree.walk::<P::Real, T, true>(&probe.ray, best.range, tally, |ids, _, tally| {
-                    for &id in ids {
-                        best.consider(self.group.test(id, probe, best.range, tally));
+                tree.walk::<P::Real, T>(&probe.ray, best.range, tally, |leaf, _, tally| {
+                    for slot in &self.bounded[leaf] {
+                        best.consider(self.group.test(slot, probe, best.range, tally));
                     }
                     ControlFlow::Continue(best.range.max)
                 });
@@ -483,23 +539,23 @@ impl<P: Precision> Geometry<P> {
         accept: &mut impl FnMut(&Hit<P::Real>) -> bool,
         tally: &mut T,
     ) -> bool {
-        let mut offer = |id: u32, tally: &mut T| self.group.offer(id, probe, range, accept, tally);
-        if self.unbounded.iter().any(|&id| offer(id, tally)) {
+        let mut offer = |slot: &Slot, tally: &mut T| self.group.offer(slot, probe, range, accept, tally);
+        if self.unbounded.iter().any(|slot| offer(slot, tally)) {
             return true;
         }
         let mut found = false;
         match &self.accelerator {
-            Accelerator::Linear(ids) => found = ids.iter().any(|&id| offer(id, tally)),
+            Accelerator::Linear => found = self.bounded.iter().any(|slot| offer(slot, tally)),
             Accelerator::Tree(tree) if INNER => {
                 let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-                tree.walk::<P::Core, T, false>(&ray, widened::<P>(range), tally, |ids, far, tally| {
-                    found = ids.iter().any(|&id| offer(id, tally));
+                tree.walk::<P::Core, T>(&ray, widened::<P>(range), tally, |leaf, far, tally| {
+                    found = self.bounded[leaf].iter().any(|slot| offer(slot, tally));
                     if found { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
                 });
             }
             Accelerator::Tree(tree) => {
-                tree.walk::<P::Real, T, false>(&probe.ray, range, tally, |ids, far, tally| {
-                    found = ids.iter().any(|&id| offer(id, tally));
+                tree.walk::<P::Real, T>(&probe.ray, range, tally, |leaf, far, tally| {
+                    found = self.bounded[leaf].iter().any(|slot| offer(slot, tally));
                     if found { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
                 });
             }

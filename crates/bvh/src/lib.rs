@@ -23,13 +23,14 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! Not here yet: a wide tree in SIMD instructions (this one tests four boxes at a time in portable code), spatial splits,
-//! refitting.
+//! Not here yet: wider nodes where the processor has wider registers (this tree tests four boxes at a time, in those that
+//! every processor of the platform has), spatial splits, refitting.
 #![forbid(unsafe_code)]
 
 pub mod aabb;
 mod build;
 pub mod geometry;
+mod lanes;
 pub mod ray;
 pub mod scalar;
 pub mod shapes;

@@ -24,6 +24,7 @@ mod sealed {
 /// Transcendental functions come from the crate `libm`, so that a picture's bits do not depend on the platform's.
 pub trait Real:
     sealed::Sealed
+    + crate::lanes::Laned
     + Copy
     + Debug
     + Default

@@ -1,14 +1,16 @@
-//! The tree that rays walk: four-wide nodes in f32, walked in the ray's own scalar.
+//! The tree that rays walk: four-wide nodes in f32, walked in the ray's own scalar, without a branch that depends on which
+//! boxes a ray enters: their number decides a step, never their order.
 //!
-//! It knows boxes and ids; what a primitive is belongs to whoever is called at a leaf. Box tests are conservative (padded
+//! It knows boxes and places; what a primitive is belongs to whoever is called at a leaf. Box tests are conservative (padded
 //! boxes, exit scaled as in "Robust BVH Ray Traversal", Ize 2013), so the tree decides which primitives are tested and
 //! never which one is hit.
 
-use core::ops::ControlFlow;
+use core::ops::{ControlFlow, Range};
 
 use arrayvec::ArrayVec;
 
 use crate::build::Binary;
+use crate::lanes::Four;
 use crate::ray::{Interval, Ray};
 use crate::scalar::{Real, Vector};
 
@@ -16,8 +18,8 @@ use crate::scalar::{Real, Vector};
 const WIDTH: usize = 4;
 /// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
 const MAX_DEPTH: usize = 64;
-/// Each level leaves at most three siblings behind.
-const STACK: usize = (WIDTH - 1) * MAX_DEPTH + 1;
+/// Each level leaves at most three siblings behind, and a node's four children are written at once.
+const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH;
 /// Most primitives a leaf may hold.
 pub(crate) const MAX_LEAF: u32 = 8;
 
@@ -51,7 +53,7 @@ impl Tally for Visits {
     }
 }
 
-/// An inner child names a node, a leaf a range of the item list, both packed in 32 bits.
+/// An inner child names a node, a leaf a range of places, both packed in 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Child(u32);
 
@@ -65,7 +67,7 @@ impl Child {
         Self(Self::LEAF | count << Self::COUNT_SHIFT | first)
     }
 
-    fn range(self) -> Option<core::ops::Range<usize>> {
+    fn range(self) -> Option<Range<usize>> {
         let first = (self.0 & Self::FIRST_MASK) as usize;
         (self.0 & Self::LEAF != 0).then(|| first..first + (self.0 >> Self::COUNT_SHIFT & 15) as usize)
     }
@@ -85,25 +87,30 @@ impl Node {
         Self { planes: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]], children: [Child(Child::LEAF); WIDTH] };
 }
 
-/// A bounding-volume hierarchy over ids.
+/// A bounding-volume hierarchy over places in an order that its build returned.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
     /// Root first; empty when everything fits one leaf.
     nodes: Vec<Node>,
-    /// Ids in leaf order.
-    items: Vec<u32>,
+    /// How many there are in its leaves together.
+    count: usize,
 }
 
 /// The most primitives that one tree can address.
 pub const MAX_PRIMITIVES: usize = Child::FIRST_MASK as usize;
 
 impl Tree {
+    /// A single leaf: everything is visited.
+    pub(crate) fn leaf(count: usize) -> Self {
+        Self { nodes: Vec::new(), count }
+    }
+
     /// Collapses a binary tree into wide nodes by opening the child of largest surface, over and over. None when the
     /// result is deeper than a traversal's stack allows.
-    pub(crate) fn collapse(binary: &Binary, ids: &[u32]) -> Option<Self> {
-        let items: Vec<u32> = binary.order.iter().map(|&i| ids[i as usize]).collect();
-        if items.len() <= MAX_LEAF as usize || binary.nodes.first().is_none_or(|root| root.count > 0) {
-            return (items.len() <= MAX_LEAF as usize).then_some(Self { nodes: Vec::new(), items });
+    pub(crate) fn collapse(binary: &Binary) -> Option<Self> {
+        let count = binary.order.len();
+        if binary.nodes.first().is_none_or(|root| root.count > 0) {
+            return (count <= MAX_LEAF as usize).then_some(Self::leaf(count));
         }
         let area = |i: u32| {
             let e = binary.nodes[i as usize].bounds.max - binary.nodes[i as usize].bounds.min;
@@ -139,53 +146,55 @@ impl Tree {
                 };
             }
         }
-        Some(Self { nodes, items })
+        Some(Self { nodes, count })
     }
 
-    /// Bytes of nodes and items.
+    /// Bytes of nodes.
     pub fn bytes(&self) -> usize {
-        self.nodes.len() * size_of::<Node>() + self.items.len() * size_of::<u32>()
+        self.nodes.len() * size_of::<Node>()
     }
 
-    /// Calls `visit` with the ids of each leaf that the ray may enter below the current far end, nearest first where
-    /// `ORDERED`. The closure returns the new far end, or breaks.
+    /// Calls `visit` with the places of each leaf that the ray may enter below the current far end, nearest first. The
+    /// closure returns the new far end, or breaks.
     #[inline(always)]
-    pub(crate) fn walk<R: Real, T: Tally, const ORDERED: bool>(
+    pub(crate) fn walk<R: Real, T: Tally>(
         &self,
         ray: &Ray<R>,
         range: Interval<R>,
         tally: &mut T,
-        mut visit: impl FnMut(&[u32], R, &mut T) -> ControlFlow<(), R>,
+        mut visit: impl FnMut(Range<usize>, R, &mut T) -> ControlFlow<(), R>,
     ) {
         if self.nodes.is_empty() {
-            let _ = visit(&self.items, range.max, tally);
+            let _ = visit(0..self.count, range.max, tally);
             return;
         }
-        let slabs = Slabs::new(ray);
+        let slabs = Slabs::new(ray, range.min);
         let mut far = range.max;
-        let mut stack: ArrayVec<(Child, R), STACK> = ArrayVec::new();
+        let mut stack: ArrayVec<Waiting, STACK> = ArrayVec::new();
         let mut current = Child(0);
         loop {
             if let Some(leaf) = current.range() {
-                match visit(&self.items[leaf], far, tally) {
+                match visit(leaf, far, tally) {
                     ControlFlow::Continue(nearer) => far = nearer,
                     ControlFlow::Break(()) => return,
                 }
             } else {
                 let node = &self.nodes[current.0 as usize];
                 tally.node();
-                let entries = slabs.enter::<ORDERED>(node, range.min, far);
-                if let Some((&nearest, rest)) = entries.split_first() {
-                    // Farther ones wait; their number is bounded by the depth that the builder guarantees.
-                    stack.extend(rest.iter().rev().copied());
-                    current = nearest.0;
+                let (entered, count) = slabs.enter(node, far);
+                if let Some(farther) = count.checked_sub(1) {
+                    let kept = stack.len() + farther;
+                    let room = stack.try_extend_from_slice(&entered);
+                    debug_assert!(room.is_ok(), "the builder guarantees the depth");
+                    stack.truncate(kept);
+                    current = entered[farther].child();
                     continue;
                 }
             }
             loop {
-                let Some((child, entry)) = stack.pop() else { return };
-                if entry <= far * Slabs::<R>::widen() {
-                    current = child;
+                let Some(waiting) = stack.pop() else { return };
+                if R::from_f32(waiting.entry()) <= far * Slabs::<R>::widen() {
+                    current = waiting.child();
                     break;
                 }
             }
@@ -193,20 +202,53 @@ impl Tree {
     }
 }
 
+/// A child with the distance at which the ray enters it, that one in the upper half: where no distance is below zero, whole
+/// numbers have the order of the distances. Zero is nothing, since no child is the root.
+#[derive(Clone, Copy)]
+struct Waiting(u64);
+
+impl Waiting {
+    #[inline(always)]
+    fn new(child: Child, entry: f32) -> Self {
+        Self(u64::from(entry.to_bits()) << 32 | u64::from(child.0))
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child(self.0 as u32)
+    }
+
+    #[inline(always)]
+    fn entry(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+}
+
 /// What the box tests of a ray share.
 struct Slabs<R: Real> {
-    origin: [R; 3],
-    inverse: [R; 3],
+    near: R::Four,
+    origin: [R::Four; 3],
+    inverse: [R::Four; 3],
+    /// The same, widened by 1 + 2γ(3), for the planes through which the ray leaves: the three roundings of a slab distance
+    /// on either side.
+    widened: [R::Four; 3],
     /// 0 where the ray enters through the minimum plane: from the sign of the reciprocal actually used, so that −0 is
     /// treated as what it does.
     entry_side: [usize; 3],
 }
 
 impl<R: Real> Slabs<R> {
-    fn new(ray: &Ray<R>) -> Self {
+    #[inline(always)]
+    fn new(ray: &Ray<R>, near: R) -> Self {
         let origin = [ray.origin.x(), ray.origin.y(), ray.origin.z()];
         let inverse = [ray.direction.x(), ray.direction.y(), ray.direction.z()].map(|d| R::ONE / d);
-        Self { origin, inverse, entry_side: inverse.map(|i| usize::from(i < R::ZERO)) }
+        Self {
+            near: R::Four::splat(near),
+            origin: origin.map(R::Four::splat),
+            inverse: inverse.map(R::Four::splat),
+            widened: inverse.map(|i| R::Four::splat(i * Self::widen())),
+            entry_side: inverse.map(|i| usize::from(i < R::ZERO)),
+        }
     }
 
     /// 1 + 2γ(3): the three roundings of a slab distance on either side.
@@ -215,35 +257,31 @@ impl<R: Real> Slabs<R> {
         R::ONE + R::ROUNDOFF * R::from_f64(8.0)
     }
 
-    /// The children that the ray enters before `far`, with their entry distances; nearest first where `ORDERED`.
+    /// How many children the ray enters before `far`, and these, farthest first.
     ///
     /// A ray in a slab's plane gives 0·∞ = NaN there: the comparisons are written so that NaN keeps the other bound.
     #[inline(always)]
-    fn enter<const ORDERED: bool>(&self, node: &Node, near: R, far: R) -> ArrayVec<(Child, R), WIDTH> {
-        let (mut entry, mut exit) = ([near; WIDTH], [far; WIDTH]);
+    fn enter(&self, node: &Node, far: R) -> ([Waiting; WIDTH], usize) {
+        let (mut entry, mut exit) = (self.near, R::Four::splat(far * Self::widen()));
         for axis in 0..3 {
-            let (o, inverse, side) = (self.origin[axis], self.inverse[axis], self.entry_side[axis]);
-            let (first, second) = (&node.planes[side][axis], &node.planes[1 - side][axis]);
-            for lane in 0..WIDTH {
-                let a = (R::from_f32(first[lane]) - o) * inverse;
-                let b = (R::from_f32(second[lane]) - o) * inverse;
-                entry[lane] = if a > entry[lane] { a } else { entry[lane] };
-                exit[lane] = if b < exit[lane] { b } else { exit[lane] };
-            }
+            let (o, side) = (self.origin[axis], self.entry_side[axis]);
+            entry = ((R::Four::from_f32(&node.planes[side][axis]) - o) * self.inverse[axis]).or_greater(entry);
+            exit = ((R::Four::from_f32(&node.planes[1 - side][axis]) - o) * self.widened[axis]).or_less(exit);
         }
-        let mut entered: ArrayVec<(Child, R), WIDTH> = ArrayVec::new();
-        for lane in 0..WIDTH {
-            if entry[lane] <= exit[lane] * Self::widen() {
-                entered.push((node.children[lane], entry[lane]));
-                if ORDERED {
-                    let mut k = entered.len() - 1;
-                    while k > 0 && entered[k - 1].1 > entered[k].1 {
-                        entered.swap(k - 1, k);
-                        k -= 1;
-                    }
-                }
-            }
+        let entered = entry.at_most(exit);
+        let distances = entry.below();
+        let waiting = |lane: usize| {
+            let waiting = Waiting::new(node.children[lane], distances[lane]);
+            if entered >> lane & 1 == 0 { Waiting(0) } else { waiting }
+        };
+        // Written out and sorted without a branch: which children a ray enters, and in which order, no predictor can guess.
+        let mut four = [waiting(0), waiting(1), waiting(2), waiting(3)];
+        for (a, b) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
+            let (x, y) = (four[a], four[b]);
+            let ordered = x.0 > y.0;
+            four[a] = if ordered { x } else { y };
+            four[b] = if ordered { y } else { x };
         }
-        entered
+        (four, entered.count_ones() as usize)
     }
 }
