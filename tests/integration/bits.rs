@@ -110,7 +110,7 @@ fn part(whole: &Picture, crop: Crop) -> Picture {
     cut
 }
 
-/// Protects: the tree finds exactly what the scan finds, in every precision.
+/// Protects: the tree and the list of boxes find exactly what the scan finds, in every precision.
 #[test]
 fn scan_and_tree() {
     for subject in subjects() {
@@ -121,8 +121,10 @@ fn scan_and_tree() {
                     s.accelerator = accelerator;
                 })
             };
-            let tree = with(AcceleratorKind::default());
-            same(&format!("{}, {precision:?}: tree and scan", subject.name), &tree, &with(AcceleratorKind::Linear));
+            let scan = with(AcceleratorKind::Linear);
+            for other in [AcceleratorKind::default(), AcceleratorKind::LinearBoxes] {
+                same(&format!("{}, {precision:?}: {other:?} and scan", subject.name), &with(other), &scan);
+            }
         }
     }
 }

@@ -28,12 +28,19 @@
 #![forbid(unsafe_code)]
 
 pub mod aabb;
+mod accelerator;
+mod boxes;
 mod build;
+mod error;
 pub mod geometry;
+mod group;
+mod instance;
 mod lanes;
 pub mod ray;
 pub mod scalar;
 pub mod shapes;
+mod slabs;
+mod tally;
 pub mod transform;
 mod tree;
 pub use aabb::{Aabb, PaddedBox};
@@ -42,5 +49,5 @@ pub use geometry::{AcceleratorKind, Geometry, GeometryError, Group, Visibility};
 pub use ray::{Hit, Interval, Ray, Side};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};
 pub use shapes::{Located, Parameters, Probe, Shape, ShapeHit, Surface};
+pub use tally::{Tally, Visits};
 pub use transform::Transform;
-pub use tree::{Tally, Visits};

@@ -78,6 +78,21 @@ impl Side {
     }
 }
 
+/// How a primitive takes part, besides its shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Visibility {
+    /// Which sides can be hit.
+    pub side: Side,
+    /// Whether any-hit queries see it.
+    pub casts_shadow: bool,
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Self { side: Side::Both, casts_shadow: true }
+    }
+}
+
 /// The closest intersection: small on purpose. The surface point is made once, afterwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit<R> {

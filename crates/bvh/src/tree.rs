@@ -1,9 +1,7 @@
 //! The tree that rays walk: four-wide nodes in f32, walked in the ray's own scalar, without a branch that depends on which
 //! boxes a ray enters: their number decides a step, never their order.
 //!
-//! It knows boxes and places; what a primitive is belongs to whoever is called at a leaf. Box tests are conservative (padded
-//! boxes, exit scaled as in "Robust BVH Ray Traversal", Ize 2013), so the tree decides which primitives are tested and
-//! never which one is hit.
+//! It knows boxes and places; what a primitive is belongs to whoever is called at a leaf.
 
 use core::ops::{ControlFlow, Range};
 
@@ -12,46 +10,16 @@ use arrayvec::ArrayVec;
 use crate::build::Binary;
 use crate::lanes::Four;
 use crate::ray::{Interval, Ray};
-use crate::scalar::{Real, Vector};
+use crate::scalar::Real;
+use crate::slabs::{FourBoxes, Slabs, WIDTH};
+use crate::tally::Tally;
 
-/// Children of a node.
-const WIDTH: usize = 4;
 /// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
 const MAX_DEPTH: usize = 64;
 /// Each level leaves at most three siblings behind, and a node's four children are written at once.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH;
 /// Most primitives a leaf may hold.
 pub(crate) const MAX_LEAF: u32 = 8;
-
-/// Counts what a query does; `()` counts nothing and costs nothing.
-pub trait Tally {
-    /// A node's boxes were tested.
-    fn node(&mut self) {}
-    /// A primitive was tested.
-    fn primitive(&mut self) {}
-}
-
-impl Tally for () {}
-
-/// Visits of a query or of many.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Visits {
-    /// Nodes whose boxes were tested.
-    pub nodes: u64,
-    /// Primitives tested.
-    pub primitives: u64,
-}
-
-impl Tally for Visits {
-    #[inline(always)]
-    fn node(&mut self) {
-        self.nodes += 1;
-    }
-    #[inline(always)]
-    fn primitive(&mut self) {
-        self.primitives += 1;
-    }
-}
 
 /// An inner child names a node, a leaf a range of places, both packed in 32 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,18 +41,36 @@ impl Child {
     }
 }
 
-/// Boxes of up to four children, one array a plane: `planes[side][axis][child]` with side 0 the minima. An absent child
-/// has an inverted box, which no ray enters.
+/// Up to four children with their boxes. An absent one is an empty leaf, which costs nothing to visit.
 #[repr(align(64))]
 #[derive(Clone, Debug)]
 struct Node {
-    planes: [[[f32; WIDTH]; 3]; 2],
+    boxes: FourBoxes,
     children: [Child; WIDTH],
 }
 
 impl Node {
-    const EMPTY: Self =
-        Self { planes: [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]], children: [Child(Child::LEAF); WIDTH] };
+    const EMPTY: Self = Self { boxes: FourBoxes::EMPTY, children: [Child(Child::LEAF); WIDTH] };
+
+    /// How many children the ray enters before `far`, and these, farthest first.
+    #[inline(always)]
+    fn enter<R: Real>(&self, slabs: &Slabs<R>, far: R) -> ([Waiting; WIDTH], usize) {
+        let (entered, entry) = slabs.enter(&self.boxes, far);
+        let distances = entry.below();
+        let waiting = |lane: usize| {
+            let waiting = Waiting::new(self.children[lane], distances[lane]);
+            if entered >> lane & 1 == 0 { Waiting(0) } else { waiting }
+        };
+        // Written out and sorted without a branch: which children a ray enters, and in which order, no predictor can guess.
+        let mut four = [waiting(0), waiting(1), waiting(2), waiting(3)];
+        for (a, b) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
+            let (x, y) = (four[a], four[b]);
+            let ordered = x.0 > y.0;
+            four[a] = if ordered { x } else { y };
+            four[b] = if ordered { y } else { x };
+        }
+        (four, entered.count_ones() as usize)
+    }
 }
 
 /// A bounding-volume hierarchy over places in an order that its build returned.
@@ -133,10 +119,7 @@ impl Tree {
             }
             for (lane, &child) in open.iter().enumerate() {
                 let source = &binary.nodes[child as usize];
-                for axis in 0..3 {
-                    nodes[slot].planes[0][axis][lane] = source.bounds.min[axis];
-                    nodes[slot].planes[1][axis][lane] = source.bounds.max[axis];
-                }
+                nodes[slot].boxes.set(lane, &source.bounds);
                 nodes[slot].children[lane] = if source.count > 0 {
                     Child::leaf(source.first, source.count)
                 } else {
@@ -181,7 +164,7 @@ impl Tree {
             } else {
                 let node = &self.nodes[current.0 as usize];
                 tally.node();
-                let (entered, count) = slabs.enter(node, far);
+                let (entered, count) = node.enter(&slabs, far);
                 if let Some(farther) = count.checked_sub(1) {
                     let kept = stack.len() + farther;
                     let room = stack.try_extend_from_slice(&entered);
@@ -221,67 +204,5 @@ impl Waiting {
     #[inline(always)]
     fn entry(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
-    }
-}
-
-/// What the box tests of a ray share.
-struct Slabs<R: Real> {
-    near: R::Four,
-    origin: [R::Four; 3],
-    inverse: [R::Four; 3],
-    /// The same, widened by 1 + 2γ(3), for the planes through which the ray leaves: the three roundings of a slab distance
-    /// on either side.
-    widened: [R::Four; 3],
-    /// 0 where the ray enters through the minimum plane: from the sign of the reciprocal actually used, so that −0 is
-    /// treated as what it does.
-    entry_side: [usize; 3],
-}
-
-impl<R: Real> Slabs<R> {
-    #[inline(always)]
-    fn new(ray: &Ray<R>, near: R) -> Self {
-        let origin = [ray.origin.x(), ray.origin.y(), ray.origin.z()];
-        let inverse = [ray.direction.x(), ray.direction.y(), ray.direction.z()].map(|d| R::ONE / d);
-        Self {
-            near: R::Four::splat(near),
-            origin: origin.map(R::Four::splat),
-            inverse: inverse.map(R::Four::splat),
-            widened: inverse.map(|i| R::Four::splat(i * Self::widen())),
-            entry_side: inverse.map(|i| usize::from(i < R::ZERO)),
-        }
-    }
-
-    /// 1 + 2γ(3): the three roundings of a slab distance on either side.
-    #[inline(always)]
-    fn widen() -> R {
-        R::ONE + R::ROUNDOFF * R::from_f64(8.0)
-    }
-
-    /// How many children the ray enters before `far`, and these, farthest first.
-    ///
-    /// A ray in a slab's plane gives 0·∞ = NaN there: the comparisons are written so that NaN keeps the other bound.
-    #[inline(always)]
-    fn enter(&self, node: &Node, far: R) -> ([Waiting; WIDTH], usize) {
-        let (mut entry, mut exit) = (self.near, R::Four::splat(far * Self::widen()));
-        for axis in 0..3 {
-            let (o, side) = (self.origin[axis], self.entry_side[axis]);
-            entry = ((R::Four::from_f32(&node.planes[side][axis]) - o) * self.inverse[axis]).or_greater(entry);
-            exit = ((R::Four::from_f32(&node.planes[1 - side][axis]) - o) * self.widened[axis]).or_less(exit);
-        }
-        let entered = entry.at_most(exit);
-        let distances = entry.below();
-        let waiting = |lane: usize| {
-            let waiting = Waiting::new(node.children[lane], distances[lane]);
-            if entered >> lane & 1 == 0 { Waiting(0) } else { waiting }
-        };
-        // Written out and sorted without a branch: which children a ray enters, and in which order, no predictor can guess.
-        let mut four = [waiting(0), waiting(1), waiting(2), waiting(3)];
-        for (a, b) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
-            let (x, y) = (four[a], four[b]);
-            let ordered = x.0 > y.0;
-            four[a] = if ordered { x } else { y };
-            four[b] = if ordered { y } else { x };
-        }
-        (four, entered.count_ones() as usize)
     }
 }

@@ -1,4 +1,4 @@
-//! The tree and the scan answer every query with the same bits, for every builder preset.
+//! The tree, for every builder preset, and both scans answer every query with the same bits.
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
@@ -58,7 +58,7 @@ fn mixed(seed: u64, count: usize) -> Group<Robust> {
 }
 
 fn kinds() -> impl Iterator<Item = AcceleratorKind> {
-    BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree)
+    BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree).chain([AcceleratorKind::LinearBoxes])
 }
 
 /// Protects: identical hits bit for bit, ties by lowest id, and any-hit agreeing with closest-hit.
@@ -118,13 +118,19 @@ fn not_finite_is_refused() {
 /// Protects: rays of NaN or infinity end without a hit.
 #[test]
 fn rays_that_are_not_finite_hit_nothing() {
-    let tree = Geometry::new(mixed(9, 100), AcceleratorKind::default());
+    for kind in kinds() {
+        let geometry = Geometry::new(mixed(9, 101), kind);
+        not_finite_misses(&geometry);
+    }
+}
+
+fn not_finite_misses(geometry: &Geometry<Robust>) {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for lane in 0..6 {
             let mut v = [0.1, 0.2, 0.3, 0.6, 0.0, 0.8];
             v[lane] = bad;
             let ray = Ray::new(Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]));
-            assert_eq!(tree.closest(&ray, Interval::positive(), &mut ()), None, "{ray:?}");
+            assert_eq!(geometry.closest(&ray, Interval::positive(), &mut ()), None, "{ray:?}");
         }
     }
 }

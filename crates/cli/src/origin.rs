@@ -78,6 +78,7 @@ pub fn precision(precision: PrecisionChoice) -> &'static str {
 pub fn accelerator(kind: AcceleratorKind) -> &'static str {
     match kind {
         AcceleratorKind::Linear => "linear",
+        AcceleratorKind::LinearBoxes => "linear boxes",
         AcceleratorKind::Tree(_) => "bvh",
     }
 }

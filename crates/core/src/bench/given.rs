@@ -1,11 +1,11 @@
-//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by scan and by tree.
+//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by both scans and by tree.
 
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Real, Robust, Vector};
+use raywright_bvh::{Geometry, Interval, Ray, Real, Robust, Vector};
 use serde::Serialize;
 
 use super::generated::Numbers;
-use super::measure::{Contestant, Row, row, timed_builds};
-use super::{BenchError, Care, SEEDS, alone};
+use super::measure::{Contest, Contestant, Row, row, timed_builds};
+use super::{BenchError, Care, KINDS, SEEDS, alone};
 use crate::camera::{Camera, frame};
 use crate::prepare::build_geometry;
 use crate::scene::Scene;
@@ -14,7 +14,7 @@ use crate::settings::Settings;
 /// Most camera rays.
 const CAMERA_RAYS: u32 = 1 << 15;
 
-/// Scan against tree on a given scene.
+/// Both scans against the tree on a given scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Given {
     /// Rays of the camera through a regular grid of pixel centres: neighbours do much the same.
@@ -35,21 +35,23 @@ pub fn given(
 ) -> Result<Given, BenchError> {
     alone(|| {
         let build = |kind| timed_builds(care, || (), |()| build_geometry::<Robust>(scene, kind));
-        let (scan, scan_build) = build(AcceleratorKind::Linear);
-        let (tree, tree_build) = build(AcceleratorKind::Tree(BuildQuality::default()));
-        let (scan, tree) = (scan?, tree?);
+        let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = KINDS.map(build);
+        let (scan, simd_scan, tree) = (scan?, simd_scan?, tree?);
         if tree.geometry.is_empty() {
             return Err(BenchError::Empty);
         }
         let rays = camera_rays(&tree.geometry, settings);
-        let scan = Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.bytes };
-        let tree = Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.bytes };
-        let camera = row(&scan, &tree, &rays, care)?;
+        let contest = Contest {
+            scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.bytes },
+            simd_scan: Contestant { geometry: &simd_scan.geometry, build: simd_scan_build, bytes: simd_scan.bytes },
+            tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.bytes },
+        };
+        let camera = row(&contest, &rays, care)?;
         on_row(&camera);
-        let bounced = bounces(tree.geometry, &rays);
+        let bounced = bounces(&tree.geometry, &rays);
         let bounce = match bounced.as_slice() {
             [] => None,
-            rays => Some(row(&scan, &tree, rays, care)?),
+            rays => Some(row(&contest, rays, care)?),
         };
         bounce.iter().for_each(on_row);
         Ok(Given { camera, bounce })

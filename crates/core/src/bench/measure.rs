@@ -1,4 +1,4 @@
-//! One row of the table: the same rays through a scan and a tree, hits compared first, then both timed in turn.
+//! One row of the table: the same rays through both scans and the tree, hits compared first, then all timed in turn.
 
 use std::hint::black_box;
 
@@ -29,6 +29,13 @@ pub(super) struct Contestant<'a> {
     pub bytes: usize,
 }
 
+/// The three of a row.
+pub(super) struct Contest<'a> {
+    pub scan: Contestant<'a>,
+    pub simd_scan: Contestant<'a>,
+    pub tree: Contestant<'a>,
+}
+
 /// Cost of one way to find the closest hit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
@@ -36,7 +43,7 @@ pub struct Cost {
     pub nanoseconds: Spread,
     /// Rays of one sample; fewer than there are where a ray takes long, evenly chosen.
     pub rays: usize,
-    /// Nodes visited, mean over those rays.
+    /// Nodes visited, mean over those rays; of a SIMD scan, fours of boxes.
     pub nodes_per_ray: f64,
     /// Primitives tested, mean over those rays.
     pub tests_per_ray: f64,
@@ -46,7 +53,7 @@ pub struct Cost {
     pub bytes: usize,
 }
 
-/// Scan against tree on one scene with one set of rays.
+/// Both scans against the tree on one scene with one set of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Primitives in the scene.
@@ -55,16 +62,22 @@ pub struct Row {
     pub hit_share: f64,
     /// Every primitive tested; none where a sample would have taken too long.
     pub scan: Option<Cost>,
+    /// Every primitive's box tested, four at a time, and the primitives whose boxes are entered; none likewise.
+    pub simd_scan: Option<Cost>,
     /// The tree.
     pub tree: Cost,
     /// Time of the scan over time of the tree, of samples taken one after the other.
     pub ratio: Option<Spread>,
+    /// The same of the SIMD scan.
+    pub simd_ratio: Option<Spread>,
 }
 
-/// The two structures gave different hits, so their times mean nothing.
+/// Two structures gave different hits, so their times mean nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
+#[error("{which} and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
 pub struct Disagreement {
+    /// Which scan.
+    pub which: &'static str,
     /// Index of the ray.
     pub ray: usize,
     /// Primitives in the scene.
@@ -76,46 +89,86 @@ pub struct Disagreement {
 }
 
 /// Measures one row. Rays must not be empty.
-pub(super) fn row(scan: &Contestant<'_>, tree: &Contestant<'_>, rays: &[Ray<f32>], care: &Care) -> Result<Row, Disagreement> {
-    let primitives = tree.geometry.len();
+pub(super) fn row(contest: &Contest<'_>, rays: &[Ray<f32>], care: &Care) -> Result<Row, Disagreement> {
+    let tree = &contest.tree;
     let tree_sample = Sample::sized(tree.geometry, rays, care);
-    let scan_sample = Some(Sample::sized(scan.geometry, rays, care)).filter(|s| s.seconds() <= PATIENCE * care.sample_seconds);
-    if let Some(sample) = &scan_sample {
-        compare(sample, scan.geometry, tree.geometry, primitives)?;
-    }
-    let (mut of_scan, mut of_tree, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+    let mut scan = Challenger::new("scan", &contest.scan, rays, care);
+    let mut simd_scan = Challenger::new("SIMD scan", &contest.simd_scan, rays, care);
+    scan.compare(tree.geometry)?;
+    simd_scan.compare(tree.geometry)?;
+    let mut of_tree = Vec::new();
     for _ in 0..care.repeats.max(1) {
-        let scanned = scan_sample.as_ref().map(|sample| sample.time(scan.geometry));
+        let times = [scan.time(), simd_scan.time()];
         let walked = tree_sample.time(tree.geometry);
         of_tree.push(walked);
-        of_scan.extend(scanned);
-        ratios.extend(scanned.map(|scanned| scanned / walked));
+        scan.record(times[0], walked);
+        simd_scan.record(times[1], walked);
     }
     let hits = rays.iter().filter(|ray| closest(tree.geometry, ray).is_some()).count();
     Ok(Row {
-        primitives,
+        primitives: tree.geometry.len(),
         hit_share: hits as f64 / rays.len() as f64,
-        ratio: scan_sample.is_some().then(|| Spread::of(&ratios)),
-        scan: scan_sample.map(|sample| sample.cost(scan, &of_scan)),
+        scan: scan.cost(),
+        simd_scan: simd_scan.cost(),
         tree: tree_sample.cost(tree, &of_tree),
+        ratio: scan.ratio(),
+        simd_ratio: simd_scan.ratio(),
     })
+}
+
+/// A scan that is timed against the tree, unless a sample of it would take too long.
+struct Challenger<'a> {
+    name: &'static str,
+    who: &'a Contestant<'a>,
+    sample: Option<Sample<'a>>,
+    seconds: Vec<f64>,
+    ratios: Vec<f64>,
+}
+
+impl<'a> Challenger<'a> {
+    fn new(name: &'static str, who: &'a Contestant<'a>, rays: &'a [Ray<f32>], care: &Care) -> Self {
+        let sample = Some(Sample::sized(who.geometry, rays, care)).filter(|s| s.seconds() <= PATIENCE * care.sample_seconds);
+        Self { name, who, sample, seconds: Vec::new(), ratios: Vec::new() }
+    }
+
+    /// Hits are compared bit for bit: distance, parameters, primitive and instance.
+    fn compare(&self, tree: &Geometry<Robust>) -> Result<(), Disagreement> {
+        let bits = |hit: &Option<Hit<f32>>| hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.instance]);
+        for (index, ray) in self.sample.iter().flat_map(Sample::rays).enumerate() {
+            let (a, b) = (closest(self.who.geometry, ray), closest(tree, ray));
+            if bits(&a) != bits(&b) {
+                return Err(Disagreement {
+                    which: self.name,
+                    ray: index * self.sample.as_ref().map_or(1, |sample| sample.step),
+                    primitives: tree.len(),
+                    scan: format!("{a:?}"),
+                    tree: format!("{b:?}"),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn time(&self) -> Option<f64> {
+        self.sample.as_ref().map(|sample| sample.time(self.who.geometry))
+    }
+
+    fn record(&mut self, own: Option<f64>, tree: f64) {
+        self.seconds.extend(own);
+        self.ratios.extend(own.map(|own| own / tree));
+    }
+
+    fn cost(&self) -> Option<Cost> {
+        self.sample.as_ref().map(|sample| sample.cost(self.who, &self.seconds))
+    }
+
+    fn ratio(&self) -> Option<Spread> {
+        self.sample.as_ref().map(|_| Spread::of(&self.ratios))
+    }
 }
 
 fn closest(geometry: &Geometry<Robust>, ray: &Ray<f32>) -> Option<Hit<f32>> {
     geometry.closest(ray, Interval::positive(), &mut ())
-}
-
-/// Hits are compared bit for bit: distance, parameters, primitive and instance.
-fn compare(sample: &Sample<'_>, scan: &Geometry<Robust>, tree: &Geometry<Robust>, primitives: usize) -> Result<(), Disagreement> {
-    let bits = |hit: &Option<Hit<f32>>| hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.instance]);
-    for (index, ray) in sample.rays().enumerate() {
-        let (a, b) = (closest(scan, ray), closest(tree, ray));
-        if bits(&a) != bits(&b) {
-            let (scan, tree) = (format!("{a:?}"), format!("{b:?}"));
-            return Err(Disagreement { ray: index * sample.step, primitives, scan, tree });
-        }
-    }
-    Ok(())
 }
 
 /// What is timed at once: every `step`-th ray, all of it `passes` times.

@@ -1,7 +1,7 @@
-//! What a ray costs by scan and by tree: measured, compared, summed up. It prints nothing.
+//! What a ray costs by scan, by SIMD scan and by tree: measured, compared, summed up. It prints nothing.
 //!
 //! Everything runs on one thread, whose CPU time is what counts (see [`clock`]): a ray's cost is a property of the structure,
-//! not of the machine's load. Scan and tree answer the same rays; their hits are compared bit for bit before either is timed,
+//! not of the machine's load. All answer the same rays; their hits are compared bit for bit before any is timed,
 //! and the timed samples alternate, so that a change of the machine's speed meets both.
 
 pub mod clock;
@@ -15,7 +15,7 @@ use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, GeometryError, Grou
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
-use measure::{Contestant, row, timed_builds};
+use measure::{Contest, Contestant, row, timed_builds};
 
 pub use generated::{FILL, Kind, group, radius, rays};
 pub use given::{Given, given};
@@ -49,6 +49,10 @@ const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
 /// Where growth exponents are fitted: below, caches and constant costs rule.
 const FIT_FROM: f64 = 1e3;
 
+/// Scan, SIMD scan and tree.
+const KINDS: [AcceleratorKind; 3] =
+    [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(BuildQuality::Fast)];
+
 /// How the cost grows with the number of primitives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Series {
@@ -56,12 +60,16 @@ pub struct Series {
     pub kind: Kind,
     /// By number of primitives, ascending.
     pub rows: Vec<Row>,
-    /// From where on the tree leads; none where the scan was never timed.
+    /// From where on the tree leads the scan; none where the scan was never timed.
     pub crossover: Option<Crossover>,
+    /// From where on it leads the SIMD scan.
+    pub simd_crossover: Option<Crossover>,
     /// Growth of the tree's time from 1000 primitives on; none with fewer than three such rows.
     pub tree_growth: Option<PowerLaw>,
     /// The same of the scan's.
     pub scan_growth: Option<PowerLaw>,
+    /// The same of the SIMD scan's.
+    pub simd_scan_growth: Option<PowerLaw>,
 }
 
 /// Sizes of generated scenes up to a largest one: powers of two to 32, then three steps a decade of 1, 3, 10, and the
@@ -85,11 +93,13 @@ pub fn generated(kind: Kind, sizes: &[u32], care: &Care, on_row: &mut (dyn FnMut
         for &size in sizes {
             let group: Group<Robust> = group(kind, size, SEEDS[0])?;
             let build = |kind| timed_builds(care, || group.clone(), |group| Geometry::new(group, kind));
-            let (scan, scan_build) = build(AcceleratorKind::Linear);
-            let (tree, tree_build) = build(AcceleratorKind::Tree(BuildQuality::default()));
-            let scan = Contestant { geometry: &scan, build: scan_build, bytes: scan.bytes() };
-            let tree = Contestant { geometry: &tree, build: tree_build, bytes: tree.bytes() };
-            let row = row(&scan, &tree, &rays, care)?;
+            let [scan, simd_scan, tree] = KINDS.map(build);
+            let contest = Contest {
+                scan: contestant(&scan.0, scan.1),
+                simd_scan: contestant(&simd_scan.0, simd_scan.1),
+                tree: contestant(&tree.0, tree.1),
+            };
+            let row = row(&contest, &rays, care)?;
             on_row(&row);
             rows.push(row);
         }
@@ -99,19 +109,27 @@ pub fn generated(kind: Kind, sizes: &[u32], care: &Care, on_row: &mut (dyn FnMut
 
 impl Series {
     fn of(kind: Kind, rows: Vec<Row>) -> Self {
-        let ratios: Vec<_> = rows.iter().filter_map(|row| Some((row.primitives as f64, row.ratio?))).collect();
+        let crossover = |ratio: fn(&Row) -> Option<Spread>| {
+            Crossover::of(&rows.iter().filter_map(|row| Some((row.primitives as f64, ratio(row)?))).collect::<Vec<_>>())
+        };
         let growth = |cost: fn(&Row) -> Option<Cost>| {
             let points = rows.iter().filter_map(|row| Some((row.primitives as f64, cost(row)?.nanoseconds.median)));
             PowerLaw::fit(&points.filter(|&(n, _)| n >= FIT_FROM).collect::<Vec<_>>())
         };
         Self {
             kind,
-            crossover: Crossover::of(&ratios),
+            crossover: crossover(|row| row.ratio),
+            simd_crossover: crossover(|row| row.simd_ratio),
             tree_growth: growth(|row| Some(row.tree)),
             scan_growth: growth(|row| row.scan),
+            simd_scan_growth: growth(|row| row.simd_scan),
             rows,
         }
     }
+}
+
+fn contestant(geometry: &Geometry<Robust>, build: Spread) -> Contestant<'_> {
+    Contestant { geometry, build, bytes: geometry.bytes() }
 }
 
 /// Runs something on one thread, builds included.
@@ -143,6 +161,9 @@ mod tests {
                 assert_eq!(row.tree.nodes_per_ray > 0.0, row.primitives > few, "{}", row.primitives);
                 assert!(scan.nanoseconds.min > 0.0 && row.tree.nanoseconds.min > 0.0 && row.hit_share > 0.0);
                 assert!(row.tree.bytes >= scan.bytes && row.tree.build_milliseconds.median > 0.0);
+                let simd = row.simd_scan.expect("tiny scans are timed");
+                assert_eq!(simd.nodes_per_ray, row.primitives.div_ceil(4) as f64);
+                assert!(simd.tests_per_ray < scan.tests_per_ray && simd.bytes > scan.bytes, "{simd:?}");
             }
             assert!(series.tree_growth.is_none());
         }
@@ -154,6 +175,7 @@ mod tests {
         let care = Care { repeats: 1, sample_seconds: 1e-9 };
         let series = generated(Kind::Spheres, &[1000], &care, &mut |_| ()).unwrap();
         let row = &series.rows[0];
+        assert!(row.simd_scan.is_none() && row.simd_ratio.is_none() && series.simd_crossover.is_none());
         assert!(row.scan.is_none() && row.ratio.is_none() && row.tree.nanoseconds.median > 0.0);
         assert_eq!(series.crossover, None);
     }
@@ -162,10 +184,15 @@ mod tests {
     #[test]
     fn disagreement_is_an_error() {
         let geometry = |seed, kind| Geometry::<Robust>::new(group(Kind::Spheres, 50, seed).unwrap(), kind);
-        let (scan, tree) = (geometry(1, AcceleratorKind::Linear), geometry(2, AcceleratorKind::default()));
-        let contestant = |geometry| Contestant { geometry, build: Spread::of(&[1.0]), bytes: 0 };
-        let refused = row(&contestant(&scan), &contestant(&tree), &rays(4096, 1), &Care { sample_seconds: 0.01, ..HASTY });
-        assert!(refused.is_err());
+        let (same, other) = (geometry(1, AcceleratorKind::Linear), geometry(2, AcceleratorKind::default()));
+        let verdict = |scan, simd_scan| {
+            let contestant = |geometry| contestant(geometry, Spread::of(&[1.0]));
+            let contest = Contest { scan: contestant(scan), simd_scan: contestant(simd_scan), tree: contestant(&same) };
+            row(&contest, &rays(4096, 1), &Care { sample_seconds: 0.01, ..HASTY }).map_err(|refused| refused.which)
+        };
+        assert!(verdict(&same, &same).is_ok());
+        assert_eq!(verdict(&other, &same), Err("scan"));
+        assert_eq!(verdict(&same, &other), Err("SIMD scan"));
     }
 
     /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ by thirds of a decade.

@@ -1,0 +1,80 @@
+//! The structures that choose which primitives a query tests. They know boxes and places, and have nothing to do with hits.
+
+use core::ops::{ControlFlow, Range};
+
+use crate::aabb::PaddedBox;
+use crate::boxes::BoxList;
+use crate::build::{BuildQuality, build};
+use crate::ray::{Interval, Ray};
+use crate::scalar::Real;
+use crate::tally::Tally;
+use crate::tree::Tree;
+
+/// Which structure answers queries. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AcceleratorKind {
+    /// Every primitive is tested: the oracle, and the O(N) side of the benchmark.
+    Linear,
+    /// Every primitive's box is tested, four at a time in SIMD registers, and the primitives whose boxes are entered: what a
+    /// scan can become without a hierarchy. For benchmarks.
+    LinearBoxes,
+    /// A bounding-volume hierarchy.
+    Tree(BuildQuality),
+}
+
+impl Default for AcceleratorKind {
+    fn default() -> Self {
+        Self::Tree(BuildQuality::default())
+    }
+}
+
+/// A structure over the places 0, 1, 2 … of a list of primitives.
+#[derive(Clone, Debug)]
+pub(crate) enum Accelerator {
+    Linear(usize),
+    LinearBoxes(BoxList),
+    Tree(Tree),
+}
+
+impl Accelerator {
+    /// Builds over `boxes`. Returns the order in too, where that is not the order of the boxes, in which the list must be for
+    /// the places to be right. Up to `few` boxes are not worth a tree.
+    pub fn new(kind: AcceleratorKind, boxes: &[PaddedBox], few: usize) -> (Self, Option<Vec<u32>>) {
+        match kind {
+            AcceleratorKind::Linear => (Self::Linear(boxes.len()), None),
+            AcceleratorKind::LinearBoxes => (Self::LinearBoxes(BoxList::new(boxes)), None),
+            AcceleratorKind::Tree(quality) => {
+                let (tree, order) = build(boxes, quality, few);
+                (Self::Tree(tree), Some(order))
+            }
+        }
+    }
+
+    /// Bytes of the structure.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Linear(_) => 0,
+            Self::LinearBoxes(list) => list.bytes(),
+            Self::Tree(tree) => tree.bytes(),
+        }
+    }
+
+    /// Calls `visit` with the places of all primitives that the ray may meet below the current far end, some at a time. The
+    /// closure returns the new far end, or breaks.
+    #[inline(always)]
+    pub fn walk<R: Real, T: Tally>(
+        &self,
+        ray: &Ray<R>,
+        range: Interval<R>,
+        tally: &mut T,
+        mut visit: impl FnMut(Range<usize>, R, &mut T) -> ControlFlow<(), R>,
+    ) {
+        match self {
+            Self::Linear(count) => {
+                let _ = visit(0..*count, range.max, tally);
+            }
+            Self::LinearBoxes(list) => list.walk(ray, range, tally, visit),
+            Self::Tree(tree) => tree.walk(ray, range, tally, visit),
+        }
+    }
+}

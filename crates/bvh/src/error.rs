@@ -1,0 +1,17 @@
+//! Why a primitive is refused.
+
+use crate::tree::MAX_PRIMITIVES;
+
+/// Why a primitive was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GeometryError {
+    /// A coordinate is NaN, infinite, or too large for a box in f32.
+    #[error("a coordinate is not a finite number within ±3e38")]
+    NotFinite,
+    /// A transform can't be inverted.
+    #[error("the transform can't be inverted")]
+    Singular,
+    /// More primitives than a tree can address.
+    #[error("more than {MAX_PRIMITIVES} primitives in one set")]
+    TooMany,
+}

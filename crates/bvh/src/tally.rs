@@ -1,0 +1,31 @@
+//! Counting what queries do.
+
+/// Counts what a query does; `()` counts nothing and costs nothing.
+pub trait Tally {
+    /// A node's boxes were tested.
+    fn node(&mut self) {}
+    /// A primitive was tested.
+    fn primitive(&mut self) {}
+}
+
+impl Tally for () {}
+
+/// Visits of a query or of many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Visits {
+    /// Nodes whose boxes were tested.
+    pub nodes: u64,
+    /// Primitives tested.
+    pub primitives: u64,
+}
+
+impl Tally for Visits {
+    #[inline(always)]
+    fn node(&mut self) {
+        self.nodes += 1;
+    }
+    #[inline(always)]
+    fn primitive(&mut self) {
+        self.primitives += 1;
+    }
+}
