@@ -70,6 +70,8 @@ pub enum Colour {
     First,
     /// Blue.
     Second,
+    /// Green.
+    Third,
 }
 
 const WIDTH: f64 = 860.0;
@@ -78,15 +80,16 @@ const HEIGHT: f64 = 560.0;
 const AREA: [f64; 4] = [84.0, 78.0, 816.0, 492.0];
 
 const STYLE: &str = "\
-svg{--paper:#ffffff;--ink:#1f2328;--soft:#59636e;--grid:#e4e8ec;--first:#b84a00;--second:#0a5fc9}
-@media(prefers-color-scheme:dark){svg{--paper:#0d1117;--ink:#f0f6fc;--soft:#9ea7b1;--grid:#262c34;--first:#ff9d57;--second:#6bb0ff}}
+svg{--paper:#ffffff;--ink:#1f2328;--soft:#59636e;--grid:#e4e8ec;--first:#b84a00;--second:#0a5fc9;--third:#1a7f37}
+@media(prefers-color-scheme:dark){svg{--paper:#0d1117;--ink:#f0f6fc;--soft:#9ea7b1;--grid:#262c34;--first:#ff9d57;--second:#6bb0ff;--third:#56d364}}
 text{font-family:system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif;font-size:14px;fill:var(--ink)}
 .title{font-size:18px;font-weight:600}.soft{fill:var(--soft);font-size:13px}
 .paper{fill:var(--paper)}.grid{stroke:var(--grid);fill:none}.axis,.mark{stroke:var(--soft);fill:none}
 .label{paint-order:stroke;stroke:var(--paper);stroke-width:6px}
 .mark{stroke-dasharray:2 4;stroke-width:1.5}.line{fill:none;stroke-width:2.2;stroke-linejoin:round}
-.spread{stroke-width:1.4}.first{stroke:var(--first)}.second{stroke:var(--second)}
-.dot.first{fill:var(--first)}.dot.second{fill:var(--second)}.open.first,.open.second{fill:var(--paper);stroke-width:1.8}";
+.spread{stroke-width:1.4}.first{stroke:var(--first)}.second{stroke:var(--second)}.third{stroke:var(--third)}
+.dot.first{fill:var(--first)}.dot.second{fill:var(--second)}.dot.third{fill:var(--third)}
+.open{fill:var(--paper);stroke-width:1.8}";
 
 impl Plot {
     /// The plot as an SVG file. Lines without points are left out; without any point there is nothing but words.
@@ -173,6 +176,7 @@ impl Line {
         match self.colour {
             Colour::First => "first",
             Colour::Second => "second",
+            Colour::Third => "third",
         }
     }
 

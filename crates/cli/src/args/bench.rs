@@ -12,8 +12,9 @@ use super::values;
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Scan and tree must give the same hits before either is timed: exit code 1 if they do not. One thread is used, and its \
-CPU time is what counts, so that other programs disturb less.
+Three ways to find what a ray hits first: the scan tests every primitive, the SIMD scan the box of every primitive, \
+four at a time, and the tree is a bounding-volume hierarchy. They must give the same hits before any is timed: exit \
+code 1 if they do not. One thread is used, and its CPU time is what counts, so that other programs disturb less.
 
 Examples:
   raywright bench                             Spheres and triangles

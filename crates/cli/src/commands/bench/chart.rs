@@ -1,6 +1,6 @@
-//! The plot of `bench`: time a ray against N, scan and tree, and where the tree takes the lead.
+//! The plot of `bench`: time a ray against N, both scans and the tree, and where the tree takes the lead.
 
-use raywright_core::bench::{Cost, Crossover, Kind, Row, Series};
+use raywright_core::bench::{Cost, Crossover, Kind, PowerLaw, Row, Series};
 
 use super::report::Report;
 use super::text::rounded;
@@ -8,25 +8,25 @@ use crate::plot::{Axis, Colour, Line, Mark, Plot, Point};
 
 /// Draws all series in one plot.
 pub fn draw(series: &[Series], report: &Report) -> String {
-    let scans = series.iter().map(|s| line(s, "scan", Colour::First, |row| row.scan));
-    let trees = series.iter().map(|s| line(s, "tree", Colour::Second, |row| Some(row.tree)));
+    let scans = series.iter().map(|s| line(s, "scan", Colour::First, s.scan_growth, |row| row.scan));
+    let simd_scans = series.iter().map(|s| line(s, "SIMD scan", Colour::Third, s.simd_scan_growth, |row| row.simd_scan));
+    let trees = series.iter().map(|s| line(s, "tree", Colour::Second, s.tree_growth, |row| Some(row.tree)));
     let machine = report.processor.as_deref().map(|name| format!(" · {name}")).unwrap_or_default();
     Plot {
         title: "Time to find what a ray hits first".to_owned(),
         subtitle: format!(
-            "every primitive tested (scan) or a bounding-volume hierarchy (tree) · one thread, {}{machine}",
+            "every primitive tested (scan), every box (SIMD scan), or a hierarchy of boxes (tree) · one thread, {}{machine}",
             report.clock
         ),
         x: Axis { label: "N, primitives of constant fill".to_owned(), tick: Some(count) },
         y: Axis { label: "time a ray: median, and range of the repeats".to_owned(), tick: Some(duration) },
-        lines: scans.chain(trees).collect(),
+        lines: scans.chain(simd_scans).chain(trees).collect(),
         marks: series.iter().filter_map(mark).collect(),
     }
     .svg()
 }
 
-fn line(series: &Series, name: &str, colour: Colour, cost: fn(&Row) -> Option<Cost>) -> Line {
-    let growth = if colour == Colour::First { series.scan_growth } else { series.tree_growth };
+fn line(series: &Series, name: &str, colour: Colour, growth: Option<PowerLaw>, cost: fn(&Row) -> Option<Cost>) -> Line {
     let exponent = growth.map(|law| format!(": grows as N to the {:.2}", law.exponent)).unwrap_or_default();
     let point = |row: &Row| {
         let time = cost(row)?.nanoseconds;
@@ -42,7 +42,9 @@ fn line(series: &Series, name: &str, colour: Colour, cost: fn(&Row) -> Option<Co
 
 fn mark(series: &Series) -> Option<Mark> {
     match series.crossover? {
-        Crossover::At(n) => Some(Mark { x: n, label: format!("{}: tree ahead from N = {}", series.kind.name(), rounded(n)) }),
+        Crossover::At(n) => {
+            Some(Mark { x: n, label: format!("{}: tree ahead of scan from N = {}", series.kind.name(), rounded(n)) })
+        }
         Crossover::Always | Crossover::Never => None,
     }
 }

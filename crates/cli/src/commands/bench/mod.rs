@@ -1,4 +1,4 @@
-//! `bench`: what a ray costs when every primitive is tested, what it costs with a tree, and how both grow with N.
+//! `bench`: what a ray costs when every primitive or its box is tested, what it costs with a tree, and how each grows with N.
 
 mod chart;
 mod report;
@@ -51,9 +51,9 @@ fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
     Err(Error::usage(format_args!("{} does not end in .svg, and the plot is nothing else", path.display())).into())
 }
 
-/// How long a sample may be so that `rows` of them, scan and tree, keep within the time given.
+/// How long a sample may be so that `rows` of them, of both scans and the tree, keep within the time given.
 fn care(args: &BenchArgs, rows: usize) -> Care {
-    let samples = f64::from(args.repeats) * 2.0 * rows as f64;
+    let samples = f64::from(args.repeats) * 3.0 * rows as f64;
     Care { repeats: args.repeats as usize, sample_seconds: (args.seconds / samples).min(LONGEST_SAMPLE) }
 }
 

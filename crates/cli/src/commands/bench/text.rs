@@ -19,8 +19,14 @@ struct Sheet<const N: usize> {
 pub fn plain(report: &Report) -> String {
     let mut text = report.preamble().join("\n") + "\n";
     match &report.measured {
-        Measured::Generated(series) => series.iter().for_each(|s| text += &of_series(s, report).plain()),
-        Measured::Given { rows, .. } => text += &of_given(rows, report).plain(),
+        Measured::Generated(series) => series.iter().for_each(|s| {
+            text += &of_series(s, report).plain();
+            text += &upkeep_of_series(s).plain();
+        }),
+        Measured::Given { rows, .. } => {
+            text += &of_given(rows, report).plain();
+            text += &upkeep_of_given(rows).plain();
+        }
     }
     text
 }
@@ -29,77 +35,145 @@ pub fn plain(report: &Report) -> String {
 pub fn markdown(report: &Report) -> String {
     let mut text = report.preamble().join("\n") + "\n";
     match &report.measured {
-        Measured::Generated(series) => series.iter().for_each(|s| text += &of_series(s, report).markdown()),
-        Measured::Given { rows, .. } => text += &of_given(rows, report).markdown(),
+        Measured::Generated(series) => series.iter().for_each(|s| {
+            text += &of_series(s, report).markdown();
+            text += &upkeep_of_series(s).markdown();
+        }),
+        Measured::Given { rows, .. } => {
+            text += &of_given(rows, report).markdown();
+            text += &upkeep_of_given(rows).markdown();
+        }
     }
     text
 }
 
+/// What the columns of time are called.
+const TIMES: [&str; 5] = ["scan, ns/ray", "SIMD scan, ns/ray", "tree, ns/ray", "scan : tree", "SIMD scan : tree"];
+
 fn of_series(series: &Series, report: &Report) -> Sheet<9> {
-    let names =
-        ["N", "rays that hit", "scan, ns/ray", "tree, ns/ray", "scan : tree", "nodes/ray", "tests/ray", "build, ms", "bytes/N"];
+    let [scan, simd_scan, tree, ratio, simd_ratio] = TIMES;
+    let names = ["N", "rays that hit", scan, simd_scan, tree, ratio, simd_ratio, "nodes/ray", "tests/ray"];
     let cells = |row: &Row| {
-        let [hits, scan, tree, ratio, nodes, tests] = shared(row);
-        let build = rounded(row.tree.build_milliseconds.median);
-        let bytes = rounded(row.tree.bytes as f64 / row.primitives as f64);
-        [row.primitives.to_string(), hits, scan, tree, ratio, nodes, tests, build, bytes]
+        let [scan, simd_scan, tree, ratio, simd_ratio] = times(row);
+        let [hits, nodes, tests] = visits(row);
+        [row.primitives.to_string(), hits, scan, simd_scan, tree, ratio, simd_ratio, nodes, tests]
     };
-    let mut notes = vec![match series.crossover {
-        Some(Crossover::Always) => "The tree is ahead at every N measured.".to_owned(),
-        Some(Crossover::At(n)) => format!(
-            "The tree is ahead from N = {} on (interpolated; before, the two are level or the scan is ahead).",
-            rounded(n)
-        ),
-        Some(Crossover::Never) => "The tree is not ahead at the largest N measured.".to_owned(),
-        None => "The scan was not timed, so there is no crossover.".to_owned(),
-    }];
+    let mut notes = Vec::new();
+    notes.push(lead("scan", series.crossover));
+    notes.push(lead("SIMD scan", series.simd_crossover));
     notes.extend(series.tree_growth.map(|law| growth("tree", &law)));
     notes.extend(series.scan_growth.map(|law| growth("scan", &law)));
+    notes.extend(series.simd_scan_growth.map(|law| growth("SIMD scan", &law)));
     notes.extend(left_out(series.rows.iter(), report));
     Sheet {
         heading: capitalised(series.kind.name()),
         columns: [Align::Right; 9],
-        rows: [names.map(str::to_owned)].into_iter().chain(series.rows.iter().map(cells)).collect(),
+        rows: table(names, series.rows.iter().map(cells)),
         notes,
     }
 }
 
-fn of_given(given: &Given, report: &Report) -> Sheet<8> {
-    let names = ["rays", "how many", "that hit", "scan, ns/ray", "tree, ns/ray", "scan : tree", "nodes/ray", "tests/ray"];
-    let cells = |name: &str, row: &Row| {
-        let [hits, scan, tree, ratio, nodes, tests] = shared(row);
-        [name.to_owned(), row.tree.rays.to_string(), hits, scan, tree, ratio, nodes, tests]
+fn lead(scan: &str, crossover: Option<Crossover>) -> String {
+    match crossover {
+        Some(Crossover::Always) => format!("The tree is ahead of the {scan} at every N measured."),
+        Some(Crossover::At(n)) => format!(
+            "The tree is ahead of the {scan} from N = {} on (interpolated; before, the two are level or the {scan} is ahead).",
+            rounded(n)
+        ),
+        Some(Crossover::Never) => format!("The tree is not ahead of the {scan} at the largest N measured."),
+        None => format!("The {scan} was not timed, so there is no crossover."),
+    }
+}
+
+/// What it takes to have the structures.
+fn upkeep_of_series(series: &Series) -> Sheet<7> {
+    let names = ["N", "scan: build, ms", "bytes/N", "SIMD scan: build, ms", "bytes/N", "tree: build, ms", "bytes/N"];
+    let cells = |row: &Row| {
+        let per_primitive = |cost: Option<Cost>| upkeep(cost, |bytes| rounded(bytes as f64 / row.primitives as f64));
+        let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(row.simd_scan));
+        let [e, f] = per_primitive(Some(row.tree));
+        [row.primitives.to_string(), a, b, c, d, e, f]
     };
-    let mut rows = vec![names.map(str::to_owned), cells("camera", &given.camera)];
-    rows.extend(given.bounce.iter().map(|row| cells("bounce", row)));
-    let tree = &given.camera.tree;
-    let build = tree.build_milliseconds;
-    let mut notes = vec![format!(
-        "{} primitives, {}; objects to tree in {} ms{}.",
-        given.camera.primitives,
-        human_bytes(tree.bytes as u64),
-        rounded(build.median),
-        spread(&build)
-    )];
+    Sheet {
+        heading: format!("{}: build and memory", capitalised(series.kind.name())),
+        columns: [Align::Right; 7],
+        rows: table(names, series.rows.iter().map(cells)),
+        notes: vec![],
+    }
+}
+
+fn of_given(given: &Given, report: &Report) -> Sheet<10> {
+    let [scan, simd_scan, tree, ratio, simd_ratio] = TIMES;
+    let names = ["rays", "how many", "that hit", scan, simd_scan, tree, ratio, simd_ratio, "nodes/ray", "tests/ray"];
+    let cells = |name: &str, row: &Row| {
+        let [scan, simd_scan, tree, ratio, simd_ratio] = times(row);
+        let [hits, nodes, tests] = visits(row);
+        [name.to_owned(), row.tree.rays.to_string(), hits, scan, simd_scan, tree, ratio, simd_ratio, nodes, tests]
+    };
+    let camera = [cells("camera", &given.camera)];
+    let mut notes = vec![];
     if given.bounce.is_none() {
         notes.push("The camera sees nothing, so there are no bounces.".to_owned());
     }
     notes.extend(left_out([Some(&given.camera), given.bounce.as_ref()].into_iter().flatten(), report));
-    let columns = [Align::Left, Align::Right, Align::Right, Align::Right, Align::Right, Align::Right, Align::Right, Align::Right];
-    Sheet { heading: "Scan against tree".to_owned(), columns, rows, notes }
+    let mut columns = [Align::Right; 10];
+    columns[0] = Align::Left;
+    let rows = table(names, camera.into_iter().chain(given.bounce.iter().map(|row| cells("bounce", row))));
+    Sheet { heading: "Scans against tree".to_owned(), columns, rows, notes }
 }
 
-/// Cells that every table has.
-fn shared(row: &Row) -> [String; 6] {
-    let time = |cost: &Cost| format!("{}{}", rounded(cost.nanoseconds.median), spread(&cost.nanoseconds));
+fn upkeep_of_given(given: &Given) -> Sheet<3> {
+    let row = &given.camera;
+    let cells = |(name, cost): (&str, Option<Cost>)| {
+        let [build, bytes] = upkeep(cost, |bytes| human_bytes(bytes as u64));
+        [name.to_owned(), build, bytes]
+    };
+    let structures = [("scan", row.scan), ("SIMD scan", row.simd_scan), ("tree", Some(row.tree))];
+    Sheet {
+        heading: format!("Build and memory, {} primitives", row.primitives),
+        columns: [Align::Left, Align::Right, Align::Right],
+        rows: table(["structure", "objects to structure, ms", "memory"], structures.into_iter().map(cells)),
+        notes: vec![],
+    }
+}
+
+/// The first row names the columns.
+fn table<const N: usize>(names: [&str; N], rows: impl Iterator<Item = [String; N]>) -> Vec<[String; N]> {
+    [names.map(str::to_owned)].into_iter().chain(rows).collect()
+}
+
+/// Cells of [`TIMES`].
+fn times(row: &Row) -> [String; 5] {
+    let time = |cost: Option<Cost>| {
+        cost.map_or_else(
+            || "not run".to_owned(),
+            |cost| format!("{}{}", rounded(cost.nanoseconds.median), spread(&cost.nanoseconds)),
+        )
+    };
+    let ratio = |ratio: Option<Spread>| {
+        ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{}{}", rounded(ratio.median), spread(&ratio)))
+    };
+    [time(row.scan), time(row.simd_scan), time(Some(row.tree)), ratio(row.ratio), ratio(row.simd_ratio)]
+}
+
+/// Rays that hit, and what the tree visits for each ray.
+fn visits(row: &Row) -> [String; 3] {
     [
         format!("{:.1} %", row.hit_share * 100.0),
-        row.scan.as_ref().map_or_else(|| "not run".to_owned(), time),
-        time(&row.tree),
-        row.ratio.as_ref().map_or_else(|| "-".to_owned(), |ratio| format!("{}{}", rounded(ratio.median), spread(ratio))),
         format!("{:.1}", row.tree.nodes_per_ray),
         format!("{:.1}", row.tree.tests_per_ray),
     ]
+}
+
+/// Build time with its spread, and memory.
+fn upkeep(cost: Option<Cost>, memory: impl Fn(usize) -> String) -> [String; 2] {
+    cost.map_or_else(
+        || ["not run".to_owned(), "-".to_owned()],
+        |cost| {
+            let build = cost.build_milliseconds;
+            [format!("{}{}", rounded(build.median), spread(&build)), memory(cost.bytes)]
+        },
+    )
 }
 
 fn growth(what: &str, law: &PowerLaw) -> String {
@@ -110,9 +184,8 @@ fn growth(what: &str, law: &PowerLaw) -> String {
 }
 
 fn left_out<'a>(mut rows: impl Iterator<Item = &'a Row>, report: &Report) -> Option<String> {
-    rows.any(|row| row.scan.is_none()).then(|| {
-        format!("Not run: a sample of the scan would take much longer than {} ms.", rounded(report.sample_seconds * 1e3))
-    })
+    rows.any(|row| row.scan.is_none() || row.simd_scan.is_none())
+        .then(|| format!("Not run: a sample of it would take much longer than {} ms.", rounded(report.sample_seconds * 1e3)))
 }
 
 /// Half the distance of the quartiles, in percent.
@@ -137,7 +210,8 @@ fn capitalised(word: &str) -> String {
 
 impl<const N: usize> Sheet<N> {
     fn plain(&self) -> String {
-        format!("\n{}\n{}{}\n", self.heading, lay_out_aligned(self.columns, &self.rows), self.notes.join("\n"))
+        let notes: String = self.notes.iter().map(|note| format!("{note}\n")).collect();
+        format!("\n{}\n{}{notes}", self.heading, lay_out_aligned(self.columns, &self.rows))
     }
 
     fn markdown(&self) -> String {
@@ -150,7 +224,9 @@ impl<const N: usize> Sheet<N> {
                 text += &line(&rule);
             }
         }
-        text.push('\n');
+        if !self.notes.is_empty() {
+            text.push('\n');
+        }
         self.notes.iter().for_each(|note| text += &format!("- {note}\n"));
         text
     }
