@@ -11,6 +11,9 @@ pub enum GeometryError {
     /// A transform can't be inverted.
     #[error("the transform can't be inverted")]
     Singular,
+    /// An instance of a geometry that holds instances itself: there are two levels.
+    #[error("an instance of something that holds instances itself")]
+    Nested,
     /// More primitives than a tree can address.
     #[error("more than {MAX_PRIMITIVES} primitives in one set")]
     TooMany,

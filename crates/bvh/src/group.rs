@@ -136,7 +136,7 @@ impl<P: Precision> Group<P> {
         self.push(Kind::Placed, visibility, self.placed.len() - 1)
     }
 
-    /// Adds another geometry under an affine map and returns its id.
+    /// Adds another geometry, which holds no instances itself, under an affine map and returns its id.
     pub fn instance(
         &mut self,
         geometry: Arc<Geometry<P>>,

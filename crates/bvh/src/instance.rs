@@ -23,6 +23,10 @@ pub(crate) struct Instance<P: Precision> {
 
 impl<P: Precision> Instance<P> {
     pub fn new(geometry: Arc<Geometry<P>>, to_world: DAffine3) -> Result<Self, GeometryError> {
+        // A hit names one instance, so there would be no way back to what was hit.
+        if geometry.instance_count() > 0 {
+            return Err(GeometryError::Nested);
+        }
         let transform = Transform::new(to_world).ok_or(GeometryError::Singular)?;
         let bounds = geometry.bounds().map(|b| transform_bounds(&to_world, &b));
         if bounds.is_some_and(|b| !b.is_empty() && b.padded().is_none()) {

@@ -2,7 +2,9 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Precision, Ray, Robust, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Interval, Precision, Ray, Robust, Visibility,
+};
 use std::sync::Arc;
 
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
@@ -150,4 +152,15 @@ fn precisions_agree() {
     assert!((distance::<raywright_bvh::Fast>() - exact).abs() < 1e-6);
     assert!((distance::<Robust>() - exact).abs() < 1e-6);
     assert!((distance::<raywright_bvh::Reference>() - exact).abs() < 1e-15);
+}
+
+/// Protects: a third level, whose hits nobody could locate, is refused and not walked.
+#[test]
+fn instances_of_instances_are_refused() {
+    let leaf = Arc::new(Geometry::new(triangles(&mut Random(3), 5), AcceleratorKind::default()));
+    let mut middle = Group::<Robust>::default();
+    middle.instance(leaf, DAffine3::IDENTITY, Visibility::default()).unwrap();
+    let middle = Arc::new(Geometry::new(middle, AcceleratorKind::default()));
+    let refused = Group::<Robust>::default().instance(middle, DAffine3::IDENTITY, Visibility::default());
+    assert_eq!(refused, Err(GeometryError::Nested));
 }
