@@ -8,8 +8,10 @@ use std::fmt::Write;
 pub struct Plot {
     /// Headline.
     pub title: String,
-    /// A line below it.
+    /// What is compared, in a line below it.
     pub subtitle: String,
+    /// How it was measured, in another.
+    pub circumstances: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
@@ -75,9 +77,9 @@ pub enum Colour {
 }
 
 const WIDTH: f64 = 860.0;
-const HEIGHT: f64 = 560.0;
+const HEIGHT: f64 = 578.0;
 /// The plotted area: left, top, right, bottom.
-const AREA: [f64; 4] = [84.0, 78.0, 816.0, 492.0];
+const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
 const STYLE: &str = "\
 svg{--paper:#ffffff;--ink:#1f2328;--soft:#59636e;--grid:#e4e8ec;--first:#b84a00;--second:#0a5fc9;--third:#1a7f37}
@@ -112,14 +114,15 @@ impl Plot {
     }
 
     fn head(&self, svg: &mut String) {
-        let (title, subtitle) = (escaped(&self.title), escaped(&self.subtitle));
+        let [title, subtitle, circumstances] = [&self.title, &self.subtitle, &self.circumstances].map(|text| escaped(text));
         // Writing to a string can't fail.
         let _ = write!(
             svg,
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
              role=\"img\">\n<title>{title}</title>\n<desc>{subtitle}</desc>\n<style>{STYLE}</style>\n\
              <rect class=\"paper\" width=\"{WIDTH}\" height=\"{HEIGHT}\"/>\n\
-             <text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{subtitle}</text>\n"
+             <text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{subtitle}</text>\n\
+             <text class=\"soft\" x=\"24\" y=\"75\">{circumstances}</text>\n"
         );
     }
 

@@ -20,7 +20,7 @@ pub struct Care {
 /// Fewest rays of a sample.
 const FEWEST_RAYS: usize = 16;
 /// A sample may take this many times as long as it should before it is left out.
-const PATIENCE: f64 = 4.0;
+const PATIENCE: f64 = 8.0;
 
 /// A structure that answers queries, with what its making took.
 pub(super) struct Contestant<'a> {

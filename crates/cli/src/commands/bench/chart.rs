@@ -14,10 +14,8 @@ pub fn draw(series: &[Series], report: &Report) -> String {
     let machine = report.processor.as_deref().map(|name| format!(" · {name}")).unwrap_or_default();
     Plot {
         title: "Time to find what a ray hits first".to_owned(),
-        subtitle: format!(
-            "every primitive tested (scan), every box (SIMD scan), or a hierarchy of boxes (tree) · one thread, {}{machine}",
-            report.clock
-        ),
+        subtitle: "scan: every primitive tested · SIMD scan: every box, four at a time · tree: a hierarchy of boxes".to_owned(),
+        circumstances: format!("one thread, {}{machine}", report.clock),
         x: Axis { label: "N, primitives of constant fill".to_owned(), tick: Some(count) },
         y: Axis { label: "time a ray: median, and range of the repeats".to_owned(), tick: Some(duration) },
         lines: scans.chain(simd_scans).chain(trees).collect(),
