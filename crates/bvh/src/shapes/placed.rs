@@ -60,8 +60,8 @@ impl<P: Precision> Placed<P> {
         self.volume * self.transform.normal_to_world(CoreVec::<P>::from_f64(normal)).to_f64().length()
     }
 
-    /// Area of the image; none when it is infinite. In closed form under a map that only turns, moves and evenly scales, and
-    /// for a flat shape; by quadrature otherwise.
+    /// Area of the image; none when it is infinite. In closed form under a map that only turns, moves and evenly scales, for
+    /// a flat shape and for a box; by quadrature otherwise.
     pub fn area(&self) -> Option<f64> {
         let own = self.shape.area()?;
         if is_similarity(self.to_world.matrix3) {
@@ -71,6 +71,12 @@ impl<P: Precision> Placed<P> {
         if matches!(self.shape, AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_)) {
             let (anywhere, _) = self.shape.sample_area::<P>(num(0.5), num(0.5))?;
             return Some(own * self.stretch(anywhere.normal.to_f64()));
+        }
+        if let AnyShape::Cuboid(cuboid) = &self.shape {
+            let s = cuboid.max.to_f64() - cuboid.min.to_f64();
+            let faces = DVec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
+            let stretched = DVec3::new(self.stretch(DVec3::X), self.stretch(DVec3::Y), self.stretch(DVec3::Z));
+            return Some(2.0 * faces.dot(stretched));
         }
         Some(area_by_quadrature(|u, v| self.sample_area(num(u), num(v)).map_or(0.0, |(_, density)| 1.0 / density.to_f64())))
     }
@@ -106,6 +112,7 @@ mod tests {
     use super::super::{Cuboid, Cylinder, Disk, Ellipsoid, Quad, SampleArea, Sphere, Torus, Triangle};
     use super::*;
     use crate::scalar::{Reference, Robust};
+    use glam::Vec3;
 
     fn area<P: Precision>(shape: impl Into<AnyShape<P::Real>>, map: DAffine3) -> f64 {
         Placed::<P>::new(shape.into(), map).and_then(|placed| placed.area()).expect("the area is finite")
@@ -152,11 +159,24 @@ mod tests {
         assert!((area::<Robust>(disk, map) / ellipse - 1.0).abs() < 1e-9);
     }
 
-    /// Protects: everything else by quadrature, here a box that a map makes larger along one axis.
+    /// Protects: the image of a box, whose faces stay flat.
+    #[test]
+    fn boxes_keep_flat_faces() {
+        let map = DAffine3::from_mat3(DMat3::from_cols_array(&[1.5, 0.2, 0.0, -0.7, 2.0, 0.4, 0.1, 0.0, 0.25]));
+        let (size, m) = (DVec3::new(2.0, 0.5, 3.0), map.matrix3);
+        let [x, y, z] = [m.x_axis * size.x, m.y_axis * size.y, m.z_axis * size.z];
+        let faces = 2.0 * (x.cross(y).length() + y.cross(z).length() + z.cross(x).length());
+        let image = area::<Robust>(Cuboid::new(DVec3::ONE, DVec3::ONE + size), map);
+        assert!((image / faces - 1.0).abs() < 1e-9, "{image} instead of {faces}");
+    }
+
+    /// Protects: everything else by quadrature, here a ball that becomes a spheroid of known area.
     #[test]
     fn stretched_shapes_are_measured() {
-        let cube = Cuboid::new(DVec3::ZERO, DVec3::ONE);
-        let image = area::<Robust>(cube, DAffine3::from_scale(DVec3::new(1.0, 1.0, 5.0)));
-        assert!((image / 22.0 - 1.0).abs() < 0.01, "{image}");
+        let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+        let image = area::<Robust>(ball, DAffine3::from_scale(DVec3::new(1.0, 1.0, 5.0)));
+        let e = (1.0 - 1.0 / 25.0_f64).sqrt();
+        let spheroid = core::f64::consts::TAU * (1.0 + 5.0 / e * libm::asin(e));
+        assert!((image / spheroid - 1.0).abs() < 1e-3, "{image} instead of {spheroid}");
     }
 }
