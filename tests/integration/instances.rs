@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use raywright::core::effects::Status;
 use raywright::core::scene::{
-    Camera, Classic, Colour, ColourInput, Light, LightKind, Material, Mesh, MeshData, MeshSource, Model, Object, Pinhole, Pose,
-    Projection, Scene, Shape, SideRule, TransformStep,
+    Camera, Classic, Colour, ColourInput, Generator, GeneratorKind, Light, LightKind, Material, Mesh, MeshData, MeshSource,
+    Model, Object, Pinhole, Pose, Projection, Scene, Shape, SideRule, TransformStep,
 };
 use raywright::core::settings::Settings;
 use raywright::core::{Rendered, prepare};
@@ -144,6 +145,32 @@ fn objects_that_share_a_mesh_keep_their_own_rules() {
         let off = differing(&quiet, &render(&sided_scene(false, sides, true)).0);
         assert!(off <= least, "{sides:?}, some cast no shadow: {off} pixels differ from those of copies");
         assert!(differing(&quiet, &shared) > 2 * least, "{sides:?}: the shadows show nowhere");
+    }
+}
+
+/// Protects: the report of effects and what was built agree on what is repeated, also where a generator repeats it, or where
+/// two objects show two sides and share nothing.
+#[test]
+fn instances_are_reported_where_they_are_built() {
+    let mut one = scene(true);
+    one.objects.truncate(1);
+    let grid = |x| GeneratorKind::Grid { counts: [x, 1, 1], origin: [0.0; 3], step: [1.5, 0.0, 0.0] };
+    let generated = |x, object: &Object| Scene {
+        objects: Vec::new(),
+        generators: vec![Generator { kind: grid(x), object: object.clone() }],
+        ..one.clone()
+    };
+    let sides = vec![one.objects[0].clone(), Object { side: SideRule::Inside, ..one.objects[0].clone() }];
+    let both = Scene { objects: one.objects.clone(), ..generated(1, &one.objects[0]) };
+    for (scene, expected) in [
+        (generated(1, &one.objects[0]), 0),
+        (generated(3, &one.objects[0]), 3),
+        (both, 2),
+        (Scene { objects: sides, ..one.clone() }, 0),
+    ] {
+        let ready = prepare(&scene, &Settings::of(&scene)).unwrap_or_else(|e| panic!("{e}"));
+        let reported = ready.effects().effects.iter().any(|e| e.name == "instances" && e.status == Status::Simulated);
+        assert_eq!((ready.tables().instances, reported), (expected, expected > 0));
     }
 }
 

@@ -15,13 +15,15 @@ pub fn expand(scene: &Scene) -> Vec<Object> {
 
 /// How many objects [`expand`] returns.
 pub fn count(scene: &Scene) -> u64 {
-    let generated = scene.generators.iter().map(|g| match &g.kind {
-        GeneratorKind::Grid { counts: [x, y, z], .. } => {
-            u64::from(*x).saturating_mul(u64::from(*y)).saturating_mul(u64::from(*z))
-        }
+    scene.generators.iter().map(|g| count_of(&g.kind)).fold(scene.objects.len() as u64, u64::saturating_add)
+}
+
+/// How many objects a generator stands for.
+pub(crate) fn count_of(kind: &GeneratorKind) -> u64 {
+    match kind {
+        GeneratorKind::Grid { counts, .. } => counts.iter().fold(1, |product, &n| product.saturating_mul(u64::from(n))),
         GeneratorKind::Scatter { count, .. } => u64::from(*count),
-    });
-    generated.fold(scene.objects.len() as u64, u64::saturating_add)
+    }
 }
 
 fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use crate::generate::count_of;
 use crate::scene::{
     AlphaMode, Checker, Classic, Colour, ColourInput, Mesh, MeshSource, Model, Object, Physical, Projection, Scene, Shape, Sky,
     Weight,
@@ -60,6 +61,10 @@ impl Facts {
             .chain(scene.generators.iter().enumerate().map(|(i, g)| (format!("generators[{i}].object"), &g.object)))
             .collect();
         facts.objects(scene, &objects);
+        for (i, generator) in scene.generators.iter().enumerate() {
+            let repeated = matches!(generator.object.shape, Shape::Mesh(_)) && count_of(&generator.kind) > 1;
+            note(&mut facts.instance, repeated, || format!("generators[{i}].object.shape.mesh"));
+        }
         let used: BTreeSet<&str> = objects.iter().map(|(_, o)| o.material.as_str()).collect();
         for (i, material) in scene.materials.iter().enumerate().filter(|(_, m)| used.contains(m.name.as_str())) {
             match &material.model {
