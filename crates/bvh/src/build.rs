@@ -64,8 +64,7 @@ pub(crate) struct BinaryNode {
     pub count: u32,
 }
 
-/// Builds the tree over `boxes`, and the order in which its leaves name them. Up to `few` boxes, at most [`MAX_LEAF`], are a
-/// single leaf.
+/// Builds the tree over `boxes`, and the order in which its leaves name them. Up to `few` boxes are a single leaf.
 pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, few: usize) -> (Tree, Vec<u32>) {
     if boxes.len() <= few {
         return (Tree::leaf(boxes.len()), (0..boxes.len() as u32).collect());

@@ -13,7 +13,7 @@ use crate::ray::{Hit, Interval, Visibility};
 use crate::scalar::{Precision, Vec3Of, Vector};
 use crate::shapes::{AnyShape, Located, Parameters, Placed, Plane, Probe, Shape, ShapeHit, Sphere, Triangle};
 use crate::tally::Tally;
-use crate::tree::{MAX_LEAF, MAX_PRIMITIVES};
+use crate::tree::MAX_PRIMITIVES;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
@@ -192,7 +192,7 @@ impl<P: Precision> Group<P> {
 
     /// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is.
     pub(crate) fn few(&self) -> usize {
-        const SPHERES: usize = MAX_LEAF as usize;
+        const SPHERES: usize = 14;
         const OTHERS: usize = 2;
         if self.entries.len() == self.spheres.len() + self.planes.len() { SPHERES } else { OTHERS }
     }

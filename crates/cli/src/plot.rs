@@ -150,15 +150,16 @@ impl Plot {
     }
 
     fn marks(&self, svg: &mut String, frame: &Frame) {
-        let [_, top, _, bottom] = AREA;
+        let [_, top, right, bottom] = AREA;
         for mark in &self.marks {
             let x = frame.x.at(mark.x);
             let _ = writeln!(svg, "<path class=\"mark\" d=\"M{x:.1} {bottom}V{:.1}\"/>", top + (bottom - top) * 0.35);
         }
-        // Above the axis, one above the other, each beside its line.
+        // In the lower right corner, which rising lines leave free, one above the other.
         for (i, mark) in self.marks.iter().enumerate() {
-            let (x, y) = (frame.x.at(mark.x) + 8.0, bottom - 12.0 - 22.0 * (self.marks.len() - 1 - i) as f64);
-            let _ = writeln!(svg, "<text class=\"soft label\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(&mark.label));
+            let (x, y) = (right - 10.0, bottom - 12.0 - 22.0 * (self.marks.len() - 1 - i) as f64);
+            let label = escaped(&mark.label);
+            let _ = writeln!(svg, "<text class=\"soft label\" x=\"{x}\" y=\"{y:.1}\" text-anchor=\"end\">{label}</text>");
         }
     }
 

@@ -41,7 +41,7 @@ fn line(series: &Series, name: &str, colour: Colour, growth: Option<PowerLaw>, c
 fn mark(series: &Series) -> Option<Mark> {
     match series.crossover? {
         Crossover::At(n) => {
-            Some(Mark { x: n, label: format!("{}: tree ahead of scan from N = {}", series.kind.name(), rounded(n)) })
+            Some(Mark { x: n, label: format!("dotted: {}, tree ahead of scan from N = {}", series.kind.name(), rounded(n)) })
         }
         Crossover::Always | Crossover::Never => None,
     }
