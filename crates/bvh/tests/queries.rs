@@ -128,6 +128,9 @@ fn rays_that_are_not_finite_hit_nothing() {
 
 fn not_finite_misses(geometry: &Geometry<Robust>) {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        // Not a number on every axis: such a ray enters even boxes that are empty.
+        let ray = Ray::new(Vec3::splat(bad), Vec3::splat(bad));
+        assert_eq!(geometry.closest(&ray, Interval::positive(), &mut ()), None, "{ray:?}");
         for lane in 0..6 {
             let mut v = [0.1, 0.2, 0.3, 0.6, 0.0, 0.8];
             v[lane] = bad;
