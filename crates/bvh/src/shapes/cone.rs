@@ -162,14 +162,14 @@ impl<R: Real> Shape<R> for Cone<R> {
         if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) }
     }
 
-    /// u turns about the axis; v runs along it, 0 to 1; on an end from its centre to its rim.
+    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let part = hit.u.to_f64() as u8;
         let point = self.locate(probe, hit).point;
         let (along, out) = split::<P>(point - wide::<P>(self.base), self.axis);
         let (u, dpdu) = turn::<P>(out, self.axis);
         let end_radius = if part == TOP { self.top_radius } else { self.radius };
-        let v = if part == WALL { convert(along) } else { convert::<P::Core, R>(out.length()) / end_radius };
+        let v = if part == WALL { convert(P::Core::ONE - along) } else { convert::<P::Core, R>(out.length()) / end_radius };
         Parameters { u, v, dpdu }
     }
 }

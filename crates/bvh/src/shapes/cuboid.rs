@@ -111,15 +111,21 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         self.located::<P>(probe.origin + probe.direction * t, scale, axis, greater)
     }
 
-    /// Each face has u and v in [0, 1] along its two axes: z, y on the x faces, x, z on the y faces, x, y on the z faces.
+    /// Each face has u and v in [0, 1], u to the right and v down as it is seen from outside: upright ones with +y up, the top
+    /// from above and the bottom from below with x to the right.
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
-        let point = self.surface(probe, hit).point - self.min;
+        let point = self.surface(probe, hit).point;
         let size: Vec3Of<P> = self.max - self.min;
-        let (axis, _) = face_of(hit.u);
-        let (along_u, along_v) = [(2, 1), (0, 2), (0, 1)][axis];
+        let (axis, greater) = face_of(hit.u);
+        // Along which axes u and v run, and whether they fall as its coordinate grows.
+        let (along_u, u_falls, along_v, v_falls) = [(2, greater, 1, true), (0, false, 2, !greater), (0, !greater, 1, true)][axis];
         // A size may round to nothing far from the origin; then there is but one place along it.
-        let share = |i: usize| if size.axis(i) > R::ZERO { point.axis(i) / size.axis(i) } else { R::ZERO };
-        Parameters { u: share(along_u), v: share(along_v), dpdu: Self::face::<R::Vec3, R>(along_u, size.axis(along_u)) }
+        let share = |i: usize, falls: bool| {
+            let way = if falls { self.max.axis(i) - point.axis(i) } else { point.axis(i) - self.min.axis(i) };
+            if size.axis(i) > R::ZERO { way / size.axis(i) } else { R::ZERO }
+        };
+        let length = if u_falls { -size.axis(along_u) } else { size.axis(along_u) };
+        Parameters { u: share(along_u, u_falls), v: share(along_v, v_falls), dpdu: Self::face::<R::Vec3, R>(along_u, length) }
     }
 }
 
@@ -172,6 +178,6 @@ mod tests {
         assert_eq!(plate.min.x, plate.max.x);
         let probe = Probe::<Robust>::new(Ray::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
         let found = plate.parameters(&probe, ShapeHit { t: 1.0, u: 4.0, v: 0.0 });
-        assert_eq!((found.u, found.v), (0.0, 0.25));
+        assert_eq!((found.u, found.v), (0.0, 0.75));
     }
 }

@@ -158,12 +158,14 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) }
     }
 
-    /// u turns about the axis; v runs along it, 0 to 1 between the ends; on a cap from the centre to the rim.
+    /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite one in its own units from the
+    /// base; on a cap from the centre to the rim.
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let point = self.locate(probe, hit).point;
         let (along, out) = split::<P>(point - wide::<P>(self.base), self.axis);
         let (u, dpdu) = turn::<P>(out, self.axis);
-        let v = if hit.u == R::ZERO { convert(along) } else { convert::<P::Core, R>(out.length()) / self.radius };
+        let top = if self.ends == Ends::None { P::Core::ZERO } else { P::Core::ONE };
+        let v = if hit.u == R::ZERO { convert(top - along) } else { convert::<P::Core, R>(out.length()) / self.radius };
         Parameters { u, v, dpdu }
     }
 }

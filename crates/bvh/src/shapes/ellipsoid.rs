@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::sample::area_by_quadrature;
-use super::sphere::{equirectangular, sphere_direction};
+use super::sphere::{on_globe, sphere_direction};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector};
@@ -79,8 +79,8 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let n = ((self.locate(probe, hit).point.to_f64() - centre) / s).normalize();
-        let [u, v] = equirectangular::<f64>(n).map(R::from_f64);
-        Parameters { u, v, dpdu: R::Vec3::from_f64(DVec3::new(-n.z, 0.0, n.x) * s * core::f64::consts::TAU) }
+        let [u, v] = on_globe::<f64>(n).map(R::from_f64);
+        Parameters { u, v, dpdu: R::Vec3::from_f64(DVec3::new(n.z, 0.0, -n.x) * s * core::f64::consts::TAU) }
     }
 }
 

@@ -19,15 +19,15 @@ fn across(axis: DVec3) -> (DVec3, DVec3) {
     (tangent, tangent.cross(axis))
 }
 
-/// The angle of an offset about an axis as a texture coordinate in [0, 1], and the derivative of the offset by it. At the
-/// axis itself one half and zero.
+/// The angle of an offset about an axis as a texture coordinate in [0, 1], and the derivative of the offset by it. Seen from
+/// outside with the axis up it grows to the right, as an image's columns do. At the axis itself one half and zero.
 pub(crate) fn turn<P: Precision>(offset: CoreVec<P>, axis: Vec3Of<P>) -> (P::Real, Vec3Of<P>) {
     let (t, b) = across(axis.to_f64());
     let offset = offset.to_f64();
     let (x, y) = (offset.dot(t), offset.dot(b));
     let full: P::Real = num(core::f64::consts::TAU);
     let angle = P::Real::from_f64(y).atan2(P::Real::from_f64(x));
-    (angle / full + num(0.5), Vec3Of::<P>::from_f64((b * x - t * y) * core::f64::consts::TAU))
+    (num::<P::Real>(0.5) - angle / full, Vec3Of::<P>::from_f64((t * y - b * x) * core::f64::consts::TAU))
 }
 
 /// The unit vector across an axis at a fraction `u` of the way round.

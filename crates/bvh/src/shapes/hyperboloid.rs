@@ -95,12 +95,12 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         self.at::<P>(point, (probe.origin - point).abs().max_element())
     }
 
-    /// u turns about the axis, v runs from the lower rim to the upper.
+    /// u turns about the axis, v runs from the upper rim to the lower.
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - wide::<P>(self.centre);
         let across = CoreVec::<P>::new(offset.x(), P::Core::ZERO, offset.z());
         let (u, dpdu) = turn::<P>(across, R::Vec3::new(R::ZERO, R::ONE, R::ZERO));
-        let v = convert::<P::Core, R>(offset.y()) / (self.half_height + self.half_height) + num(0.5);
+        let v = num::<R>(0.5) - convert::<P::Core, R>(offset.y()) / (self.half_height + self.half_height);
         Parameters { u, v, dpdu }
     }
 }

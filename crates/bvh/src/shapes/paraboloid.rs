@@ -79,12 +79,12 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         self.at::<P>(point, (probe.origin - point).abs().max_element())
     }
 
-    /// u turns about the axis, v runs from the apex to the rim with the height.
+    /// u turns about the axis, v runs down with the height, from 0 at the rim to 1 at the apex.
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - wide::<P>(self.apex);
         let across = CoreVec::<P>::new(offset.x(), P::Core::ZERO, offset.z());
         let (u, dpdu) = turn::<P>(across, R::Vec3::new(R::ZERO, R::ONE, R::ZERO));
-        Parameters { u, v: convert::<P::Core, R>(offset.y()) / self.height, dpdu }
+        Parameters { u, v: R::ONE - convert::<P::Core, R>(offset.y()) / self.height, dpdu }
     }
 }
 

@@ -70,13 +70,14 @@ impl<R: Real> Shape<R> for Sphere<R> {
         Located { point: raw, normal: f.normalize(), error: slack(scale) }
     }
 
-    /// u runs about +y from the −x side, v from the top: the orientation of an equirectangular map.
+    /// u runs about +y from the −x side, to the right as seen from outside, v from the top: an image wraps around as a map does
+    /// around a globe.
     #[inline]
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let n = self.locate(probe, hit).normal;
-        let [u, v] = equirectangular::<P::Core>(n).map(convert);
+        let [u, v] = on_globe::<P::Core>(n).map(convert);
         let around = convert::<R, P::Core>(self.radius) * num(core::f64::consts::TAU);
-        let dpdu = CoreVec::<P>::new(-n.z(), P::Core::ZERO, n.x()) * around;
+        let dpdu = CoreVec::<P>::new(n.z(), P::Core::ZERO, -n.x()) * around;
         Parameters { u, v, dpdu: convert_vec::<P::Core, R>(dpdu) }
     }
 }
@@ -109,6 +110,13 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
 pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
     [n.z().atan2(n.x()) / num(core::f64::consts::TAU) + num(0.5), ring.atan2(n.y()) / num(core::f64::consts::PI)]
+}
+
+/// Texture coordinates of a sphere by its unit normal: an equirectangular map is seen from inside, a globe from outside, so the
+/// first runs the other way.
+pub(super) fn on_globe<R: Real>(n: R::Vec3) -> [R; 2] {
+    let [u, v] = equirectangular::<R>(n);
+    [R::ONE - u, v]
 }
 
 /// A unit vector for two numbers in [0, 1), evenly over the sphere.
@@ -146,7 +154,7 @@ mod tests {
                     let (dx, dz) = (f64::from(x) / sx, f64::from(z) / sz);
                     let ring = (dx * dx + dz * dz).sqrt();
                     let pole = f64::atan2(ring, (1.0 - ring * ring).sqrt()) / core::f64::consts::PI;
-                    let around = f64::atan2(dz, dx) / core::f64::consts::TAU + 0.5;
+                    let around = 0.5 - f64::atan2(dz, dx) / core::f64::consts::TAU;
                     for (down, v) in [(-1.0, pole), (1.0, 1.0 - pole)] {
                         for (found, name) in
                             [(seen::<Robust>(&shape, x, z, down), "robust"), (seen::<Fast>(&shape, x, z, down), "fast")]

@@ -160,7 +160,7 @@ impl<R: Real> Shape<R> for Torus<R> {
         Located { point: raw, normal: off.normalize(), error }
     }
 
-    /// u turns about the axis, v about the tube from its inner side.
+    /// u turns about the axis, v about the tube from its inner side, down on the outer one.
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let located = self.locate(probe, hit);
         let (_, out) = split::<P>(located.point - wide::<P>(self.centre), self.axis);
@@ -169,7 +169,7 @@ impl<R: Real> Shape<R> for Torus<R> {
         let up: R = convert(located.normal.dot(axis));
         let away: R = convert(located.normal.dot(out.normalize()));
         let full: R = num(core::f64::consts::TAU);
-        Parameters { u, v: up.atan2(away) / full + num(0.5), dpdu }
+        Parameters { u, v: num::<R>(0.5) - up.atan2(away) / full, dpdu }
     }
 }
 

@@ -83,17 +83,16 @@ fn coordinates_of_known_points() {
     let ring: AnyShape<f64> = Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into();
     let slant = DVec3::new(1.0, 1.0, 0.0).normalize();
     let cases = [
-        // From the −x side about +y, from the top down, as an equirectangular map.
+        // From the −x side about +y, from the top down, as a map on a globe.
         ("sphere", sphere, DVec3::X, Some(0.5), Some(0.5)),
-        ("sphere", sphere, DVec3::Z, Some(0.75), Some(0.5)),
-        ("sphere", sphere, DVec3::NEG_Z, Some(0.25), Some(0.5)),
+        ("sphere", sphere, DVec3::Z, Some(0.25), Some(0.5)),
+        ("sphere", sphere, DVec3::NEG_Z, Some(0.75), Some(0.5)),
         ("sphere", sphere, DVec3::Y, None, Some(0.0)),
         ("sphere", sphere, DVec3::NEG_Y, None, Some(1.0)),
         ("sphere", sphere, slant, Some(0.5), Some(0.25)),
         ("ellipsoid", ellipsoid, DVec3::X, Some(0.5), Some(0.5)),
         ("ellipsoid", ellipsoid, DVec3::Y, None, Some(0.0)),
         ("quad", quad, DVec3::Y, Some(0.5), Some(0.5)),
-        // A face's two axes: z, y on ±x; x, z on ±y; x, y on ±z.
         ("box", cube, DVec3::X, Some(0.5), Some(0.5)),
         ("cylinder", can, DVec3::Y, None, Some(0.0)),
         ("torus", ring, DVec3::X, None, Some(0.5)),
@@ -105,15 +104,52 @@ fn coordinates_of_known_points() {
         let wanted = DVec2::new(u.unwrap_or(got.x), v.unwrap_or(got.y));
         assert!(got.distance(wanted) < 1e-9, "{name} from {towards:?}: {got:?} for {wanted:?}");
     }
-    // Off the middle of each face of a box.
+    // Off the middle of each face of a box: to the right and down as it is seen from outside.
     let placed = Placed::<Reference>::new(cube, DAffine3::IDENTITY).unwrap();
-    for (axis, along_u, along_v) in
-        [(DVec3::X, DVec3::Z, DVec3::Y), (DVec3::Y, DVec3::X, DVec3::Z), (DVec3::Z, DVec3::X, DVec3::Y)]
-    {
-        for side in [axis, -axis] {
-            let at = found(&placed, side * 5.0 + along_u * 0.5 - along_v * 0.25, -side).unwrap();
-            let got = DVec2::new(at.parameters.u, at.parameters.v);
-            assert!(got.distance(DVec2::new(0.75, 0.375)) < 1e-9, "box, face {side:?}: {got:?}");
+    for (side, right, down) in [
+        (DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y),
+        (DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y),
+        (DVec3::Z, DVec3::X, DVec3::NEG_Y),
+        (DVec3::NEG_Z, DVec3::NEG_X, DVec3::NEG_Y),
+        (DVec3::Y, DVec3::X, DVec3::Z),
+        (DVec3::NEG_Y, DVec3::X, DVec3::NEG_Z),
+    ] {
+        assert!(right.cross(-down) == side, "not as seen from outside");
+        let at = found(&placed, side * 5.0 + right * 0.5 + down * 0.25, -side).unwrap();
+        let got = DVec2::new(at.parameters.u, at.parameters.v);
+        assert!(got.distance(DVec2::new(0.75, 0.625)) < 1e-9, "box, face {side:?}: {got:?}");
+    }
+}
+
+/// Protects: an image, whose rows run down and columns to the right, is upright and not mirrored on a body of which the
+/// outside is seen with its axis up.
+#[test]
+fn images_are_upright() {
+    use raywright_bvh::shapes::{Cone, Cylinder, Ellipsoid, Hyperboloid, Paraboloid, Sphere, Torus};
+    const STEP: f64 = 1e-5;
+    let bodies: [(&str, AnyShape<f64>); 9] = [
+        ("sphere", Sphere { centre: DVec3::ZERO, radius: 1.0 }.into()),
+        ("ellipsoid", Ellipsoid::new(DVec3::ZERO, DVec3::new(2.0, 1.0, 3.0)).into()),
+        ("cylinder", Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, Some(2.0), true).into()),
+        ("open cylinder", Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, Some(2.0), false).into()),
+        ("infinite cylinder", Cylinder::new(DVec3::NEG_Y, DVec3::Y, 1.0, None, false).into()),
+        ("cone", Cone::new(DVec3::NEG_Y, DVec3::Y, 1.0, 0.0, 2.0).into()),
+        ("hyperboloid", Hyperboloid::new(DVec3::ZERO, 0.5, 0.75, 1.0).into()),
+        ("paraboloid", Paraboloid::new(DVec3::NEG_Y, 1.0, 2.0).into()),
+        ("torus", Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into()),
+    ];
+    for (name, shape) in bodies {
+        let placed = Placed::<Reference>::new(shape, DAffine3::IDENTITY).unwrap();
+        for angle in [0.5_f64, 1.5, 2.5, 3.5, 4.5, 5.5] {
+            let (out, right) = (DVec3::new(angle.cos(), 0.0, angle.sin()), DVec3::new(angle.sin(), 0.0, -angle.cos()));
+            let at = |aside: f64, down: f64| {
+                let from = out * 9.0 + right * aside - DVec3::Y * (0.1 + down);
+                let p = found(&placed, from, -out).unwrap_or_else(|| panic!("{name} missed")).parameters;
+                DVec2::new(p.u, p.v)
+            };
+            let (here, aside, below) = (at(0.0, 0.0), at(STEP, 0.0), at(0.0, STEP));
+            assert!(aside.x - here.x > 0.02 * STEP, "{name} at {angle}: u falls to the right");
+            assert!(below.y - here.y > 0.02 * STEP, "{name} at {angle}: v falls downwards");
         }
     }
 }

@@ -70,7 +70,7 @@ pub enum TransformStep {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
-    /// All points at a distance from a centre. u runs about +y, from −x over −z, +x and +z; v from 0 at the top to 1 at the
+    /// All points at a distance from a centre. u runs about +y, from −x over +z, +x and −z; v from 0 at the top to 1 at the
     /// bottom.
     Sphere {
         /// Centre.
@@ -104,15 +104,16 @@ pub enum Shape {
         /// From the corner along the second edge.
         edge_v: Triple,
     },
-    /// An axis-parallel box. On each face u and v run from 0 to 1 along z and y (x faces), x and z (y faces), x and y (z faces).
+    /// An axis-parallel box. On each face u runs to the right and v down as it is seen from outside, from 0 to 1; v along +z on the
+    /// top and along −z on the bottom.
     Box {
         /// Least corner.
         min: Triple,
         /// Greatest corner, above the least in every axis.
         max: Triple,
     },
-    /// A round tube about an axis. u runs about the axis; v along it, from 0 at the base to 1 at the other end, or in metres
-    /// without a height; on an end from 0 at its centre to 1 at its rim.
+    /// A round tube about an axis. u runs about the axis; v down it, from 0 at the far end to 1 at the base, or in metres
+    /// from the base without a height; on an end from 0 at its centre to 1 at its rim.
     Cylinder {
         /// A point of the axis; with a height, the centre of one end.
         base: Triple,
@@ -127,8 +128,8 @@ pub enum Shape {
         #[serde(default = "yes")]
         caps: bool,
     },
-    /// A cone or, with a top radius, a truncated one; closed at its ends. u runs about the axis; v from 0 at the base to 1 at the
-    /// other end, on an end from 0 at its centre to 1 at its rim.
+    /// A cone or, with a top radius, a truncated one; closed at its ends. u runs about the axis; v from 0 at the top to 1 at the
+    /// base, on an end from 0 at its centre to 1 at its rim.
     Cone {
         /// Centre of the base.
         base: Triple,
@@ -149,8 +150,8 @@ pub enum Shape {
         /// Half-lengths along x, y, z.
         semi_axes: Triple,
     },
-    /// A hyperboloid of one sheet about y: (x/a)² − (y/c)² + (z/a)² = 1, open at its ends. u runs about +y, v from 0 at the lower
-    /// rim to 1 at the upper.
+    /// A hyperboloid of one sheet about y: (x/a)² − (y/c)² + (z/a)² = 1, open at its ends. u runs about +y, v from 0 at the upper
+    /// rim to 1 at the lower.
     Hyperboloid {
         /// Centre.
         centre: Triple,
@@ -162,7 +163,7 @@ pub enum Shape {
         half_height: f64,
     },
     /// A paraboloid about y from its lowest point: y = (x² + z²)·height/radius², open at the top. u runs about +y, v from 0 at the
-    /// apex to 1 at the rim, with the height.
+    /// rim to 1 at the apex, with the height.
     Paraboloid {
         /// Lowest point.
         apex: Triple,
@@ -171,7 +172,7 @@ pub enum Shape {
         /// Height of the rim above the apex.
         height: f64,
     },
-    /// A ring with a round section. u runs about the axis, v about the tube: ½ on its outer side, ¾ on the side to which the axis
+    /// A ring with a round section. u runs about the axis, v about the tube: ½ on its outer side, ¼ on the side to which the axis
     /// points.
     Torus {
         /// Centre.
