@@ -74,8 +74,8 @@ pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>
 /// What a test of a flat face by its corners may be wrong by: the flatter one of its triangles is, `longest_squared` over
 /// twice its area, the less its corners tell where its plane is.
 #[inline(always)]
-pub(super) fn corner_slack<C: Real>(scale: C, longest_squared: C, twice_area: C) -> C {
-    slack(scale) * (longest_squared / twice_area).min(C::ONE / C::ROUNDOFF)
+pub(super) fn corner_slack<C: Real>(scale: C, longest_squared: C, inverse_twice_area: C) -> C {
+    slack(scale) * (longest_squared * inverse_twice_area).min(C::ONE / C::ROUNDOFF)
 }
 
 /// a·b − c·d rounded, with the exact sign: the rounding errors of the products, by fused multiply-add, decide when the
@@ -106,8 +106,8 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
 fn exact_difference<C: Real>(a: C, b: C, c: C, d: C) -> C {
     let (p, q) = (a * b, c * d);
     let difference = p - q;
-    // Two products of zero too are told apart from a difference that rounding may have made zero.
-    if difference.abs() >= (p.abs() + q.abs()) * (C::ROUNDOFF * C::from_f64(4.0)) {
+    // Wrong by at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|: one product tells the size of both.
+    if difference.abs() >= p.abs() * (C::ROUNDOFF * C::from_f64(8.0)) {
         return difference;
     }
     C::from_f64(exact_tail(a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64()))

@@ -43,7 +43,7 @@ impl<R: Real> Quad<R> {
         let (first, second) = (c - a, d - b);
         let longest = first.dot(first).max(second.dot(second));
         // The second term for corners that rounding has moved out of the common plane.
-        corner_slack(convert(scale), longest, first.cross(second).length())
+        corner_slack(convert(scale), longest, P::Core::ONE / first.cross(second).length())
             + convert::<R, P::Core>(scale * R::ROUNDOFF * num(4.0))
     }
 

@@ -106,8 +106,9 @@ impl<R: Real> Triangle<R> {
         let (ab, ac, bc) = (b - a, c - a, c - b);
         let (normal, scale) = (ab.cross(ac), a.abs().max(b.abs()).max(c.abs()).max_element());
         let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
-        let error = corner_slack(scale, longest, normal.length());
-        Located { point: a + ab * u + ac * v, normal: normal.normalize(), error }
+        let inverse = P::Core::ONE / normal.length();
+        let error = corner_slack(scale, longest, inverse);
+        Located { point: a + ab * u + ac * v, normal: normal * inverse, error }
     }
 
     /// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997). Leaks at shared edges.
