@@ -16,7 +16,9 @@ use mesh::mesh;
 use scenes::{preset, ready};
 use turns::{Contestant, interleaved, measuring};
 
-const ROUNDS: usize = 7;
+const ROUNDS: usize = 15;
+/// Where a pixel takes long.
+const TINY: [u32; 2] = [320, 180];
 const SMALL: [u32; 2] = [640, 360];
 const FULL: [u32; 2] = [1920, 1080];
 
@@ -27,10 +29,10 @@ fn main() {
     let Some(whitted) = preset("whitted") else { return };
     threads(&whitted, "whitted", FULL);
     kernels(&whitted, "whitted");
-    precisions(&whitted, "whitted");
-    precisions(&mesh(), "mesh of 65 536 triangles");
+    precisions(&whitted, "whitted", SMALL);
+    precisions(&mesh(), "mesh of 65 536 triangles", SMALL);
     if let Some(shapes) = preset("shapes") {
-        precisions(&shapes, "shapes");
+        precisions(&shapes, "shapes", TINY);
     }
 }
 
@@ -65,7 +67,7 @@ fn kernels(scene: &Scene, name: &str) {
 }
 
 /// What each rung of the arithmetic ladder costs.
-fn precisions(scene: &Scene, name: &str) {
+fn precisions(scene: &Scene, name: &str, size: [u32; 2]) {
     let with = |precision| {
         move |s: &mut Settings| {
             s.threads = Some(1);
@@ -77,5 +79,5 @@ fn precisions(scene: &Scene, name: &str) {
         ("robust", &with(PrecisionChoice::Robust)),
         ("reference", &with(PrecisionChoice::Reference)),
     ];
-    compare(&format!("{name} at 640x360, by precision"), scene, SMALL, &variants);
+    compare(&format!("{name} at {}x{}, by precision", size[0], size[1]), scene, size, &variants);
 }

@@ -13,18 +13,19 @@ pub struct Contestant<'a> {
     pub work: &'a dyn Fn(),
 }
 
-/// Times contestants in turns, A B A B, after a round that does not count, and returns a table: wall-clock and CPU seconds
+/// Times contestants in turns, another one first in each round, after a round that does not count, and returns a table: wall-clock and CPU seconds
 /// of all threads, median ± half the distance of the quartiles, and wall clock and CPU as multiples of the first one's in
 /// the same round.
 pub fn interleaved(title: &str, repeats: usize, contestants: &[Contestant<'_>]) -> String {
     let mut rounds: Vec<Vec<[f64; 2]>> = Vec::with_capacity(repeats);
     for round in 0..=repeats {
-        let times = contestants.iter().map(|contestant| {
+        let mut times = vec![[0.0; 2]; contestants.len()];
+        for place in 0..contestants.len() {
+            let turn = (place + round) % contestants.len();
             let (wall, cpu) = (Instant::now(), process_seconds());
-            (contestant.work)();
-            [wall.elapsed().as_secs_f64(), process_seconds() - cpu]
-        });
-        let times = times.collect();
+            (contestants[turn].work)();
+            times[turn] = [wall.elapsed().as_secs_f64(), process_seconds() - cpu];
+        }
         if round > 0 {
             rounds.push(times);
         }
