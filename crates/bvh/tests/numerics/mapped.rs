@@ -74,25 +74,36 @@ struct Expected {
     normal: DVec3,
 }
 
-/// M⁻¹·b with as many digits as f64 has, whatever the condition of M: refined until what is lacking, summed in twice the
-/// precision, is nothing.
+/// A number in twice the precision: the sum of two, of which the second is the rounding of the first.
+type Double = (f64, f64);
+
+fn sum(a: Double, b: Double) -> Double {
+    let total = a.0 + b.0;
+    let part = total - a.0;
+    let rest = (a.0 - (total - part)) + (b.0 - part) + a.1 + b.1;
+    (total + rest, rest - ((total + rest) - total))
+}
+
+fn product(a: Double, b: Double) -> Double {
+    let total = a.0 * b.0;
+    let rest = a.0.mul_add(b.0, -total) + (a.0 * b.1 + a.1 * b.0);
+    (total + rest, rest - ((total + rest) - total))
+}
+
+/// a·(b × c) in twice the precision, rounded.
+fn determinant(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let term = |k: usize| {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let minor = sum(product((b[i], 0.0), (c[j], 0.0)), product((-b[j], 0.0), (c[i], 0.0)));
+        product((a[k], 0.0), minor)
+    };
+    sum(sum(term(0), term(1)), term(2)).0
+}
+
+/// M⁻¹·b by Cramer's rule: right to the last places whatever the condition of M.
 fn solved(m: DMat3, b: DVec3) -> DVec3 {
-    let back = m.inverse();
-    (0..5).fold(back * b, |x, _| {
-        let lacking = DVec3::from_array(core::array::from_fn(|i| {
-            let terms = [(b[i], 1.0), (-m.x_axis[i], x.x), (-m.y_axis[i], x.y), (-m.z_axis[i], x.z)];
-            let (mut sum, mut rest) = (0.0_f64, 0.0);
-            for (a, y) in terms {
-                let product = a * y;
-                let total = sum + product;
-                let back = total - sum;
-                rest += a.mul_add(y, -product) + ((sum - (total - back)) + (product - back));
-                sum = total;
-            }
-            sum + rest
-        }));
-        x + back * lacking
-    })
+    let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
+    DVec3::new(determinant(b, y, z), determinant(x, b, z), determinant(x, y, b)) / determinant(x, y, z)
 }
 
 fn expected(shape: &AnyShape<f64>, map: DAffine3, o: DVec3, d: DVec3) -> Option<Expected> {
