@@ -38,11 +38,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
 
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
     let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
-    scene_input::complete(&mut loaded, verbosity);
     if targets.is_empty() {
         targets = vec![targets::unnamed(&loaded.source.stem, &mut outputs, &loaded.inputs)?];
     }
     outputs.keep_clear_of(&loaded.inputs)?;
+    scene_input::complete(&mut loaded, verbosity);
     let plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded, settings))?;
     let load = clock.lap();
 
