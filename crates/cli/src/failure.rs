@@ -58,6 +58,12 @@ impl Failure {
         Self { exit, message: format!("error: {message}") }
     }
 
+    /// The same with advice in a line of its own.
+    pub fn with_hint(mut self, advice: impl fmt::Display) -> Self {
+        self.message += &format!("\nhelp: {advice}");
+        self
+    }
+
     /// Standard output could not be written.
     pub fn stdout(cause: &io::Error) -> Self {
         Self::new(Exit::File, format_args!("cannot write to standard output: {cause}"))

@@ -32,32 +32,13 @@ enum Display {
 impl Progress {
     /// A display that suits where standard error goes, unless the user chose one.
     pub fn start(style: ProgressStyle, verbosity: Verbosity) -> Self {
-        let display = match style {
-            _ if verbosity == Verbosity::Quiet => Display::Nothing,
-            ProgressStyle::None => Display::Nothing,
-            ProgressStyle::Auto if io::stderr().is_terminal() => Display::Bar(bar()),
-            ProgressStyle::Auto | ProgressStyle::Plain => Display::Lines(Mutex::new(Pace::new())),
-        };
-        Self { start: Instant::now(), display }
+        Self { start: Instant::now(), display: Display::of(style, verbosity, io::stderr().is_terminal()) }
     }
 
     /// `done` of `total` pieces of work are finished.
     pub fn report(&self, done: u64, total: u64) {
-        let elapsed = self.start.elapsed();
-        match &self.display {
-            Display::Nothing => {}
-            Display::Bar(bar) => {
-                bar.set_length(total);
-                bar.set_position(done);
-                bar.set_message(left(elapsed, done, total));
-            }
-            Display::Lines(pace) => {
-                // A thread that finds another one at work here has nothing newer to say.
-                let due = pace.try_lock().is_ok_and(|mut pace| pace.is_due(elapsed));
-                if due && done < total {
-                    console::tell(line(elapsed, done, total));
-                }
-            }
+        if let Some(line) = self.display.report(self.start.elapsed(), done, total) {
+            console::tell(line);
         }
     }
 
@@ -65,6 +46,35 @@ impl Progress {
     pub fn finish(&self) {
         if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
+        }
+    }
+}
+
+impl Display {
+    fn of(style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
+        match style {
+            _ if verbosity == Verbosity::Quiet => Self::Nothing,
+            ProgressStyle::None => Self::Nothing,
+            ProgressStyle::Auto if is_terminal => Self::Bar(bar()),
+            ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(Pace::new())),
+        }
+    }
+
+    /// Moves the bar; the line to print, where one is due.
+    fn report(&self, elapsed: Duration, done: u64, total: u64) -> Option<String> {
+        match self {
+            Self::Nothing => None,
+            Self::Bar(bar) => {
+                bar.set_length(total);
+                bar.set_position(done);
+                bar.set_message(left(elapsed, done, total));
+                None
+            }
+            Self::Lines(pace) => {
+                // A thread that finds another one at work here has nothing newer to say.
+                let due = pace.try_lock().is_ok_and(|mut pace| pace.is_due(elapsed));
+                (due && done < total).then(|| line(elapsed, done, total))
+            }
         }
     }
 }
@@ -127,6 +137,37 @@ mod tests {
         assert_eq!(line(Duration::from_secs(10), 0, 4), "rendering: 0 %");
         assert_eq!(line(Duration::from_secs(7200), 1, 2), "rendering: 50 %, 2 h 0 min left");
         assert_eq!(line(Duration::from_secs(200), 1, 2), "rendering: 50 %, 3 min 20 s left");
+    }
+
+    /// Protects: quiet is silent whatever style is asked for, no style is, a terminal alone has a bar, and everything else
+    /// has lines.
+    #[test]
+    fn the_display_suits_the_place() {
+        use ProgressStyle::{Auto, None, Plain};
+        let kind = |style, verbosity, terminal| match Display::of(style, verbosity, terminal) {
+            Display::Nothing => "nothing",
+            Display::Bar(_) => "bar",
+            Display::Lines(_) => "lines",
+        };
+        for style in [Auto, None, Plain] {
+            assert_eq!(kind(style, Verbosity::Quiet, true), "nothing");
+            assert_eq!(kind(style, Verbosity::Quiet, false), "nothing");
+        }
+        for verbosity in [Verbosity::Normal, Verbosity::Verbose] {
+            let kinds = [(Auto, true), (Auto, false), (Plain, true), (None, true)];
+            assert_eq!(kinds.map(|(style, terminal)| kind(style, verbosity, terminal)), ["bar", "lines", "lines", "nothing"]);
+        }
+    }
+
+    /// Protects: a line comes when it is due and while there is work left; that all is done is no news.
+    #[test]
+    fn the_end_is_no_line() {
+        let lines = || Display::Lines(Mutex::new(Pace::new()));
+        let second = Duration::from_secs(1);
+        assert_eq!(lines().report(second, 1, 2), Some("rendering: 50 %, 1 s left".to_owned()));
+        assert_eq!(lines().report(second, 2, 2), None);
+        assert_eq!(lines().report(second / 2, 1, 2), None);
+        assert_eq!(Display::Nothing.report(second, 1, 2), None);
     }
 
     /// A thousand reports within a minute make a handful of lines, each pause twice the one before.

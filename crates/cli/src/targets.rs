@@ -1,20 +1,22 @@
-//! Where results go, checked before any work is done: a long render must not end with "no such folder".
+//! Where results go, checked before any work is done: a long render must not end with "no such folder", and no result may
+//! take the place of what it is made from.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
-use raywright_io::Error;
-use raywright_io::output::Format;
+use raywright_io::output::{Format, Place, is_own_picture};
+use raywright_io::{Clash, Error, ErrorKind, Inputs};
 
-use crate::failure::Failure;
+use crate::failure::{Exit, Failure};
 
 /// One place to write the picture to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// PNG on standard output.
     Stdout,
-    /// A file, by its final name.
+    /// A file that the user named, by its final name: what is there is replaced.
     File(PathBuf, Format),
+    /// A PNG that is called after the scene, because the user named none: it replaces a picture of ours and nothing else.
+    Unnamed(PathBuf),
 }
 
 impl Target {
@@ -22,53 +24,116 @@ impl Target {
     pub fn has_layers(&self) -> bool {
         matches!(self, Self::File(_, Format::Exr))
     }
+
+    /// The file, if it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Stdout => None,
+            Self::File(path, _) | Self::Unnamed(path) => Some(path),
+        }
+    }
 }
 
-/// Checks every place that was asked for: a known format, a folder that can be written to, nothing twice.
-pub fn check(outputs: &[PathBuf]) -> Result<Vec<Target>, Failure> {
-    let mut targets = Vec::with_capacity(outputs.len());
-    let mut places = Vec::with_capacity(outputs.len());
-    for output in outputs {
-        let (target, place) = if output == Path::new("-") {
-            (Target::Stdout, output.clone())
+/// Every file that a run is going to write.
+#[derive(Debug, Default)]
+pub struct Outputs(Vec<Output>);
+
+#[derive(Debug)]
+struct Output {
+    /// As the user named it.
+    path: PathBuf,
+    /// What names another one.
+    flag: &'static str,
+    place: Place,
+}
+
+impl Outputs {
+    /// Adds a file, if it can be made and is none of those that are there already; `flag` is what names it.
+    pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
+        let place = Place::check(path)?;
+        if let Some(other) = self.0.iter().find(|other| other.place.is(&place)) {
+            let message = match plain(&other.path) == plain(path) {
+                true => format!("{} is named twice as output", path.display()),
+                false => format!("{} and {} are one file, named twice as output", other.path.display(), path.display()),
+            };
+            return Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into());
+        }
+        self.0.push(Output { path: path.to_owned(), flag, place });
+        Ok(())
+    }
+
+    /// Refuses to go on where an output would take the place of something that the run reads or its scene names.
+    pub fn keep_clear_of(&self, inputs: &Inputs) -> Result<(), Failure> {
+        for Output { path, flag, place } in &self.0 {
+            let Some(clash) = inputs.clash(place) else { continue };
+            let path = path.display();
+            let message = match &clash {
+                Clash::Read(file) if file.file_name() != place.file_name() => {
+                    format!("cannot write {path}: it is {}, which this run reads", file.display())
+                }
+                Clash::Read(_) => format!("cannot write {path}: this run reads it"),
+                Clash::Named(_) => format!("cannot write {path}: the scene names it as a file of its own"),
+            };
+            return Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into());
+        }
+        Ok(())
+    }
+
+    /// Whether a file that nobody named would take the place of no output and no input. Where no file can be made at all,
+    /// writing it will say so.
+    pub fn leave_free(&self, path: &Path, inputs: &Inputs) -> bool {
+        match Place::check(path) {
+            Ok(place) => inputs.clash(&place).is_none() && !self.0.iter().any(|other| other.place.is(&place)),
+            Err(_) => true,
+        }
+    }
+}
+
+/// The pictures that the user asked for: each of a known format, in a folder that can be written to, nothing twice.
+pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>, Failure> {
+    let mut targets = Vec::with_capacity(named.len());
+    for path in named {
+        let target = if path == Path::new("-") {
+            Target::Stdout
         } else {
-            (Target::File(output.clone(), Format::of(output)?), writable(output)?)
+            let format = Format::of(path)?;
+            outputs.add(path, "-o")?;
+            Target::File(path.clone(), format)
         };
-        if places.contains(&place) {
-            return Err(Error::usage(format_args!("{} is named twice as output", output.display())).into());
+        if target == Target::Stdout && targets.contains(&target) {
+            return Err(Error::usage("- is named twice as output").into());
         }
         targets.push(target);
-        places.push(place);
     }
     Ok(targets)
 }
 
-/// Checks that a file of this name can be made, by making another one beside it for a moment, and returns the one name
-/// that all spellings of its path share.
-pub fn writable(path: &Path) -> Result<PathBuf, Failure> {
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    let fail = |cause: io::Error| Failure::from(Error::write(path, &cause));
-    if path.is_dir() {
-        return Err(fail(io::ErrorKind::IsADirectory.into()));
+/// The picture that is called after the scene, where that name is free or holds a picture of ours.
+pub fn unnamed(stem: &str, outputs: &mut Outputs, inputs: &Inputs) -> Result<Target, Failure> {
+    let path = PathBuf::from(format!("{stem}.png"));
+    outputs.add(&path, "-o")?;
+    outputs.keep_clear_of(inputs)?;
+    if path.exists() && !is_own_picture(&path) {
+        let name = path.display();
+        let message = format!("cannot write {name}: a file of that name is there, and it is not a picture by this program");
+        let error = Failure::new(Exit::from(ErrorKind::File), message);
+        return Err(error.with_hint(format_args!("name the picture with -o; -o {name} replaces that file")));
     }
-    if folder.exists() && !folder.is_dir() {
-        return Err(fail(io::ErrorKind::NotADirectory.into()));
-    }
-    if !folder.exists() {
-        let error = Error::write(path, &io::ErrorKind::NotFound.into());
-        return Err(error.with_hint(format!("create the folder first: mkdir -p {}", folder.display())).into());
-    }
-    tempfile::Builder::new().prefix(".raywright-").tempfile_in(folder).map_err(|cause| fail(cause.kind().into()))?;
-    let folder = folder.canonicalize().map_err(fail)?;
-    Ok(path.file_name().map_or_else(|| folder.clone(), |name| folder.join(name)))
+    Ok(Target::Unnamed(path))
+}
+
+/// The path without the parts that mean nothing.
+fn plain(path: &Path) -> PathBuf {
+    path.components().filter(|part| *part != std::path::Component::CurDir).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn check(named: &[PathBuf]) -> Result<Vec<Target>, Failure> {
+        pictures(named, &mut Outputs::default())
+    }
 
     /// Two spellings of one file are one file.
     #[test]
@@ -84,7 +149,25 @@ mod tests {
     #[test]
     fn checking_leaves_no_trace() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        writable(&folder.path().join("a.png")).expect("a fresh folder can be written to");
+        check(&[folder.path().join("a.png")]).expect("a fresh folder can be written to");
         assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
+    }
+
+    /// Protects: a file that nobody named is not made where an input or an output of the run is, or would be.
+    #[test]
+    fn unnamed_files_keep_clear() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("wood.png"), "wood").expect("a file");
+        let mut inputs = Inputs::default();
+        inputs.read(&at("wood.png"));
+        let mut outputs = Outputs::default();
+        pictures(&[at("a.png")], &mut outputs).expect("a name that is free");
+        let free = ["a.png", "wood.png", "./wood.png", "b.png"].map(|name| outputs.leave_free(&at(name), &inputs));
+        assert_eq!(free, [false, false, false, true]);
+        outputs.keep_clear_of(&inputs).expect("another file");
+        outputs.add(&at("wood.png"), "-o").expect("a file like another");
+        let refused = outputs.keep_clear_of(&inputs).expect_err("an input");
+        assert_eq!(refused.exit, Exit::Usage);
     }
 }

@@ -1,15 +1,17 @@
 //! The one gate through which files named inside a scene are read: nothing outside the scene's folder, nothing over the
-//! limits, and every byte counts towards the scene's hash.
+//! limits, every byte counts towards the scene's hash, and every name is remembered as one that no output may replace.
 
 use std::cell::RefCell;
 use std::fmt;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
+use std::rc::Rc;
 
 use sha2::{Digest, Sha256};
 
 use crate::error::reason;
+use crate::inputs::Inputs;
 use crate::limits::human_bytes;
 
 /// Why a file named inside a scene was not read.
@@ -31,13 +33,15 @@ impl fmt::Display for ReadError {
     }
 }
 
-/// A scene's folder, and the hash of everything read so far.
+/// A scene's folder, the hash of everything read so far, and the files that were read or named.
 #[derive(Debug)]
 pub struct Folder {
     /// Canonical path; none: the scene has no folder (a preset), and every reference is refused.
     root: Option<PathBuf>,
     file_bytes: u64,
     hash: RefCell<Sha256>,
+    /// Shared with the folders of files that were read from this one.
+    inputs: Rc<RefCell<Inputs>>,
 }
 
 impl Folder {
@@ -53,17 +57,19 @@ impl Folder {
     /// The folder that holds a file which was read from this one, for what that file names in turn.
     pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
         let path = self.resolve(reference)?;
-        Ok(Self { root: path.parent().map(Path::to_owned), ..Self::none(self.file_bytes) })
+        Ok(Self { root: path.parent().map(Path::to_owned), inputs: Rc::clone(&self.inputs), ..Self::none(self.file_bytes) })
     }
 
     /// The folder of a scene that has none.
     pub fn none(file_bytes: u64) -> Self {
-        Self { root: None, file_bytes, hash: RefCell::new(Sha256::new()) }
+        Self { root: None, file_bytes, hash: RefCell::new(Sha256::new()), inputs: Rc::default() }
     }
 
     /// The bytes of a file named inside the scene, by a path relative to the folder with `/` between its parts.
     pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
+        self.name(reference);
         let path = self.resolve(reference)?;
+        self.inputs.borrow_mut().read(&path);
         let unreadable = |cause: std::io::Error| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
         // A pipe or a device could keep a reader waiting for ever, and a pipe already when it is opened.
         if !path.is_file() {
@@ -76,6 +82,25 @@ impl Folder {
         self.note(reference.as_bytes());
         self.note(&bytes);
         Ok(bytes)
+    }
+
+    /// Remembers the scene's own file, which is not read through this gate.
+    pub(crate) fn note_file(&self, path: &Path) {
+        self.inputs.borrow_mut().read(path);
+    }
+
+    /// Remembers a file that the scene names, whether it is there, may be read, is read, or not.
+    pub fn name(&self, reference: &str) {
+        // A picture of the scene that was written under a name which the scene takes for a texture's would change the next one.
+        let path = Path::new(reference.strip_prefix("file://").unwrap_or(reference));
+        if let Some(root) = self.root.as_ref().filter(|_| !reference.is_empty()) {
+            self.inputs.borrow_mut().name(&root.join(path));
+        }
+    }
+
+    /// The files that were read or named so far, by this folder and those beside it.
+    pub fn inputs(&self) -> Inputs {
+        self.inputs.borrow().clone()
     }
 
     /// Makes bytes that did not come through [`Self::read`] count towards the hash.
@@ -150,6 +175,45 @@ mod tests {
         assert_eq!(folder.read("./own.txt"), Ok(b"own".to_vec()));
         assert_ne!(folder.hash(), before);
         assert_eq!(folder.hash().len(), 64);
+    }
+
+    /// Protects: the hash says which file it was that held the bytes: two that are exchanged make another scene.
+    #[test]
+    fn names_count_towards_the_hash() {
+        let outer = scene_folder();
+        std::fs::write(outer.path().join("scene/twin.txt"), "own").expect("a file");
+        let hash = |name: &str| {
+            let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+            folder.read(name).expect("a file");
+            folder.hash()
+        };
+        assert_eq!(hash("own.txt"), hash("own.txt"));
+        assert_ne!(hash("own.txt"), hash("twin.txt"));
+    }
+
+    /// Protects: every file that is read or named is known afterwards, through folders beside this one too, and so is one that
+    /// is not there or leads out: none of them may be replaced by a picture of the scene.
+    #[test]
+    fn what_is_read_and_named_is_remembered() {
+        use crate::output::Place;
+        let outer = scene_folder();
+        std::fs::create_dir(outer.path().join("scene/sub")).expect("a folder");
+        std::fs::write(outer.path().join("scene/sub/a.txt"), "a").expect("a file");
+        let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+        folder.read("own.txt").expect("a file");
+        let beside = folder.beside("sub/a.txt").expect("a file");
+        beside.read("a.txt").expect("a file");
+        assert!(beside.read("none.txt").is_err() && folder.read("../secret.txt").is_err());
+        let inputs = folder.inputs();
+        let held = |name: &str| {
+            let place = Place::check(&outer.path().join("scene").join(name)).expect("a place");
+            inputs.clash(&place).is_some()
+        };
+        for name in ["own.txt", "sub/a.txt", "sub/none.txt", "../secret.txt"] {
+            assert!(held(name), "{name}");
+        }
+        assert!(!held("none.txt") && !held("sub/own.txt"));
+        assert_eq!(inputs.files().count(), 2);
     }
 
     #[test]

@@ -10,6 +10,7 @@ use raywright_core::{Scene, generate};
 use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_limited};
 use crate::gltf;
+use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
 use crate::source::{Format, SourceInfo};
@@ -44,6 +45,8 @@ pub struct Loaded {
     pub hash: String,
     /// Where it came from.
     pub source: SourceInfo,
+    /// Every file that was read for it or that it names: what no output of the same run may replace.
+    pub inputs: Inputs,
 }
 
 /// Reads and checks a scene.
@@ -60,6 +63,7 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
         Input::Path(path) => {
             let bytes = read(path, &options.limits)?;
             let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
+            folder.note_file(path);
             let name = path.display().to_string();
             match format_of(path, &bytes)? {
                 Format::Native(notation) => {
@@ -93,7 +97,7 @@ fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: 
     }
     within_limits(&name, &scene, &options.limits)?;
     let source = SourceInfo::new(name, stem(path), format, None);
-    Ok(Loaded { scene, warnings, hash: folder.hash(), source })
+    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs() })
 }
 
 fn native_scene(
@@ -112,7 +116,7 @@ fn native_scene(
     let scene = parsed.scene;
     within_limits(name, &scene, &options.limits)?;
     let source = SourceInfo::new(name, stem, Format::Native(notation), Some(text.into()));
-    Ok(Loaded { scene, warnings, hash: folder.hash(), source })
+    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs() })
 }
 
 /// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.

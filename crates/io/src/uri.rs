@@ -21,6 +21,14 @@ pub(crate) fn is_data(uri: &str) -> bool {
     uri.get(..5).is_some_and(|head| head.eq_ignore_ascii_case("data:"))
 }
 
+/// Remembers the file that a reference names, without reading it.
+pub(crate) fn name(folder: &Folder, uri: &str) {
+    if !is_data(uri) {
+        folder.name(&percent_decode_str(uri).decode_utf8_lossy());
+        folder.name(uri);
+    }
+}
+
 /// Reads what a reference means (RFC 3986 relative references and RFC 2397 data).
 ///
 /// # Errors

@@ -253,6 +253,45 @@ fn the_hash_covers_text_time_parameters_and_files() {
     assert_ne!(hash(&place, &LoadOptions::default()), first, "the buffer of a model does not count");
 }
 
+/// Protects: a value on the command line makes another scene, by the value and by which parameter it is given to; of two for
+/// one parameter the last one counts.
+#[test]
+fn values_of_parameters_count() {
+    let place = Place::new("format = 1\n[parameters]\na = 1\nb = 1\n");
+    let load = |set: &[(&str, f64)]| {
+        let set = set.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+        let options = LoadOptions { overrides: Overrides { at: None, set }, ..LoadOptions::default() };
+        place.load_with(&options).expect("a scene")
+    };
+    let hash = |set| load(set).hash;
+    assert_eq!(hash(&[("a", 2.0)]), hash(&[("a", 2.0)]));
+    let different = [hash(&[]), hash(&[("a", 2.0)]), hash(&[("a", 3.0)]), hash(&[("b", 2.0)])];
+    for (i, one) in different.iter().enumerate() {
+        assert!(!different[..i].contains(one), "{i}");
+    }
+    assert_eq!(load(&[("a", 2.0), ("b", 5.0), ("a", 3.0)]).scene.parameters["a"], 3.0);
+}
+
+/// Protects: loading says which files a scene is made from or names, itself included, so that no picture of it replaces one.
+#[test]
+fn a_scene_knows_its_files() {
+    use raywright_io::output;
+    let place = Place::new(&format!("{TEXTURED}{}", MODEL.replace("format = 1\n", "")));
+    gltf_triangle(&place);
+    let unused = r#""images": [{ "uri": "un%20used.png" }], "asset""#;
+    let text = std::fs::read_to_string(place.folder.path().join("models/leaf.gltf")).expect("a file");
+    place.put("models/leaf.gltf", text.replace("\"asset\"", unused).as_bytes());
+    let inputs = place.load().unwrap_or_else(|error| panic!("{error}")).inputs;
+    let held = |name: &str| {
+        let file = output::Place::check(&place.folder.path().join(name)).expect("a place");
+        inputs.clash(&file).is_some()
+    };
+    for name in ["x.scene.toml", "wood.png", "models/leaf.gltf", "models/leaf.bin", "models/un used.png"] {
+        assert!(held(name), "{name}");
+    }
+    assert!(!held("x.png") && !held("leaf.bin"));
+}
+
 #[test]
 fn parts_of_a_scene_are_located_in_its_text() {
     let loaded = Place::new(TEXTURED).load().expect("a scene");

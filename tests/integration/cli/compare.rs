@@ -92,3 +92,23 @@ fn what_cannot_be_compared_is_explained() {
         .says("error: d.exr: the difference picture is a .png");
     desk.run(&["compare", "a.png", "b.png", "--max-rmse", "-1"]).exits_with(2);
 }
+
+/// Protects: a pixel that is no number is beyond any threshold, though no figure can count it; without a threshold it is told.
+#[test]
+fn numbers_that_are_none_pass_no_threshold() {
+    use raywright::core::picture::Picture;
+    use raywright::io::output::{Metadata, write_exr};
+    let desk = Desk::new();
+    let mut picture = Picture::new(2, 1);
+    write_exr(&desk.path("black.exr"), &picture, &Metadata::default()).expect("a picture");
+    picture.rgb[1][2] = f32::NAN;
+    write_exr(&desk.path("nan.exr"), &picture, &Metadata::default()).expect("a picture");
+    let run = desk.run(&["compare", "nan.exr", "black.exr"]);
+    run.exits_with(0);
+    assert!(run.text().contains("1 pixels, left out"), "{}", run.text());
+    for threshold in [["--max-rmse", "1000"], ["--max-flip", "1"], ["--min-psnr", "0"]] {
+        let run = desk.run(&[&["compare", "nan.exr", "black.exr"], &threshold[..]].concat());
+        run.exits_with(1);
+        assert!(run.stderr.contains("1 pixels are not finite numbers"), "{}", run.stderr);
+    }
+}

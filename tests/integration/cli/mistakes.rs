@@ -59,7 +59,10 @@ fn wrong_use_is_explained() {
             &["render", "preset:whitted", "-o", "picture.jpg"],
             "error: cannot write picture.jpg: unknown picture format `.jpg`\nhelp: names end in `.png` (what a screen shows) or `.exr` (linear numbers)",
         ),
-        (&["render", "preset:whitted", "-o", "a.png", "-o", "./a.png"], "error: ./a.png is named twice as output"),
+        (
+            &["render", "preset:whitted", "-o", "a.png", "-o", "./a.png"],
+            "error: ./a.png is named twice as output\nhelp: name another file with -o",
+        ),
         (
             &["render", "preset:whitted", "--aov", "depth"],
             "error: --aov adds layers to an .exr picture, and none is written\nhelp: add one: -o picture.exr",
@@ -99,4 +102,16 @@ fn limits_are_explained() {
     run.exits_with(5);
     assert!(run.stderr.starts_with("error: preset:whitted: rendering it needs about "), "{}", run.stderr);
     assert!(run.stderr.contains("and the limit is 8 GiB\nhelp: raise the limit with --max-memory"), "{}", run.stderr);
+}
+
+/// Protects: `--max-memory` bounds what loading takes too: 16 bytes for each of 4096 pixels are more than 10 KiB, and it is the
+/// texture that the message names.
+#[test]
+fn the_limit_holds_for_loading() {
+    let desk = Desk::new();
+    image::GrayImage::new(64, 64).save(desk.path("wood.png")).expect("a picture");
+    desk.write("room.scene.toml", "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n");
+    let run = desk.run(&["render", "room.scene.toml", "--max-memory", "10K"]);
+    run.exits_with(5);
+    assert!(run.stderr.contains("`wood.png` needs more memory than the limit of 10 KiB (64 KiB more)"), "{}", run.stderr);
 }

@@ -4,6 +4,7 @@ mod bench;
 mod compare;
 mod help;
 mod mistakes;
+mod overwriting;
 mod render;
 mod reports;
 mod scenes;

@@ -91,6 +91,10 @@ fn stats_have_their_fields() {
     assert_eq!(stats["command"], "raywright render preset:whitted --size 40x30 --spp 1 --stats s.json -o a.png -q");
     assert_eq!((stats["samples"].as_u64(), stats["rays"]["camera"].as_u64()), (Some(1200), Some(1200)));
     assert_eq!(stats["rays"]["scatter"], 0);
+    // Neighbours share the samples at their corners: four a pixel are used, one a lattice point of the tile is traced.
+    desk.run(&["render", "preset:whitted", "--size", "20x10", "--stats", "c.json", "-o", "a.png", "-q"]).exits_with(0);
+    let corners = json(&std::fs::read_to_string(desk.path("c.json")).expect("a file"));
+    assert_eq!((corners["samples"].as_u64(), corners["rays"]["camera"].as_u64()), (Some(4 * 20 * 10), Some(21 * 11)));
     for kind in ["reflection", "refraction", "shadow"] {
         assert!(stats["rays"][kind].as_u64().is_some_and(|n| n > 0), "{kind}");
     }
@@ -114,7 +118,7 @@ fn stats_are_checked_before_the_render() {
     desk.write("a.scene.json", r#"{"format": 1}"#);
     desk.run(&["render", "a.scene.json", "--stats", "./a.scene.json"])
         .exits_with(2)
-        .says("error: --stats ./a.scene.json would replace the scene");
+        .says("error: cannot write ./a.scene.json: this run reads it\nhelp: name another file with --stats");
     assert_eq!(desk.names(), ["a.scene.json"]);
 }
 

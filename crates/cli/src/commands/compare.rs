@@ -6,19 +6,20 @@ use raywright_core::display::Display;
 use raywright_core::metrics::{Comparison, Side, compare, heat_map};
 use raywright_core::picture::Encoding;
 use raywright_io::output::{Format, Metadata, StoredPicture, read_picture, write_png};
-use raywright_io::{Error, Limits};
+use raywright_io::{Error, Inputs, Limits};
 use serde::Serialize;
 
 use crate::args::CompareArgs;
 use crate::console;
 use crate::failure::{Exit, Failure};
+use crate::origin;
 use crate::table::{lay_out, short};
-use crate::{origin, targets};
+use crate::targets::Outputs;
 
 /// Compares, prints, and judges.
 pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     if let Some(path) = &args.diff {
-        check_difference_target(path)?;
+        check_difference_target(path, args)?;
     }
     let display = Display {
         tone_map: args.tonemap.unwrap_or_default(),
@@ -42,11 +43,15 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
     }
 }
 
-fn check_difference_target(path: &Path) -> Result<(), Failure> {
+fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failure> {
     if Format::of(path)? != Format::Png {
         return Err(Error::usage(format_args!("{}: the difference picture is a .png", path.display())).into());
     }
-    targets::writable(path).map(|_| ())
+    let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
+    outputs.add(path, "--diff")?;
+    inputs.read(&args.picture);
+    inputs.read(&args.reference);
+    outputs.keep_clear_of(&inputs)
 }
 
 fn read(path: &Path) -> Result<StoredPicture, Failure> {

@@ -1,7 +1,7 @@
 //! `render`: a scene becomes pictures.
 
 use std::io::{self, IsTerminal};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use raywright_core::camera;
 use raywright_core::effects::EffectReport;
@@ -21,7 +21,7 @@ use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::stats::Stats;
 use crate::table::lay_out;
-use crate::targets::{self, Target};
+use crate::targets::{self, Outputs, Target};
 use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
 
@@ -29,18 +29,20 @@ use crate::{interrupt, origin, scene_input};
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut clock = Clock::start();
     let verbosity = args.report.verbosity();
-    let mut targets = targets::check(&args.outputs)?;
+    let mut outputs = Outputs::default();
+    let mut targets = targets::pictures(&args.outputs, &mut outputs)?;
     refuse_terminal(&targets)?;
     refuse_layers_without_place(args, &targets)?;
-    check_stats_target(args)?;
+    check_stats_target(args, &mut outputs)?;
     let stop = interrupt::flag()?;
 
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
     let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
-    scene_input::complete(&mut loaded, verbosity);
     if targets.is_empty() {
-        targets = targets::check(&[PathBuf::from(format!("{}.png", loaded.source.stem))])?;
+        targets = vec![targets::unnamed(&loaded.source.stem, &mut outputs, &loaded.inputs)?];
     }
+    outputs.keep_clear_of(&loaded.inputs)?;
+    scene_input::complete(&mut loaded, verbosity);
     let plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded, settings))?;
     let load = clock.lap();
 
@@ -54,10 +56,11 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let render = clock.lap();
 
     let metadata = origin::metadata(&loaded, &plan);
+    let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
     if !rendered.finished {
-        return Err(interrupted(&rendered, &targets, &plan, &metadata));
+        return Err(interrupted(&rendered, &targets, &plan, &metadata, is_free));
     }
-    let written = write(&rendered, &targets, &plan, &metadata)?;
+    let written = write(&rendered, &targets, &plan, &metadata, is_free)?;
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
     if let Some(path) = &args.report.stats {
@@ -88,19 +91,14 @@ fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<
     Err(error.with_hint("add one: -o picture.exr").into())
 }
 
-/// The report is JSON in a file that is not the scene itself.
-fn check_stats_target(args: &RenderArgs) -> Result<(), Failure> {
+/// The report is JSON in a file of its own.
+fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Failure> {
     let Some(path) = &args.report.stats else { return Ok(()) };
     if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("json")) {
         let error = Error::usage(format_args!("--stats {}: the name does not end in .json", path.display()));
         return Err(error.with_hint(format!("--stats {}", path.with_extension("json").display())).into());
     }
-    let place = targets::writable(path)?;
-    let scene = args.scene.as_ref().and_then(|scene| Path::new(scene).canonicalize().ok());
-    if scene.is_some_and(|scene| scene == place) {
-        return Err(Error::usage(format_args!("--stats {} would replace the scene", path.display())).into());
-    }
-    Ok(())
+    outputs.add(path, "--stats")
 }
 
 /// What the scene has and the picture will not show; all effects where the user asks for more.
@@ -142,7 +140,13 @@ fn framed(loaded: &Loaded, settings: &Settings) -> Result<Camera, Failure> {
 }
 
 /// Writes the picture everywhere it should go; what was written, in words.
-fn write(rendered: &Rendered, targets: &[Target], plan: &Plan, metadata: &Metadata) -> Result<String, Failure> {
+fn write(
+    rendered: &Rendered,
+    targets: &[Target],
+    plan: &Plan,
+    metadata: &Metadata,
+    is_free: impl Fn(&Path) -> bool,
+) -> Result<String, Failure> {
     let mut written = Vec::new();
     for target in targets {
         match target {
@@ -155,22 +159,31 @@ fn write(rendered: &Rendered, targets: &[Target], plan: &Plan, metadata: &Metada
                 output::write_picture(path, &rendered.picture, plan.display, metadata)?;
                 written.push(path.display().to_string());
             }
+            // Something else may lie there by now; a picture that took an hour is not given up for it.
+            Target::Unnamed(path) => {
+                let is_free = |other: &Path| other == path || is_free(other);
+                let name = output::write_unnamed_picture(path, &rendered.picture, plan.display, metadata, is_free)?;
+                written.push(name.display().to_string());
+            }
         }
     }
     Ok(if written.is_empty() { String::new() } else { format!("wrote {}", written.join(", ")) })
 }
 
-/// Keeps what there is of a picture that was stopped.
-fn interrupted(rendered: &Rendered, targets: &[Target], plan: &Plan, metadata: &Metadata) -> Failure {
+/// Keeps what there is of a picture that was stopped, under names that nobody chose and that replace nobody's files.
+fn interrupted(
+    rendered: &Rendered,
+    targets: &[Target],
+    plan: &Plan,
+    metadata: &Metadata,
+    is_free: impl Fn(&Path) -> bool,
+) -> Failure {
     let mut kept = Vec::new();
-    for target in targets {
-        let Target::File(path, _) = target else { continue };
+    let something = rendered.counters.samples > 0;
+    for path in targets.iter().filter_map(Target::path).filter(|_| something) {
         let partial = output::partial_name(path);
-        if rendered.counters.samples == 0 {
-            continue;
-        }
-        match output::write_picture(&partial, &rendered.picture, plan.display, metadata) {
-            Ok(()) => kept.push(partial.display().to_string()),
+        match output::write_unnamed_picture(&partial, &rendered.picture, plan.display, metadata, &is_free) {
+            Ok(name) => kept.push(name.display().to_string()),
             Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
         }
     }
@@ -217,4 +230,43 @@ fn described(settings: &Settings) -> String {
     let [width, height] = settings.crop.map_or(settings.size, |crop| [crop.width, crop.height]);
     let samples = settings.sampling.count();
     format!("{width}x{height}, {samples} {}", if samples == 1 { "sample" } else { "samples" })
+}
+
+#[cfg(test)]
+mod tests {
+    use raywright_core::{Observer, Scene};
+
+    use super::*;
+
+    struct Stopped;
+
+    impl Observer for Stopped {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+
+    /// Protects: a render that was stopped before its first tile leaves no picture, which would be black; one that was not keeps
+    /// what it has, beside whatever lies under that name.
+    #[test]
+    fn only_what_was_made_is_kept() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        let settings = Settings { size: [8, 8], ..Settings::of(&Scene::default()) };
+        let plan = Plan { settings, display: Default::default() };
+        let ready = prepare(&Scene::default(), &plan.settings).expect("nothing is wrong with an empty scene");
+        let targets = [Target::File(at("a.png"), output::Format::Png), Target::Stdout];
+        let end = |rendered: &Rendered| {
+            let failure = interrupted(rendered, &targets, &plan, &Metadata::default(), |_| true);
+            assert_eq!(failure.exit, Exit::Interrupted);
+            failure.message
+        };
+        assert_eq!(end(&ready.render(&Stopped)), "error: interrupted; nothing was written");
+        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
+        std::fs::write(at("a.partial.png"), "mine").expect("a file");
+        let kept = at("a.partial-2.png");
+        assert_eq!(end(&ready.render(&())), format!("error: interrupted; what was finished is in {}", kept.display()));
+        assert_eq!(std::fs::read(at("a.partial.png")).expect("a file"), b"mine");
+        assert!(kept.exists());
+    }
 }

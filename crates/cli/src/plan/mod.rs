@@ -66,3 +66,18 @@ fn within(crop: Crop, [width, height]: [u32; 2]) -> Result<Crop, Failure> {
     let message = format!("--crop {x},{y},{w},{h} reaches outside the picture of {width}x{height} pixels");
     Err(Error::usage(message).with_hint("--crop is x,y,width,height, counted from the top left").into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: each edge of a crop is held against its own extent of the picture, to the last pixel, and no sum wraps round.
+    #[test]
+    fn crops_lie_inside_the_picture() {
+        let fits = |x, y, width, height| within(Crop { x, y, width, height }, [100, 60]).is_ok();
+        assert!(fits(0, 0, 100, 60) && fits(99, 59, 1, 1));
+        assert!(!fits(0, 0, 101, 60) && !fits(1, 0, 100, 60), "right");
+        assert!(!fits(0, 0, 100, 61) && !fits(0, 50, 10, 11) && !fits(0, 60, 1, 1), "below, in a wide picture");
+        assert!(!fits(u32::MAX, 0, 1, 1) && !fits(0, u32::MAX, 1, 1));
+    }
+}

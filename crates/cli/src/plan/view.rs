@@ -199,4 +199,14 @@ mod tests {
         };
         assert_eq!((narrow.vertical_fov, narrow.horizontal_fov), (Some(20.0), None));
     }
+
+    /// Protects: a camera with a shape of its own shows the same in every picture.
+    #[test]
+    fn a_fixed_shape_is_kept() {
+        let mut scene = scene();
+        scene.cameras[0].aspect = Some(1.0);
+        let args = ViewArgs { size: Some([100, 100]), ..named("front") };
+        let taken = camera(&scene, &args, || panic!("the scene has cameras")).expect("a camera");
+        assert_eq!(taken.map(|camera| camera.projection), Some(scene.cameras[0].projection.clone()));
+    }
 }

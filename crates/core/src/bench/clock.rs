@@ -14,6 +14,24 @@ pub fn process_seconds() -> f64 {
     seconds(Scope::Process)
 }
 
+/// What tells how long some work takes, given how much it is and the work itself. A test brings one that goes by the amount,
+/// so that what it decides does not depend on the machine's load.
+pub(super) type Stopwatch = fn(amount: usize, work: &mut dyn FnMut()) -> f64;
+
+/// Runs the work and returns the seconds that the thread worked.
+pub(super) fn stopwatch(_: usize, work: &mut dyn FnMut()) -> f64 {
+    let start = thread_seconds();
+    work();
+    thread_seconds() - start
+}
+
+/// Runs the work and says that each unit of it took ten nanoseconds.
+#[cfg(test)]
+pub(super) fn steady(amount: usize, work: &mut dyn FnMut()) -> f64 {
+    work();
+    amount as f64 * 1e-8
+}
+
 #[derive(Clone, Copy)]
 enum Scope {
     Thread,

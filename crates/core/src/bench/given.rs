@@ -4,7 +4,7 @@ use raywright_bvh::{Geometry, Interval, Ray, Real, Robust, Vector};
 use serde::Serialize;
 
 use super::generated::Numbers;
-use super::measure::{Contest, Contestant, Row, row, timed_builds};
+use super::measure::{Contest, Contestant, Method, Row, row, timed_builds};
 use super::{BenchError, Care, KINDS, SEEDS, alone};
 use crate::camera::{Camera, frame};
 use crate::prepare::build_geometry;
@@ -33,8 +33,17 @@ pub fn given(
     care: &Care,
     on_row: &mut (dyn FnMut(&Row) + Send),
 ) -> Result<Given, BenchError> {
+    measured(scene, settings, &Method::of(care), on_row)
+}
+
+fn measured(
+    scene: &Scene,
+    settings: &Settings,
+    method: &Method,
+    on_row: &mut (dyn FnMut(&Row) + Send),
+) -> Result<Given, BenchError> {
     alone(|| {
-        let build = |kind| timed_builds(care, || (), |()| build_geometry::<Robust>(scene, kind));
+        let build = |kind| timed_builds(method, || (), |()| build_geometry::<Robust>(scene, kind));
         let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = KINDS.map(build);
         let (scan, simd_scan, tree) = (scan?, simd_scan?, tree?);
         if tree.geometry.is_empty() {
@@ -46,12 +55,12 @@ pub fn given(
             simd_scan: Contestant { geometry: &simd_scan.geometry, build: simd_scan_build, bytes: simd_scan.bytes },
             tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.bytes },
         };
-        let camera = row(&contest, &rays, care)?;
+        let camera = row(&contest, &rays, method)?;
         on_row(&camera);
         let bounced = bounces(&tree.geometry, &rays);
         let bounce = match bounced.as_slice() {
             [] => None,
-            rays => Some(row(&contest, rays, care)?),
+            rays => Some(row(&contest, rays, method)?),
         };
         bounce.iter().for_each(on_row);
         Ok(Given { camera, bounce })
@@ -89,9 +98,15 @@ fn bounces(geometry: &Geometry<Robust>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::clock::steady;
     use crate::scene::Object;
 
-    const HASTY: Care = Care { repeats: 1, sample_seconds: 1e-4 };
+    /// By a clock that goes with the work, so that what is timed does not depend on the machine's load.
+    const HASTY: Method = Method { care: Care { repeats: 1, sample_seconds: 1e-4 }, stopwatch: steady };
+
+    fn given(scene: &Scene, on_row: &mut (dyn FnMut(&Row) + Send)) -> Result<Given, BenchError> {
+        measured(scene, &Settings::of(scene), &HASTY, on_row)
+    }
 
     /// A sphere among `count` others on a plane, seen from the front.
     fn scene(count: usize) -> Scene {
@@ -116,7 +131,7 @@ mod tests {
     fn camera_and_bounce_rays() {
         let scene = scene(30);
         let mut heard = 0;
-        let given = given(&scene, &Settings::of(&scene), &HASTY, &mut |_| heard += 1).unwrap();
+        let given = given(&scene, &mut |_| heard += 1).unwrap();
         let bounce = given.bounce.expect("the camera sees something");
         assert_eq!((heard, given.camera.primitives), (2, 31));
         assert!(given.camera.tree.rays <= CAMERA_RAYS as usize && bounce.tree.rays <= given.camera.tree.rays);
@@ -129,7 +144,7 @@ mod tests {
     fn bounces_leave_the_surface() {
         let mut scene = scene(1);
         scene.objects.remove(0);
-        let given = given(&scene, &Settings::of(&scene), &HASTY, &mut |_| ()).unwrap();
+        let given = given(&scene, &mut |_| ()).unwrap();
         assert_eq!(given.bounce.expect("the camera sees it").hit_share, 0.0);
     }
 
@@ -138,6 +153,6 @@ mod tests {
     fn nothing_to_hit() {
         let mut scene = scene(0);
         scene.objects.clear();
-        assert_eq!(given(&scene, &Settings::of(&scene), &HASTY, &mut |_| ()), Err(BenchError::Empty));
+        assert_eq!(given(&scene, &mut |_| ()), Err(BenchError::Empty));
     }
 }

@@ -15,7 +15,7 @@ use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, GeometryError, Grou
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
-use measure::{Contest, Contestant, row, timed_builds};
+use measure::{Contest, Contestant, Method, row, timed_builds};
 
 pub use generated::{FILL, Kind, group, radius, rays};
 pub use given::{Given, given};
@@ -87,19 +87,23 @@ pub fn sizes(largest: u32) -> Vec<u32> {
 /// # Errors
 /// See [`BenchError`].
 pub fn generated(kind: Kind, sizes: &[u32], care: &Care, on_row: &mut (dyn FnMut(&Row) + Send)) -> Result<Series, BenchError> {
+    measured(kind, sizes, &Method::of(care), on_row)
+}
+
+fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut (dyn FnMut(&Row) + Send)) -> Result<Series, BenchError> {
     alone(|| {
         let rays = rays(RAYS, SEEDS[1]);
         let mut rows = Vec::with_capacity(sizes.len());
         for &size in sizes {
             let group: Group<Robust> = group(kind, size, SEEDS[0])?;
-            let build = |kind| timed_builds(care, || group.clone(), |group| Geometry::new(group, kind));
+            let build = |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
             let [scan, simd_scan, tree] = KINDS.map(build);
             let contest = Contest {
                 scan: contestant(&scan.0, scan.1),
                 simd_scan: contestant(&simd_scan.0, simd_scan.1),
                 tree: contestant(&tree.0, tree.1),
             };
-            let row = row(&contest, &rays, care)?;
+            let row = row(&contest, &rays, method)?;
             on_row(&row);
             rows.push(row);
         }
@@ -142,15 +146,18 @@ fn alone<T: Send>(work: impl FnOnce() -> Result<T, BenchError> + Send) -> Result
 mod tests {
     use super::*;
 
-    /// Care enough to run everything, not to measure anything.
-    const HASTY: Care = Care { repeats: 2, sample_seconds: 1e-4 };
+    /// Care enough to run everything, not to measure anything, by a clock that goes with the work: what is timed does not
+    /// depend on the machine's load.
+    fn hasty(sample_seconds: f64) -> Method {
+        Method { care: Care { repeats: 2, sample_seconds }, stopwatch: clock::steady }
+    }
 
     /// Protects: rows are complete and plausible, and the scan's tests are exactly N: what is timed is what is claimed.
     #[test]
     fn a_series_of_each_kind() {
         for (_, kind) in Kind::ALL {
             let mut seen = Vec::new();
-            let series = generated(kind, &[1, 14, 15, 200], &HASTY, &mut |row| seen.push(row.primitives)).unwrap();
+            let series = measured(kind, &[1, 14, 15, 200], &hasty(1e-4), &mut |row| seen.push(row.primitives)).unwrap();
             assert_eq!(seen, [1, 14, 15, 200]);
             for row in &series.rows {
                 let scan = row.scan.expect("tiny scans are timed");
@@ -172,8 +179,7 @@ mod tests {
     /// Protects: a scan too slow for its sample is left out, the tree is still measured, and no ratio is made up.
     #[test]
     fn slow_scans_are_left_out() {
-        let care = Care { repeats: 1, sample_seconds: 1e-9 };
-        let series = generated(Kind::Spheres, &[1000], &care, &mut |_| ()).unwrap();
+        let series = measured(Kind::Spheres, &[1000], &hasty(1e-9), &mut |_| ()).unwrap();
         let row = &series.rows[0];
         assert!(row.simd_scan.is_none() && row.simd_ratio.is_none() && series.simd_crossover.is_none());
         assert!(row.scan.is_none() && row.ratio.is_none() && row.tree.nanoseconds.median > 0.0);
@@ -188,7 +194,7 @@ mod tests {
         let verdict = |scan, simd_scan| {
             let contestant = |geometry| contestant(geometry, Spread::of(&[1.0]));
             let contest = Contest { scan: contestant(scan), simd_scan: contestant(simd_scan), tree: contestant(&same) };
-            row(&contest, &rays(4096, 1), &Care { sample_seconds: 0.01, ..HASTY }).map_err(|refused| refused.which)
+            row(&contest, &rays(4096, 1), &hasty(0.01)).map_err(|refused| refused.which)
         };
         assert!(verdict(&same, &same).is_ok());
         assert_eq!(verdict(&other, &same), Err("scan"));

@@ -206,3 +206,27 @@ fn unsigned(component: ComponentType, bytes: &[u8]) -> u32 {
         _ => u32::from_le_bytes(head(bytes)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: of a normalised signed integer the least value and the one above it both mean −1 (glTF 2.0, section 3.11);
+    /// without the flag they are themselves.
+    #[test]
+    fn the_least_fraction_is_minus_one() {
+        let bytes = [0x80, 0x81, 0x7f];
+        let mut accessor = Accessor {
+            count: 1,
+            arity: 3,
+            component: ComponentType::I8,
+            normalised: true,
+            bytes: &bytes,
+            stride: 3,
+            patches: Vec::new(),
+        };
+        assert_eq!(accessor.vector::<3>(0), [-1.0, -1.0, 1.0]);
+        accessor.normalised = false;
+        assert_eq!(accessor.vector::<3>(0), [-128.0, -127.0, 127.0]);
+    }
+}

@@ -37,7 +37,7 @@ use nodes::Placed;
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
-use crate::{Error, Limits, mesh_tools};
+use crate::{Error, Limits, mesh_tools, uri};
 
 /// Reads a glTF or GLB file (told apart by content), given its bytes, with everything it refers to in its folder.
 ///
@@ -59,6 +59,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         false => (bytes, None),
     };
     let document = document::parse(json, limits, &mut warnings)?;
+    // Images that nothing visible uses are not read, and are the user's all the same.
+    document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
     let buffers = Buffers::load(&document, binary, folder, &mut budget)?;
     let reader =
         Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes, invented: MOST_INVENTED.into() };

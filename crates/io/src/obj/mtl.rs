@@ -7,6 +7,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::lines::{Statement, decode, number, statements};
+use super::texture::Map;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, Outcome, Warnings, shown};
 
@@ -45,6 +46,8 @@ pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -
         seen.push(rest);
         for bytes in files(rest, folder, warnings)? {
             let text = safe(&decode(&bytes), warnings);
+            // Textures that nothing visible uses are not read, and are the user's all the same.
+            statements(&text).filter(names_image).for_each(|statement| folder.name(&Map::parse(statement.rest).path));
             match tobj::load_mtl_buf(&mut text.as_bytes()) {
                 Ok((materials, _)) => library.materials.extend(materials.into_iter().map(|m| (m.name.clone(), m))),
                 Err(error) => warnings.add(format!("material library `{}` was not read ({error})", shown(rest))),
@@ -52,6 +55,11 @@ pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -
         }
     }
     Ok(library)
+}
+
+/// Whether a statement of a library names an image.
+fn names_image(statement: &Statement) -> bool {
+    statement.keyword.starts_with("map_") || matches!(statement.keyword, "bump" | "disp" | "decal" | "refl" | "norm")
 }
 
 /// A path as files from other systems write it, in the form that [`Folder::read`] takes.

@@ -4,28 +4,52 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use super::own::is_own_picture;
+use super::place::follow;
 use crate::error::Error;
 
-/// Writes a file so that its name holds either what it held before or all of `bytes`, whatever goes wrong. A failure
-/// leaves no temporary file behind. What is not a regular file, such as a device or a pipe, is written to directly.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    replace(path, bytes).map_err(|cause| Error::write(path, &cause))
+/// What a file may take the place of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Replace {
+    /// Whatever the user named.
+    Anything,
+    /// A picture of ours, or nothing.
+    Own,
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    // A link keeps its place: what it leads to is replaced.
-    let target = match fs::metadata(path) {
-        Ok(existing) if existing.is_file() => fs::canonicalize(path)?,
-        Ok(existing) if existing.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Ok(_) => return fs::OpenOptions::new().write(true).open(path)?.write_all(bytes),
-        Err(_) => path.to_path_buf(),
-    };
+/// Writes a file so that its name holds either what it held before or all of `bytes`, whatever goes wrong. A failure
+/// leaves no temporary file behind. What is not a regular file, such as a device or a pipe, is written to directly, and
+/// what is write-protected is left alone.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write(path, bytes, Replace::Anything).map_err(|cause| Error::write(path, &cause))
+}
+
+/// An error of kind `AlreadyExists` where something is there that may not be replaced.
+pub(super) fn write(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<()> {
+    // A link keeps its place: what it leads to is replaced, or made.
+    let target = follow(path)?;
+    let there = fs::metadata(&target).ok();
+    let is_protected = there.as_ref().is_some_and(|there| there.permissions().readonly());
+    match &there {
+        Some(_) if replace == Replace::Own && (is_protected || !is_own_picture(&target)) => {
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        Some(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
+        Some(there) if !there.is_file() => return fs::OpenOptions::new().write(true).open(path)?.write_all(bytes),
+        Some(_) if is_protected => return Err(io::ErrorKind::PermissionDenied.into()),
+        _ => {}
+    }
     let mut file = new_file_beside(&target)?;
     file.write_all(bytes)?;
     // Some file systems report a full disk only now.
     file.as_file().sync_all()?;
-    file.persist(&target).map_err(|failure| failure.error)?;
-    Ok(())
+    let persisted = match replace {
+        Replace::Anything => file.persist(&target),
+        // Written bytes take their time: what lies there now is what counts.
+        Replace::Own if is_own_picture(&target) => file.persist(&target),
+        Replace::Own => file.persist_noclobber(&target),
+    };
+    persisted.map(|_| ()).map_err(|failure| failure.error)
 }
 
 fn new_file_beside(target: &Path) -> io::Result<tempfile::NamedTempFile> {
@@ -70,6 +94,51 @@ mod tests {
         assert_eq!(names(folder.path()), ["a.bin"]);
     }
 
+    /// Protects: a file is never written in place, so that whoever reads the old one meanwhile reads all of it.
+    #[test]
+    fn an_open_file_keeps_its_bytes() {
+        use std::io::Read;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        write_atomically(&path, b"old").unwrap();
+        let mut open = fs::File::open(&path).unwrap();
+        write_atomically(&path, b"new").unwrap();
+        let mut text = String::new();
+        open.read_to_string(&mut text).unwrap();
+        assert_eq!((text.as_str(), fs::read(&path).unwrap().as_slice()), ("old", b"new".as_slice()));
+    }
+
+    /// Protects: where only a picture of ours may be replaced, a file of another's, a folder and a link to either stay as they
+    /// are and nothing is left beside them; where nothing is, the file is made.
+    #[test]
+    fn foreign_files_are_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("foreign.png"), "mine").unwrap();
+        fs::create_dir(at("folder.png")).unwrap();
+        for name in ["foreign.png", "folder.png"] {
+            let error = write(&at(name), b"new", Replace::Own).unwrap_err();
+            assert_eq!(error.kind(), io::ErrorKind::AlreadyExists, "{name}");
+        }
+        write(&at("new.png"), b"new", Replace::Own).unwrap();
+        assert_eq!((fs::read(at("foreign.png")).unwrap(), fs::read(at("new.png")).unwrap()), (b"mine".to_vec(), b"new".to_vec()));
+        assert_eq!(names(folder.path()), ["folder.png", "foreign.png", "new.png"]);
+    }
+
+    /// Protects: a file that is write-protected is left alone, though the folder would let it be replaced.
+    #[test]
+    fn write_protected_files_are_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        fs::write(&path, "old").unwrap();
+        let mut permissions = fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&path, permissions).unwrap();
+        let error = write_atomically(&path, b"new").unwrap_err();
+        assert!(error.to_string().contains("permission denied"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+    }
+
     /// A missing folder and a folder under the final name are errors of kind `File` that leave nothing behind.
     #[test]
     fn failures_leave_nothing_behind() {
@@ -110,6 +179,11 @@ mod tests {
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read(&real).unwrap(), b"new");
         fs::write(&plain, "plain").unwrap();
+        // Where the link leads to nothing, that is where the file is made.
+        let (ahead, made) = (folder.path().join("ahead"), folder.path().join("made"));
+        std::os::unix::fs::symlink("made", &ahead).unwrap();
+        write_atomically(&ahead, b"new").unwrap();
+        assert!(fs::symlink_metadata(&ahead).unwrap().is_symlink() && fs::symlink_metadata(&made).unwrap().is_file());
         let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
         assert_eq!(mode(&real), mode(&plain));
     }

@@ -26,6 +26,14 @@ impl Metadata {
     }
 }
 
+/// What the entry for the software begins with in a picture of ours.
+pub(super) const PROGRAM: &str = "Raywright";
+
+/// Whether an entry of a PNG or OpenEXR file bears a name that we write.
+pub(super) fn is_own_entry(name: &str) -> bool {
+    NAMES.iter().any(|&(png, exr)| name == png || name == exr)
+}
+
 /// OpenEXR's own attribute for the program.
 pub(super) const SOFTWARE: &str = "software";
 

@@ -3,6 +3,8 @@
 mod atomic;
 mod exr;
 mod metadata;
+mod own;
+mod place;
 mod png;
 mod read;
 
@@ -13,9 +15,12 @@ use raywright_core::display::Display;
 use raywright_core::picture::Picture;
 
 use crate::error::Error;
+use atomic::Replace;
 pub use atomic::write_atomically;
 pub use exr::exr_bytes;
 pub use metadata::Metadata;
+pub use own::is_own_picture;
+pub use place::Place;
 pub use png::png_bytes;
 pub(crate) use read::can_abort;
 pub use read::{StoredPicture, decode_picture, read_picture};
@@ -43,26 +48,48 @@ impl Format {
     }
 }
 
-/// Whether a picture could be written under that name, as far as this can be known before it is rendered: a known
-/// format, an existing folder, and no folder of the name itself.
-pub fn check_target(path: &Path) -> Result<Format, Error> {
-    let format = Format::of(path)?;
-    if path.is_dir() {
-        return Err(Error::write(path, &std::io::ErrorKind::IsADirectory.into()));
-    }
-    match atomic::folder_of(path).metadata() {
-        Ok(folder) if folder.is_dir() => Ok(format),
-        Ok(_) => Err(Error::write(path, &std::io::ErrorKind::NotADirectory.into())),
-        Err(cause) => Err(Error::write(path, &cause)),
-    }
-}
-
 /// Writes a picture in the format that its name asks for. The final name only ever holds a finished picture.
 pub fn write_picture(path: &Path, picture: &Picture, display: Display, metadata: &Metadata) -> Result<(), Error> {
-    match Format::of(path)? {
-        Format::Png => write_png(path, picture, display, metadata),
-        Format::Exr => write_exr(path, picture, metadata),
+    write_atomically(path, &picture_bytes(path, picture, display, metadata)?)
+}
+
+/// Writes a picture under a name that the user did not choose: it replaces nothing but a picture of ours, and where something
+/// else is there, or `is_free` says no, it takes the next free name (`NAME-2.EXT`). Returns the name.
+pub fn write_unnamed_picture(
+    path: &Path,
+    picture: &Picture,
+    display: Display,
+    metadata: &Metadata,
+    is_free: impl Fn(&Path) -> bool,
+) -> Result<PathBuf, Error> {
+    let bytes = picture_bytes(path, picture, display, metadata)?;
+    for number in 1..=MOST_NAMES {
+        let name = numbered(path, number);
+        if !is_free(&name) {
+            continue;
+        }
+        match atomic::write(&name, &bytes, Replace::Own) {
+            Ok(()) => return Ok(name),
+            Err(cause) if cause.kind() == std::io::ErrorKind::AlreadyExists => {}
+            Err(cause) => return Err(Error::write(&name, &cause)),
+        }
     }
+    Err(Error::write(path, &std::io::ErrorKind::AlreadyExists.into()))
+}
+
+/// Names that are tried before a picture is given up.
+const MOST_NAMES: u32 = 1000;
+
+fn numbered(path: &Path, number: u32) -> PathBuf {
+    if number == 1 { path.to_owned() } else { with_suffix(path, &format!("-{number}")) }
+}
+
+fn picture_bytes(path: &Path, picture: &Picture, display: Display, metadata: &Metadata) -> Result<Vec<u8>, Error> {
+    match Format::of(path)? {
+        Format::Png => png_bytes(picture, display, metadata),
+        Format::Exr => exr_bytes(picture, metadata),
+    }
+    .map_err(|cause| Error::write(path, &cause))
 }
 
 /// Writes the display picture as PNG; see [`png_bytes`].
@@ -79,8 +106,13 @@ pub fn write_exr(path: &Path, picture: &Picture, metadata: &Metadata) -> Result<
 
 /// The name for what an interrupted render has so far: `NAME.partial.EXT`.
 pub fn partial_name(path: &Path) -> PathBuf {
+    with_suffix(path, ".partial")
+}
+
+/// The name with something between its stem and its ending.
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = path.file_stem().map(OsString::from).unwrap_or_default();
-    name.push(".partial");
+    name.push(suffix);
     if let Some(extension) = path.extension() {
         name.push(".");
         name.push(extension);

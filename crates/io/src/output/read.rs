@@ -32,6 +32,10 @@ pub struct StoredPicture {
 /// a small file cannot ask for a large picture.
 const MAX_EXPANSION: u64 = 4096;
 
+/// First bytes of the two formats.
+pub(super) const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
+
 /// Reads a PNG or OpenEXR file; which of them it is, its first bytes say. Animated PNG: the first picture; OpenEXR of several
 /// parts: all of them, if they have one size, with `part.` before their channels' names.
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
@@ -44,9 +48,9 @@ pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error
 
 /// The picture in the bytes of a file; `path` is for messages only.
 pub fn decode_picture(path: &Path, bytes: &[u8], limits: &Limits) -> Result<StoredPicture, Error> {
-    let decoded = if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
+    let decoded = if bytes.starts_with(PNG) {
         decode_png(bytes, limits)
-    } else if bytes.starts_with(b"\x76\x2f\x31\x01") {
+    } else if bytes.starts_with(EXR) {
         decode_exr(bytes, limits)
     } else {
         Err(Failure::Wrong("neither a PNG nor an OpenEXR picture".to_owned()))

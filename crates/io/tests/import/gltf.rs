@@ -336,3 +336,48 @@ fn required_extensions_are_named() {
     }
     assert!(crate::shared::try_load(&folder.join("BoxTexturedWebp/BoxTexturedWebp.gltf")).is_ok(), "WebP is optional there");
 }
+
+/// A glTF file of one triangle whose corners are 0, x and y, with more of accessor and node.
+fn crafted(accessor: &str, node: &str, more: &[u8]) -> Loaded {
+    let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend(more);
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0{node} }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }} }}] }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [0, 0, 0], "max": [9, 9, 9]{accessor} }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}, {{ "buffer": 0, "byteOffset": 36, "byteLength": 4 }},
+            {{ "buffer": 0, "byteOffset": 40, "byteLength": 24 }}],
+        "buffers": [{{ "byteLength": {}, "uri": "a.bin" }}] }}"#,
+        bytes.len()
+    );
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.bin"), bytes).unwrap();
+    std::fs::write(folder.path().join("a.gltf"), text).unwrap();
+    load(&folder.path().join("a.gltf"))
+}
+
+/// Protects: elements that a sparse accessor replaces out of order are all replaced: the third by (7, 8, 9), the first by
+/// (1, 2, 3).
+#[test]
+fn sparse_elements_in_any_order() {
+    let mut more = vec![2, 0, 0, 0];
+    more.extend([7.0_f32, 8.0, 9.0, 1.0, 2.0, 3.0].iter().flat_map(|x| x.to_le_bytes()));
+    let sparse =
+        r#", "sparse": { "count": 2, "indices": { "bufferView": 1, "componentType": 5121 }, "values": { "bufferView": 2 } }"#;
+    let file = crafted(sparse, "", &more);
+    let data = mesh_of(&file, &file.scene.objects[0]);
+    assert_eq!(data.positions, [[1.0, 2.0, 3.0], [1.0, 0.0, 0.0], [7.0, 8.0, 9.0]]);
+}
+
+/// Protects: a rotation's length means nothing: (0, 0, 1, 1), of length √2, is a quarter turn about z and scales nothing.
+#[test]
+fn rotations_of_any_length_only_turn() {
+    let file = crafted("", r#", "rotation": [0, 0, 1, 1]"#, &[0; 28]);
+    let corners = world_triangles(&file, &file.scene.objects[0]).0;
+    let expected = [DVec3::ZERO, DVec3::Y, DVec3::NEG_X];
+    for (corner, expected) in corners.as_flattened().iter().zip(expected) {
+        assert!(corner.distance(expected) < 1e-12, "{corner} is not {expected}");
+    }
+}

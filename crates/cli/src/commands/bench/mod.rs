@@ -15,6 +15,7 @@ use crate::args::BenchArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::scene_input;
+use crate::targets::Outputs;
 use report::{Measured, Report};
 
 /// Longest sample that is worth its time, in seconds: by then the spread comes from elsewhere.
@@ -27,6 +28,7 @@ pub fn run(args: &BenchArgs) -> Result<(), Failure> {
     let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
     if let Some(path) = &args.plot {
         refuse_other_formats(path)?;
+        Outputs::default().add(path, "-o")?;
     }
     let report = match &args.scene {
         Some(_) => of_scene(args, verbosity)?,
@@ -109,5 +111,30 @@ fn failed(error: BenchError, name: &str) -> Failure {
     match error {
         BenchError::Disagreement(_) | BenchError::Thread(_) => Failure::new(Exit::Failed, error),
         BenchError::Geometry(_) | BenchError::Prepare(_) | BenchError::Empty => Error::input(name, error).into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    /// Protects: a row is three samples, of two scans and the tree, each as often as it is repeated: together they last as
+    /// long as was asked for, and no sample is longer than is worth its time.
+    #[test]
+    fn the_samples_share_the_time() {
+        let care = |seconds: &str, rows| {
+            let words = ["raywright", "bench", "--seconds", seconds, "--repeats", "4"];
+            let Ok(Arguments { command: Some(Command::Bench(args)) }) = Arguments::try_parse_from(words) else {
+                panic!("a right command line")
+            };
+            care(&args, rows)
+        };
+        // 0.75 s / (4 repeats · 3 samples · 2 rows)
+        assert_eq!(care("0.75", 2), Care { repeats: 4, sample_seconds: 0.03125 });
+        assert_eq!(care("0.75", 5), Care { repeats: 4, sample_seconds: 0.0125 });
+        assert_eq!(care("1000", 2).sample_seconds, 0.05);
     }
 }

@@ -130,19 +130,39 @@ fn pictures_are_written_by_name() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["a.png", "b.EXR"] {
         let path = folder.path().join(name);
-        check_target(&path).unwrap();
+        Place::check(&path).unwrap();
         write_picture(&path, &trouble(), Display::PLAIN, &metadata()).unwrap();
         assert_eq!(read_picture(&path, &Limits::default()).unwrap().picture.width, 3);
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
-    let kind = |path: PathBuf| check_target(&path).unwrap_err().kind();
-    assert_eq!(kind(folder.path().join("a.jpg")), ErrorKind::Usage);
-    assert_eq!(kind(folder.path().join("a")), ErrorKind::Usage);
+    for name in ["a.jpg", "a"] {
+        assert_eq!(Format::of(Path::new(name)).unwrap_err().kind(), ErrorKind::Usage, "{name}");
+    }
+    let kind = |path: PathBuf| Place::check(&path).unwrap_err().kind();
     assert_eq!(kind(folder.path().join("missing/a.png")), ErrorKind::File);
     assert_eq!(kind(folder.path().join("a.png/b.png")), ErrorKind::File);
     std::fs::create_dir(folder.path().join("c.png")).unwrap();
     assert_eq!(kind(folder.path().join("c.png")), ErrorKind::File);
-    assert!(check_target(Path::new("no_folder_in_the_name.png")).is_ok());
+    assert!(Place::check(Path::new("no_folder_in_the_name.png")).is_ok());
+}
+
+/// Protects: a picture under a name that nobody chose goes over one of ours, and beside anything else; what lies in its way,
+/// or is said not to be free, is left alone.
+#[test]
+fn unnamed_pictures_make_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let put = |name: &str, width| {
+        let picture = Picture::new(width, 1);
+        write_unnamed_picture(&at(name), &picture, Display::PLAIN, &metadata(), |path| path != at("b-2.png")).unwrap()
+    };
+    let width = |name: &str| read_picture(&at(name), &Limits::default()).unwrap().picture.width;
+    assert_eq!(put("a.png", 1), at("a.png"));
+    assert_eq!(put("a.png", 2), at("a.png"));
+    assert_eq!(width("a.png"), 2);
+    std::fs::write(at("b.png"), "mine").unwrap();
+    assert_eq!(put("b.png", 3), at("b-3.png"));
+    assert_eq!((std::fs::read(at("b.png")).unwrap(), at("b-2.png").exists(), width("b-3.png")), (b"mine".to_vec(), false, 3));
 }
 
 /// An interrupted render goes beside the final name, with the format's ending kept.

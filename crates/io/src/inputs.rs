@@ -1,0 +1,122 @@
+//! The files that something is made from, so that no output replaces one of them: compared as the file system compares
+//! files, through links of both kinds, and not by how their names are spelled.
+
+use std::collections::BTreeSet;
+use std::path::{Component, Path, PathBuf};
+
+use same_file::Handle;
+
+use crate::output::Place;
+
+/// Files that were read, and places that were named for files.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// As they were opened.
+    read: BTreeSet<PathBuf>,
+    /// Without `.` and `..`. Such a place is never looked at: a scene may name whatever it likes, and a network's folders
+    /// notice when they are asked for.
+    named: BTreeSet<PathBuf>,
+}
+
+/// Why a place may not be written to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Clash {
+    /// A file that was read, by the name it was read under, lies there.
+    Read(PathBuf),
+    /// The scene names this place for a file of its own, which was not there or not needed.
+    Named(PathBuf),
+}
+
+impl Inputs {
+    /// Adds a file that is read.
+    pub fn read(&mut self, path: &Path) {
+        self.read.insert(path.to_owned());
+    }
+
+    /// Adds an absolute path that something names for a file, whatever is there.
+    pub fn name(&mut self, path: &Path) {
+        self.named.insert(plain(path));
+    }
+
+    /// The files that are read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.read.iter().map(PathBuf::as_path)
+    }
+
+    /// What would be lost if this place were written to.
+    pub fn clash(&self, place: &Place) -> Option<Clash> {
+        let there = place.existing();
+        // A pipe that a scene came through would be waited for, and no output replaces it.
+        let handle = |path: &Path| if path.is_file() { Handle::from_path(path).ok() } else { None };
+        let same = |path: &Path| place.is_spelled(path) || (there.is_some() && handle(path) == there);
+        let read = self.read.iter().find(|path| same(path)).cloned().map(Clash::Read);
+        read.or_else(|| self.named.iter().find(|path| place.is_spelled(path)).cloned().map(Clash::Named))
+    }
+}
+
+/// A path without `.` and `..`, by its text alone.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                plain.pop();
+            }
+            other => plain.push(other),
+        }
+    }
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn place(path: &Path) -> Place {
+        Place::check(path).expect("a place that can be written to")
+    }
+
+    /// Protects: a file is the same one under every spelling, through symbolic and hard links, and through a linked folder.
+    #[cfg(unix)]
+    #[test]
+    fn one_file_has_many_names() {
+        use std::os::unix::fs::symlink;
+        let outer = tempfile::tempdir().unwrap();
+        let folder = outer.path().canonicalize().unwrap();
+        let wood = folder.join("wood.png");
+        fs::write(&wood, "wood").unwrap();
+        fs::create_dir(folder.join("sub")).unwrap();
+        symlink("wood.png", folder.join("link.png")).unwrap();
+        symlink("link.png", folder.join("link to link.png")).unwrap();
+        symlink(".", folder.join("here")).unwrap();
+        fs::hard_link(&wood, folder.join("hard.png")).unwrap();
+        fs::write(folder.join("copy.png"), "wood").unwrap();
+        let mut inputs = Inputs::default();
+        inputs.read(&wood);
+        for name in ["wood.png", "./wood.png", "sub/../wood.png", "link.png", "link to link.png", "here/wood.png", "hard.png"] {
+            assert_eq!(inputs.clash(&place(&folder.join(name))), Some(Clash::Read(wood.clone())), "{name}");
+        }
+        for name in ["copy.png", "new.png", "sub/wood.png"] {
+            assert_eq!(inputs.clash(&place(&folder.join(name))), None, "{name}");
+        }
+        // And the other way round: read through a link, written under the file's own name.
+        let mut linked = Inputs::default();
+        linked.read(&folder.join("link to link.png"));
+        assert!(linked.clash(&place(&wood)).is_some());
+    }
+
+    /// Protects: a place that is named for a file is kept free of outputs also before there is such a file, by whatever
+    /// detour it is named.
+    #[test]
+    fn named_places_are_kept_free() {
+        let outer = tempfile::tempdir().unwrap();
+        let folder = outer.path().canonicalize().unwrap();
+        let mut inputs = Inputs::default();
+        inputs.name(&folder.join("scene/./../wood.png"));
+        assert_eq!(inputs.clash(&place(&folder.join("wood.png"))), Some(Clash::Named(folder.join("wood.png"))));
+        assert_eq!(inputs.clash(&place(&folder.join("wood2.png"))), None);
+    }
+}
