@@ -43,16 +43,3 @@ fn rays_along_silhouettes_are_not_culled() {
         assert!((5000..19_000).contains(&met), "{met} rays met something");
     }
 }
-
-/// Protects: a primitive too large for boxes in f32 is tested by every query, and not left out.
-#[test]
-fn too_large_for_a_box_is_not_lost() {
-    for kind in [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::default()] {
-        let mut group = Group::<Reference>::default();
-        let huge = AnyShape::Disk(Disk::new(DVec3::ZERO, DVec3::Y, 1e60));
-        let Ok(id) = group.shape(huge, Visibility::default()) else { continue };
-        let geometry = Geometry::new(group, kind);
-        let hit = geometry.closest(&Ray::new(DVec3::new(3.0, 2.0, 1.0), DVec3::NEG_Y), Interval::positive(), &mut ());
-        assert_eq!(hit.map(|hit| (hit.primitive, hit.t)), Some((id, 2.0)), "{kind:?}");
-    }
-}
