@@ -222,7 +222,7 @@ mod tests {
         let bounds = |i: usize| PaddedBox { min: Vec3::ZERO, max: Vec3::splat((2 * inner - i) as f32) };
         // The root and the second child of each are inner, but for the last: it and the first children are leaves.
         let node = |i: usize| {
-            let (first, count) = if i % 2 == 0 && i < 2 * inner { (i + 1, 0) } else { (i / 2, 1) };
+            let (first, count) = if i.is_multiple_of(2) && i < 2 * inner { (i + 1, 0) } else { (i / 2, 1) };
             BinaryNode { bounds: bounds(i), first: first as u32, count }
         };
         let nodes = (0..=2 * inner).map(node);

@@ -131,9 +131,11 @@ fn everything_agrees<P: Precision>(name: &str) {
     assert!(met > RAYS * SCENES as usize / 6, "{met} rays met something");
 }
 
+/// The name of a precision and what is asked of it.
+type Asked = (&'static str, fn(&str));
+
 /// The precisions that keep the promise: an entry is all that another one needs.
-const PRECISIONS: [(&str, fn(&str)); 2] =
-    [("robust", everything_agrees::<Robust>), ("reference", everything_agrees::<Reference>)];
+const PRECISIONS: [Asked; 2] = [("robust", everything_agrees::<Robust>), ("reference", everything_agrees::<Reference>)];
 
 /// Protects: bits that do not depend on the structure, for closest hits and for all that an any-hit query is offered, with
 /// shapes of every kind, mapped by turns, shears, mirrors and flattening, and with instances.

@@ -76,7 +76,7 @@ pub const FAMILIES: [Family; 30] = [
         let random = &mut Random(5);
         (0..n).map(|_| Item::Ball(Vec3::ONE, 0.1 + random.unit())).collect()
     }),
-    ("nested boxes with a common corner", |n| corner(n, |t| Vec3::splat(t))),
+    ("nested boxes with a common corner", |n| corner(n, Vec3::splat)),
     ("random, huge", |n| random(n).into_iter().map(|item| scaled(item, 1e20)).collect()),
 ];
 
@@ -140,7 +140,11 @@ fn flat(n: usize) -> Vec<Item> {
     let side = ((n / 2) as f32).sqrt().ceil() as usize;
     let half = |i: usize| {
         let a = Vec3::new((i / 2 % side) as f32, 0.0, (i / 2 / side) as f32);
-        if i % 2 == 0 { [a, a + Vec3::X, a + Vec3::ONE.with_y(0.0)] } else { [a, a + Vec3::ONE.with_y(0.0), a + Vec3::Z] }
+        if i.is_multiple_of(2) {
+            [a, a + Vec3::X, a + Vec3::ONE.with_y(0.0)]
+        } else {
+            [a, a + Vec3::ONE.with_y(0.0), a + Vec3::Z]
+        }
     };
     (0..n).map(|i| Item::Triangle(half(i))).collect()
 }
