@@ -89,3 +89,13 @@ pub struct PaddedBox {
     /// Greatest corner.
     pub max: Vec3,
 }
+
+impl PaddedBox {
+    /// Contains nothing; the neutral element of the union.
+    pub(crate) const NOTHING: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
+
+    /// The least box around both.
+    pub(crate) fn union(&self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+}

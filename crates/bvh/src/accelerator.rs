@@ -4,7 +4,7 @@ use core::ops::{ControlFlow, Range};
 
 use crate::aabb::PaddedBox;
 use crate::boxes::BoxList;
-use crate::build::{BuildQuality, build};
+use crate::build::{Build, BuildQuality, BuildWork, build};
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
 use crate::tally::Tally;
@@ -33,7 +33,7 @@ impl Default for AcceleratorKind {
 pub(crate) enum Accelerator {
     Linear(usize),
     LinearBoxes(BoxList),
-    Tree(Tree),
+    Tree(Tree, BuildWork),
 }
 
 impl Accelerator {
@@ -44,9 +44,17 @@ impl Accelerator {
             AcceleratorKind::Linear => (Self::Linear(boxes.len()), None),
             AcceleratorKind::LinearBoxes => (Self::LinearBoxes(BoxList::new(boxes)), None),
             AcceleratorKind::Tree(quality) => {
-                let (tree, order) = build(boxes, quality, few);
-                (Self::Tree(tree), Some(order))
+                let Build { tree, order, work } = build(boxes, quality, few);
+                (Self::Tree(tree, work), Some(order))
             }
+        }
+    }
+
+    /// What building it took; none where nothing was built.
+    pub fn work(&self) -> Option<BuildWork> {
+        match self {
+            Self::Linear(_) | Self::LinearBoxes(_) => None,
+            Self::Tree(_, work) => Some(*work),
         }
     }
 
@@ -55,7 +63,7 @@ impl Accelerator {
         match self {
             Self::Linear(_) => 0,
             Self::LinearBoxes(list) => list.bytes(),
-            Self::Tree(tree) => tree.bytes(),
+            Self::Tree(tree, _) => tree.bytes(),
         }
     }
 
@@ -74,7 +82,7 @@ impl Accelerator {
                 let _ = visit(0..*count, range.max, tally);
             }
             Self::LinearBoxes(list) => list.walk(ray, range, tally, visit),
-            Self::Tree(tree) => tree.walk(ray, range, tally, visit),
+            Self::Tree(tree, _) => tree.walk(ray, range, tally, visit),
         }
     }
 }

@@ -1,12 +1,22 @@
 //! Building: sanitised boxes in, a wide tree out. `obvhs` builds the binary tree; a median split takes over where its
 //! clustering degenerates.
 
-use glam::Vec3;
-use obvhs::bvh2::builder::build_bvh2;
+mod binned;
+mod morton;
+mod rehearsal;
+mod reinsertion;
+
+use obvhs::bvh2::DEFAULT_MAX_STACK_DEPTH;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance};
 use obvhs::{Boundable, BvhBuildParams, aabb};
 
+use self::binned::binned;
+use self::morton::sorted;
+use self::rehearsal::{Passes, rehearse};
+use self::reinsertion::affordable;
 use crate::aabb::PaddedBox;
-use crate::tree::{MAX_LEAF, Tree};
+use crate::tree::Tree;
 
 /// How long a build may take for how good a tree: the presets of `obvhs`, by its names. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +66,31 @@ pub(crate) struct Binary {
     pub order: Vec<u32>,
 }
 
+impl Binary {
+    /// Gives the nodes the boxes of what is in them.
+    fn refit(&mut self, boxes: &[PaddedBox]) {
+        let mut down = vec![0];
+        let mut i = 0;
+        while let Some(&node) = down.get(i) {
+            let BinaryNode { first, count, .. } = self.nodes[node as usize];
+            if count == 0 {
+                down.extend([first, first + 1]);
+            }
+            i += 1;
+        }
+        for node in down.into_iter().rev() {
+            let BinaryNode { first, count, .. } = self.nodes[node as usize];
+            let first = first as usize;
+            self.nodes[node as usize].bounds = if count == 0 {
+                self.nodes[first].bounds.union(&self.nodes[first + 1].bounds)
+            } else {
+                let own = self.order[first..first + count as usize].iter().map(|&place| boxes[place as usize]);
+                own.fold(PaddedBox::NOTHING, |all, one| all.union(&one))
+            };
+        }
+    }
+}
+
 /// Inner: `count` 0 and the children at `first` and `first + 1`. Leaf: `count` entries of the order from `first`.
 #[derive(Clone, Copy)]
 pub(crate) struct BinaryNode {
@@ -64,79 +99,98 @@ pub(crate) struct BinaryNode {
     pub count: u32,
 }
 
-/// Builds the tree over `boxes`, and the order in which its leaves name them. Up to `few` boxes are a single leaf.
-pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, few: usize) -> (Tree, Vec<u32>) {
-    if boxes.len() <= few {
-        return (Tree::leaf(boxes.len()), (0..boxes.len() as u32).collect());
-    }
-    if !crowded(boxes) {
-        let binary = clustered(boxes, quality);
-        if let Some(tree) = Tree::collapse(&binary) {
-            return (tree, binary.order);
-        }
-    }
-    let binary = median_split(boxes);
-    (Tree::collapse(&binary).unwrap_or_default(), binary.order)
+/// Which builder made a tree, and what it cost: what tests count where they can't measure time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BuildWork {
+    /// Whether clustering built it, as it does unless it would be slow. Otherwise it was split from the top.
+    pub clustered: bool,
+    /// Boxes and pairs of boxes looked at, at most: in sorting, in the rehearsal, in clustering, in reinsertion, and in the
+    /// other builder.
+    pub looks: u64,
+    /// Nodes from the root to the deepest, the root included.
+    pub depth: u32,
 }
 
-fn clustered(boxes: &[PaddedBox], quality: BuildQuality) -> Binary {
-    let mut parameters = quality.parameters();
-    // Measured: the four boxes of a node are tested in the time of two triangles, so that a box of its own for each
-    // primitive is worth its place, and finding that out by the surface area heuristic is not worth its time.
-    parameters.max_prims_per_leaf = 1;
-    let built = build_bvh2(boxes, parameters, &mut core::time::Duration::ZERO.clone());
+/// A tree, the order in which its leaves name the boxes, and how it came about.
+pub(crate) struct Build {
+    pub tree: Tree,
+    pub order: Vec<u32>,
+    pub work: BuildWork,
+}
+
+/// Builds the tree over `boxes`. Up to `few` boxes are a single leaf.
+pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, few: usize) -> Build {
+    if boxes.len() <= few {
+        let order = (0..boxes.len() as u32).collect();
+        return Build { tree: Tree::leaf(boxes.len()), order, work: BuildWork::default() };
+    }
+    let (clustered, mut looks) = clustered(boxes, quality);
+    if let Some(binary) = clustered
+        && let Some((tree, depth)) = Tree::collapse(&binary)
+    {
+        return Build { tree, order: binary.order, work: BuildWork { clustered: true, looks, depth } };
+    }
+    let (binary, counted) = binned(boxes);
+    looks += counted;
+    // The builder keeps to fewer levels than there is a stack for. Were it wrong in that, the tree would be slow, not empty.
+    let (tree, depth) = Tree::collapse(&binary).unwrap_or_else(|| (Tree::leaf(boxes.len()), 0));
+    Build { tree, order: binary.order, work: BuildWork { clustered: false, looks, depth } }
+}
+
+/// The tree by `obvhs`, unless it would be slow, and how much was or will be looked at.
+fn clustered(boxes: &[PaddedBox], quality: BuildQuality) -> (Option<Binary>, u64) {
+    let parameters = quality.parameters();
+    let sorted = sorted(boxes, parameters.sort_precision);
+    let sorting = boxes.len() as u64 * u64::from(boxes.len().next_power_of_two().ilog2());
+    let Some(sorted) = sorted else { return (None, 2 * sorting) };
+    let passes = Passes { near: parameters.search_depth_threshold, distance: distance(parameters.ploc_search_distance) };
+    let rehearsal = rehearse(&sorted.boxes, passes);
+    let mut looks = sorting + rehearsal.pairs + rehearsal.ahead;
+    if !rehearsal.passed {
+        return (None, looks);
+    }
+    let mut built = PlocBuilder::with_capacity(boxes.len()).build(
+        parameters.ploc_search_distance,
+        &sorted.boxes,
+        (0..boxes.len() as u32).collect(),
+        sorted.precision,
+        parameters.search_depth_threshold,
+    );
+    // Reinsertion panics, or forgets what it should still look at, in trees deeper than the stack it reserves.
+    if built.max_depth > DEFAULT_MAX_STACK_DEPTH {
+        return (None, looks);
+    }
+    let mut optimizer = ReinsertionOptimizer::default();
+    // Once before its leaves are collapsed to hold several primitives, once after. They are not: measured, the four boxes of
+    // a node are tested in the time of two triangles, so that a box of its own for each primitive is worth its place.
+    let again = parameters.reinsertion_batch_ratio * parameters.post_collapse_reinsertion_batch_ratio_multiplier;
+    for share in [parameters.reinsertion_batch_ratio, again].into_iter().filter(|&share| share > 0.0) {
+        built.init_parents_if_uninit();
+        let (share, steps) = affordable(&built, share);
+        looks += steps;
+        optimizer.run(&mut built, share, None);
+    }
+    let order = built.primitive_indices.iter().map(|&place| sorted.places[place as usize]).collect();
     let nodes = built.nodes.iter().map(|n| BinaryNode {
         bounds: PaddedBox { min: n.aabb.min.into(), max: n.aabb.max.into() },
         first: n.first_index,
         count: n.prim_count,
     });
-    Binary { nodes: nodes.collect(), order: built.primitive_indices }
-}
-
-/// Whether so many boxes coincide that locally ordered clustering would chain them one by one, in quadratic time.
-fn crowded(boxes: &[PaddedBox]) -> bool {
-    const SAMPLES: usize = 512;
-    let step = (boxes.len() / SAMPLES).max(1);
-    let mut keys: Vec<[u32; 6]> = boxes
-        .iter()
-        .step_by(step)
-        .map(|b| {
-            let (min, max) = (b.min.to_array().map(f32::to_bits), b.max.to_array().map(f32::to_bits));
-            [min[0], min[1], min[2], max[0], max[1], max[2]]
-        })
-        .collect();
-    let sampled = keys.len();
-    keys.sort_unstable();
-    keys.dedup();
-    sampled >= 64 && keys.len() < sampled * 3 / 4
-}
-
-/// Halves the boxes at the median centre of the widest axis: depth log₂ n whatever the boxes are.
-fn median_split(boxes: &[PaddedBox]) -> Binary {
-    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let empty = BinaryNode { bounds: PaddedBox { min: Vec3::ZERO, max: Vec3::ZERO }, first: 0, count: 0 };
-    let mut nodes = vec![empty];
-    let mut work = vec![(0_usize, 0_usize, boxes.len())];
-    while let Some((node, start, end)) = work.pop() {
-        let range = &mut order[start..end];
-        let (min, max) = range.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &i| {
-            let b = &boxes[i as usize];
-            (lo.min(b.min), hi.max(b.max))
-        });
-        let bounds = PaddedBox { min, max };
-        if range.len() <= MAX_LEAF as usize {
-            nodes[node] = BinaryNode { bounds, first: start as u32, count: range.len() as u32 };
-            continue;
-        }
-        let axis = (max - min).max_position();
-        let centre = |i: &u32| boxes[*i as usize].min[axis] + boxes[*i as usize].max[axis];
-        let middle = range.len() / 2;
-        range.select_nth_unstable_by(middle, |a, b| centre(a).total_cmp(&centre(b)).then(a.cmp(b)));
-        let first = nodes.len();
-        nodes.extend([empty; 2]);
-        nodes[node] = BinaryNode { bounds, first: first as u32, count: 0 };
-        work.push((first, start, start + middle));
-        work.push((first + 1, start + middle, end));
+    let mut binary = Binary { nodes: nodes.collect(), order };
+    if sorted.grown {
+        binary.refit(boxes);
     }
-    Binary { nodes, order }
+    (Some(binary), looks)
+}
+
+/// The search distances by their number.
+fn distance(name: PlocSearchDistance) -> usize {
+    match name {
+        PlocSearchDistance::Minimum => 1,
+        PlocSearchDistance::VeryLow => 2,
+        PlocSearchDistance::Low => 6,
+        PlocSearchDistance::Medium => 14,
+        PlocSearchDistance::High => 24,
+        PlocSearchDistance::VeryHigh => 32,
+    }
 }

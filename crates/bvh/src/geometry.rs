@@ -7,6 +7,7 @@ use core::ops::ControlFlow;
 
 use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::Accelerator;
+use crate::build::BuildWork;
 use crate::group::Slot;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Precision, Real, convert};
@@ -36,15 +37,19 @@ impl<P: Precision> Geometry<P> {
         let (mut unbounded, mut bounded, mut boxes): (Vec<Slot>, Vec<Slot>, Vec<PaddedBox>) = Default::default();
         let mut bounds = Aabb::EMPTY;
         for (slot, own) in group.slots() {
+            // An instance of an empty geometry has an empty box: nothing to test. What has a box that no tree can hold is
+            // tested by every query, since nothing may vanish from a scene without a word.
             match own {
+                Some(b) if b.is_empty() => {}
+                Some(b) => match group.reach(&slot, b) {
+                    Some(padded) => {
+                        bounds = bounds.union(b);
+                        bounded.push(slot);
+                        boxes.push(padded);
+                    }
+                    None => unbounded.push(slot),
+                },
                 None => unbounded.push(slot),
-                Some(b) => {
-                    // An instance of an empty geometry has an empty box: nothing to test.
-                    let Some(padded) = group.reach(&slot, b) else { continue };
-                    bounds = bounds.union(b);
-                    bounded.push(slot);
-                    boxes.push(padded);
-                }
             }
         }
         let (accelerator, order) = Accelerator::new(kind, &boxes, group.few());
@@ -91,6 +96,11 @@ impl<P: Precision> Geometry<P> {
             + size_of_val(self.unbounded.as_slice())
             + size_of_val(self.bounded.as_slice())
             + self.accelerator.bytes()
+    }
+
+    /// What building the tree took; none for a scan.
+    pub fn build_work(&self) -> Option<BuildWork> {
+        self.accelerator.work()
     }
 
     /// The nearest hit with `range.min < t < range.max`; of hits at the same distance the one of lowest id.

@@ -28,8 +28,11 @@ impl<P: Precision> Instance<P> {
             return Err(GeometryError::Nested);
         }
         let transform = Transform::new(to_world).ok_or(GeometryError::Singular)?;
-        let bounds = geometry.bounds().map(|b| transform_bounds(&to_world, &b));
-        if bounds.is_some_and(|b| !b.is_empty() && b.padded().is_none()) {
+        // Nothing stays nothing, wherever it is: the map would make its infinite corners no numbers, and what is no number
+        // has come from something too large.
+        let mapped = |b: Aabb| if b.is_empty() { Aabb::EMPTY } else { transform_bounds(&to_world, &b) };
+        let bounds = geometry.bounds().map(mapped);
+        if bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none()) {
             return Err(GeometryError::NotFinite);
         }
         Ok(Self { geometry, transform, bounds })

@@ -44,7 +44,7 @@ mod tally;
 pub mod transform;
 mod tree;
 pub use aabb::{Aabb, PaddedBox};
-pub use build::BuildQuality;
+pub use build::{BuildQuality, BuildWork};
 pub use geometry::{AcceleratorKind, Geometry, GeometryError, Group, Visibility};
 pub use ray::{Hit, Interval, Ray, Side};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};

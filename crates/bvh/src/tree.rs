@@ -15,9 +15,9 @@ use crate::slabs::{FourBoxes, Slabs, WIDTH};
 use crate::tally::Tally;
 
 /// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
-const MAX_DEPTH: usize = 64;
+const MAX_DEPTH: u32 = 64;
 /// Each level leaves at most three siblings behind, and a node's four children are written at once.
-const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH;
+const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 /// Most primitives a leaf may hold.
 pub(crate) const MAX_LEAF: u32 = 8;
 
@@ -91,23 +91,25 @@ impl Tree {
         Self { nodes: Vec::new(), count }
     }
 
-    /// Collapses a binary tree into wide nodes by opening the child of largest surface, over and over. None when the
-    /// result is deeper than a traversal's stack allows.
-    pub(crate) fn collapse(binary: &Binary) -> Option<Self> {
+    /// Collapses a binary tree into wide nodes by opening the child of largest surface, over and over. Returns its
+    /// depth too; none when that is more than a traversal's stack allows.
+    pub(crate) fn collapse(binary: &Binary) -> Option<(Self, u32)> {
         let count = binary.order.len();
         if binary.nodes.first().is_none_or(|root| root.count > 0) {
-            return (count <= MAX_LEAF as usize).then_some(Self::leaf(count));
+            return (count <= MAX_LEAF as usize).then_some((Self::leaf(count), 0));
         }
         let area = |i: u32| {
             let e = binary.nodes[i as usize].bounds.max - binary.nodes[i as usize].bounds.min;
             e.x * e.y + e.y * e.z + e.z * e.x
         };
         let mut nodes = vec![Node::EMPTY];
-        let mut work = vec![(0_usize, 0_u32, 1_usize)];
+        let mut deepest = 0;
+        let mut work = vec![(0_usize, 0_u32, 1_u32)];
         while let Some((slot, root, depth)) = work.pop() {
             if depth > MAX_DEPTH {
                 return None;
             }
+            deepest = deepest.max(depth);
             let mut open: ArrayVec<u32, WIDTH> = ArrayVec::new();
             open.push(root);
             while open.len() < WIDTH {
@@ -129,7 +131,7 @@ impl Tree {
                 };
             }
         }
-        Some(Self { nodes, count })
+        Some((Self { nodes, count }, deepest))
     }
 
     /// Bytes of nodes.
@@ -204,5 +206,45 @@ impl Waiting {
     #[inline(always)]
     fn entry(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::aabb::PaddedBox;
+    use crate::build::BinaryNode;
+
+    /// Each inner node holds a leaf and the next inner node: as deep as a tree can be.
+    fn list(inner: usize) -> Binary {
+        let bounds = |i: usize| PaddedBox { min: Vec3::ZERO, max: Vec3::splat((2 * inner - i) as f32) };
+        // The root and the second child of each are inner, but for the last: it and the first children are leaves.
+        let node = |i: usize| {
+            let (first, count) = if i.is_multiple_of(2) && i < 2 * inner { (i + 1, 0) } else { (i / 2, 1) };
+            BinaryNode { bounds: bounds(i), first: first as u32, count }
+        };
+        let nodes = (0..=2 * inner).map(node);
+        Binary { nodes: nodes.collect(), order: (0..=inner as u32).collect() }
+    }
+
+    /// Protects: a tree is refused when it is one level deeper than a traversal's stack, and walked to its last leaf when it
+    /// is not.
+    #[test]
+    fn depth_is_what_the_stack_holds() {
+        // A wide node takes three inner nodes of a list into itself.
+        let deepest = (WIDTH - 1) * MAX_DEPTH as usize;
+        assert!(Tree::collapse(&list(deepest + 1)).is_none());
+        let (tree, depth) = Tree::collapse(&list(deepest)).unwrap();
+        assert_eq!(depth, MAX_DEPTH);
+        // Every box lies before the ray, and the walk must come back to each that it leaves behind.
+        let ray = Ray::<f32>::new(Vec3::splat(-1.0), Vec3::splat(1.0));
+        let mut visited = vec![0; deepest + 1];
+        tree.walk(&ray, Interval::positive(), &mut (), |places, far, ()| {
+            places.for_each(|place| visited[place] += 1);
+            ControlFlow::Continue(far)
+        });
+        assert!(visited.iter().all(|&times| times == 1), "{visited:?}");
     }
 }

@@ -1,0 +1,69 @@
+//! How long trees take to build over arrangements that builders are known to dislike, against random primitives of the same
+//! number, and what a ray then costs. `benches/README.md` quotes it.
+#![expect(clippy::print_stdout, reason = "the table is this program's result")]
+
+#[path = "../crates/bvh/tests/builds/families.rs"]
+mod families;
+
+use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Robust, Visits};
+use raywright::core::bench::Spread;
+use raywright::core::bench::clock::process_seconds;
+
+use families::{FAMILIES, Family, Item, Random, group, random};
+
+const ROUNDS: usize = 5;
+
+/// `cargo bench --bench builds -- 1000000 VerySlow`: how many primitives, and which preset.
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    // Not a run that measures, but one that only lists or checks the benches.
+    if arguments.iter().any(|argument| ["--test", "--list"].contains(&argument.as_str())) {
+        return;
+    }
+    let count = arguments.iter().find_map(|a| a.parse().ok()).unwrap_or(100_000);
+    let named = |quality: &BuildQuality| arguments.contains(&format!("{quality:?}"));
+    let quality = BuildQuality::ALL.into_iter().find(named).unwrap_or_default();
+    println!("\n{count} primitives, preset {quality:?}, {ROUNDS} rounds; CPU time of all threads as a multiple of random ones");
+    println!("{:40}{:>18}{:>12}{:>14}{:>14}", "", "time : random", "clustered", "nodes/ray", "tests/ray");
+    let base: Family = ("random", random);
+    [base].into_iter().chain(FAMILIES).for_each(|family| row(family, count, quality));
+}
+
+/// Seconds of CPU that a build takes, and what it built.
+fn build(items: &[Item], quality: BuildQuality) -> (f64, Geometry<Robust>) {
+    let group = group(items);
+    let start = process_seconds();
+    let geometry = Geometry::new(group, AcceleratorKind::Tree(quality));
+    (process_seconds() - start, geometry)
+}
+
+/// One family against random primitives, in turns.
+fn row((name, family): Family, count: usize, quality: BuildQuality) {
+    let (items, base) = (family(count), random(count));
+    let ratio = |_| {
+        let first = build(&base, quality).0;
+        build(&items, quality).0 / first
+    };
+    let spread = Spread::of(&(0..ROUNDS).map(ratio).collect::<Vec<_>>());
+    let (_, geometry) = build(&items, quality);
+    let clustered = geometry.build_work().is_some_and(|work| work.clustered);
+    let [nodes, tests] = visits(&geometry, &items);
+    let time = format!("{:.2} ± {:.0} %", spread.median, spread.relative() * 100.0);
+    println!("{name:40}{time:>18}{:>12}{nodes:>14.1}{tests:>14.1}", if clustered { "yes" } else { "no" });
+}
+
+/// Nodes and primitives that a ray visits which is aimed at one of them from a few of its sizes away.
+fn visits(geometry: &Geometry<Robust>, items: &[Item]) -> [f64; 2] {
+    const RAYS: usize = 400;
+    let (random, mut visits) = (&mut Random(9), Visits::default());
+    for i in 0..RAYS {
+        let (target, size) = match items[i * 7919 % items.len()] {
+            Item::Ball(centre, radius) => (centre + random.point() * 0.5 * radius, radius),
+            Item::Triangle([a, b, c]) => ((a + b + c) / 3.0, a.distance(b)),
+        };
+        let origin = target + random.point() * size * 4.0;
+        let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
+        geometry.closest(&ray, Interval::positive(), &mut visits);
+    }
+    [visits.nodes, visits.primitives].map(|n| n as f64 / RAYS as f64)
+}

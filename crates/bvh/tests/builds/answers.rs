@@ -1,0 +1,145 @@
+//! Random scenes of everything: every structure answers as the scan does, bit for bit.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+use raywright_bvh::shapes::{
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Group, Interval, Precision, Ray, Real, Reference, Robust, Vector, Visibility,
+};
+
+use crate::families::Random;
+
+impl Random {
+    fn below(&mut self, limit: usize) -> usize {
+        (self.unit() * limit as f32) as usize
+    }
+    fn between(&mut self, least: f64, most: f64) -> f64 {
+        least + (most - least) * f64::from(self.unit())
+    }
+    fn around(&mut self, half: f64) -> DVec3 {
+        self.point().as_dvec3() * half
+    }
+}
+
+const SHAPES: usize = 13;
+
+fn shape<P: Precision>(random: &mut Random, kind: usize) -> AnyShape<P::Real> {
+    let v = |p: DVec3| <P::Real as Real>::Vec3::from_f64(p);
+    let c = random.around(5.0);
+    let axis = random.around(1.0) + DVec3::Y * 1e-3;
+    let (a, b) = (random.between(0.2, 1.5), random.between(0.05, 0.19));
+    match kind {
+        0 => AnyShape::Sphere(Sphere { centre: v(c), radius: P::Real::from_f64(a) }),
+        1 => AnyShape::Plane(Plane::new(v(c * 2.0), v(axis.normalize()))),
+        2 => AnyShape::Disk(Disk::new(c, axis, a)),
+        3 => AnyShape::Quad(Quad::new(c, axis, random.around(1.0) + DVec3::X)),
+        4 => AnyShape::Cuboid(Cuboid::new(c, c + DVec3::new(a, b, 2.0 * a))),
+        5 => AnyShape::Cylinder(Cylinder::new(c, axis, b, Some(a), a > 0.8)),
+        6 => AnyShape::Cylinder(Cylinder::new(c, axis, b, None, false)),
+        7 => AnyShape::Cone(Cone::new(c, axis, a, b, 1.0)),
+        8 => AnyShape::Ellipsoid(Ellipsoid::new(c, DVec3::new(a, b, 1.0))),
+        9 => AnyShape::Hyperboloid(Hyperboloid::new(c, b, a, 1.0)),
+        10 => AnyShape::Paraboloid(Paraboloid::new(c, a, 1.0)),
+        11 => AnyShape::Torus(Torus::new(c, axis, a, b)),
+        _ => AnyShape::Triangle(Triangle::new([c, c + axis, c + random.around(2.0)].map(v))),
+    }
+}
+
+/// Turned, sheared, mirrored, and flattened strongly now and then.
+fn map(random: &mut Random) -> DAffine3 {
+    let turn = DMat3::from_axis_angle((random.around(1.0) + DVec3::Y * 1e-3).normalize(), random.between(0.0, 6.0));
+    let flat = if random.below(3) == 0 { 1e-3 } else { random.between(0.3, 2.0) };
+    let mirror = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let shear = DMat3::from_cols(DVec3::X, DVec3::new(random.between(-1.0, 1.0), 1.0, 0.0), DVec3::Z);
+    let matrix = turn * DMat3::from_diagonal(DVec3::new(1.0, flat, mirror)) * shear;
+    DAffine3 { matrix3: matrix, translation: random.around(3.0) }
+}
+
+fn visibility(random: &mut Random) -> Visibility {
+    Visibility { casts_shadow: random.below(4) > 0, ..Visibility::default() }
+}
+
+/// The same scene for the same seed: some of each shape, as it is, mapped, doubled, and instances of a mesh.
+fn scene<P: Precision>(seed: u64, kind: AcceleratorKind) -> Geometry<P> {
+    let random = &mut Random(seed);
+    let mut mesh = Group::<P>::default();
+    for _ in 0..30 {
+        let AnyShape::Triangle(triangle) = shape::<P>(random, SHAPES - 1) else { continue };
+        mesh.triangle(triangle.vertices, Visibility::default()).unwrap();
+    }
+    let mesh = Arc::new(Geometry::new(mesh, kind));
+    let mut group = Group::default();
+    for i in 0..10 + random.below(150) {
+        // A few without bounds, so that there is something to hit besides them.
+        let unbounded = i % 50 == 0;
+        let (all, own) = (random.below(SHAPES), visibility(random));
+        let which = if [1, 6].contains(&all) && !unbounded { 0 } else { all };
+        let shape = shape::<P>(random, which);
+        match random.below(5) {
+            0 => group.placed(shape, map(random), own),
+            1 => group.instance(Arc::clone(&mesh), map(random), own),
+            2 => group.shape(shape, own).and_then(|_| group.shape(shape, own)),
+            _ => group.shape(shape, own),
+        }
+        .unwrap();
+    }
+    Geometry::new(group, kind)
+}
+
+/// All hits that an any-hit query offers, in an order of their own.
+fn offered<P: Precision>(geometry: &Geometry<P>, ray: &Ray<P::Real>, range: Interval<P::Real>) -> Vec<(u32, u32, u64)> {
+    let mut all = Vec::new();
+    geometry.any(
+        ray,
+        range,
+        |hit| {
+            all.push((hit.primitive, hit.instance, hit.t.to_f64().to_bits()));
+            false
+        },
+        &mut (),
+    );
+    all.sort_unstable();
+    all
+}
+
+fn everything_agrees<P: Precision>(name: &str) {
+    const SCENES: u64 = 24;
+    const RAYS: usize = 250;
+    let v = |p: DVec3| <P::Real as Real>::Vec3::from_f64(p);
+    let mut met = 0;
+    for seed in 0..SCENES {
+        let scan = scene::<P>(seed, AcceleratorKind::Linear);
+        let trees = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
+        let others: Vec<_> = trees.chain([AcceleratorKind::LinearBoxes]).map(|kind| (kind, scene::<P>(seed, kind))).collect();
+        let random = &mut Random(seed ^ 0x5eed);
+        for _ in 0..RAYS {
+            let ray = Ray::<P::Real>::new(v(random.around(9.0)), v((random.around(1.0) + DVec3::Y * 1e-3).normalize()));
+            let far = if random.below(2) == 0 { f64::INFINITY } else { random.between(1.0, 12.0) };
+            let range = Interval { min: P::Real::from_f64(0.0), max: P::Real::from_f64(far) };
+            let (closest, all) = (scan.closest(&ray, range, &mut ()), offered(&scan, &ray, range));
+            met += usize::from(closest.is_some());
+            for (kind, other) in &others {
+                let told = format!("{name}, {kind:?}, seed {seed}, {ray:?}, {range:?}");
+                assert_eq!(other.closest(&ray, range, &mut ()), closest, "{told}");
+                assert_eq!(offered(other, &ray, range), all, "{told}");
+            }
+        }
+    }
+    assert!(met > RAYS * SCENES as usize / 6, "{met} rays met something");
+}
+
+/// The name of a precision and what is asked of it.
+type Asked = (&'static str, fn(&str));
+
+/// The precisions that keep the promise: an entry is all that another one needs.
+const PRECISIONS: [Asked; 2] = [("robust", everything_agrees::<Robust>), ("reference", everything_agrees::<Reference>)];
+
+/// Protects: bits that do not depend on the structure, for closest hits and for all that an any-hit query is offered, with
+/// shapes of every kind, mapped by turns, shears, mirrors and flattening, and with instances.
+#[test]
+fn every_structure_answers_alike() {
+    PRECISIONS.iter().for_each(|(name, agrees)| agrees(name));
+}

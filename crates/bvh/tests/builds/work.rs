@@ -1,0 +1,75 @@
+//! What builds cost, counted: no arrangement of primitives makes one slow, or its tree too deep.
+
+use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, Visits};
+
+use crate::families::{FAMILIES, Item, Random, group, random};
+
+fn work(items: &[Item], quality: BuildQuality) -> BuildWork {
+    let geometry = Geometry::new(group(items), AcceleratorKind::Tree(quality));
+    geometry.build_work().unwrap()
+}
+
+/// Protects: a build looks at no more than three times the boxes of a build over random primitives, whatever the
+/// arrangement and the preset, and the tree keeps to the depth that a traversal has a stack for.
+#[test]
+fn no_family_is_slow() {
+    let each = |quality: BuildQuality, count: usize| {
+        let base = work(&random(count), quality).looks;
+        for (name, family) in FAMILIES {
+            let BuildWork { looks, depth, .. } = work(&family(count), quality);
+            assert!(looks <= 3 * base, "{name}, {count}, {quality:?}: {looks} against {base}");
+            assert!((1..=64).contains(&depth), "{name}, {count}, {quality:?}: depth {depth}");
+        }
+    };
+    BuildQuality::ALL.into_iter().for_each(|quality| each(quality, 5000));
+    each(BuildQuality::default(), 100_000);
+}
+
+/// Protects: the work grows with the number of primitives and, for its levels, the logarithm: not with its square.
+#[test]
+fn work_grows_with_the_number() {
+    for (name, family) in FAMILIES.into_iter().chain([("random", random as fn(usize) -> Vec<Item>)]) {
+        let looks = |count: usize| work(&family(count), BuildQuality::default()).looks as f64 / count as f64;
+        let (few, many) = (looks(1000), looks(32_000));
+        assert!(many <= 2.0 * few.max(40.0), "{name}: {few} for each of 1000, {many} of 32 000");
+    }
+}
+
+/// Protects: ordinary scenes are clustered; the other builder is for what clustering can't do.
+#[test]
+fn ordinary_scenes_are_clustered() {
+    let ordinary = ["each twice", "regular grid", "flat grid of quads", "crossing sticks along axes"];
+    let families = FAMILIES.into_iter().filter(|(name, _)| ordinary.contains(name));
+    let all: Vec<_> = families.chain([("random", random as fn(usize) -> Vec<Item>)]).collect();
+    assert_eq!(all.len(), ordinary.len() + 1);
+    for (name, family) in all {
+        for quality in BuildQuality::ALL {
+            assert!(work(&family(3000), quality).clustered, "{name}, {quality:?}");
+        }
+    }
+}
+
+/// Protects: the trees of the other builder cull. Of families whose boxes lie apart, a ray visits no more than four times the
+/// nodes that it visits among random primitives.
+#[test]
+fn trees_of_odd_families_cull() {
+    const COUNT: usize = 20_000;
+    let visits = |items: &[Item]| {
+        let geometry = Geometry::new(group(items), AcceleratorKind::default());
+        let (random, mut visits) = (&mut Random(9), Visits::default());
+        for i in 0..400 {
+            let Item::Ball(centre, radius) = items[i * 7919 % COUNT] else { panic!("balls") };
+            let target = centre + random.point() * 0.5 * radius;
+            let origin = target + random.point() * 4.0 * radius;
+            let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
+            geometry.closest(&ray, Interval::positive(), &mut visits);
+        }
+        visits.nodes
+    };
+    let base = visits(&random(COUNT));
+    let apart = ["on a line", "on a line, touching", "two clusters far apart", "two clusters very far apart", "random, huge"];
+    for (name, family) in FAMILIES.into_iter().filter(|(name, _)| apart.contains(name)) {
+        let visited = visits(&family(COUNT));
+        assert!(visited <= 4 * base, "{name}: {visited} nodes against {base}");
+    }
+}
