@@ -188,10 +188,16 @@ impl<P: Precision> Geometry<P> {
         self.group.locate(probe, hit)
     }
 
+    /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
+    #[inline]
+    pub fn located(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Located<P::Core> {
+        self.locate(&Probe::new(*ray), hit)
+    }
+
     /// The surface at a hit that this geometry returned for the same ray.
     #[inline]
     pub fn surface(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Surface<P::Real> {
-        self.locate(&Probe::new(*ray), hit).stored::<P>()
+        self.located(ray, hit).stored::<P>()
     }
 
     /// Texture coordinates for a probe of this geometry's own space.

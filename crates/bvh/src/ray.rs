@@ -2,7 +2,8 @@
 
 use crate::scalar::{Real, Vector};
 
-/// A half-line. The direction has unit length: whoever makes a ray normalises it, and every distance is a length.
+/// A half-line. The direction has unit length up to its rounding: whoever makes a ray normalises it, and every distance is a
+/// length. Tests take the stored direction as it is, whatever its length, and distances in units of that.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray<R: Real> {
     /// Start, in world units.

@@ -17,7 +17,20 @@ pub struct Camera<R: Real> {
     /// Half the picture's size in pixels.
     half: [R; 2],
     kind: Kind<R>,
+    /// Of a camera that is far from the scene.
+    far: Option<Box<Far>>,
 }
+
+/// Rays of a camera so far away that stored coordinates there can't tell one pixel's from the next one's. They are made in f64
+/// and stored where they come to the scene: the eye's distance does not show.
+#[derive(Clone, Debug)]
+struct Far {
+    camera: Camera<f64>,
+    ahead: f64,
+}
+
+/// A camera is far when rounding moves its rays by more than 2⁻¹⁶ of the scene's radius, a tenth of a pixel at the most.
+const FAR: f64 = 1.0 / 65536.0;
 
 #[derive(Clone, Debug)]
 enum Kind<R: Real> {
@@ -99,7 +112,32 @@ impl<R: Real> Camera<R> {
             pixel: pixel.map(R::from_f64),
             half: [R::from_f64(width * 0.5), R::from_f64(height * 0.5)],
             kind,
+            far: None,
         }
+    }
+
+    /// The same for a scene whose bounded part lies within `bounds`. Seen from far, rays start at [`Camera::ahead`] on their
+    /// way, before the sphere around the bounds.
+    pub fn towards(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
+        let camera = Self::new(data, size);
+        let radius = bounds.extent().length() * 0.5;
+        let (eye, frame) = axes(&data.pose);
+        let way = bounds.centre() - eye;
+        let (distance, reach) = match &data.projection {
+            Projection::Orthographic { .. } => (-way.dot(frame.z_axis), radius),
+            Projection::Pinhole(_) => (way.length(), radius),
+            Projection::ThinLens { aperture_radius, .. } => (way.length(), radius + aperture_radius),
+        };
+        // As stored, so that eye and start are apart by what every sum takes them to be.
+        let ahead = R::from_f64(distance - 2.0 * reach).to_f64();
+        let far = !bounds.is_empty() && ahead * R::ROUNDOFF.to_f64() > FAR * reach && ahead.is_finite();
+        Self { far: far.then(|| Box::new(Far { camera: Camera::new(data, size), ahead })), ..camera }
+    }
+
+    /// How far from the eye, or from its plane, rays start. Zero but for a camera that is far from everything.
+    #[inline]
+    pub fn ahead(&self) -> R {
+        self.far.as_ref().map_or(R::ZERO, |far| R::from_f64(far.ahead))
     }
 
     /// Whether rays need a point on a lens.
@@ -107,10 +145,14 @@ impl<R: Real> Camera<R> {
         matches!(self.kind, Kind::ThinLens { .. })
     }
 
-    /// The ray through a film position, in pixels from the top left corner of the picture. `lens` is uniform in [0, 1)² and
-    /// only read where [`Camera::has_lens`].
+    /// The ray through a film position, in pixels from the top left corner of the picture, from [`Camera::ahead`] on. `lens` is
+    /// uniform in [0, 1)² and only read where [`Camera::has_lens`].
     #[inline]
     pub fn ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
+        if let Some(far) = &self.far {
+            let ray = far.camera.ray(x.to_f64(), y.to_f64(), lens);
+            return Ray::new(R::Vec3::from_f64(ray.at(far.ahead)), R::Vec3::from_f64(ray.direction));
+        }
         let u = (x - self.half[0]) * self.pixel[0];
         let v = (self.half[1] - y) * self.pixel[1];
         let across = self.right * u + self.up * v;
@@ -159,3 +201,6 @@ pub fn frame(bounds: &Aabb, aspect: f64) -> CameraData {
         aspect: None,
     }
 }
+
+#[cfg(test)]
+mod tests;

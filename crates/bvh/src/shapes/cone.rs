@@ -134,7 +134,7 @@ impl<R: Real> Shape<R> for Cone<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.span(probe, tests_close::<P>())?.nearest(range, side)
+        self.span(probe, tests_close(probe, self.base, self.radius.max(self.top_radius)))?.nearest(range, side)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {

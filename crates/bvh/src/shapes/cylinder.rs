@@ -130,7 +130,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let wall = self.wall(probe, tests_close::<P>())?;
+        let wall = self.wall(probe, tests_close(probe, self.base, self.radius))?;
         match self.ends {
             Ends::None => wall.nearest(range, side, |_| true),
             Ends::Open => {

@@ -65,7 +65,9 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        self.crossings(probe, tests_close::<P>())?.nearest(range, side, |_| true)
+        let s = self.semi_axes;
+        let least = s.x().min(s.y()).min(s.z());
+        self.crossings(probe, tests_close(probe, self.centre, least))?.nearest(range, side, |_| true)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {

@@ -86,7 +86,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         if half_height == P::Core::ZERO {
             return None;
         }
-        self.crossings(probe, tests_close::<P>())?.nearest(range, side, clipped)
+        self.crossings(probe, tests_close(probe, self.centre, self.waist))?.nearest(range, side, clipped)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {

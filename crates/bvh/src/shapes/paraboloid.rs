@@ -70,7 +70,8 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         if height == P::Core::ZERO {
             return None;
         }
-        self.crossings(probe, tests_close::<P>())?.nearest(range, side, |t| above + probe.direction.y() * t <= height)
+        self.crossings(probe, tests_close(probe, self.apex, self.radius.min(self.height)))?
+            .nearest(range, side, |t| above + probe.direction.y() * t <= height)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {

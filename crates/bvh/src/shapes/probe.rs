@@ -1,8 +1,11 @@
 //! A ray with what every test of it needs, made once per query.
 
-use super::CoreVec;
+use super::{CoreVec, num};
 use crate::ray::Ray;
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+
+/// So many sizes of a shape are far: from there f32 tells distances to 2⁻¹⁴ of the shape.
+pub(crate) const FAR: f64 = 1024.0;
 
 /// A ray in the scalar of the core, where tests compute.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +50,13 @@ impl<P: Precision> Probe<P> {
         let length_squared = direction.dot(direction);
         let inverse_length_squared = P::Core::ONE / length_squared;
         Self { ray, origin, direction, mapped, length_squared, inverse_length_squared, across: across::<P>(direction) }
+    }
+
+    /// Whether a point made from a stored distance could lie beside the hit by as much as 2⁻¹⁴ of a shape of this size. Such
+    /// a point is made from the unrounded distance instead, and always in a map's space.
+    #[inline(always)]
+    pub(crate) fn needs_unrounded(&self, t: P::Real, size: P::Real) -> bool {
+        P::ROBUST && (self.mapped || t > size * num(FAR))
     }
 
     /// The point at a stored distance.

@@ -1,8 +1,9 @@
 //! Where a ray crosses a quadric: the two roots of a·t² + 2b·t + c, told apart by the direction of the crossing.
 
-use super::{CoreVec, Probe, ShapeHit, has_wider_core};
+use super::probe::FAR;
+use super::{CoreVec, Probe, ShapeHit, has_wider_core, num, wide};
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert};
+use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
 
 /// A quadric along a ray: a·t² + 2b·t + c is negative inside.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +68,8 @@ impl<C: Real> Crossings<C> {
             (side.accepts(from_outside) && range.contains(stored) && keep(t)).then_some(stored)
         };
         match (candidate(self.enter, true), candidate(self.leave, false)) {
-            (Some(a), Some(b)) if b < a => Some(ShapeHit::leaving(b)),
+            // By the unrounded distances: from far away the stored ones are equal.
+            (Some(_), Some(b)) if self.leave < self.enter => Some(ShapeHit::leaving(b)),
             (Some(a), _) => Some(ShapeHit::at(a)),
             (None, b) => b.map(ShapeHit::leaving),
         }
@@ -83,8 +85,9 @@ impl<C: Real> Crossings<C> {
 /// Where to measure from: the ray's point nearest to `centre` if `close`, so that no coefficient carries the distance of the
 /// origin, or the origin itself. Returns the distance to that point and the point relative to `centre`.
 ///
-/// A test in a wider core need not come close: what the distance D costs there, (D/r)²·2⁻⁵³ of the discriminant, is less
-/// than what the rounding of the stored direction does up to D/r = 10⁸. A surface point has no such excuse.
+/// From the origin the discriminant is wrong by (D/r)²·2⁻⁵³ and some of it, which is all of it at D/r = 10⁸; from close by
+/// the way costs (D/r)·2⁻⁵³. A ray need not be rounded more than that: along an axis it is exact however far it comes from.
+/// A surface point is always made from close by.
 #[inline(always)]
 pub(crate) fn approach<P: Precision>(probe: &Probe<P>, centre: CoreVec<P>, close: bool) -> (P::Core, CoreVec<P>) {
     let f = probe.origin - centre;
@@ -95,10 +98,15 @@ pub(crate) fn approach<P: Precision>(probe: &Probe<P>, centre: CoreVec<P>, close
     (ahead, f + probe.direction * ahead)
 }
 
-/// Whether a test in this precision measures from close by.
+/// Whether a test of a shape of this size at `centre` measures from close by: in a wider core, where both are right, the
+/// shorter way is taken up to [`FAR`] sizes away.
 #[inline(always)]
-pub(crate) fn tests_close<P: Precision>() -> bool {
-    P::ROBUST && !has_wider_core::<P>()
+pub(crate) fn tests_close<P: Precision>(probe: &Probe<P>, centre: Vec3Of<P>, size: P::Real) -> bool {
+    let far = || {
+        let (f, size) = (probe.origin - wide::<P>(centre), convert::<P::Real, P::Core>(size));
+        f.dot(f) > size * size * num(FAR * FAR)
+    };
+    P::ROBUST && (!has_wider_core::<P>() || far())
 }
 
 /// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance where the precision asks for it.

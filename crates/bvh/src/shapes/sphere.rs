@@ -1,5 +1,6 @@
 //! The sphere.
 
+use super::probe::FAR;
 use super::quadratic::{Crossings, approach};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide};
 use crate::aabb::Aabb;
@@ -25,19 +26,20 @@ impl<R: Real> Shape<R> for Sphere<R> {
         Some(Aabb::around(self.centre.to_f64(), DVec3::splat(self.radius.to_f64())))
     }
 
-    /// b² − a·c as in every textbook: of f32 input in an f64 core it is wrong by less than the input's own rounding up to
-    /// 10⁸ radii away, and no form is faster. Without a wider core from the perpendicular distance of the centre to the ray
+    /// b² − a·c as in every textbook, and no form is faster: in a core wider than what is stored it is wrong by 2⁻³⁰ of r² up
+    /// to [`FAR`] radii away. From farther, where it would lose the square of the distance (all digits at 10⁸ radii), and
+    /// without a wider core, from the perpendicular distance of the centre to the ray, which loses only the distance
     /// ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7).
     #[inline(always)]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let f = probe.origin - wide::<P>(self.centre);
         let r = convert::<R, P::Core>(self.radius);
-        let b = f.dot(probe.direction);
-        let discriminant = if P::ROBUST && !has_wider_core::<P>() {
+        let (b, squared, room) = (f.dot(probe.direction), f.dot(f), r * r);
+        let discriminant = if P::ROBUST && (!has_wider_core::<P>() || squared > room * num(FAR * FAR)) {
             let l = f - probe.direction * (b * probe.inverse_length_squared);
-            (r * r - l.dot(l)) * probe.length_squared
+            (room - l.dot(l)) * probe.length_squared
         } else {
-            b * b - (f.dot(f) - r * r) * probe.length_squared
+            b * b - (squared - room) * probe.length_squared
         };
         // Written so that NaN is a miss.
         let met = discriminant >= P::Core::ZERO;
@@ -51,8 +53,8 @@ impl<R: Real> Shape<R> for Sphere<R> {
     #[inline]
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
-        if P::ROBUST && probe.mapped {
-            // From the roots again, as the rounding of the stored distance may be large in the map's space.
+        if probe.needs_unrounded(hit.t, self.radius) {
+            // From the roots again, as the rounding of the stored distance may be large in the map's space, or for the sphere.
             let (ahead, l) = approach(probe, centre, true);
             let half = ((radius * radius - l.dot(l)).max(P::Core::ZERO) * probe.inverse_length_squared).sqrt();
             let t = Crossings { enter: ahead - half, leave: ahead + half }.unrounded(hit);

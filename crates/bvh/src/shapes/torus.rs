@@ -149,8 +149,9 @@ impl<R: Real> Shape<R> for Torus<R> {
             let spoke = split::<P>(offset, self.axis).1.normalize();
             (spoke, offset - spoke * major)
         };
-        // In a map's space the rounding of the stored distance may be large: there the root is looked up again.
-        let exact = if P::ROBUST && probe.mapped { self.unrounded(probe, hit) } else { None };
+        // In a map's space and from far the rounding of the stored distance may be large: the root is looked up again.
+        let looked_up = probe.needs_unrounded(hit.t, self.minor_radius);
+        let exact = if looked_up { self.unrounded(probe, hit) } else { None };
         let raw = exact.map_or_else(|| probe.at(hit.t), |t| probe.origin + probe.direction * t);
         let (spoke, off) = tube(raw - centre);
         if P::ROBUST {

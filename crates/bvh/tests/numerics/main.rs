@@ -4,10 +4,12 @@
 
 mod borders;
 mod closed;
+mod far;
 mod lit;
 mod mapped;
 mod planes;
 mod quadrics;
+mod scaled;
 mod spawned;
 mod sphere;
 mod stated;

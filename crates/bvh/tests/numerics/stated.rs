@@ -11,8 +11,13 @@ use crate::support::{Outcome, Verdict, exact, hex, judge, stored, towards};
 
 /// One of each shape, from the same f32 numbers in every precision.
 pub fn shapes<P: Precision>() -> Vec<(&'static str, AnyShape<P::Real>)> {
-    let v = |x: f64, y: f64, z: f64| stored::<P>(exact(DVec3::new(x, y, z)));
-    let r = |x: f64| P::Real::from_f64(f64::from(x as f32));
+    sized::<P>(1.0)
+}
+
+/// The same with every length multiplied by a power of two.
+pub fn sized<P: Precision>(size: f64) -> Vec<(&'static str, AnyShape<P::Real>)> {
+    let v = |x: f64, y: f64, z: f64| stored::<P>(exact(DVec3::new(x, y, z)) * size);
+    let r = |x: f64| P::Real::from_f64(f64::from(x as f32) * size);
     let (centre, axis) = (v(0.3, -0.2, 0.1), v(0.6, 1.3, -0.4));
     let vertices = [v(-1.1, -0.7, 0.2), v(1.3, -0.6, 0.4), v(0.1, 1.2, -0.3)];
     let corners = [v(-0.9, -1.1, 0.3), v(0.85, -0.85, 0.3), v(1.1, 0.4, 0.55), v(-0.65, 0.15, 0.55)];

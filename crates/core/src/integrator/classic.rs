@@ -1,9 +1,10 @@
 //! The classic material model: its terms, in the order in which the documented shaders add them.
 
+use glam::DVec3;
 use raywright_bvh::{Precision, Real, Vec3Of, Vector};
 
 use super::dielectric::Interface;
-use super::{Kernel, Next, Shading, Tracer};
+use super::{Arrival, Kernel, Next, Shading, Tracer};
 use crate::prepare::{Classic, Specular, Transmission};
 use crate::scene::SpecularModel;
 
@@ -13,6 +14,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     pub(super) fn classic(
         &mut self,
         m: &Classic<P::Real>,
+        arrival: Arrival<'_, P>,
         shading: &Shading<P>,
         throughput: Vec3Of<P>,
         segments: u32,
@@ -34,7 +36,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return None;
         }
         if let Some(transmission) = &m.transmission {
-            return self.refract(transmission, &shading, throughput, segments, radiance);
+            return self.refract(transmission, arrival, &shading, throughput, segments, radiance);
         }
         let reflection = m.reflection.as_ref()?;
         let mut throughput = throughput * reflection.weight.at(&shading.point);
@@ -54,7 +56,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        Some(Next { ray: self.leave(&shading, direction, P::Real::ONE), throughput })
+        Some(Next::new(self.leave(&shading, direction, P::Real::ONE), throughput))
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow in the shading
@@ -131,11 +133,27 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         sum
     }
 
+    /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
+    /// geometric one from before it was stored.
+    fn directions(&self, (leg, hit): Arrival<'_, P>, shading: &Shading<P>, side: P::Real) -> [DVec3; 2] {
+        let (n, out) = (shading.inputs().n, shading.surface.normal);
+        let known = || self.scene.geometry.located(&leg.ray, hit).normal.to_f64();
+        let n = if n == out {
+            known()
+        } else if n == -out {
+            -known()
+        } else {
+            n.to_f64()
+        };
+        [leg.ray.direction.to_f64() + leg.rest.to_f64(), n * side.to_f64()]
+    }
+
     /// Refraction with the reflection of glass: one ray, or both with their Fresnel weights.
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
         t: &Transmission<P::Real>,
+        arrival: Arrival<'_, P>,
         shading: &Shading<P>,
         throughput: Vec3Of<P>,
         segments: u32,
@@ -147,19 +165,24 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let inputs = shading.inputs();
         // A normal that is not turned to the viewer points away from a ray inside.
         let side = if inputs.d.dot(inputs.n) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
-        let n = inputs.n * side;
+        let [d, n] = self.directions(arrival, shading, side);
         let eta = if shading.outside { 1.0 / t.ior } else { t.ior };
-        let interface = Interface::<P::Real>::new(inputs.d, n, eta);
+        let interface = Interface::new(d, n, eta);
+        let leaves = |this: &Self, direction: DVec3, side, throughput| {
+            let stored = Vec3Of::<P>::from_f64(direction);
+            let rest = Vec3Of::<P>::from_f64(direction - stored.to_f64());
+            Next { ray: this.leave(shading, stored, side), throughput, rest }
+        };
         let reflected = |this: &mut Self, throughput| {
             this.counters.reflection += 1;
-            Next { ray: this.leave(shading, inputs.r, side), throughput }
+            leaves(this, interface.reflected, side, throughput)
         };
         let Some(refracted) = interface.refracted else {
             return Some(reflected(self, throughput * t.reflected_tint));
         };
         let onward = |this: &mut Self, throughput| {
             this.counters.refraction += 1;
-            Next { ray: this.leave(shading, refracted, -side), throughput }
+            leaves(this, refracted, -side, throughput)
         };
         if let Some(threshold) = t.switch {
             return Some(if P::Real::from_f64(interface.schlick()) > threshold {

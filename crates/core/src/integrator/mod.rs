@@ -11,11 +11,11 @@ mod shadow;
 mod surface;
 
 pub(crate) use kernel::{Analytic, General, Kernel};
-pub(crate) use surface::Shading;
+pub(crate) use surface::{Leg, Shading};
 
 use core::marker::PhantomData;
 
-use raywright_bvh::{Interval, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
 use crate::prepare::{Material, Prepared, Spawn};
@@ -23,6 +23,9 @@ use crate::sampler::Address;
 
 /// Surfaces that a ray may pass through because they are absent there (alpha below a cutoff) before it is given up.
 const MAX_CUTOUTS: u32 = 256;
+
+/// The ray that came to a surface and the hit that it was.
+type Arrival<'a, P> = (&'a Leg<<P as Precision>::Real>, &'a Hit<<P as Precision>::Real>);
 
 /// What a ray brought back.
 pub(crate) struct Brought<R: Real> {
@@ -35,6 +38,17 @@ pub(crate) struct Brought<R: Real> {
 pub(crate) struct Next<R: Real> {
     pub ray: Ray<R>,
     pub throughput: R::Vec3,
+    /// What storing took from the direction. Only the next interface asks for it: leaving glass near the critical angle
+    /// magnifies it thousands of times, and a slab then turns a ray that it should only move.
+    pub rest: R::Vec3,
+}
+
+impl<R: Real> Next<R> {
+    /// A ray whose stored direction is all there is to know.
+    #[inline(always)]
+    pub fn new(ray: Ray<R>, throughput: R::Vec3) -> Self {
+        Self { ray, throughput, rest: Vector::ZERO }
+    }
 }
 
 /// Follows rays through a prepared scene; one a worker.
@@ -74,40 +88,43 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     pub fn camera_ray(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
         (self.address, self.turn) = (address, 0);
         self.counters.camera += 1;
-        let mut brought = self.follow(Next { ray, throughput: Vector::ONE }, self.max_depth, true);
+        let mut brought = self.follow(Next::new(ray, Vector::ONE), self.max_depth, true);
         brought.radiance += self.scene.veil;
         brought
     }
 
     /// Follows a ray for up to `segments` segments, itself included.
     fn follow(&mut self, first: Next<P::Real>, mut segments: u32, from_camera: bool) -> Brought<P::Real> {
-        let Next { mut ray, mut throughput } = first;
+        // What a camera that is far away has of the way behind it lies before the ray's origin.
+        let ahead = if from_camera { self.scene.camera.ahead() } else { P::Real::ZERO };
+        let mut leg = Leg { ray: first.ray, rest: first.rest, ahead };
+        let mut throughput = first.throughput;
         let mut radiance = Vec3Of::<P>::ZERO;
         let mut camera = from_camera;
         let mut hit_anything = false;
         let mut cutouts = 0;
         loop {
-            let min = if camera { self.camera_min } else { self.secondary_min };
+            let min = if camera { self.camera_min - leg.ahead } else { self.secondary_min };
             let range = Interval { min, max: P::Real::INFINITY };
-            let Some(hit) = self.scene.geometry.closest(&ray, range, &mut ()) else {
+            let Some(hit) = self.scene.geometry.closest(&leg.ray, range, &mut ()) else {
                 let backdrop = if camera { self.scene.backdrop } else { None };
-                let seen = backdrop.unwrap_or_else(|| self.scene.sky.radiance(ray.origin, ray.direction));
+                let seen = backdrop.unwrap_or_else(|| self.scene.sky.radiance(leg.start(), leg.ray.direction));
                 radiance += throughput * seen;
                 break;
             };
-            let shading = Shading::<P>::new::<K>(self.scene, &ray, &hit);
+            let shading = Shading::<P>::new::<K>(self.scene, &leg, &hit);
             let next = match &self.scene.materials[shading.material as usize] {
-                Material::Classic(m) => self.classic(m, &shading, throughput, segments, &mut radiance),
+                Material::Classic(m) => self.classic(m, (&leg, &hit), &shading, throughput, segments, &mut radiance),
                 Material::Physical(m) if K::PHYSICAL => {
-                    if let Some(behind) = self.cutout(m, &shading, &mut throughput, &mut radiance, segments) {
+                    if let Some(behind) = self.cutout(m, &leg, &shading, &mut throughput, &mut radiance, segments) {
                         cutouts += 1;
                         if cutouts > MAX_CUTOUTS {
                             break;
                         }
-                        ray = behind;
+                        (leg.ray, leg.ahead) = (behind, P::Real::ZERO);
                         continue;
                     }
-                    self.physical(m, &shading, throughput, segments, &mut radiance)
+                    self.physical(m, (&leg, &hit), &shading, throughput, segments, &mut radiance)
                 }
                 Material::Physical(_) | Material::Unused => None,
             };
@@ -115,7 +132,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             segments -= 1;
             match next {
                 Some(next) if segments > 0 => {
-                    ray = next.ray;
+                    leg = Leg { ray: next.ray, rest: next.rest, ahead: P::Real::ZERO };
                     throughput = next.throughput;
                     camera = false;
                 }
@@ -151,9 +168,10 @@ pub(crate) struct FirstHit {
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// The first hit of a camera ray; none for the sky.
     pub fn first_hit(&self, ray: Ray<P::Real>) -> Option<FirstHit> {
-        let range = Interval { min: self.camera_min, max: P::Real::INFINITY };
+        let ahead = self.scene.camera.ahead();
+        let range = Interval { min: self.camera_min - ahead, max: P::Real::INFINITY };
         let hit = self.scene.geometry.closest(&ray, range, &mut ())?;
-        let shading = Shading::<P>::new::<K>(self.scene, &ray, &hit);
+        let shading = Shading::<P>::new::<K>(self.scene, &Leg { ray, rest: Vector::ZERO, ahead }, &hit);
         let albedo = match &self.scene.materials[shading.material as usize] {
             Material::Classic(m) => m.colour.at(&shading.point),
             Material::Physical(m) => m.albedo_at(&shading),
@@ -163,7 +181,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             albedo: albedo.to_f64().to_array(),
             normal: shading.inputs().n.to_f64().to_array(),
             position: shading.inputs().p.to_f64().to_array(),
-            distance: hit.t.to_f64(),
+            distance: shading.inputs().distance.to_f64(),
             object: shading.object,
             material: shading.material,
         })

@@ -5,7 +5,7 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of, Vector};
 
-use super::{Kernel, Next, Shading, Tracer};
+use super::{Arrival, Kernel, Leg, Next, Shading, Tracer};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::prepare::{Alpha, Physical};
 
@@ -62,6 +62,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     pub(super) fn cutout(
         &mut self,
         m: &Physical<P::Real>,
+        leg: &Leg<P::Real>,
         shading: &Shading<P>,
         throughput: &mut Vec3Of<P>,
         radiance: &mut Vec3Of<P>,
@@ -79,7 +80,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return Some(behind);
         }
         if segments > 1 {
-            let next = Next { ray: behind, throughput: *throughput * (P::Real::ONE - alpha) };
+            let next = Next { ray: behind, throughput: *throughput * (P::Real::ONE - alpha), rest: leg.rest };
             *radiance += self.follow(next, segments - 1, false).radiance;
         }
         *throughput *= alpha;
@@ -90,6 +91,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     pub(super) fn physical(
         &mut self,
         m: &Physical<P::Real>,
+        arrival: Arrival<'_, P>,
         shading: &Shading<P>,
         throughput: Vec3Of<P>,
         segments: u32,
@@ -121,13 +123,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let mirror = roughness <= P::Real::from_f64(MIRROR_ROUGHNESS);
         *radiance += throughput * self.lit(&lobes, shading, mirror);
         if let Some(transmission) = m.transmission.as_ref().filter(|_| through > P::Real::ZERO) {
-            return self.refract(transmission, shading, throughput * through, segments, radiance);
+            return self.refract(transmission, arrival, shading, throughput * through, segments, radiance);
         }
         let facing = lobes.n.dot(lobes.view).max(P::Real::ZERO);
         let weight = throughput * schlick::<P>(lobes.f0, facing);
         (mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
-            Next { ray: self.leave(shading, shading.inputs().r, one), throughput: weight }
+            Next::new(self.leave(shading, shading.inputs().r, one), weight)
         })
     }
 

@@ -2,7 +2,7 @@
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vector};
 
-use super::{Kernel, Shading, Tracer};
+use super::{Kernel, Leg, Shading, Tracer};
 use crate::prepare::{Alpha, Drawn, Material, Prepared, Seen, Spawn};
 use crate::sampler::{Purpose, pair_of};
 
@@ -136,7 +136,7 @@ fn passes<P: Precision, K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit:
         && let Material::Physical(m) = material
         && m.alpha != Alpha::Opaque
     {
-        let shading = Shading::<P>::new::<K>(scene, ray, hit);
+        let shading = Shading::<P>::new::<K>(scene, &Leg::of(*ray), hit);
         let alpha = m.alpha_at(&shading);
         return P::Real::ONE - alpha * (P::Real::ONE - material.shadow_transmittance());
     }

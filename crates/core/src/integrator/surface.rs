@@ -6,6 +6,28 @@ use super::Kernel;
 use crate::expr::Inputs;
 use crate::prepare::{ObjectRecord, Point, Prepared};
 
+/// A ray as a path came along it.
+pub(crate) struct Leg<R: Real> {
+    pub ray: Ray<R>,
+    /// What storing took from the direction.
+    pub rest: R::Vec3,
+    /// How far before its origin the ray began: a camera's that is far away. Zero for every other.
+    pub ahead: R,
+}
+
+impl<R: Real> Leg<R> {
+    /// A ray that starts where it is and is what it seems.
+    pub fn of(ray: Ray<R>) -> Self {
+        Self { ray, rest: Vector::ZERO, ahead: R::ZERO }
+    }
+
+    /// Where it began.
+    #[inline(always)]
+    pub fn start(&self) -> R::Vec3 {
+        if self.ahead == R::ZERO { self.ray.origin } else { self.ray.origin - self.ray.direction * self.ahead }
+    }
+}
+
 /// A hit point with what materials read.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shading<P: Precision> {
@@ -24,7 +46,8 @@ pub(crate) struct Shading<P: Precision> {
 
 impl<P: Precision> Shading<P> {
     #[inline(always)]
-    pub fn new<K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Self {
+    pub fn new<K: Kernel>(scene: &Prepared<P>, leg: &Leg<P::Real>, hit: &Hit<P::Real>) -> Self {
+        let ray = &leg.ray;
         let surface = scene.geometry.surface(ray, hit);
         let object = scene.object_of[hit.order() as usize];
         let record = &scene.objects[object as usize];
@@ -50,6 +73,10 @@ impl<P: Precision> Shading<P> {
             },
             vertex_colour: [P::Real::ONE; 4],
         };
+        if leg.ahead != P::Real::ZERO {
+            let inputs = &mut shading.point.inputs;
+            (inputs.o, inputs.distance) = (leg.start(), hit.t + leg.ahead);
+        }
         if record.coordinates {
             let parameters = scene.geometry.parameters(ray, hit);
             let inputs = &mut shading.point.inputs;

@@ -182,6 +182,7 @@ impl<P: Precision> Prepared<P> {
             Background::Transparent => Some(Vector::ZERO),
             Background::Colour(c) => Some(Vector::from_f64(c.into())),
         };
+        let camera = Camera::towards(&camera, settings.size, &built.geometry.bounded_part());
         Ok(Self {
             geometry: built.geometry,
             objects: built.objects,
@@ -193,7 +194,7 @@ impl<P: Precision> Prepared<P> {
             sky,
             backdrop,
             irradiance,
-            camera: Camera::new(&camera, settings.size),
+            camera,
             rules: Rules::new(&scene.classic),
             veil: Vector::from_f64(scene.render.veil.0.into()),
             geometry_bytes: built.bytes,

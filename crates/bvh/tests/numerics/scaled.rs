@@ -1,0 +1,103 @@
+//! A scene twice as large is the same scene: lengths that are multiplied by a power of two leave every bit of a hit alone, since
+//! no test knows a length of its own.
+
+use glam::DVec3;
+use raywright_bvh::shapes::{AnyShape, Sphere};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Group, Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side, Vector, Visibility,
+};
+
+use crate::stated::sized;
+use crate::support::{Random, Verdict, exact, hex, judge, stored};
+
+/// Exponents of two from a billionth to a billion.
+const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
+
+/// What a hit says, lengths divided by `size`: distance, the shape's own numbers, point, normal, error bound, texture coordinates.
+fn said<P: Precision>(shape: &AnyShape<P::Real>, ray: &Ray<P::Real>, size: f64) -> Option<[f64; 12]> {
+    let probe = Probe::<P>::new(*ray);
+    let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
+    let (surface, parameters) = (shape.surface(&probe, hit), shape.parameters(&probe, hit));
+    let (p, n) = (surface.point.to_f64() / size, surface.normal.to_f64());
+    let [t, u, v] = [hit.t, hit.u, hit.v].map(Real::to_f64);
+    let error = surface.error.to_f64() / size;
+    // A plane is measured in metres, every other shape by itself.
+    let unit = if matches!(shape, AnyShape::Plane(_)) { size } else { 1.0 };
+    let coordinates = [parameters.u, parameters.v].map(|x| x.to_f64() / unit);
+    Some([t / size, u, v, p.x, p.y, p.z, n.x, n.y, n.z, error, coordinates[0], coordinates[1]])
+}
+
+/// A ray from one to a thousand sizes away towards the shapes, some along an axis.
+fn aimed(random: &mut Random) -> (DVec3, DVec3) {
+    let target = random.cube() * 1.5;
+    let way = if random.bits() % 4 == 0 { DVec3::AXES[random.index() as usize % 3] * random.sign() } else { random.direction() };
+    let origin = exact(target - way * 10_f64.powf(random.between(0.3, 3.0)));
+    (origin, exact(way))
+}
+
+fn each_shape<P: Precision>() {
+    let shapes = sized::<P>(1.0);
+    for exponent in EXPONENTS {
+        let size = 2_f64.powi(exponent);
+        for ((name, shape), (_, scaled)) in shapes.iter().zip(sized::<P>(size)) {
+            let case = format!("2^{exponent} times the {name} in {:?}", P::default());
+            judge(&case, 210, 3000, |random| {
+                let (o, d) = aimed(random);
+                let (ray, other) = (Ray::new(stored::<P>(o), stored::<P>(d)), Ray::new(stored::<P>(o * size), stored::<P>(d)));
+                let (wanted, got) = (said::<P>(shape, &ray, 1.0), said::<P>(&scaled, &other, size));
+                let bits = |s: Option<[f64; 12]>| s.map(|s| s.map(f64::to_bits));
+                Verdict::holds(bits(wanted) == bits(got), || format!("{got:?} instead of {wanted:?}{}", hex::<P>(&ray)))
+            })
+            .expect_right(3000);
+        }
+    }
+}
+
+/// Protects: every test of a shape, its surface point, its bound and its coordinates are free of lengths of their own.
+#[test]
+fn powers_of_two_change_no_bit() {
+    each_shape::<Robust>();
+    each_shape::<Reference>();
+}
+
+/// A crowd of the bounded shapes in a tree.
+fn crowd<P: Precision>(size: f64) -> Geometry<P> {
+    let mut group = Group::<P>::default();
+    for (name, shape) in sized::<P>(size) {
+        if let AnyShape::Sphere(s) = shape {
+            for i in 0..40_u32 {
+                let place = exact(DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)) * 0.7) * size;
+                let ball = Sphere { centre: stored::<P>(place), radius: s.radius * P::Real::from_f64(0.25) };
+                group.sphere(ball, Visibility::default()).expect("finite");
+            }
+        } else if name != "plane" && name != "tube" {
+            group.shape(shape, Visibility::default()).expect("finite");
+        }
+    }
+    Geometry::new(group, AcceleratorKind::default())
+}
+
+/// Protects: boxes, their padding and the walk through the tree are free of lengths of their own too.
+#[test]
+fn powers_of_two_change_no_bit_of_a_tree() {
+    fn judged<P: Precision>() {
+        let plain = crowd::<P>(1.0);
+        for exponent in EXPONENTS {
+            let size = 2_f64.powi(exponent);
+            let scaled = crowd::<P>(size);
+            judge(&format!("2^{exponent} times a crowd in {:?}", P::default()), 211, 20_000, |random| {
+                let (o, d) = aimed(random);
+                let found = |geometry: &Geometry<P>, size: f64| {
+                    let ray = Ray::new(stored::<P>(o * size), stored::<P>(d));
+                    let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
+                    Some((hit.primitive, [hit.t.to_f64() / size, hit.u.to_f64(), hit.v.to_f64()].map(f64::to_bits)))
+                };
+                let (wanted, got) = (found(&plain, 1.0), found(&scaled, size));
+                Verdict::holds(wanted == got, || format!("{got:?} instead of {wanted:?}"))
+            })
+            .expect_right(20_000);
+        }
+    }
+    judged::<Robust>();
+    judged::<Reference>();
+}

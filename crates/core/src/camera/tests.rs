@@ -1,0 +1,108 @@
+//! Cameras far away show what they show from near.
+
+use super::*;
+use crate::scene::Scene;
+use crate::settings::{Aov, PrecisionChoice, Settings};
+use crate::{Rendered, prepare};
+
+const SIZE: [u32; 2] = [80, 60];
+
+/// Shapes of a metre on a floor without end, in slanting light with shadows.
+fn still() -> Scene {
+    serde_json::from_str(
+        r#"{
+        "format": 1,
+        "sky": { "constant": 0.25 },
+        "lights": [{ "kind": { "directional": { "to_light": [1, 2, 1.5] } }, "colour": 0.8 }],
+        "materials": [
+            { "name": "floor", "model": { "classic": { "colour": { "checker": { "even": 0.9, "odd": 0.4 } } } } },
+            { "name": "clay", "model": { "classic": { "colour": "0.5 + 0.4*n" } } }],
+        "objects": [
+            { "shape": { "plane": { "point": [0, -1, 0], "normal": [0, 1, 0] } }, "material": "floor" },
+            { "shape": { "sphere": { "centre": [0.3, 0, 0.2], "radius": 0.75 } }, "material": "clay" },
+            { "shape": { "box": { "min": [-1.5, -1, -1], "max": [-0.7, 0.2, -0.25] } }, "material": "clay" },
+            { "shape": { "torus": { "centre": [0.4, -0.8, 1.2], "axis": [0, 1, 0], "major_radius": 0.5, "minor_radius": 0.2 } },
+              "material": "clay" },
+            { "shape": { "cylinder": { "base": [1.25, -1, -0.5], "axis": [0, 1, 0], "radius": 0.25, "height": 1.5 } },
+              "material": "clay" }]
+    }"#,
+    )
+    .expect("a scene")
+}
+
+/// Four metres of height around the origin, from a distance above at the side, in the projection given.
+fn seen(distance: f64, elevation: f64, projection: Projection, precision: PrecisionChoice) -> Rendered {
+    let scene = still();
+    let pose = Pose::Orbit { target: [0.0; 3], distance, azimuth: 20.0, elevation };
+    let camera = CameraData { name: String::new(), pose, projection, aspect: None };
+    let settings = Settings {
+        size: SIZE,
+        camera: Some(camera),
+        sampling: crate::settings::Sampling::Pattern(crate::scene::Pattern::Centre),
+        aovs: vec![Aov::Depth, Aov::Object],
+        precision,
+        ..Settings::of(&scene)
+    };
+    prepare(&scene, &settings).expect("it can be prepared").render(&())
+}
+
+/// Pixels that differ by more than rounding of the point that they show.
+fn apart(a: &Rendered, b: &Rendered) -> usize {
+    let pixels = |r: &Rendered| {
+        (0..SIZE[1])
+            .flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)))
+            .map(|(x, y)| r.picture.pixel(x, y).expect("inside"))
+            .collect::<Vec<_>>()
+    };
+    pixels(a).iter().zip(pixels(b)).filter(|(p, q)| (0..3).any(|i| (p[i] - q[i]).abs() > 1e-4)).count()
+}
+
+/// Protects: an orthographic view from 10³ to 10⁹ metres away is the one from near, the floor without end included, of which a
+/// part lies between the eye and where rays start. From 10⁷ metres on it was noise.
+#[test]
+fn parallel_views_do_not_depend_on_the_distance() {
+    for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
+        for elevation in [8.0, 35.0, 90.0] {
+            let view = |distance| seen(distance, elevation, Projection::Orthographic { height: 4.0 }, precision);
+            let near = view(40.0);
+            for exponent in 3..=9 {
+                let distance = 10_f64.powi(exponent);
+                let far = view(distance);
+                let differ = apart(&near, &far);
+                // Rays along an edge of the checker or a shape may fall on either side.
+                assert!(differ * 1000 <= 4 * 4800, "{precision:?} at {elevation}°, {distance:e} m: {differ} pixels differ");
+                let depth = |r: &Rendered| r.picture.layer("depth.Z").expect("asked for").samples.clone();
+                let wrong = depth(&near).into_iter().zip(depth(&far)).filter(|&(a, b)| {
+                    let wanted = f64::from(a) + distance - 40.0;
+                    (wanted - f64::from(b)).abs() > 1e-4 + 2.0 * f64::from(f32::EPSILON) * distance
+                });
+                assert!(wrong.count() * 1000 <= 4 * 4800, "{precision:?} at {elevation}°, {distance:e} m: wrong depths");
+            }
+        }
+    }
+}
+
+/// Protects: a pinhole whose field of view shrinks as it moves away shows in the end what parallel rays show.
+#[test]
+fn distant_pinholes_show_what_parallel_rays_show() {
+    let parallel = seen(40.0, 35.0, Projection::Orthographic { height: 4.0 }, PrecisionChoice::Robust);
+    for exponent in 6..=9 {
+        let distance = 10_f64.powi(exponent);
+        let pinhole = Pinhole { focal_length: Some(distance / 4.0), ..Pinhole::default() };
+        let differ = apart(&parallel, &seen(distance, 35.0, Projection::Pinhole(pinhole), PrecisionChoice::Robust));
+        assert!(differ * 1000 <= 4 * 4800, "from {distance:e} m {differ} pixels differ");
+    }
+}
+
+/// Protects: rays of a camera near the scene start at the eye, bit by bit as they always did.
+#[test]
+fn near_cameras_start_at_the_eye() {
+    let pose = Pose::LookAt { eye: [1.0, 2.0, 300.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
+    let data = CameraData { name: String::new(), pose, projection: Projection::Orthographic { height: 2.0 }, aspect: None };
+    let bounds = Aabb::around(DVec3::ZERO, DVec3::splat(2.0));
+    let camera = Camera::<f32>::towards(&data, SIZE, &bounds);
+    assert_eq!((camera.ahead(), camera.ray(40.0, 30.0, [0.5; 2]).origin.to_array()), (0.0, [1.0, 2.0, 300.0]));
+    assert_eq!(Camera::<f32>::towards(&data, SIZE, &Aabb::EMPTY).ahead(), 0.0, "nothing to be far from");
+    let small = Camera::<f32>::towards(&data, SIZE, &Aabb::around(DVec3::ZERO, DVec3::splat(0.25)));
+    assert!(small.ahead() > 298.0, "far for a scene of that size");
+}
