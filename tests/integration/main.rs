@@ -9,5 +9,8 @@ mod emitters;
 mod gallery;
 mod instances;
 mod lights;
+mod many;
 mod reference;
+mod scaling;
 mod support;
+mod uv_sets;
