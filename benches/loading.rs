@@ -4,8 +4,6 @@
 
 #[path = "support/many.rs"]
 mod many;
-#[path = "support/turns.rs"]
-mod turns;
 
 use std::time::Instant;
 
@@ -14,13 +12,13 @@ use raywright::core::{Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
 
 use many::{FAMILIES, Family};
-use turns::measuring;
 
 const ROUNDS: usize = 3;
 const SIZES: [usize; 3] = [1_000, 10_000, 100_000];
 
 fn main() {
-    if !measuring() {
+    // `cargo test` and a listing of the benches do not measure.
+    if std::env::args().any(|argument| ["--test", "--list"].contains(&argument.as_str())) {
         return;
     }
     println!("seconds to load + explain and prepare, the least of {ROUNDS}; exponent from {} to {}", SIZES[0], SIZES[2]);
