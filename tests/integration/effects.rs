@@ -94,3 +94,25 @@ fn depth_one_leaves_reflections_out() {
     let counters = ready.render(&()).counters;
     assert_eq!((counters.reflection, counters.refraction), (0, 0));
 }
+
+/// Protects: what is left out of glass is left out of rough glass only, and the report says where in the scene it comes from.
+#[test]
+fn only_rough_glass_is_shown_clearer_than_it_is() {
+    let glass = |roughness: f64| {
+        let text = format!(
+            r#"{{ "format": 1,
+            "materials": [{{ "name": "glass", "model": {{ "physical": {{ "transmission": 1, "roughness": {roughness} }} }} }}],
+            "objects": [{{ "shape": {{ "sphere": {{ "centre": [0, 0, 0], "radius": 1 }} }}, "material": "glass" }}] }}"#
+        );
+        let scene: Scene = serde_json::from_str(&text).expect("the scene is right");
+        let report = raywright::core::effects::detect(&scene, &Settings::of(&scene));
+        let of = |name: &str| report.effects.iter().find(|effect| effect.name == name).expect("an effect").clone();
+        ["refraction", "rough refraction", "glossy reflection"].map(|name| (of(name).status, of(name).source))
+    };
+    let from = |field: &str| Some(format!("materials[0].model.physical.{field}"));
+    let clear = (Status::Simulated, from("transmission"));
+    assert_eq!(glass(0.0), [clear.clone(), (Status::Absent, None), (Status::Absent, None)]);
+    assert_eq!(glass(0.05), glass(0.0), "as rough as what is still traced");
+    let rough = [clear, (Status::LeftOut, from("transmission")), (Status::LeftOut, from("roughness"))];
+    assert_eq!(glass(0.06), rough);
+}

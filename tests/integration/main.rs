@@ -10,5 +10,8 @@ mod gallery;
 mod instances;
 mod kept;
 mod lights;
+mod many;
 mod reference;
+mod scaling;
 mod support;
+mod uv_sets;

@@ -1,16 +1,46 @@
 //! Generators: rules in a scene that stand for many objects.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
+use crate::prepare::affine;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
-/// The scene's objects with the generated ones after them.
-pub fn expand(scene: &Scene) -> Vec<Object> {
-    let mut objects = scene.objects.clone();
-    for generator in &scene.generators {
-        objects.extend(places(&generator.kind).map(|place| moved(&generator.object, place)));
+/// One of all the objects of a scene: a listed one, or one that a generator moves to a place. A million of them are a million
+/// offsets, and not a million copies of a name, a material's name and a shape.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    pub object: &'a Object,
+    /// Where a generator puts it; none for a listed one.
+    pub place: Option<DVec3>,
+}
+
+impl Shown<'_> {
+    /// From the object's own space to the world. Its own transform comes first.
+    pub fn map(&self) -> DAffine3 {
+        let own = affine(&self.object.transform);
+        self.place.map_or(own, |place| DAffine3::from_translation(place) * own)
     }
-    objects
+}
+
+/// The scene's objects with the generated ones after them.
+pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = Shown<'_>> {
+    let listed = scene.objects.iter().map(|object| Shown { object, place: None });
+    let made = scene
+        .generators
+        .iter()
+        .flat_map(|generator| places(&generator.kind).map(|place| Shown { object: &generator.object, place: Some(place) }));
+    listed.chain(made)
+}
+
+/// A copy of each of the scene's objects, with the generated ones after them as objects of their own.
+pub fn expand(scene: &Scene) -> Vec<Object> {
+    all(scene)
+        .map(|shown| {
+            let mut object = shown.object.clone();
+            object.transform.extend(shown.place.map(|place| TransformStep::Translate(place.into())));
+            object
+        })
+        .collect()
 }
 
 /// How many objects [`expand`] returns.
@@ -26,7 +56,8 @@ pub(crate) fn count_of(kind: &GeneratorKind) -> u64 {
     }
 }
 
-fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
+/// The offsets of a generator's objects, in the order of the objects.
+pub(crate) fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
     match *kind {
         GeneratorKind::Grid { counts: [nx, ny, nz], origin, step } => {
             let (origin, step) = (DVec3::from(origin), DVec3::from(step));
@@ -51,11 +82,4 @@ pub(crate) fn mix(z: u64) -> u64 {
     let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ z >> 31
-}
-
-/// The object moved to a place. Its own transform comes first.
-fn moved(object: &Object, place: DVec3) -> Object {
-    let mut object = object.clone();
-    object.transform.push(TransformStep::Translate(place.into()));
-    object
 }

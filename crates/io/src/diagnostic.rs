@@ -14,7 +14,7 @@ const SHOWN: usize = 20;
 const MARGIN: usize = 60;
 
 /// One problem of a text.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Diagnostic {
     /// What is wrong, in one sentence.
     pub message: String,

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_core::Scene;
 use raywright_core::prepare::affine;
-use raywright_core::scene::{MeshData, MeshSource, Shape};
+use raywright_core::scene::{MeshData, Shape};
+use raywright_core::{Lookup, Scene};
 
 use crate::error::{Error, Warning};
 use crate::folder::Folder;
@@ -25,16 +25,12 @@ pub(crate) fn read(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) 
 
 /// The meshes of a scene in one, each as often as an object shows it.
 fn merged(scene: &Scene) -> MeshData {
+    let lookup = Lookup::new(scene);
     let shown = scene.objects.iter().filter_map(|object| match &object.shape {
-        Shape::Mesh(name) => scene.meshes.iter().find(|mesh| mesh.name == *name).map(|mesh| (mesh, affine(&object.transform))),
+        Shape::Mesh(name) => lookup.mesh_data(name).map(|part| (&**part, affine(&object.transform))),
         _ => None,
     });
-    let parts: Vec<(&MeshData, DAffine3)> = shown
-        .filter_map(|(mesh, transform)| match &mesh.source {
-            MeshSource::Inline(part) => Some((&**part, transform)),
-            MeshSource::File(_) => None,
-        })
-        .collect();
+    let parts: Vec<(&MeshData, DAffine3)> = shown.collect();
     let smooth = parts.iter().any(|(part, _)| !part.normals.is_empty());
     let mut whole = MeshData::default();
     for (part, transform) in parts {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use raywright_core::scene::{LightKind, MeshData, MeshSource, Model, Pattern, Shape, Sky};
-use raywright_core::{Scene, Settings, generate, prepare};
+use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
+use raywright_core::{Lookup, Scene, Settings, generate, prepare};
 use raywright_io::{Format, Limits, Loaded, Notation, human_bytes};
 
 use crate::args::InfoArgs;
@@ -161,18 +161,12 @@ fn generated(scene: &Scene) -> String {
 
 /// Triangles of the meshes, each counted once, and as often as objects show them where that differs.
 fn triangles(scene: &Scene) -> String {
-    let of = |data: &MeshData| data.indices.len();
-    let meshes: BTreeMap<&str, usize> = scene
-        .meshes
-        .iter()
-        .filter_map(|mesh| match &mesh.source {
-            MeshSource::Inline(data) => Some((mesh.name.as_str(), of(data))),
-            MeshSource::File(_) => None,
-        })
-        .collect();
-    let stored: usize = meshes.values().sum();
+    let lookup = Lookup::new(scene);
+    let of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
+    let meshes: Vec<usize> = scene.meshes.iter().filter_map(|mesh| of(&mesh.name)).collect();
+    let stored: usize = meshes.iter().sum();
     let shown = scene.objects.iter().filter_map(|object| match &object.shape {
-        Shape::Mesh(name) => meshes.get(name.as_str()),
+        Shape::Mesh(name) => of(name),
         _ => None,
     });
     match (meshes.len(), shown.sum::<usize>()) {

@@ -7,6 +7,7 @@ use super::generated::Numbers;
 use super::measure::{Contest, Contestant, Method, Row, row, timed_builds};
 use super::{BenchError, Care, KINDS, SEEDS, alone};
 use crate::camera::{Camera, frame};
+use crate::lookup::Lookup;
 use crate::prepare::build_geometry;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -43,7 +44,8 @@ fn measured(
     on_row: &mut (dyn FnMut(&Row) + Send),
 ) -> Result<Given, BenchError> {
     alone(|| {
-        let build = |kind| timed_builds(method, || (), |()| build_geometry::<Robust>(scene, kind));
+        let lookup = Lookup::new(scene);
+        let build = |kind| timed_builds(method, || (), |()| build_geometry::<Robust>(scene, &lookup, kind));
         let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = KINDS.map(build);
         let (scan, simd_scan, tree) = (scan?, simd_scan?, tree?);
         if tree.geometry.is_empty() {

@@ -1,12 +1,10 @@
 //! What the reachable part of a scene contains: for each thing the path of the first place that calls for it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use crate::generate::count_of;
-use crate::scene::{
-    AlphaMode, Checker, Classic, Colour, ColourInput, Mesh, MeshSource, Model, Object, Physical, Projection, Scene, Shape, Sky,
-    Weight,
-};
+use crate::lookup::Lookup;
+use crate::scene::{AlphaMode, Checker, Classic, Colour, ColourInput, Model, Physical, Projection, Scene, Shape, Sky, Weight};
 use crate::settings::Settings;
 
 /// Path of what calls for a thing; none where nothing does.
@@ -57,15 +55,13 @@ fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
 impl Facts {
     pub fn gather(scene: &Scene, settings: &Settings) -> Self {
         let mut facts = Self::default();
-        let objects: Vec<(String, &Object)> = (scene.objects.iter().enumerate().map(|(i, o)| (format!("objects[{i}]"), o)))
-            .chain(scene.generators.iter().enumerate().map(|(i, g)| (format!("generators[{i}].object"), &g.object)))
-            .collect();
-        facts.objects(scene, &objects);
+        facts.objects(scene);
         for (i, generator) in scene.generators.iter().enumerate() {
             let repeated = matches!(generator.object.shape, Shape::Mesh(_)) && count_of(&generator.kind) > 1;
             note(&mut facts.instance, repeated, || format!("generators[{i}].object.shape.mesh"));
         }
-        let used: BTreeSet<&str> = objects.iter().map(|(_, o)| o.material.as_str()).collect();
+        let objects = scene.objects.iter().chain(scene.generators.iter().map(|generator| &generator.object));
+        let used: BTreeSet<&str> = objects.map(|object| object.material.as_str()).collect();
         for (i, material) in scene.materials.iter().enumerate().filter(|(_, m)| used.contains(m.name.as_str())) {
             match &material.model {
                 Model::Classic(m) => facts.classic(m, scene.classic.ambient, &format!("materials[{i}].model.classic")),
@@ -93,18 +89,23 @@ impl Facts {
         facts
     }
 
-    fn objects(&mut self, scene: &Scene, objects: &[(String, &Object)]) {
-        for (i, (path, object)) in objects.iter().enumerate() {
-            note(&mut self.occluder, object.casts_shadow, || path.clone());
+    /// The listed objects, and one for each generator.
+    fn objects(&mut self, scene: &Scene) {
+        let lookup = Lookup::new(scene);
+        let listed = scene.objects.iter().enumerate().map(|(i, object)| (("objects", i, ""), object));
+        let repeated =
+            scene.generators.iter().enumerate().map(|(i, generator)| (("generators", i, ".object"), &generator.object));
+        let mut shown = HashSet::new();
+        for ((list, i, within), object) in listed.chain(repeated) {
+            let path = || format!("{list}[{i}]{within}");
+            note(&mut self.occluder, object.casts_shadow, path);
             let unbounded = matches!(object.shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. });
-            note(&mut self.unbounded, unbounded, || format!("{path}.shape"));
+            note(&mut self.unbounded, unbounded, || format!("{}.shape", path()));
             let Shape::Mesh(name) = &object.shape else { continue };
             // Only objects that show the same side share what is stored.
-            let repeated = objects[..i].iter().any(|(_, o)| o.shape == object.shape && o.side == object.side);
-            note(&mut self.instance, repeated, || format!("{path}.shape.mesh"));
-            let mesh = scene.meshes.iter().find(|m| m.name == *name);
-            let smooth = |m: &Mesh| matches!(&m.source, MeshSource::Inline(data) if !data.normals.is_empty());
-            note(&mut self.smooth_normals, mesh.is_some_and(smooth), || format!("{path}.shape.mesh"));
+            note(&mut self.instance, !shown.insert((name, object.side)), || format!("{}.shape.mesh", path()));
+            let smooth = lookup.mesh_data(name).is_some_and(|data| !data.normals.is_empty());
+            note(&mut self.smooth_normals, smooth, || format!("{}.shape.mesh", path()));
         }
     }
 

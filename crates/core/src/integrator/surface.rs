@@ -5,6 +5,7 @@ use raywright_bvh::{Hit, Precision, Ray, Real, Surface, Vec3Of, Vector};
 use super::Kernel;
 use crate::expr::Inputs;
 use crate::prepare::{ObjectRecord, Point, Prepared};
+use crate::scene::MOST_UV_SETS;
 
 /// A ray as a path came along it.
 pub(crate) struct Leg<R: Real> {
@@ -58,19 +59,16 @@ impl<P: Precision> Shading<P> {
             material: record.material,
             surface,
             outside,
-            point: Point {
-                inputs: Inputs {
-                    p: surface.point,
-                    n: surface.normal,
-                    d,
-                    o: ray.origin,
-                    distance: hit.t,
-                    occluder_distance: P::Real::INFINITY,
-                    shadow: P::Real::ONE,
-                    ..Inputs::default()
-                },
-                second_uv: [P::Real::ZERO; 2],
-            },
+            point: Point::of(Inputs {
+                p: surface.point,
+                n: surface.normal,
+                d,
+                o: ray.origin,
+                distance: hit.t,
+                occluder_distance: P::Real::INFINITY,
+                shadow: P::Real::ONE,
+                ..Inputs::default()
+            }),
             vertex_colour: [P::Real::ONE; 4],
         };
         if leg.ahead != P::Real::ZERO {
@@ -81,7 +79,8 @@ impl<P: Precision> Shading<P> {
             let parameters = scene.geometry.parameters(ray, hit);
             let inputs = &mut shading.point.inputs;
             (inputs.u, inputs.v) = (parameters.u, parameters.v);
-            shading.point.second_uv = [parameters.u, parameters.v];
+            // A shape has one set, whatever set is asked for.
+            shading.point.further_uv = [[parameters.u, parameters.v]; MOST_UV_SETS - 1];
         }
         if K::MESHES {
             shading.attributes(record, hit);
@@ -123,14 +122,18 @@ impl<P: Precision> Shading<P> {
                 self.point.inputs.n = n;
             }
         }
-        let uv = |set: &Vec<[f32; 2]>| {
+        let uv = |set: usize| {
+            let set = data.uvs.get(set).filter(|set| !set.is_empty())?;
             let at = |k: usize| real(set[a][k]) * w + real(set[b][k]) * u + real(set[c][k]) * v;
-            [at(0), at(1)]
+            Some([at(0), at(1)])
         };
-        if let Some(set) = data.uvs.first() {
-            [self.point.inputs.u, self.point.inputs.v] = uv(set);
+        if let Some(own) = uv(0) {
+            [self.point.inputs.u, self.point.inputs.v] = own;
         }
-        self.point.second_uv = data.uvs.get(1).map_or([self.point.inputs.u, self.point.inputs.v], uv);
+        for &set in &mesh.further_sets {
+            // What a shader reads of an attribute that a mesh does not have.
+            self.point.further_uv[set - 1] = uv(set).unwrap_or([P::Real::ZERO; 2]);
+        }
         if !data.colours.is_empty() {
             let at = |k: usize| real(data.colours[a][k]) * w + real(data.colours[b][k]) * u + real(data.colours[c][k]) * v;
             self.vertex_colour = core::array::from_fn(at);

@@ -8,14 +8,22 @@ use raywright_bvh::{Real, Vector};
 use super::PrepareError;
 use super::texture::{Sampler, Textures};
 use crate::expr::{Inputs, Program, Scope, Variable, compile};
-use crate::scene::{ColourInput, Weight};
+use crate::scene::{ColourInput, MOST_UV_SETS, Weight};
 
 /// What an input can depend on: the hit as expressions see it, and the texture coordinates of a mesh's further sets.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point<R: Real> {
     pub inputs: Inputs<R>,
-    /// Second set of texture coordinates; the first set where there is none.
-    pub second_uv: [R; 2],
+    /// Texture coordinates of the sets from 1 on, where the material reads them; the first set's are `inputs.u` and `.v`.
+    pub further_uv: [[R; 2]; MOST_UV_SETS - 1],
+}
+
+impl<R: Real> Point<R> {
+    /// A hit without further sets of texture coordinates.
+    #[inline(always)]
+    pub fn of(inputs: Inputs<R>) -> Self {
+        Self { inputs, further_uv: [[R::ZERO; 2]; MOST_UV_SETS - 1] }
+    }
 }
 
 /// A scalar input.

@@ -1,7 +1,7 @@
 //! Objects become primitives: shapes as they are, meshes used once as triangles of the scene's own set, meshes used more
 //! often as instances of one shared geometry, generators as the objects they stand for.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -12,8 +12,10 @@ use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Precision, 
 
 use super::PrepareError;
 use super::area::{Emitter, Form};
-use crate::generate::expand;
-use crate::scene::{Material, MeshData, MeshSource, Object, Scene, Shape, SideRule, TransformStep, Triple};
+use crate::generate::{Shown, all};
+use crate::lookup::Lookup;
+use crate::scene::{Material, MeshData, Object, Scene, Shape, SideRule, TransformStep, Triple};
+use crate::validate::collapses;
 
 /// What shading needs of an object.
 #[derive(Clone, Debug)]
@@ -35,6 +37,8 @@ pub(crate) struct MeshUse<R: Real> {
     pub normals: [R::Vec3; 3],
     /// The triangles were turned over because the transform mirrors.
     pub flipped: bool,
+    /// Sets of texture coordinates besides the first that the material reads: empty for most, and then none is interpolated.
+    pub further_sets: Vec<usize>,
 }
 
 pub(crate) struct Built<P: Precision> {
@@ -75,16 +79,15 @@ fn visibility(object: &Object) -> Visibility {
 }
 
 /// Builds everything that can be hit.
-pub(crate) fn build<P: Precision>(scene: &Scene, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
-    let objects = expand(scene);
-    let mut builder = Builder::<P>::new(scene, kind, &objects);
-    for (index, object) in objects.iter().enumerate() {
-        let material = scene.materials.iter().position(|m| m.name == object.material).ok_or_else(|| PrepareError::Missing {
+pub(crate) fn build<P: Precision>(scene: &Scene, lookup: &Lookup<'_>, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
+    let mut builder = Builder::<P>::new(scene, lookup, kind);
+    for (index, shown) in all(scene).enumerate() {
+        let (material, _) = lookup.material(&shown.object.material).ok_or_else(|| PrepareError::Missing {
             path: format!("objects[{index}].material"),
             kind: "material",
-            name: object.material.clone(),
+            name: shown.object.material.clone(),
         })?;
-        builder.add(index, object, material as u32)?;
+        builder.add(index, &shown, material as u32)?;
     }
     let geometry = Geometry::new(builder.group, kind);
     let bytes = geometry.bytes() + builder.instanced.values().sum::<usize>();
@@ -93,10 +96,10 @@ pub(crate) fn build<P: Precision>(scene: &Scene, kind: AcceleratorKind) -> Resul
 
 struct Builder<'a, P: Precision> {
     kind: AcceleratorKind,
-    meshes: BTreeMap<&'a str, &'a Arc<MeshData>>,
-    uses: HashMap<(String, SideRule), usize>,
+    lookup: &'a Lookup<'a>,
+    uses: HashMap<(&'a str, SideRule), usize>,
     group: Group<P>,
-    shared: HashMap<(String, SideRule), Arc<Geometry<P>>>,
+    shared: HashMap<(&'a str, SideRule), Arc<Geometry<P>>>,
     /// Bytes of each geometry that instances show, by its address: what is there, not what was meant to be shared.
     instanced: HashMap<*const Geometry<P>, usize>,
     records: Vec<ObjectRecord<P::Real>>,
@@ -104,35 +107,31 @@ struct Builder<'a, P: Precision> {
 }
 
 impl<'a, P: Precision> Builder<'a, P> {
-    fn new(scene: &'a Scene, kind: AcceleratorKind, objects: &[Object]) -> Self {
-        let inline = scene.meshes.iter().filter_map(|m| match &m.source {
-            MeshSource::Inline(data) => Some((m.name.as_str(), data)),
-            MeshSource::File(_) => None,
-        });
+    fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind) -> Self {
         let mut uses = HashMap::new();
-        for object in objects {
+        for Shown { object, .. } in all(scene) {
             if let Shape::Mesh(name) = &object.shape {
-                *uses.entry((name.clone(), object.side)).or_insert(0) += 1;
+                *uses.entry((name.as_str(), object.side)).or_insert(0) += 1;
             }
         }
         Self {
             kind,
-            meshes: inline.collect(),
+            lookup,
             uses,
             group: Group::default(),
             shared: HashMap::new(),
             instanced: HashMap::new(),
-            records: Vec::with_capacity(objects.len()),
+            records: Vec::new(),
             object_of: Vec::new(),
         }
     }
 
-    fn add(&mut self, index: usize, object: &Object, material: u32) -> Result<(), PrepareError> {
-        let refused = |source| PrepareError::Geometry { object: index, source };
+    fn add(&mut self, index: usize, shown: &Shown<'a>, material: u32) -> Result<(), PrepareError> {
+        let object = shown.object;
         let mesh = match &object.shape {
-            Shape::Mesh(name) => Some(self.mesh(index, object, name)?),
+            Shape::Mesh(name) => Some(self.mesh(index, shown, name)?),
             shape => {
-                self.shape(shape, object).map_err(refused)?;
+                self.shape(index, shape, shown)?;
                 None
             }
         };
@@ -141,16 +140,16 @@ impl<'a, P: Precision> Builder<'a, P> {
         Ok(())
     }
 
-    fn mesh(&mut self, index: usize, object: &Object, name: &str) -> Result<MeshUse<P::Real>, PrepareError> {
+    fn mesh(&mut self, index: usize, shown: &Shown<'a>, name: &'a str) -> Result<MeshUse<P::Real>, PrepareError> {
         let missing =
             || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };
-        let data = Arc::clone(self.meshes.get(name).ok_or_else(missing)?);
+        let data = Arc::clone(self.lookup.mesh_data(name).ok_or_else(missing)?);
         let refused = |source| PrepareError::Geometry { object: index, source };
-        let map = affine(&object.transform);
+        let (object, map) = (shown.object, shown.map());
         let mut first = self.group.len() as u32;
         let mut flipped = false;
         // Which side can be hit is told by each triangle, so only objects that show the same side share them.
-        let key = (name.to_owned(), object.side);
+        let key = (name, object.side);
         if self.uses.get(&key).is_some_and(|&n| n > 1) {
             let shared = match self.shared.get(&key) {
                 Some(shared) => Arc::clone(shared),
@@ -172,7 +171,7 @@ impl<'a, P: Precision> Builder<'a, P> {
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
-        Ok(MeshUse { data, first, normals: columns.map(Vector::from_f64), flipped })
+        Ok(MeshUse { data, first, normals: columns.map(Vector::from_f64), flipped, further_sets: Vec::new() })
     }
 }
 
@@ -197,13 +196,19 @@ fn triangles<P: Precision>(
 impl<P: Precision> Builder<'_, P> {
     /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact in f64, so that what a
     /// generator scatters costs no transform.
-    fn shape(&mut self, shape: &Shape, object: &Object) -> Result<(), GeometryError> {
-        let (map, visibility) = (affine(&object.transform), visibility(object));
+    ///
+    /// # Errors
+    /// A shape of which storing leaves nothing, or that the geometry refuses.
+    fn shape(&mut self, index: usize, shape: &Shape, shown: &Shown<'_>) -> Result<(), PrepareError> {
+        let (map, visibility) = (shown.map(), visibility(shown.object));
         let moved_only = map.matrix3 == DMat3::IDENTITY;
         let offset = if moved_only { map.translation } else { DVec3::ZERO };
+        if collapses(shape, offset, |x| P::Real::from_f64(x).to_f64()) {
+            return Err(PrepareError::Collapsed { object: index });
+        }
         let Some(shape) = any_shape(shape, offset) else { return Ok(()) };
         let added = if moved_only { self.group.shape(shape, visibility) } else { self.group.placed(shape, map, visibility) };
-        added.map(drop)
+        added.map(drop).map_err(|source| PrepareError::Geometry { object: index, source })
     }
 }
 
@@ -241,25 +246,25 @@ fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
 }
 
 /// The surfaces that light others: objects whose material gives off the same radiance everywhere.
-pub(super) fn emitters<P: Precision>(scene: &Scene) -> Vec<Emitter<P>> {
+pub(super) fn emitters<P: Precision>(scene: &Scene, lookup: &Lookup<'_>) -> Vec<Emitter<P>> {
     let mut emitters = Vec::new();
     // A generator's objects differ only in their places, which leave the area alone.
-    let mut last: Option<(Shape, DMat3, f64)> = None;
-    for object in expand(scene) {
-        let material = scene.materials.iter().find(|m| m.name == object.material);
+    let mut last: Option<(&Shape, DMat3, f64)> = None;
+    for shown in all(scene) {
+        let object = shown.object;
+        let material = lookup.material(&object.material).map(|(_, material)| material);
         let Some(radiance) = material.and_then(Material::even_emission) else { continue };
         let (radiance, side) = (Vector::from_f64(radiance.0.into()), side_of(object.side));
-        let map = affine(&object.transform);
+        let map = shown.map();
         let Shape::Mesh(name) = &object.shape else {
             let Some(form) = form(&object.shape, map) else { continue };
-            let known = last.as_ref().filter(|(shape, turn, _)| *shape == object.shape && *turn == map.matrix3);
+            let known = last.as_ref().filter(|(shape, turn, _)| **shape == object.shape && *turn == map.matrix3);
             let area = known.map_or_else(|| form.area(), |(.., area)| *area);
-            last = Some((object.shape, map.matrix3, area));
+            last = Some((&object.shape, map.matrix3, area));
             emitters.push(Emitter { form, radiance, side, area });
             continue;
         };
-        let mesh = scene.meshes.iter().find(|m| m.name == *name);
-        let Some(MeshSource::Inline(data)) = mesh.map(|m| &m.source) else { continue };
+        let Some(data) = lookup.mesh_data(name) else { continue };
         let mut group = Group::<P>::default();
         let flipped = map.matrix3.determinant() < 0.0;
         if triangles(&mut group, data, Some((map, flipped)), Visibility::default()).is_ok() {

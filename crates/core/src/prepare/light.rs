@@ -3,6 +3,7 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::scene::{Falloff, Light as LightData, LightKind};
+use crate::validate::GREATEST;
 
 /// A light source that is not a surface.
 #[derive(Clone, Debug)]
@@ -27,8 +28,8 @@ enum Kind<R: Real> {
 #[derive(Clone, Debug)]
 struct Fade<R> {
     inverse_square: bool,
-    /// One over the range to the fourth power; zero without a range.
-    inverse_range_4: R,
+    /// One over the square of the range; none without a range, where nothing is asked of the distance that f32 might not hold.
+    inverse_range_2: Option<R>,
 }
 
 /// A light seen from a point.
@@ -44,12 +45,19 @@ pub(crate) struct Seen<R: Real> {
 
 impl<R: Real> Fade<R> {
     fn new(falloff: Falloff, range: Option<f64>) -> Self {
-        let inverse_range_4 = R::from_f64(range.map_or(0.0, |r| 1.0 / (r * r * r * r)));
-        Self { inverse_square: falloff == Falloff::InverseSquare, inverse_range_4 }
+        let inverse_range_2 = range.map(|r| R::from_f64(1.0 / (r * r)));
+        Self { inverse_square: falloff == Falloff::InverseSquare, inverse_range_2 }
     }
 
     fn at(&self, squared: R) -> R {
-        let window = Real::clamp(R::ONE - squared * squared * self.inverse_range_4, R::ZERO, R::ONE);
+        let window = match self.inverse_range_2 {
+            None => R::ONE,
+            Some(inverse) => {
+                // (d/range)² before it is squared: the fourth power of a distance of 4.3e9 m is beyond f32.
+                let share = squared * inverse;
+                Real::clamp(R::ONE - share * share, R::ZERO, R::ONE)
+            }
+        };
         if self.inverse_square { window / squared } else { window }
     }
 }
@@ -103,7 +111,77 @@ impl<R: Real> Light<R> {
         (strength > R::ZERO && strength.is_finite()).then(|| Seen {
             direction,
             position: Some(position),
-            colour: self.colour * strength,
+            // Close to a strong light the product may leave f32, and infinity times a black channel is no number.
+            colour: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Colour;
+    use glam::{DVec3, Vec3};
+
+    fn light<R: Real>(kind: LightKind, colour: f64) -> Light<R> {
+        let data = LightData { name: String::new(), kind, colour: Colour([colour; 3]), shadows: true, specular: true };
+        Light::new(&data, true)
+    }
+
+    fn point<R: Real>(height: f64, range: Option<f64>, colour: f64) -> Light<R> {
+        light(LightKind::Point { position: [0.0, height, 0.0], falloff: Falloff::InverseSquare, range }, colour)
+    }
+
+    /// Protects: what arrives from a light does not depend on the unit that lengths are measured in, from 1e-15 to 1e15 of it.
+    /// The fourth power of a distance of 4.3e9 is beyond f32, and such a light was dark.
+    #[test]
+    fn a_light_of_any_size_arrives() {
+        fn arrives<R: Real>(tolerance: f64) {
+            for exponent in -15..=15 {
+                let d = 10.0_f64.powi(exponent);
+                let seen = |range: Option<f64>| {
+                    let light = point::<R>(d, range, 3.0 * d * d);
+                    light.seen_from(R::Vec3::ZERO).map_or(0.0, |seen| seen.colour.to_f64().x)
+                };
+                // A window is (1 − (d/range)⁴): by hand, 15/16 at half the range, 1 at a millionth, 0 from the range on.
+                for (range, share) in [(None, 1.0), (Some(2.0 * d), 0.9375), (Some(1e6 * d), 1.0), (Some(d / 2.0), 0.0)] {
+                    let found = seen(range);
+                    assert!((found - 3.0 * share).abs() <= tolerance, "1e{exponent}, range {range:?}: {found}");
+                }
+            }
+        }
+        arrives::<f32>(3e-6);
+        arrives::<f64>(1e-14);
+    }
+
+    /// Protects: what is beyond f32 so close to a light stays a number, and white.
+    #[test]
+    fn a_strong_light_close_by_is_finite() {
+        let seen = point::<f32>(1e-6, None, 1e37).seen_from(Vec3::ZERO).expect("it shines");
+        assert!(seen.colour.is_finite() && seen.colour.x >= 1e29, "{}", seen.colour);
+        assert!(point::<f32>(0.0, None, 1.0).seen_from(Vec3::ZERO).is_none(), "at the light itself");
+    }
+
+    /// Protects: the edge of a spot, against values by hand: the square of the share of the way between the cosines.
+    #[test]
+    fn the_edge_of_a_spot_is_the_square_of_the_way_across() {
+        let spot: Light<f64> = light(
+            LightKind::Spot {
+                position: [0.0; 3],
+                direction: [0.0, -1.0, 0.0],
+                inner_angle: 30.0,
+                outer_angle: 60.0,
+                falloff: Falloff::None,
+                range: None,
+            },
+            1.0,
+        );
+        let (inner, outer) = (0.75_f64.sqrt(), 0.5);
+        for (share, strength) in [(1.0, 1.0), (0.75, 0.5625), (0.5, 0.25), (0.1, 0.01)] {
+            let cosine = outer + (inner - outer) * share;
+            let seen = spot.seen_from(DVec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0)).expect("inside the cone");
+            assert!((seen.colour.x - strength).abs() < 1e-12, "{share} of the way: {}", seen.colour.x);
+        }
+        assert!(spot.seen_from(DVec3::new(1.0, -0.5, 0.0)).is_none(), "outside the cone");
     }
 }

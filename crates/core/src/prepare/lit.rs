@@ -1,5 +1,6 @@
 //! Scenes without any light, which models often are: how to tell, and what to put there.
 
+use crate::lookup::Lookup;
 use crate::scene::{Colour, Material, Model, Scene, Sky};
 
 /// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
@@ -14,12 +15,12 @@ pub fn has_light(scene: &Scene) -> bool {
         Model::Classic(classic) => classic.emission.is_some() || classic.ambient.as_ref().is_some_and(bright),
         Model::Physical(physical) => physical.unlit || bright(&physical.emission),
     };
-    let used = |name: &str| scene.materials.iter().find(|material| material.name == name);
+    let lookup = Lookup::new(scene);
     let mut objects = scene.objects.iter().chain(scene.generators.iter().map(|generator| &generator.object));
     scene.sky.is_some()
         || !scene.lights.is_empty()
         || bright(&scene.classic.ambient)
-        || objects.any(|object| used(&object.material).is_some_and(shines))
+        || objects.any(|object| lookup.material(&object.material).is_some_and(|(_, material)| shines(material)))
 }
 
 #[cfg(test)]

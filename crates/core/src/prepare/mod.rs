@@ -15,7 +15,8 @@ use raywright_bvh::{Aabb, Geometry, GeometryError, Precision, Real, Vector};
 
 use crate::camera::{Camera, frame};
 use crate::expr::ExprError;
-use crate::scene::{ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
+use crate::lookup::Lookup;
+use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
 pub(crate) use area::{AreaLights, Drawn};
@@ -38,6 +39,12 @@ pub enum PrepareError {
         object: usize,
         /// Why.
         source: GeometryError,
+    },
+    /// Nothing is left of a shape once its coordinates are stored; validation reports it with its place.
+    #[error("objects[{object}]: its size is lost where it is, in the numbers of this precision")]
+    Collapsed {
+        /// Index of the object, those that generators make after the listed ones.
+        object: usize,
     },
     /// A name that nothing has; validation reports it with its place.
     #[error("{path}: there is no {kind} named `{name}`")]
@@ -159,18 +166,28 @@ impl<P: Precision> Prepared<P> {
     /// What validation would have reported with a place, and what only the geometry can know.
     pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, PrepareError> {
         let names = names(scene);
-        let textures = texture::Textures::new(scene);
-        let mut built = geometry::build::<P>(scene, settings.accelerator)?;
+        let lookup = Lookup::new(scene);
+        let textures = texture::Textures::new(scene, &lookup);
+        let mut built = geometry::build::<P>(scene, &lookup, settings.accelerator)?;
+        let mut used = vec![false; scene.materials.len()];
+        built.objects.iter().for_each(|object| used[object.material as usize] = true);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
-            let used = built.objects.iter().any(|o| o.material == index as u32);
-            materials.push(if used { material::prepare(material, index, scene, &names, &textures)? } else { Material::Unused });
+            materials.push(if used[index] {
+                material::prepare(material, index, scene, &names, &textures)?
+            } else {
+                Material::Unused
+            });
         }
         for object in &mut built.objects {
-            object.coordinates = object.mesh.is_none() && materials[object.material as usize].reads_coordinates();
+            let index = object.material as usize;
+            match &mut object.mesh {
+                Some(mesh) => mesh.further_sets = further_sets(&scene.materials[index]),
+                None => object.coordinates = materials[index].reads_coordinates(),
+            }
         }
-        let sky = sky::prepare::<P::Real>(scene, &names)?;
-        let emitters = geometry::emitters::<P>(scene);
+        let sky = sky::prepare::<P::Real>(scene, &lookup, &names, &textures)?;
+        let emitters = geometry::emitters::<P>(scene, &lookup);
         let lit = materials.iter().any(Material::answers_to_lights);
         let casters = scene.objects.iter().chain(scene.generators.iter().map(|g| &g.object)).any(|o| o.casts_shadow);
         let physical = materials.iter().any(|m| matches!(m, Material::Physical(_)));
@@ -220,6 +237,11 @@ impl<P: Precision> Prepared<P> {
             texture_bytes: self.texture_bytes,
         }
     }
+}
+
+/// Sets of texture coordinates besides the first that a material reads.
+fn further_sets(material: &scene::Material) -> Vec<usize> {
+    material.uv_sets().into_iter().map(|set| set as usize).filter(|set| (1..scene::MOST_UV_SETS).contains(set)).collect()
 }
 
 /// Time and parameters, as expressions see them.

@@ -11,6 +11,7 @@ use super::PrepareError;
 use super::colour::{ColourSource, Point};
 use super::texture::{Textures, decoded};
 use crate::expr::{Inputs, Scope};
+use crate::lookup::Lookup;
 use crate::scene::{ImageData, Pixels, Scene, Sky as SkyData};
 
 /// What a ray sees that hits nothing.
@@ -44,7 +45,12 @@ pub(crate) struct Map<R: Real> {
     strength: R,
 }
 
-pub(super) fn prepare<R: Real>(scene: &Scene, names: &BTreeMap<String, f64>) -> Result<Sky<R>, PrepareError> {
+pub(super) fn prepare<R: Real>(
+    scene: &Scene,
+    lookup: &Lookup<'_>,
+    names: &BTreeMap<String, f64>,
+    textures: &Textures<'_>,
+) -> Result<Sky<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
     Ok(match &scene.sky {
         None => Sky::None,
@@ -59,10 +65,10 @@ pub(super) fn prepare<R: Real>(scene: &Scene, names: &BTreeMap<String, f64>) -> 
         }
         Some(SkyData::Expression(input)) => {
             let path = || "sky.expression".to_owned();
-            Sky::Expression(ColourSource::new(input, Scope::Sky, names, &Textures::new(scene), &path)?)
+            Sky::Expression(ColourSource::new(input, Scope::Sky, names, textures, &path)?)
         }
         Some(SkyData::Map(map)) => {
-            let image = scene.images.iter().find(|i| i.name == map.image);
+            let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };
             match &image.ok_or_else(missing)?.data {
                 Some(image) => Sky::Map(Map {
@@ -97,10 +103,7 @@ impl<R: Real> Sky<R> {
                 }
                 sky
             }
-            Self::Expression(source) => {
-                let zero = R::ZERO;
-                source.at(&Point { inputs: Inputs { d, o: origin, ..Inputs::default() }, second_uv: [zero; 2] })
-            }
+            Self::Expression(source) => source.at(&Point::of(Inputs { d, o: origin, ..Inputs::default() })),
             Self::Map(map) => map.radiance(d),
         }
     }

@@ -9,26 +9,31 @@ use super::PrepareError;
 use super::colour::{Factor, Point};
 use crate::display::curve::decode;
 use crate::expr::Scope;
+use crate::lookup::Lookup;
 use crate::scene::{ColourSpace, Filter, ImageData, Pixels, Scene, Texture, TextureRef, TransferCurve, Wrap};
 
 /// The textures and images of a scene, by name.
 pub(crate) struct Textures<'a> {
-    textures: BTreeMap<&'a str, (&'a Texture, Option<Arc<ImageData>>)>,
+    scene: &'a Scene,
+    lookup: &'a Lookup<'a>,
 }
 
 impl<'a> Textures<'a> {
-    pub fn new(scene: &'a Scene) -> Self {
-        let image = |name: &str| scene.images.iter().find(|i| i.name == name).and_then(|i| i.data.clone());
-        let textures = scene.textures.iter().map(|t| (t.name.as_str(), (t, image(&t.image))));
-        Self { textures: textures.collect() }
+    pub fn new(scene: &'a Scene, lookup: &'a Lookup<'a>) -> Self {
+        Self { scene, lookup }
+    }
+
+    /// The pixels behind a texture; none where they could not be had.
+    fn image(&self, texture: &Texture) -> Option<&'a Arc<ImageData>> {
+        self.lookup.image(&texture.image)?.data.as_ref()
     }
 
     /// Bytes of the distinct images behind the textures.
     pub fn bytes(&self) -> usize {
         let mut seen = HashSet::new();
-        let images = self.textures.values().filter_map(|(_, image)| image.as_ref());
+        let images = self.scene.textures.iter().filter_map(|texture| self.image(texture));
         images
-            .filter(|image| seen.insert(Arc::as_ptr(image)))
+            .filter(|&image| seen.insert(Arc::as_ptr(image)))
             .map(|image| match &image.pixels {
                 Pixels::Codes(p) => size_of_val(p.as_slice()),
                 Pixels::Linear(p) => size_of_val(p.as_slice()),
@@ -43,10 +48,10 @@ impl<'a> Textures<'a> {
         names: &BTreeMap<String, f64>,
         path: &dyn Fn() -> String,
     ) -> Result<Option<Arc<Sampler<R>>>, PrepareError> {
-        let Some((texture, image)) = self.textures.get(reference.name.as_str()) else {
+        let Some(texture) = self.lookup.texture(&reference.name) else {
             return Err(PrepareError::Missing { path: path(), kind: "texture", name: reference.name.clone() });
         };
-        let Some(image) = image else { return Ok(None) };
+        let Some(image) = self.image(texture) else { return Ok(None) };
         let coordinates = match &reference.uv {
             None => None,
             Some([u, v]) => Some([Factor::new(u, Scope::Surface, names, path)?, Factor::new(v, Scope::Surface, names, path)?]),
@@ -56,7 +61,7 @@ impl<'a> Textures<'a> {
             srgb: texture.colour_space == ColourSpace::Srgb,
             filter: texture.filter,
             wrap: [texture.wrap_u, texture.wrap_v],
-            second_set: reference.uv_set == 1,
+            set: reference.uv_set as usize,
             coordinates,
             transform: reference.uv_transform.map(|m| m.map(|row| row.map(R::from_f64))),
             factor: R::Vec3::from_f64(reference.factor.0.into()),
@@ -71,7 +76,8 @@ pub(crate) struct Sampler<R: Real> {
     srgb: bool,
     filter: Filter,
     wrap: [Wrap; 2],
-    second_set: bool,
+    /// Of a mesh's sets of texture coordinates.
+    set: usize,
     /// Expressions in place of the surface's own coordinates.
     coordinates: Option<[Factor<R>; 2]>,
     transform: Option<[[R; 3]; 2]>,
@@ -94,8 +100,8 @@ impl<R: Real> Sampler<R> {
     pub fn texel(&self, point: &Point<R>) -> [R; 4] {
         let [mut u, mut v] = match &self.coordinates {
             Some([u, v]) => [u.at(point), v.at(point)],
-            None if self.second_set => point.second_uv,
-            None => [point.inputs.u, point.inputs.v],
+            None if self.set == 0 => [point.inputs.u, point.inputs.v],
+            None => point.further_uv.get(self.set - 1).copied().unwrap_or([R::ZERO; 2]),
         };
         if let Some([[a, b, c], [d, e, f]]) = self.transform {
             (u, v) = (a * u + b * v + c, d * u + e * v + f);

@@ -122,7 +122,7 @@ pub struct Sun {
 pub struct SkyMap {
     /// Name of the image.
     pub image: String,
-    /// Degrees by which the picture is turned about +y.
+    /// Degrees by which the picture is turned about +y; 90 shows along +z what was along +x.
     #[serde(default)]
     pub rotation: f64,
     /// Factor on its radiance.

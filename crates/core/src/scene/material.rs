@@ -36,6 +36,24 @@ impl Material {
         };
         (emission != Colour::BLACK).then_some(emission)
     }
+
+    /// Sets of texture coordinates that its textures read, ascending, each once.
+    pub fn uv_sets(&self) -> Vec<u32> {
+        fn of(input: &ColourInput) -> Option<&TextureRef> {
+            if let ColourInput::Texture(input) = input { Some(&input.texture) } else { None }
+        }
+        let textures = match &self.model {
+            Model::Classic(m) => [of(&m.colour), m.emission.as_ref().and_then(of), None, None],
+            Model::Physical(m) => {
+                let own = [&m.base_colour_texture, &m.metallic_roughness_texture, &m.emission_texture].map(Option::as_ref);
+                [of(&m.base_colour), own[0], own[1], own[2]]
+            }
+        };
+        let mut sets: Vec<u32> = textures.into_iter().flatten().filter(|t| t.uv.is_none()).map(|t| t.uv_set).collect();
+        sets.sort_unstable();
+        sets.dedup();
+        sets
+    }
 }
 
 /// The two families of materials. Any integrator can read both.
@@ -266,7 +284,7 @@ pub enum AlphaMode {
 pub struct TextureRef {
     /// Name of the texture.
     pub name: String,
-    /// Which of a mesh's sets of texture coordinates; shapes have set 0 only.
+    /// Which of a mesh's sets of texture coordinates; one that it does not have reads (0, 0), and shapes have one set.
     #[serde(default)]
     pub uv_set: u32,
     /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.

@@ -22,7 +22,7 @@ pub use material::{
     AlphaMode, Classic, Fuzz, Material, Model, Physical, Reflection, Rim, Specular, SpecularModel, TextureRef, Transmission,
     TransmissionChoice,
 };
-pub use mesh::{ColourSpace, Filter, Image, ImageData, Mesh, MeshData, MeshSource, Pixels, Texture, Wrap};
+pub use mesh::{ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, Pixels, Texture, Wrap};
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render, ShadowRule, SpawnRule, ToneMap,

@@ -1,10 +1,11 @@
 //! The collector of problems: it knows where in the scene the checks are, and has the checks that many values share.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::fmt::{Display, Write as _};
 
 use super::{FARTHEST, MOST, Problem, SMALLEST};
 use crate::expr::{self, ExprError, Scope};
+use crate::lookup::{Lookup, Names};
 use crate::scene::{Colour, Scene, Triple};
 use crate::suggest::closest;
 
@@ -13,35 +14,30 @@ const SHORTEST_DIRECTION: f64 = 1e-100;
 const LONGEST_DIRECTION: f64 = 1e100;
 
 /// Greatest absolute value of a number that is no length, such as a radiance: its sums must fit the renderer's f32.
-const GREATEST: f64 = 1e30;
+pub(crate) const GREATEST: f64 = 1e30;
 
-/// Names that a scene defines, for the references to them.
-pub(super) struct Names<'a> {
-    pub images: HashSet<&'a str>,
-    pub textures: HashSet<&'a str>,
-    pub materials: HashSet<&'a str>,
-    pub meshes: HashSet<&'a str>,
-}
+/// Greatest intensity of a light that weakens with the square of the distance: a million at [`FARTHEST`], and within f32.
+const GREATEST_INTENSITY: f64 = 1e37;
+
+/// Names that are compared with unknown ones for "did you mean", about a second's worth: a hundred unknown names against as
+/// many as a scene may have would take minutes.
+const COMPARISONS: usize = 1_000_000;
 
 pub(super) struct Check<'a> {
     path: String,
     problems: Vec<Problem>,
-    pub names: Names<'a>,
+    names: Lookup<'a>,
+    /// Of [`COMPARISONS`], those that are left.
+    comparisons: usize,
     /// `t` and the parameters.
     numbers: BTreeMap<String, f64>,
 }
 
 impl<'a> Check<'a> {
     pub fn new(scene: &'a Scene) -> Self {
-        let names = Names {
-            images: scene.images.iter().map(|image| image.name.as_str()).collect(),
-            textures: scene.textures.iter().map(|texture| texture.name.as_str()).collect(),
-            materials: scene.materials.iter().map(|material| material.name.as_str()).collect(),
-            meshes: scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect(),
-        };
         let mut numbers = scene.parameters.clone();
         numbers.insert("t".to_owned(), scene.t);
-        Self { path: String::new(), problems: Vec::new(), names, numbers }
+        Self { path: String::new(), problems: Vec::new(), names: Lookup::new(scene), comparisons: COMPARISONS, numbers }
     }
 
     pub fn finish(self) -> Vec<Problem> {
@@ -126,18 +122,22 @@ impl<'a> Check<'a> {
     }
 
     /// A name must be defined. `what` is the kind of thing: "material".
-    pub fn refers(&mut self, key: &str, name: &str, what: &str, defined: for<'n> fn(&'n Names<'a>) -> &'n HashSet<&'a str>) {
+    pub fn refers(&mut self, key: &str, name: &str, what: &str, defined: for<'n> fn(&'n Lookup<'a>) -> &'n Names<'a>) {
         let known = defined(&self.names);
-        if known.contains(name) {
+        if known.get(name).is_some() {
             return;
         }
-        let hint = match closest(name, known.iter().copied()) {
+        let left = if self.problems.len() < MOST { self.comparisons.checked_sub(known.len()) } else { None };
+        let Some(left) = left else {
+            self.inside(key, |check| check.report(format!("unknown {what} `{name}`")));
+            return;
+        };
+        self.comparisons = left;
+        let hint = match closest(name, known.iter()) {
             Some(word) => format!("did you mean `{word}`?"),
-            None if known.is_empty() => format!("the scene has no {what} at all"),
+            None if known.len() == 0 => format!("the scene has no {what} at all"),
             None => {
-                let mut list: Vec<_> = known.iter().copied().collect();
-                list.sort_unstable();
-                list.truncate(20);
+                let list: Vec<_> = known.iter().take(20).collect();
                 format!("the {what} names of this scene: {}", list.join(", "))
             }
         };
@@ -232,19 +232,32 @@ impl<'a> Check<'a> {
 
     /// Any colour that can be worked with.
     pub fn colour(&mut self, key: &str, colour: Colour) {
+        self.colour_up_to(key, colour, GREATEST);
+    }
+
+    fn colour_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
         if colour.0.iter().any(|x| !x.is_finite()) {
             self.value(key, format_args!("must be finite, not {}", list(&colour.0)));
-        } else if colour.0.iter().any(|x| x.abs() > GREATEST) {
-            self.value(key, format_args!("must have no part beyond {GREATEST:e}"));
+        } else if colour.0.iter().any(|x| x.abs() > greatest) {
+            self.value(key, format_args!("must have no part beyond {greatest:e}"));
         }
     }
 
     /// A colour without negative parts.
     pub fn light(&mut self, key: &str, colour: Colour) {
+        self.light_up_to(key, colour, GREATEST);
+    }
+
+    /// The intensity of a light that weakens with the square of a distance, which may be great: what arrives is bounded.
+    pub fn intensity(&mut self, key: &str, colour: Colour) {
+        self.light_up_to(key, colour, GREATEST_INTENSITY);
+    }
+
+    fn light_up_to(&mut self, key: &str, colour: Colour, greatest: f64) {
         if colour.0.iter().any(|x| *x < 0.0) {
             self.value(key, format_args!("must have no negative part, as {} has", list(&colour.0)));
         } else {
-            self.colour(key, colour);
+            self.colour_up_to(key, colour, greatest);
         }
     }
 }

@@ -2,10 +2,15 @@
 
 use super::check::Check;
 use crate::expr::Scope;
-use crate::scene::{ColourInput, Light, LightKind, Sky, Sun};
+use crate::scene::{ColourInput, Falloff, Light, LightKind, Sky, Sun};
 
 pub(super) fn light(check: &mut Check<'_>, light: &Light) {
-    check.light("colour", light.colour);
+    match light.kind {
+        LightKind::Point { falloff: Falloff::InverseSquare, .. } | LightKind::Spot { falloff: Falloff::InverseSquare, .. } => {
+            check.intensity("colour", light.colour);
+        }
+        _ => check.light("colour", light.colour),
+    }
     check.inside("kind", |check| match light.kind {
         LightKind::Directional { to_light } => {
             check.direction("directional.to_light", to_light);

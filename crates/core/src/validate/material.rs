@@ -1,9 +1,8 @@
 //! Materials of both families, and the inputs that vary over a surface.
 
 use super::check::Check;
-use super::mesh::MOST_UV_SETS;
 use crate::expr::Scope;
-use crate::scene::{AlphaMode, Classic, ColourInput, Model, Physical, TextureRef, TransmissionChoice, Weight};
+use crate::scene::{AlphaMode, Classic, ColourInput, MOST_UV_SETS, Model, Physical, TextureRef, TransmissionChoice, Weight};
 
 pub(super) fn model(check: &mut Check<'_>, model: &Model) {
     match model {

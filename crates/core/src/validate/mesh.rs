@@ -1,11 +1,11 @@
 //! Meshes, images and textures.
 
-use super::FARTHEST;
-use super::check::Check;
-use crate::scene::{Image, Mesh, MeshData, MeshSource, Texture};
+use std::collections::HashSet;
 
-/// Sets of texture coordinates a mesh may have.
-pub(super) const MOST_UV_SETS: usize = 8;
+use super::check::Check;
+use super::{FARTHEST, MOST, Problem};
+use crate::lookup::Lookup;
+use crate::scene::{Image, MOST_UV_SETS, Mesh, MeshData, MeshSource, Scene, Shape, Texture};
 
 pub(super) fn image(check: &mut Check<'_>, image: &Image) {
     if image.path.is_empty() && image.data.is_none() {
@@ -27,6 +27,30 @@ pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
             }
         }
     });
+}
+
+/// Objects whose material reads a set of texture coordinates that their mesh does not have, each pair of the two once. Such a
+/// picture can be made, with (0, 0) for the missing set.
+pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
+    let lookup = Lookup::new(scene);
+    let listed = scene.objects.iter().enumerate().map(|(i, object)| (("objects", i, ""), object));
+    let repeated = scene.generators.iter().enumerate().map(|(i, generator)| (("generators", i, ".object"), &generator.object));
+    let (mut seen, mut problems) = (HashSet::new(), Vec::new());
+    for ((list, i, within), object) in listed.chain(repeated) {
+        let Shape::Mesh(name) = &object.shape else { continue };
+        let (Some(data), Some((_, material))) = (lookup.mesh_data(name), lookup.material(&object.material)) else { continue };
+        let lacks = |set: &u32| *set > 0 && data.uvs.get(*set as usize).is_none_or(Vec::is_empty);
+        for set in material.uv_sets().into_iter().filter(lacks) {
+            if problems.len() < MOST && seen.insert((name, &object.material, set)) {
+                let message = format!(
+                    "the material `{}` reads `uv_set` {set}, which the mesh `{name}` does not have; (0, 0) is read there",
+                    object.material
+                );
+                problems.push(Problem { path: format!("{list}[{i}]{within}"), message, hint: None, within: None });
+            }
+        }
+    }
+    problems
 }
 
 /// What is wrong with the arrays of a mesh, at most one problem for each array: path within the mesh, and message.

@@ -5,6 +5,7 @@
 
 mod camera;
 mod check;
+mod collapse;
 mod light;
 mod material;
 mod mesh;
@@ -14,7 +15,9 @@ mod transform;
 
 use std::ops::Range;
 
-pub use mesh::mesh_data;
+pub(crate) use check::GREATEST;
+pub(crate) use collapse::collapses;
+pub use mesh::{mesh_data, missing_uv_sets};
 
 use self::check::Check;
 use crate::scene::{FORMAT, Scene};

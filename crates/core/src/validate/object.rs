@@ -1,10 +1,9 @@
 //! Objects: shapes, their references and transforms; generators.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::check::{Check, list};
-use super::transform;
-use crate::prepare::affine;
+use super::{collapse, transform};
 use crate::scene::{Generator, GeneratorKind, Object, Shape, Triple};
 
 /// Sine of the angle between the edges of a figure below which it has no area.
@@ -12,46 +11,21 @@ const FLAT: f64 = 1e-12;
 
 pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     let before = check.problems();
+    parts(check, object);
+    if check.problems() == before {
+        collapse::listed(check, object);
+    }
+}
+
+/// What holds wherever the object is.
+fn parts(check: &mut Check<'_>, object: &Object) {
     check.inside("shape", |check| shape(check, &object.shape));
     check.refers("material", &object.material, "material", |names| &names.materials);
     transform::steps(check, &object.transform);
-    if check.problems() == before {
-        // As preparation has it: only a shape that is not just moved keeps a space of its own.
-        let map = affine(&object.transform);
-        let offset = if map.matrix3 == DMat3::IDENTITY { map.translation } else { DVec3::ZERO };
-        check.inside("shape", |check| collapse(check, &object.shape, offset));
-    }
-}
-
-/// Shapes whose extent is lost where coordinates are stored in f32, as all precisions but `reference` do: the difference of
-/// two large numbers that f32 does not tell apart.
-fn collapse(check: &mut Check<'_>, shape: &Shape, offset: DVec3) {
-    let stored = |p: DVec3| (p + offset).as_vec3().as_dvec3();
-    let flat = |[a, b, c]: [DVec3; 3]| a == b || b == c || c == a || no_area(b - a, c - a);
-    let far = "move it nearer to the origin";
-    let lost = |what: &str| format!("{what} is lost in single precision, so there is nothing to see");
-    match *shape {
-        Shape::Box { min, max } if !stored(min.into()).cmplt(stored(max.into())).all() => {
-            check.inside("box.max", |check| check.advise(lost("the distance of `max` from `min`"), far));
-        }
-        Shape::Quad { corner, edge_u, edge_v } => {
-            let corner = DVec3::from(corner);
-            if flat([corner, corner + DVec3::from(edge_u), corner + DVec3::from(edge_v)].map(stored)) {
-                check.inside("quad.corner", |check| check.advise(lost("the size of the quad at its `corner`"), far));
-            }
-        }
-        Shape::Triangle { vertices } if flat(vertices.map(|p| stored(p.into()))) => {
-            check.inside("triangle.vertices", |check| check.advise(lost("the distance of the corners"), far));
-        }
-        Shape::Torus { major_radius, minor_radius, .. } if minor_radius as f32 >= major_radius as f32 => {
-            let message = lost("the difference of `minor_radius` from `major_radius`");
-            check.inside("torus.minor_radius", |check| check.report(message));
-        }
-        _ => {}
-    }
 }
 
 pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
+    let before = check.problems();
     check.inside("kind", |check| match generator.kind {
         GeneratorKind::Grid { counts, origin, step } => check.inside("grid", |check| {
             check.each("counts", &counts, |check, count| check.count("", *count, 1, u32::MAX));
@@ -63,7 +37,10 @@ pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
             corners(check, min, max, true);
         }),
     });
-    check.inside("object", |check| object(check, &generator.object));
+    check.inside("object", |check| parts(check, &generator.object));
+    if check.problems() == before {
+        collapse::generated(check, generator);
+    }
 }
 
 /// Every size above zero, every direction longer than zero.
@@ -155,7 +132,7 @@ fn triangle(check: &mut Check<'_>, vertices: &[Triple; 3]) {
 }
 
 /// Whether two edges that have a length span none between them.
-fn no_area(u: DVec3, v: DVec3) -> bool {
+pub(super) fn no_area(u: DVec3, v: DVec3) -> bool {
     let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
     u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < FLAT
 }

@@ -373,3 +373,54 @@ fn mesh_arrays_are_finite_and_fit_each_other() {
 fn a_flood_of_problems_is_cut_off() {
     assert_eq!(broken(|s| s.objects = vec![ball(-1.0); 5000]).len(), 100);
 }
+
+/// Protects: what a generator makes is judged where it lands, together with the object's own transform; the message names the
+/// first object that is lost. Thin boxes at 3e5 used to vanish without a word.
+#[test]
+fn generated_shapes_are_judged_where_they_land() {
+    let thin = |z: f64| Shape::Box { min: [0.0, 0.0, z], max: [1.0, 2.0, z + 0.01] };
+    let with = |shape: Shape, transform: Vec<TransformStep>, origin: f64| {
+        let kind = GeneratorKind::Grid { counts: [1, 1, 3], origin: [0.0, 0.0, origin], step: [0.0, 0.0, 100_000.0] };
+        broken(|s| s.generators = vec![Generator { kind, object: Object { shape, transform, ..ball(1.0) } }])
+    };
+    let found = with(thin(0.0), Vec::new(), 100_000.0);
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(found[0].path, "generators[0].object.shape.box.max");
+    assert_eq!(
+        found[0].message,
+        "the distance of `max` from `min` is lost in single precision, so there is nothing to see of the generator's object 2, \
+         at [0, 0, 300000]"
+    );
+    assert!(found[0].hint.is_some());
+    assert_eq!(with(thin(0.0), Vec::new(), 0.0), []);
+    // Only the sum of both moves counts.
+    let moved = |z| vec![TransformStep::Translate([0.0, 0.0, z])];
+    assert_eq!(with(thin(0.0), moved(250_000.0), 0.0)[0].path, "generators[0].object.shape.box.max");
+    assert_eq!(with(thin(300_000.0), moved(-250_000.0), -100_000.0), []);
+    // A shape that is turned keeps a space of its own.
+    let turned = vec![TransformStep::Rotate { axis: ABOVE, degrees: 30.0 }];
+    assert_eq!(with(thin(0.0), turned, 300_000.0), []);
+    let quad = Shape::Quad { corner: HERE, edge_u: [0.0, 0.0, 0.01], edge_v: ABOVE };
+    assert_eq!(with(quad, Vec::new(), 300_000.0)[0].path, "generators[0].object.shape.quad.corner");
+    let triangle = Shape::Triangle { vertices: [HERE, ABOVE, [0.0, 0.0, 0.01]] };
+    assert_eq!(with(triangle, Vec::new(), 300_000.0)[0].path, "generators[0].object.shape.triangle.vertices");
+    let torus = Shape::Torus { centre: HERE, axis: ABOVE, major_radius: 1.000_000_01, minor_radius: 1.0 };
+    assert_eq!(with(torus, Vec::new(), 0.0)[0].path, "generators[0].object.shape.torus.minor_radius");
+    let kind = GeneratorKind::Scatter { count: 1000, min: [0.0, 0.0, 1e5], max: [0.0, 0.0, 1e6], seed: 1 };
+    let scattered = broken(|s| s.generators = vec![Generator { kind, object: Object { shape: thin(0.0), ..ball(1.0) } }]);
+    assert_eq!(scattered.len(), 1, "{scattered:?}");
+}
+
+/// Protects: a light may be as strong as its distance asks for, and one that does not weaken may not.
+#[test]
+fn intensities_go_with_the_square_of_the_distance() {
+    let with = |falloff, colour| {
+        broken(|s| {
+            s.lights[0].kind = LightKind::Point { position: [0.0, 1e15, 0.0], falloff, range: None };
+            s.lights[0].colour = Colour([colour; 3]);
+        })
+    };
+    assert_eq!(with(Falloff::InverseSquare, 3e30), []);
+    assert_eq!(with(Falloff::InverseSquare, 2e37)[0].message, "`colour` must have no part beyond 1e37");
+    assert_eq!(with(Falloff::None, 3e30)[0].message, "`colour` must have no part beyond 1e30");
+}

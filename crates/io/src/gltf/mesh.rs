@@ -11,7 +11,7 @@ use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
 
 /// Sets of texture coordinates that are read; the specification asks for two.
-pub(super) const MOST_UV_SETS: u32 = 8;
+pub(super) const MOST_UV_SETS: u32 = raywright_core::scene::MOST_UV_SETS as u32;
 
 impl<'a> Import<'a> {
     /// The triangles of one primitive; none with a warning when it has none.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use raywright_core::scene::{Image, ImageData, MeshSource, Sky, SkyMap};
 use raywright_core::suggest::closest;
-use raywright_core::validate::mesh_data;
+use raywright_core::validate::{mesh_data, missing_uv_sets};
 
 use super::Parsed;
 use crate::error::{Error, ErrorKind, Warning};
@@ -47,6 +47,7 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
             parsed.scene.meshes[i].source = MeshSource::Inline(Arc::new(mesh));
         }
     }
+    warnings.extend(missing_uv_sets(&parsed.scene).into_iter().map(|problem| parsed.warning(&problem)));
     Ok(warnings)
 }
 

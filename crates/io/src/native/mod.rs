@@ -11,11 +11,11 @@ mod node;
 mod places;
 mod toml;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use raywright_core::Scene;
 use raywright_core::scene::FORMAT;
-use raywright_core::validate::validate;
+use raywright_core::validate::{Problem, validate};
 use serde::Deserialize;
 
 pub use names::Overrides;
@@ -24,7 +24,7 @@ use self::de::{Context, Reader};
 use self::failure::{Failure, Step};
 use self::node::{Node, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::error::{Error, ErrorKind};
+use crate::error::{Error, ErrorKind, Warning};
 use crate::limits::human_bytes;
 
 /// Readings of one text at most: each finds one more failure that stands in the way of the rest.
@@ -54,6 +54,13 @@ impl Parsed<'_> {
         let span = places::span(&self.root, path);
         let problem = Diagnostic { message: message.into(), span, label: String::new(), hint: None };
         Error::Scene(Diagnostics { kind, ..Diagnostics::new(self.file, self.text, vec![problem]) })
+    }
+
+    /// A warning with the line of a problem that leaves a picture possible.
+    pub fn warning(&self, problem: &Problem) -> Warning {
+        let before = places::span(&self.root, &problem.path).and_then(|span| self.text.get(..span.start)).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        Warning::new(self.file, format!("line {line}, {}: {}", problem.path, problem.message))
     }
 }
 
@@ -107,11 +114,13 @@ fn tree(text: &str, notation: Notation) -> Result<Node, Vec<Diagnostic>> {
 /// of the tree, and what is left is read again, so that one wrong thing does not hide the next.
 fn read(root: &mut Node, text: &str, names: &BTreeMap<String, f64>) -> Result<Scene, Vec<Diagnostic>> {
     let mut problems: Vec<Diagnostic> = Vec::new();
+    // Each reading notes once more what the ones before it noted: a hundred thousand wrong keys, twenty times.
+    let mut known = HashSet::new();
     for _ in 0..READINGS {
         let context = Context { text, names, noted: Default::default() };
         let result = Scene::deserialize(Reader::root(root, &context));
         for noted in context.noted.into_inner().into_iter().map(Failure::into_diagnostic) {
-            if !problems.contains(&noted) {
+            if known.insert(noted.clone()) {
                 problems.push(noted);
             }
         }

@@ -1,6 +1,6 @@
 //! `t` and the parameters: read first, in the order of the text, because every other number may use them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use raywright_core::expr;
 use raywright_core::suggest::closest;
@@ -41,14 +41,16 @@ pub(crate) fn settle(
         entries.push(Entry { key: "t".to_owned(), key_span: 0..0, node });
     }
     names.insert("t".to_owned(), t);
+    // Of two values for one name the later counts.
+    let set: HashMap<&str, f64> = overrides.set.iter().map(|(name, value)| (name.as_str(), *value)).collect();
     if let Some(Node { value: Value::Table(parameters), .. }) = root.get_mut("parameters") {
         for entry in parameters {
             if let Some(problem) = bad_name(entry) {
                 noted.push(problem);
                 continue;
             }
-            let value = match overrides.set.iter().rev().find(|(name, _)| *name == entry.key) {
-                Some((_, value)) => *value,
+            let value = match set.get(entry.key.as_str()) {
+                Some(value) => *value,
                 None => number(&entry.node, &entry.key, text, &names, noted),
             };
             entry.node.value = Value::Float(value);
@@ -59,15 +61,12 @@ pub(crate) fn settle(
 }
 
 fn check_overrides(root: &Node, overrides: &Overrides) -> Result<(), Error> {
-    let parameters = root.get("parameters");
-    for (name, _) in &overrides.set {
-        if parameters.is_some_and(|parameters| parameters.get(name).is_some()) {
-            continue;
-        }
-        let known: Vec<&str> = match parameters.map(|node| &node.value) {
-            Some(Value::Table(entries)) => entries.iter().map(|entry| entry.key.as_str()).collect(),
-            _ => Vec::new(),
-        };
+    let known: Vec<&str> = match root.get("parameters").map(|node| &node.value) {
+        Some(Value::Table(entries)) => entries.iter().map(|entry| entry.key.as_str()).collect(),
+        _ => Vec::new(),
+    };
+    let names: HashSet<&str> = known.iter().copied().collect();
+    if let Some((name, _)) = overrides.set.iter().find(|(name, _)| !names.contains(name.as_str())) {
         let hint = match closest(name, known.iter().copied()) {
             Some(word) => format!("did you mean `{word}`?"),
             None if name == "t" => "time is set with --at".to_owned(),

@@ -4,7 +4,7 @@
 //! a line that it can't read; such lines are completed or dropped before.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::lines::{Statement, decode, number, statements};
 use super::texture::Map;
@@ -38,12 +38,11 @@ impl Library {
 /// A fault of kind limit when one is too large.
 pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -> Outcome<Library> {
     let mut library = Library::default();
-    let mut seen = Vec::new();
+    let mut seen = HashSet::new();
     for rest in names {
-        if seen.contains(&rest) {
+        if !seen.insert(rest) {
             continue;
         }
-        seen.push(rest);
         for bytes in files(rest, folder, warnings)? {
             let text = safe(&decode(&bytes), warnings);
             // Textures that nothing visible uses are not read, and are the user's all the same.

@@ -110,13 +110,15 @@ pub(super) struct Textures<'f> {
     limits: &'f Limits,
     /// By path; none where an image could not be had.
     images: HashMap<String, Option<String>>,
+    /// Name of a texture by its image, whether that holds colours, and whether it is clamped.
+    textures: HashMap<(String, bool, bool), String>,
     names: Names,
 }
 
 impl<'f> Textures<'f> {
     /// None yet.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
-        Self { folder, limits, images: HashMap::new(), names: Names::default() }
+        Self { folder, limits, images: HashMap::new(), textures: HashMap::new(), names: Names::default() }
     }
 
     /// A use of the texture that a statement describes; none with a warning when its image could not be had.
@@ -142,15 +144,15 @@ impl<'f> Textures<'f> {
         };
         let Some(image) = image else { return Ok(None) };
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-        let same = |t: &&Texture| t.image == image && t.colour_space == space && t.wrap_u == wrap;
-        let known = scene.textures.iter().find(same).map(|texture| texture.name.clone());
-        let name = known.unwrap_or_else(|| {
+        let key = (image.clone(), space == ColourSpace::Srgb, map.clamp);
+        let name = self.textures.entry(key).or_insert_with(|| {
             let name = self.names.unique(&image);
             let texture =
                 Texture { name: name.clone(), image, colour_space: space, filter: Filter::Bilinear, wrap_u: wrap, wrap_v: wrap };
             scene.textures.push(texture);
             name
         });
+        let name = name.clone();
         Ok(Some(TextureRef { name, uv_set: 0, uv: None, uv_transform: map.rows(), factor: Colour::WHITE }))
     }
 

@@ -1,6 +1,7 @@
 //! Emitters and shapes as preparation makes them.
 
 use super::*;
+use crate::generate::expand;
 use crate::scene::{Colour, Generator, GeneratorKind, Model, Physical};
 use raywright_bvh::Robust;
 
@@ -32,7 +33,7 @@ fn moved_emitters_need_no_map() {
         generators: vec![Generator { kind, object }],
         ..Scene::default()
     };
-    let emitters = emitters::<Robust>(&scene);
+    let emitters = emitters::<Robust>(&scene, &Lookup::new(&scene));
     let area = core::f64::consts::PI;
     let (placed, plain) = emitters.split_first().expect("there are emitters");
     assert!(matches!(placed.form, Form::Placed(_)) && (placed.area - 4.0 * area).abs() < 1e-9, "{}", placed.area);
@@ -56,7 +57,8 @@ fn areas_are_each_emitters_own() {
     };
     let objects = vec![object.clone(), scaled(ball(1.0), 1.0), scaled(ball(1.0), 2.0), scaled(ball(2.0), 2.0), object.clone()];
     let scene = Scene { materials: vec![material], objects, ..Scene::default() };
-    let areas: Vec<f64> = emitters::<Robust>(&scene).iter().map(|e| e.area / (4.0 * core::f64::consts::PI)).collect();
+    let areas: Vec<f64> =
+        emitters::<Robust>(&scene, &Lookup::new(&scene)).iter().map(|e| e.area / (4.0 * core::f64::consts::PI)).collect();
     let expected = [1.0, 1.0, 4.0, 16.0, 1.0];
     assert!(areas.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{areas:?}");
 }
@@ -67,4 +69,17 @@ fn triangles_without_area_collapse() {
     let vertices = [[0.125, 0.25, 0.5], [1.125, 1.25, 1.5], [3.125, 3.25, 3.5]];
     let Some(AnyShape::Triangle(triangle)) = any_shape::<f32>(&Shape::Triangle { vertices }, DVec3::ZERO) else { panic!() };
     assert_eq!(triangle.vertices, [triangle.vertices[0]; 3]);
+}
+
+/// Protects: what storing makes nothing of is refused by its name, also where nobody validated, and kept where doubles are stored.
+#[test]
+fn collapsed_shapes_are_refused() {
+    let (material, object) = glowing(Shape::Box { min: [0.0; 3], max: [1.0, 2.0, 0.01] }, Vec::new());
+    let kind = GeneratorKind::Grid { counts: [1, 1, 2], origin: [0.0, 0.0, 3e5], step: [0.0, 0.0, 1.0] };
+    let scene = Scene { materials: vec![material], generators: vec![Generator { kind, object }], ..Scene::default() };
+    let lookup = Lookup::new(&scene);
+    let narrow = build::<Robust>(&scene, &lookup, AcceleratorKind::Linear).err();
+    assert_eq!(narrow, Some(PrepareError::Collapsed { object: 0 }));
+    let wide = build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear).expect("f64 tells its faces apart");
+    assert_eq!(wide.objects.len(), 2);
 }

@@ -47,3 +47,25 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
         assert!((found - linear).abs() < 1e-15, "{code}: {found}, not {linear}");
     }
 }
+
+/// Protects: which way a picture is turned. Its columns hold their own number, and a quarter turn shows along +z what was
+/// along +x: the column in the middle.
+#[test]
+fn a_quarter_turn_brings_what_was_along_x_to_z() {
+    const COLUMNS: u32 = 64;
+    let pixels = Pixels::Linear((0..COLUMNS).map(|column| [column as f32; 4]).collect());
+    let data = ImageData { width: COLUMNS, height: 1, pixels };
+    let image = crate::scene::Image { name: "stars".to_owned(), path: String::new(), data: Some(Arc::new(data)) };
+    let along = |rotation: f64, d: DVec3| {
+        let map = crate::scene::SkyMap { image: "stars".to_owned(), rotation, strength: 1.0 };
+        let scene = Scene { images: vec![image.clone()], sky: Some(SkyData::Map(map)), ..Scene::default() };
+        let lookup = Lookup::new(&scene);
+        let sky = prepare::<f64>(&scene, &lookup, &BTreeMap::new(), &Textures::new(&scene, &lookup));
+        sky.expect("the image is there").radiance(DVec3::ZERO, d).x
+    };
+    // A direction lies between two columns, whose numbers are blended.
+    let middle = f64::from(COLUMNS) / 2.0 - 0.5;
+    assert!((along(0.0, DVec3::X) - middle).abs() < 1e-9 && (along(90.0, DVec3::Z) - middle).abs() < 1e-9);
+    assert!((along(-90.0, DVec3::NEG_Z) - middle).abs() < 1e-9);
+    assert!((along(0.0, DVec3::Z) - middle - 16.0).abs() < 1e-9, "{}", along(0.0, DVec3::Z));
+}

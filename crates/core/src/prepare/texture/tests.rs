@@ -12,7 +12,7 @@ fn sampler<R: Real>(pixels: Pixels, [width, height]: [u32; 2], filter: Filter, w
         srgb: true,
         filter,
         wrap,
-        second_set: false,
+        set: 0,
         coordinates: None,
         transform: None,
         factor: R::Vec3::ONE,
@@ -26,7 +26,7 @@ fn numbered<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
 }
 
 fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
-    sampler.texel(&Point { inputs: Inputs { u, v, ..Inputs::default() }, second_uv: [u, v] })[0].to_f64()
+    sampler.texel(&Point::of(Inputs { u, v, ..Inputs::default() }))[0].to_f64()
 }
 
 /// ⌊u·n⌋ without rounding: a double is a whole number times a power of two.
@@ -135,7 +135,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
         let pixels = || Pixels::Codes(vec![[code; 4]]);
         let read = Sampler { srgb: true, ..sampler::<f64>(pixels(), [1, 1], Filter::Nearest, [Wrap::Repeat; 2]) };
         let plain = Sampler { srgb: false, ..read.clone() };
-        let point = Point { inputs: Inputs::default(), second_uv: [0.0; 2] };
+        let point = Point::of(Inputs::default());
         let share = f64::from(code) / 255.0;
         let [r, _, b, a] = read.texel(&point);
         assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");

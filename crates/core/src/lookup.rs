@@ -1,0 +1,104 @@
+//! From the names that a scene gives its things to their places in its lists: made once, so that nothing scans a list for
+//! each object.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
+
+/// The named things of a scene. Of two with one name, which validation refuses, the first counts.
+#[derive(Clone, Debug)]
+pub struct Lookup<'a> {
+    scene: &'a Scene,
+    pub(crate) images: Names<'a>,
+    pub(crate) textures: Names<'a>,
+    pub(crate) materials: Names<'a>,
+    pub(crate) meshes: Names<'a>,
+}
+
+/// The names of one list, in an order that is the same in every run: messages suggest the first of several that are as near.
+#[derive(Clone, Debug)]
+pub(crate) struct Names<'a>(BTreeMap<&'a str, usize>);
+
+impl<'a> Names<'a> {
+    fn new<T>(things: &'a [T], name: impl Fn(&'a T) -> &'a String) -> Self {
+        // Later ones are overwritten by earlier ones.
+        Self(things.iter().enumerate().rev().map(|(index, thing)| (name(thing).as_str(), index)).collect())
+    }
+
+    pub fn get(&self, name: &str) -> Option<usize> {
+        self.0.get(name).copied()
+    }
+
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// All of them, by the alphabet.
+    pub fn iter(&self) -> impl Iterator<Item = &'a str> {
+        self.0.keys().copied()
+    }
+}
+
+impl<'a> Lookup<'a> {
+    /// Walks each of the scene's lists once.
+    pub fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            images: Names::new(&scene.images, |image| &image.name),
+            textures: Names::new(&scene.textures, |texture| &texture.name),
+            materials: Names::new(&scene.materials, |material| &material.name),
+            meshes: Names::new(&scene.meshes, |mesh| &mesh.name),
+        }
+    }
+
+    /// The image of a name.
+    pub fn image(&self, name: &str) -> Option<&'a Image> {
+        self.images.get(name).map(|index| &self.scene.images[index])
+    }
+
+    /// The texture of a name.
+    pub fn texture(&self, name: &str) -> Option<&'a Texture> {
+        self.textures.get(name).map(|index| &self.scene.textures[index])
+    }
+
+    /// The material of a name, with its place in the scene's list.
+    pub fn material(&self, name: &str) -> Option<(usize, &'a Material)> {
+        self.materials.get(name).map(|index| (index, &self.scene.materials[index]))
+    }
+
+    /// The mesh of a name.
+    pub fn mesh(&self, name: &str) -> Option<&'a Mesh> {
+        self.meshes.get(name).map(|index| &self.scene.meshes[index])
+    }
+
+    /// The arrays of the mesh of a name; none where they are still in a file of their own.
+    pub fn mesh_data(&self, name: &str) -> Option<&'a Arc<MeshData>> {
+        match &self.mesh(name)?.source {
+            MeshSource::Inline(data) => Some(data),
+            MeshSource::File(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: each name leads to the first thing that has it, in its own list and no other.
+    #[test]
+    fn names_lead_to_the_first_that_has_them() {
+        let material = |name: &str| Material { name: name.to_owned(), model: crate::scene::Model::Physical(Box::default()) };
+        let mesh = |name: &str, source| Mesh { name: name.to_owned(), source };
+        let scene = Scene {
+            materials: ["a", "b", "a"].map(material).into(),
+            meshes: vec![mesh("a", MeshSource::File("x.obj".to_owned())), mesh("c", MeshSource::Inline(Arc::default()))],
+            ..Scene::default()
+        };
+        let lookup = Lookup::new(&scene);
+        assert_eq!(["a", "b", "c"].map(|name| lookup.material(name).map(|(index, _)| index)), [Some(0), Some(1), None]);
+        assert!(lookup.mesh("a").is_some() && lookup.mesh("b").is_none() && lookup.image("a").is_none());
+        assert!(lookup.mesh_data("a").is_none() && lookup.mesh_data("c").is_some() && lookup.texture("a").is_none());
+        assert_eq!((lookup.materials.len(), lookup.meshes.iter().count()), (2, 2));
+    }
+}

@@ -1,0 +1,69 @@
+//! A scene has no unit: with every length times a power of two, which floating point multiplies by exactly, the picture has
+//! the same bits. Whatever holds a length of its own (a padding, a least distance, a tolerance), or leaves the range of its
+//! numbers, shows.
+
+use raywright::core::picture::Picture;
+use raywright::core::settings::{Aov, PrecisionChoice};
+use raywright::core::{Scene, Settings, prepare};
+use raywright::io::{Input, LoadOptions, Overrides, load};
+
+use crate::support::Desk;
+
+const SCENE: &str = include_str!("scaling.scene.toml");
+
+/// The scene with lengths times 2ᵏ.
+fn scaled(desk: &Desk, k: i32) -> Scene {
+    let overrides = Overrides { at: None, set: vec![("s".to_owned(), 2.0_f64.powi(k))] };
+    let options = LoadOptions { overrides, ..LoadOptions::default() };
+    load(&Input::Path(desk.path("scaling.scene.toml")), &options).unwrap_or_else(|e| panic!("2^{k}: {e}")).scene
+}
+
+fn picture(scene: &Scene, precision: PrecisionChoice) -> Picture {
+    let aovs = vec![Aov::Normal, Aov::Object, Aov::Depth];
+    let settings = Settings { precision, aovs, ..Settings::of(scene) };
+    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+}
+
+/// How many pixels differ in a bit, of colour or layers, where depths are measured in units of the scale.
+fn different(a: &Picture, b: &Picture, unit: f32) -> usize {
+    let layer = |i: usize, at: usize| {
+        let (x, y) = (&a.layers[i], &b.layers[i]);
+        // −1 where nothing is hit.
+        let factor = if x.name == "depth.Z" && x.samples[at] > 0.0 { unit } else { 1.0 };
+        (x.samples[at] * factor).to_bits() == y.samples[at].to_bits()
+    };
+    let same =
+        |at: usize| a.rgb[at].map(f32::to_bits) == b.rgb[at].map(f32::to_bits) && (0..a.layers.len()).all(|i| layer(i, at));
+    (0..a.rgb.len()).filter(|&at| !same(at)).count()
+}
+
+fn hold(precision: PrecisionChoice) {
+    let desk = Desk::new();
+    desk.write("scaling.scene.toml", SCENE);
+    let first = picture(&scaled(&desk, 0), precision);
+    assert!(first.rgb.iter().flatten().all(|x| x.is_finite()), "{precision:?}: the picture has numbers that are none");
+    let failures: Vec<String> = [-30, -20, -10, -3, -1, 1, 2, 5, 10, 20, 30]
+        .into_iter()
+        .map(|k| (k, different(&first, &picture(&scaled(&desk, k), precision), 2.0_f32.powi(k))))
+        .filter(|(_, count)| *count > 0)
+        .map(|(k, count)| format!("2^{k}: {count}"))
+        .collect();
+    assert!(
+        failures.is_empty(),
+        "{precision:?}: of {} pixels differ with lengths times {}",
+        first.rgb.len(),
+        failures.join(", ")
+    );
+}
+
+/// Protects: no length of our own, and no overflow, from a thousandth of a micrometre to a million kilometres, where f32 stores.
+#[test]
+fn pictures_have_no_unit_in_single_precision() {
+    hold(PrecisionChoice::Robust);
+}
+
+/// Protects: the same where f64 does.
+#[test]
+fn pictures_have_no_unit_in_the_reference_precision() {
+    hold(PrecisionChoice::Reference);
+}
