@@ -100,9 +100,9 @@ impl<P: Precision> Shading<P> {
             let at = |k: usize| real(set[a][k]) * w + real(set[b][k]) * u + real(set[c][k]) * v;
             [at(0), at(1)]
         };
-        if let Some(set) = data.uvs.first() {
-            [self.point.inputs.u, self.point.inputs.v] = uv(set);
-        }
+        // Without a set, the weights of the second and the third corner of the file's own order.
+        let own = if mesh.flipped { [v, u] } else { [u, v] };
+        [self.point.inputs.u, self.point.inputs.v] = data.uvs.first().map_or(own, uv);
         self.point.second_uv = data.uvs.get(1).map_or([self.point.inputs.u, self.point.inputs.v], uv);
         if !data.colours.is_empty() {
             let at = |k: usize| real(data.colours[a][k]) * w + real(data.colours[b][k]) * u + real(data.colours[c][k]) * v;
