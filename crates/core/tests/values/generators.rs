@@ -48,6 +48,10 @@ fn scattered_places_fill_their_box() {
         let next: f64 = found.iter().map(|p| (p[axis] - 0.5) * (p[(axis + 1) % 3] - 0.5)).sum::<f64>() / 4000.0;
         assert!((mean - 0.5).abs() < 0.02 && next.abs() < 0.006, "axis {axis}: {mean}, {next}");
     }
+    let mut all: Vec<u64> = found.iter().flat_map(|p| p.to_array()).map(|x| (x * 1e9).round() as u64).collect();
+    all.sort_unstable();
+    let repeated = all.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    assert!(repeated < 3, "{repeated} of 12 000 numbers stand at two places");
     assert_eq!(places(scatter(3, 5), json!([])), places(scatter(9, 5), json!([]))[..3]);
     assert_ne!(places(scatter(3, 5), json!([])), places(scatter(3, 6), json!([])));
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{FROM_BELOW, SLANTED, ball, classic, floor, sees};
+use crate::support::{FROM_BELOW, SLANTED, ball, classic, floor, physical, sees};
 
 fn constant(rest: Value) -> Value {
     let mut fields = json!({ "offset": 0.5 });
@@ -80,4 +80,14 @@ fn what_is_too_near_does_not_count() {
     sees(&unlit_lamp(shaded(constant(json!({ "shadow_min": 1.1 })), 1.5)), SLANTED, [1.0; 3]);
     sees(&unlit_lamp(shaded(constant(json!({})), 0.4)), SLANTED, [1.0; 3]);
     sees(&unlit_lamp(shaded(constant(json!({})), 0.6)), SLANTED, [0.0; 3]);
+}
+
+/// Protects: behind what is absent a ray starts on the other side, from either.
+#[test]
+fn rays_go_on_behind_what_is_absent() {
+    let absent = physical(json!({ "opacity": 0, "alpha": "blend" }));
+    let parts = |along: &str| json!({ "sky": { "expression": "2 + o" }, "classic": constant(json!({ "along": along })) });
+    sees(&floor(absent.clone(), parts("normal")), SLANTED, [2.0, 1.5, 2.0]);
+    sees(&floor(absent.clone(), parts("normal")), FROM_BELOW, [2.0, 2.5, 2.0]);
+    sees(&floor(absent, parts("ray")), SLANTED, [1.7, 1.6, 2.0]);
 }

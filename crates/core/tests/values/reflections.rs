@@ -54,7 +54,8 @@ fn paths_have_as_many_segments_as_they_may() {
     for (max_depth, expected) in [(1, 1.0), (2, 1.5), (3, 1.75), (6, 1.96875)] {
         let rendered = rendered(&scene, &Settings { max_depth, ..settings(&scene, DOWN) });
         near(rendered.picture.rgb[0].map(f64::from), [expected; 3], 1e-6, &format!("depth {max_depth}"));
-        assert_eq!((rendered.counters.camera, rendered.counters.reflection), (1, u64::from(max_depth) - 1));
+        let counters = rendered.counters;
+        assert_eq!((counters.camera, counters.reflection, counters.refraction), (1, u64::from(max_depth) - 1, 0));
     }
 }
 
