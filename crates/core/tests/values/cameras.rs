@@ -4,7 +4,10 @@ use glam::DVec3;
 use raywright_core::bvh::{Aabb, Ray};
 use raywright_core::camera::{Camera, frame};
 use raywright_core::scene::Camera as CameraData;
+use raywright_core::settings::{Aov, Settings};
 use serde_json::{Value, json};
+
+use crate::support::{DOWN, ball, near, physical, rendered, scene, settings};
 
 fn camera(pose: Value, projection: Value, aspect: Value, size: [u32; 2]) -> Camera<f64> {
     let data: CameraData =
@@ -133,4 +136,17 @@ fn framing_is_tight() {
             assert!((outermost - 0.95).abs() < 1e-9, "{low:?} at {aspect}: {outermost}");
         }
     }
+}
+
+/// Protects: a scene without a camera is framed: its middle is in the middle, at the distance that framing gives.
+#[test]
+fn scenes_without_a_camera_are_framed() {
+    let white = json!({ "name": "white", "model": physical(json!({ "unlit": true })) });
+    let scene = scene(json!({ "materials": [white], "objects": [ball([5.0, -7.0, 3.0], 2.0, "white")] }));
+    let one = Settings { camera: None, aovs: vec![Aov::Position], ..settings(&scene, DOWN) };
+    let picture = rendered(&scene, &one).picture;
+    let found =
+        ["position.X", "position.Y", "position.Z"].map(|name| f64::from(picture.layer(name).expect("asked for").samples[0]));
+    let (c, s) = (20.0_f64.to_radians().cos(), 20.0_f64.to_radians().sin());
+    near(found, [5.0 + c, -7.0 + 2.0 * s, 3.0 + 2.0 * c * f64::sqrt(0.75)], 1e-6, "the nearest point");
 }

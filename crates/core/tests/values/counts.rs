@@ -118,4 +118,6 @@ fn tables_count_what_was_built() {
     assert!(full.irradiance);
     let deaf = tables(&floor(classic(json!({ "diffuse": 0 })), parts));
     assert_eq!((deaf.lights, deaf.emitters, deaf.irradiance), (0, 0, false));
+    let unlit = tables(&floor(physical(json!({ "unlit": true })), json!({ "lights": [sun([0.0, 1.0, 0.0])] })));
+    assert_eq!(unlit.lights, 0);
 }

@@ -7,6 +7,7 @@ mod alpha;
 mod cameras;
 mod classic;
 mod counts;
+mod displays;
 mod effects;
 mod emitters;
 mod expressions;

@@ -102,4 +102,13 @@ fn shadow_rays_are_asked_where_they_matter() {
     };
     scene.lights.extend([towards([1.0, 1.0, 0.0], true), towards([0.0, -1.0, 0.0], true), towards([1.0, 2.0, 0.0], false)]);
     assert_eq!(rendered(&scene, &settings(&scene, SLANTED)).counters.shadow, 2);
+    // A rule that reads nothing of what is between asks nothing, nor does a scene in which nothing casts shadows.
+    let count = |scene: &Scene| rendered(scene, &settings(scene, SLANTED)).counters.shadow;
+    let lit = || json!({ "lights": [sun([0.0, 1.0, 0.0])] });
+    assert_eq!(count(&floor(classic(json!({ "shadow": "n.y" })), lit())), 0);
+    assert_eq!(count(&floor(classic(json!({ "shadow": "shadow" })), lit())), 1);
+    let mut bare = floor(classic(json!({})), lit());
+    assert_eq!(count(&bare), 1);
+    bare.objects[0].casts_shadow = false;
+    assert_eq!(count(&bare), 0);
 }

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use raywright_core::prepare;
 use raywright_core::scene::{Image, ImageData, Pixels, Scene};
 use serde_json::{Value, json};
 
-use crate::support::{View, classic, physical, scene, sees, sun};
+use crate::support::{View, classic, physical, scene, sees, settings, sun};
 
 /// A mesh in the plane z = 0 with two sets of coordinates, of a material; `ramp` has its column in red and its row in green, in
 /// steps of a half and a quarter, and alpha 0.5 in its last row; `codes` is one texel of codes.
@@ -93,4 +94,17 @@ fn missing_images_leave_the_factor() {
     scene.lights.clear();
     scene.images[0].data = None;
     sees(&scene, AT, [0.5, 1.0, 2.0]);
+}
+
+/// Protects: what gives off light by a texture is seen and lights nothing; by a colour, every triangle lights others.
+#[test]
+fn textured_emission_lights_nothing() {
+    let emitters = |terms: Value| {
+        let scene = leaf(physical(terms), true);
+        let ready = prepare(&scene, &settings(&scene, AT)).expect("prepares");
+        ready.tables().emitters
+    };
+    assert_eq!(emitters(json!({ "emission": 1 })), 1);
+    assert_eq!(emitters(json!({ "emission": 1, "emission_texture": { "name": "ramp" } })), 0);
+    assert_eq!(emitters(json!({})), 0);
 }
