@@ -127,9 +127,9 @@ impl<P: Precision> Shading<P> {
             let at = |k: usize| real(set[a][k]) * w + real(set[b][k]) * u + real(set[c][k]) * v;
             Some([at(0), at(1)])
         };
-        if let Some(own) = uv(0) {
-            [self.point.inputs.u, self.point.inputs.v] = own;
-        }
+        // Without a set, the weights of the second and the third corner of the file's own order.
+        let own = if mesh.flipped { [v, u] } else { [u, v] };
+        [self.point.inputs.u, self.point.inputs.v] = uv(0).unwrap_or(own);
         for &set in &mesh.further_sets {
             // What a shader reads of an attribute that a mesh does not have.
             self.point.further_uv[set - 1] = uv(set).unwrap_or([P::Real::ZERO; 2]);

@@ -93,11 +93,16 @@ impl<R: Real> Sampler<R> {
     /// Linear colour at a point, with the factor.
     pub fn colour(&self, point: &Point<R>) -> R::Vec3 {
         let [r, g, b, _] = self.texel(point);
-        R::Vec3::new(r, g, b) * self.factor
+        R::Vec3::new(r, g, b)
     }
 
-    /// The filtered texel: linear red, green, blue, and alpha.
+    /// The filtered texel: linear red, green, blue, with the factor, and alpha.
     pub fn texel(&self, point: &Point<R>) -> [R; 4] {
+        let [r, g, b, a] = self.filtered(point);
+        [r * self.factor.x(), g * self.factor.y(), b * self.factor.z(), a]
+    }
+
+    fn filtered(&self, point: &Point<R>) -> [R; 4] {
         let [mut u, mut v] = match &self.coordinates {
             Some([u, v]) => [u.at(point), v.at(point)],
             None if self.set == 0 => [point.inputs.u, point.inputs.v],

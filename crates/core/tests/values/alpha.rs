@@ -1,0 +1,77 @@
+//! Surfaces that are only partly there, in camera rays; `shadows` has them in the way of light.
+
+use raywright_core::settings::Background;
+use raywright_core::{Scene, Settings};
+use serde_json::{Value, json};
+
+use crate::support::{DOWN, floor, near, physical, pixel, rendered, sees, settings};
+
+/// A disk at height 1 of an unlit material above an unlit blue floor.
+fn above_blue(terms: Value, count: usize) -> Scene {
+    let mut pane = json!({ "base_colour": [1, 0.5, 0], "unlit": true });
+    pane.as_object_mut().expect("a table").extend(terms.as_object().expect("a table").clone());
+    let disk = |i: usize| json!({ "shape": { "disk": { "centre": [0, 1.0 - 0.1 * i as f64, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
+    let disks: Vec<Value> = (0..count).map(disk).collect();
+    floor(
+        physical(json!({ "base_colour": [0, 0, 1], "unlit": true })),
+        json!({ "materials": [{ "name": "pane", "model": physical(pane) }], "objects": disks }),
+    )
+}
+
+const BLEND: &str = "blend";
+
+/// Protects: alpha · surface + (1 − alpha) · what is behind, one pane after the other; opaque materials have no alpha.
+#[test]
+fn panes_cover_by_their_alpha() {
+    sees(&above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 1), DOWN, [0.25, 0.125, 0.75]);
+    sees(&above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2), DOWN, [0.4375, 0.21875, 0.5625]);
+    sees(&above_blue(json!({ "opacity": 0.25 }), 1), DOWN, [1.0, 0.5, 0.0]);
+    sees(&above_blue(json!({ "opacity": 0, "alpha": BLEND }), 1), DOWN, [0.0, 0.0, 1.0]);
+    sees(&above_blue(json!({ "opacity": 1, "alpha": BLEND }), 1), DOWN, [1.0, 0.5, 0.0]);
+}
+
+/// Protects: a mask is absent below its cutoff, and there at it.
+#[test]
+fn masks_are_there_or_not() {
+    let mask = |opacity: f64| above_blue(json!({ "opacity": opacity, "alpha": { "mask": { "cutoff": 0.5 } } }), 1);
+    sees(&mask(0.5), DOWN, [1.0, 0.5, 0.0]);
+    sees(&mask(0.49), DOWN, [0.0, 0.0, 1.0]);
+}
+
+/// Protects: what is absent costs no segment, what is half there costs one.
+#[test]
+fn absent_surfaces_cost_no_segment() {
+    let at = |scene: &Scene, max_depth: u32| pixel(scene, &Settings { max_depth, ..settings(scene, DOWN) });
+    let absent = above_blue(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }), 3);
+    near(at(&absent, 1), [0.0, 0.0, 1.0], 1e-6, "absent");
+    let half = above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2);
+    near(at(&half, 1), [0.25, 0.125, 0.0], 1e-6, "depth 1");
+    near(at(&half, 2), [0.4375, 0.21875, 0.0], 1e-6, "depth 2");
+    near(at(&half, 3), [0.4375, 0.21875, 0.5625], 1e-6, "depth 3");
+}
+
+/// Protects: behind what is absent the camera still looks into its background.
+#[test]
+fn the_background_shows_through_what_is_absent() {
+    let mut scene = above_blue(json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } }), 1);
+    scene.objects.remove(0);
+    let settings = Settings { background: Background::Transparent, ..settings(&scene, DOWN) };
+    assert_eq!(rendered(&scene, &settings).picture.alpha, Some(vec![0.0]));
+}
+
+/// Protects: many absent surfaces in a row are passed, and only so many that a ray comes to an end.
+#[test]
+fn rays_pass_some_hundred_absent_surfaces() {
+    let mask = json!({ "opacity": 0.25, "alpha": { "mask": { "cutoff": 0.5 } } });
+    let stack = |count: u32| {
+        let mut scene = above_blue(mask.clone(), 0);
+        let kind = json!({ "grid": { "counts": [1, count, 1], "origin": [0, 0.001, 0], "step": [0, 0.001, 0] } });
+        let object =
+            json!({ "shape": { "disk": { "centre": [0, 0, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "pane" });
+        let generator = json!({ "kind": kind, "object": object });
+        scene.generators.push(serde_json::from_value(generator).expect("a generator"));
+        scene
+    };
+    sees(&stack(256), DOWN, [0.0, 0.0, 1.0]);
+    sees(&stack(257), DOWN, [0.0, 0.0, 0.0]);
+}

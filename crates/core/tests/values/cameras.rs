@@ -1,0 +1,152 @@
+//! Where rays start and where they go.
+
+use glam::DVec3;
+use raywright_core::bvh::{Aabb, Ray};
+use raywright_core::camera::{Camera, frame};
+use raywright_core::scene::Camera as CameraData;
+use raywright_core::settings::{Aov, Settings};
+use serde_json::{Value, json};
+
+use crate::support::{DOWN, ball, near, physical, rendered, scene, settings};
+
+fn camera(pose: Value, projection: Value, aspect: Value, size: [u32; 2]) -> Camera<f64> {
+    let data: CameraData =
+        serde_json::from_value(json!({ "pose": pose, "projection": projection, "aspect": aspect })).expect("a camera");
+    Camera::new(&data, size)
+}
+
+/// From (1, 2, 3) along −z.
+fn pose() -> Value {
+    json!({ "look_at": { "eye": [1, 2, 3], "target": [1, 2, 0] } })
+}
+
+#[track_caller]
+fn goes(ray: Ray<f64>, origin: [f64; 3], direction: [f64; 3]) {
+    let direction = DVec3::from(direction).normalize();
+    assert!((ray.origin - DVec3::from(origin)).length() < 1e-12, "from {}", ray.origin);
+    assert!((ray.direction - direction).length() < 1e-12, "towards {} instead of {direction}", ray.direction);
+}
+
+const EYE: [f64; 3] = [1.0, 2.0, 3.0];
+
+/// Protects: which of width and height a field of view means, the image one unit high, right and up in the picture.
+#[test]
+fn pinholes_open_by_their_key() {
+    let at =
+        |pinhole: Value, x: f64, y: f64| camera(pose(), json!({ "pinhole": pinhole }), Value::Null, [40, 20]).ray(x, y, [0.5; 2]);
+    goes(at(json!({ "vertical_fov": 90 }), 20.0, 0.0), EYE, [0.0, 1.0, -1.0]);
+    goes(at(json!({ "vertical_fov": 90 }), 40.0, 10.0), EYE, [2.0, 0.0, -1.0]);
+    goes(at(json!({ "vertical_fov": 60 }), 20.0, 20.0), EYE, [0.0, -f64::sqrt(1.0 / 3.0), -1.0]);
+    goes(at(json!({ "horizontal_fov": 90 }), 40.0, 10.0), EYE, [1.0, 0.0, -1.0]);
+    goes(at(json!({ "horizontal_fov": 90 }), 0.0, 0.0), EYE, [-1.0, 0.5, -1.0]);
+    goes(at(json!({ "focal_length": 2 }), 20.0, 0.0), EYE, [0.0, 0.5, -2.0]);
+    goes(at(json!({ "focal_length": 2 }), 0.0, 15.0), EYE, [-1.0, -0.25, -2.0]);
+}
+
+/// Protects: a fixed aspect stretches the film over the picture, for every key.
+#[test]
+fn a_fixed_aspect_is_kept() {
+    let at =
+        |pinhole: Value, x: f64, y: f64| camera(pose(), json!({ "pinhole": pinhole }), json!(3), [20, 20]).ray(x, y, [0.5; 2]);
+    goes(at(json!({ "vertical_fov": 90 }), 20.0, 0.0), EYE, [3.0, 1.0, -1.0]);
+    goes(at(json!({ "horizontal_fov": 90 }), 20.0, 0.0), EYE, [1.0, 1.0 / 3.0, -1.0]);
+    let flat = camera(pose(), json!({ "orthographic": { "height": 4 } }), json!(3), [20, 20]);
+    goes(flat.ray(20.0, 0.0, [0.5; 2]), [7.0, 4.0, 3.0], [0.0, 0.0, -1.0]);
+}
+
+/// Protects: parallel rays over the height of the view.
+#[test]
+fn orthographic_rays_are_parallel() {
+    let flat = camera(pose(), json!({ "orthographic": { "height": 4 } }), Value::Null, [40, 20]);
+    goes(flat.ray(20.0, 10.0, [0.5; 2]), EYE, [0.0, 0.0, -1.0]);
+    goes(flat.ray(40.0, 0.0, [0.5; 2]), [5.0, 4.0, 3.0], [0.0, 0.0, -1.0]);
+    assert!(!flat.has_lens());
+}
+
+/// Protects: poses: what is up, an orbit's angles, explicit axes.
+#[test]
+fn poses_stand_as_documented() {
+    let corner =
+        |pose: Value| camera(pose, json!({ "pinhole": { "vertical_fov": 90 } }), Value::Null, [20, 20]).ray(20.0, 10.0, [0.5; 2]);
+    let top =
+        |pose: Value| camera(pose, json!({ "pinhole": { "vertical_fov": 90 } }), Value::Null, [20, 20]).ray(10.0, 0.0, [0.5; 2]);
+    let rolled = json!({ "look_at": { "eye": EYE, "target": [1, 2, 0], "up": [2, 0, 1] } });
+    goes(top(rolled.clone()), EYE, [1.0, 0.0, -1.0]);
+    goes(corner(rolled), EYE, [0.0, -1.0, -1.0]);
+    let orbit = |azimuth: f64, elevation: f64| json!({ "orbit": { "target": [1, 1, 1], "distance": 2, "azimuth": azimuth, "elevation": elevation } });
+    goes(corner(orbit(90.0, 0.0)), [3.0, 1.0, 1.0], [-1.0, 0.0, -1.0]);
+    goes(top(orbit(0.0, 0.0)), [1.0, 1.0, 3.0], [0.0, 1.0, -1.0]);
+    let (c, s) = (f64::sqrt(0.75), 0.5);
+    goes(top(orbit(0.0, 30.0)), [1.0, 1.0 + 2.0 * s, 1.0 + 2.0 * c], [0.0, c - s, -c - s]);
+    goes(top(orbit(30.0, 0.0)), [1.0 + 2.0 * s, 1.0, 1.0 + 2.0 * c], [-s, 1.0, -c]);
+    let axes = json!({ "axes": { "eye": EYE, "right": [0, 1, 0], "up": [0, 0, 1], "back": [1, 0, 0] } });
+    goes(corner(axes.clone()), EYE, [-1.0, 1.0, 0.0]);
+    goes(top(axes), EYE, [-1.0, 0.0, 1.0]);
+}
+
+/// Protects: rays start on the disk of the aperture, at √l₀ of its radius, and those of one film position meet where the plane
+/// of focus is, whatever the focal length.
+#[test]
+fn a_lens_is_sharp_at_its_distance() {
+    let lens = |radius: f64| {
+        let lens = json!({ "pinhole": { "vertical_fov": 40 }, "aperture_radius": radius, "focus_distance": 5 });
+        camera(pose(), json!({ "thin_lens": lens }), Value::Null, [40, 20])
+    };
+    let pinhole = camera(pose(), json!({ "pinhole": { "vertical_fov": 40 } }), Value::Null, [40, 20]);
+    assert!(lens(0.5).has_lens() && !lens(0.0).has_lens());
+    for (x, y) in [(20.0, 10.0), (3.0, 1.0), (35.0, 19.0)] {
+        let sharp = pinhole.ray(x, y, [0.5; 2]);
+        let sharp = sharp.at(5.0 / -sharp.direction.z);
+        for (numbers, right, up) in
+            [([0.25, 0.0], 0.25, 0.0), ([0.25, 0.25], 0.0, 0.25), ([0.0, 0.7], 0.0, 0.0), ([0.81, 0.5], -0.45, 0.0)]
+        {
+            let ray = lens(0.5).ray(x, y, numbers);
+            assert!((ray.origin - (DVec3::from(EYE) + DVec3::new(right, up, 0.0))).length() < 1e-7, "{}", ray.origin);
+            let met = ray.at((sharp.z - ray.origin.z) / ray.direction.z);
+            assert!((met - sharp).length() < 1e-7, "{met} instead of {sharp}");
+        }
+        assert_eq!(lens(0.0).ray(x, y, [0.9; 2]).direction, pinhole.ray(x, y, [0.5; 2]).direction);
+    }
+}
+
+/// Protects: all corners of a framed box are inside the picture with a margin of a twentieth, one of them just so; from 30° to the
+/// right and 20° above.
+#[test]
+fn framing_is_tight() {
+    for (low, high) in
+        [([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]), ([5.0, 0.0, -3.0], [25.0, 0.5, -2.0]), ([0.0, 0.0, 0.0], [0.1, 7.0, 0.2])]
+    {
+        let bounds = Aabb { min: low.into(), max: high.into() };
+        for aspect in [0.5, 1.0, 2.0] {
+            let data = frame(&bounds, aspect);
+            let raywright_core::scene::Pose::LookAt { eye, target, .. } = data.pose else { panic!("{data:?}") };
+            let back = (DVec3::from(eye) - DVec3::from(target)).normalize();
+            let (c, s) = (20.0_f64.to_radians().cos(), 20.0_f64.to_radians().sin());
+            assert!((back - DVec3::new(c * 0.5, s, c * f64::sqrt(0.75))).length() < 1e-12);
+            let right = DVec3::Y.cross(back).normalize();
+            let (up, half) = (back.cross(right), 20.0_f64.to_radians().tan());
+            let mut outermost = 0.0_f64;
+            for corner in 0..8 {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                let p = DVec3::new(pick(0), pick(1), pick(2)) - DVec3::from(eye);
+                let depth = -p.dot(back);
+                assert!(depth > 0.0);
+                outermost = outermost.max(p.dot(right).abs() / (depth * half * aspect)).max(p.dot(up).abs() / (depth * half));
+            }
+            assert!((outermost - 0.95).abs() < 1e-9, "{low:?} at {aspect}: {outermost}");
+        }
+    }
+}
+
+/// Protects: a scene without a camera is framed: its middle is in the middle, at the distance that framing gives.
+#[test]
+fn scenes_without_a_camera_are_framed() {
+    let white = json!({ "name": "white", "model": physical(json!({ "unlit": true })) });
+    let scene = scene(json!({ "materials": [white], "objects": [ball([5.0, -7.0, 3.0], 2.0, "white")] }));
+    let one = Settings { camera: None, aovs: vec![Aov::Position], ..settings(&scene, DOWN) };
+    let picture = rendered(&scene, &one).picture;
+    let found =
+        ["position.X", "position.Y", "position.Z"].map(|name| f64::from(picture.layer(name).expect("asked for").samples[0]));
+    let (c, s) = (20.0_f64.to_radians().cos(), 20.0_f64.to_radians().sin());
+    near(found, [5.0 + c, -7.0 + 2.0 * s, 3.0 + 2.0 * c * f64::sqrt(0.75)], 1e-6, "the nearest point");
+}

@@ -1,0 +1,123 @@
+//! What a render counts, reports and decides besides its picture.
+
+use std::sync::Mutex;
+
+use raywright_core::prepare;
+use raywright_core::render::Observer;
+use raywright_core::scene::{Pattern, Scene};
+use raywright_core::settings::{Aov, Crop, Sampling, Settings};
+use serde_json::json;
+
+use crate::support::{DOWN, classic, floor, physical, rendered, settings, sun};
+
+/// A floor under one light.
+fn lit() -> Scene {
+    floor(classic(json!({})), json!({ "lights": [sun([0.0, 1.0, 0.0])] }))
+}
+
+/// Protects: rays of each kind and samples of a small picture; corners are traced once for all pixels that share them.
+#[test]
+fn rays_are_counted_by_kind() {
+    let scene = lit();
+    let counted = |sampling, tile_size| {
+        let counters = rendered(&scene, &Settings { size: [4, 3], sampling, tile_size, ..settings(&scene, DOWN) }).counters;
+        assert_eq!((counters.reflection, counters.refraction, counters.scatter, counters.dropped), (0, 0, 0, 0));
+        (counters.camera, counters.shadow, counters.samples)
+    };
+    assert_eq!(counted(Sampling::Pattern(Pattern::Centre), 32), (12, 12, 12));
+    assert_eq!(counted(Sampling::General(3), 2), (36, 36, 36));
+    assert_eq!(counted(Sampling::Pattern(Pattern::Corners), 32), (20, 20, 48));
+    // Tiles of 2 × 2: 3 · 3 corners twice above, 3 · 2 twice below.
+    assert_eq!(counted(Sampling::Pattern(Pattern::Corners), 2), (30, 30, 48));
+}
+
+/// Protects: `--spp` keeps a pattern of its count, makes one sample of a pattern its centre, and anything else general.
+#[test]
+fn sampling_is_resolved() {
+    let mut scene = Scene::default();
+    let resolve = |scene: &Scene, spp| Sampling::resolve(scene, spp);
+    scene.render.samples = 9;
+    assert_eq!((resolve(&scene, None), resolve(&scene, Some(1))), (Sampling::General(9), Sampling::General(1)));
+    scene.render.pattern = Some(Pattern::Corners);
+    let corners = Sampling::Pattern(Pattern::Corners);
+    assert_eq!((resolve(&scene, None), resolve(&scene, Some(4))), (corners, corners));
+    assert_eq!(resolve(&scene, Some(1)), Sampling::Pattern(Pattern::Centre));
+    assert_eq!(resolve(&scene, Some(5)), Sampling::General(5));
+    assert_eq!((corners.count(), Sampling::Pattern(Pattern::Centre).count(), Sampling::General(7).count()), (4, 1, 7));
+}
+
+/// Remembers what it is told, and may stop.
+#[derive(Default)]
+struct Watcher {
+    told: Mutex<Vec<(u64, u64)>>,
+    stop: bool,
+}
+
+impl Observer for Watcher {
+    fn progress(&self, done: u64, total: u64) {
+        self.told.lock().expect("no panic").push((done, total));
+    }
+
+    fn cancelled(&self) -> bool {
+        self.stop
+    }
+}
+
+/// Protects: progress in pixels of the crop up to all of them; a stopped render says so and is black.
+#[test]
+fn progress_is_told_and_a_render_can_be_stopped() {
+    let scene = lit();
+    let crop = Some(Crop { x: 1, y: 0, width: 5, height: 3 });
+    let settings = Settings { size: [8, 8], crop, tile_size: 4, ..settings(&scene, DOWN) };
+    let ready = prepare(&scene, &settings).expect("prepares");
+    let watcher = Watcher::default();
+    assert!(ready.render(&watcher).finished);
+    let mut told = watcher.told.into_inner().expect("no panic");
+    told.sort_unstable();
+    assert!(told == [(12, 15), (15, 15)] || told == [(3, 15), (15, 15)], "{told:?}");
+    let stopped = ready.render(&Watcher { stop: true, ..Watcher::default() });
+    assert!(!stopped.finished && stopped.counters.camera == 0 && stopped.picture.rgb.iter().all(|rgb| *rgb == [0.0; 3]));
+}
+
+/// Protects: the film is 16 bytes a pixel of the crop and 12 a layer, and the limit is on all of it.
+#[test]
+fn memory_is_counted_and_limited() {
+    let scene = lit();
+    let crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 });
+    let base = Settings { size: [100, 100], crop, aovs: vec![Aov::Albedo, Aov::Depth], ..settings(&scene, DOWN) };
+    let memory = prepare(&scene, &base).map(|ready| ready.memory()).expect("prepares");
+    assert_eq!((memory.film, memory.textures), (70 * (16 + 24), 0));
+    let needed = memory.geometry + memory.film;
+    let limited = |limit| prepare(&scene, &Settings { max_memory: Some(limit), ..base.clone() }).is_ok();
+    assert!(memory.geometry > 0 && limited(needed) && !limited(needed - 1));
+}
+
+/// Protects: the small kernel is for shapes with classic materials alone.
+#[test]
+fn kernels_fit_their_scenes() {
+    let name = |scene: &Scene| prepare(scene, &settings(scene, DOWN)).expect("prepares").kernel_name();
+    assert_eq!(name(&lit()), "analytic");
+    assert_eq!(name(&floor(physical(json!({})), json!({}))), "general");
+    let leaf = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
+    let mesh = json!({ "meshes": [{ "name": "leaf", "source": { "inline": leaf } }],
+        "objects": [{ "shape": { "mesh": "leaf" }, "material": "floor" }] });
+    assert_eq!(name(&floor(classic(json!({})), mesh)), "general");
+}
+
+/// Protects: tables say what was built, and an absent effect's are empty.
+#[test]
+fn tables_count_what_was_built() {
+    let tables = |scene: &Scene| prepare(scene, &settings(scene, DOWN)).expect("prepares").tables();
+    let lamp = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": 1 } } });
+    let spare = json!({ "name": "spare", "model": { "classic": {} } });
+    let objects = json!([crate::support::ball([0.0, 5.0, 0.0], 1.0, "lamp"), crate::support::ball([9.0, 5.0, 0.0], 1.0, "lamp")]);
+    let parts =
+        json!({ "lights": [sun([0.0, 1.0, 0.0])], "materials": [lamp, spare], "objects": objects, "sky": { "constant": 1 } });
+    let full = tables(&floor(physical(json!({})), parts.clone()));
+    assert_eq!((full.primitives, full.unbounded, full.instances, full.lights, full.emitters, full.materials), (3, 1, 0, 1, 2, 2));
+    assert!(full.irradiance);
+    let deaf = tables(&floor(classic(json!({ "diffuse": 0 })), parts));
+    assert_eq!((deaf.lights, deaf.emitters, deaf.irradiance), (0, 0, false));
+    let unlit = tables(&floor(physical(json!({ "unlit": true })), json!({ "lights": [sun([0.0, 1.0, 0.0])] })));
+    assert_eq!(unlit.lights, 0);
+}

@@ -1,0 +1,171 @@
+//! Samples become pixels: patterns, weights, layers, coverage and errors, in pixels worked out by hand.
+
+use raywright_core::bvh::{AcceleratorKind, BuildQuality};
+use raywright_core::picture::Picture;
+use raywright_core::scene::{Pattern, Scene};
+use raywright_core::settings::{Aov, Background, Crop, Sampling, Settings};
+use serde_json::{Value, json};
+
+use crate::support::{View, ball, floor, physical, rendered, scene, settings};
+
+/// An orthographic view along −z of so many pixels of edge 1, the middle of the picture at (0, 0, 5).
+fn flat(scene: &Scene, size: [u32; 2], sampling: Sampling) -> Settings {
+    let mut settings =
+        Settings { size, sampling, aovs: Aov::ALL.map(|(_, aov)| aov).to_vec(), ..settings(scene, [[0.0, 0.0, 5.0], [0.0; 3]]) };
+    if let Some(camera) = &mut settings.camera {
+        camera.projection = raywright_core::scene::Projection::Orthographic { height: f64::from(size[1]) };
+    }
+    settings
+}
+
+const CENTRE: Sampling = Sampling::Pattern(Pattern::Centre);
+const CORNERS: Sampling = Sampling::Pattern(Pattern::Corners);
+
+fn layer(picture: &Picture, name: &str) -> Vec<f32> {
+    picture.layer(name).unwrap_or_else(|| panic!("no layer {name}")).samples.clone()
+}
+
+fn sky(expression: &str) -> Scene {
+    scene(json!({ "sky": { "expression": expression } }))
+}
+
+/// Protects: columns run to the right and rows down; the centre is the pixel's; corners are the pixel's four, each a quarter: the
+/// mean of x² over corners half a pixel away is x² + ¼. A crop has the places of the whole picture.
+#[test]
+fn patterns_have_their_places() {
+    let scene = sky("[o.x, o.y, o.x*o.x]");
+    let crop = Crop { x: 2, y: 1, width: 2, height: 1 };
+    for (sampling, extra) in [(CENTRE, 0.0), (CORNERS, 0.25)] {
+        let whole = flat(&scene, [4, 2], sampling);
+        let picture = rendered(&scene, &whole).picture;
+        for (i, rgb) in picture.rgb.iter().enumerate() {
+            let (x, y) = ((i % 4) as f32 - 1.5, 0.5 - (i / 4) as f32);
+            assert_eq!(*rgb, [x, y, x * x + extra], "{i}");
+        }
+        let cropped = rendered(&scene, &Settings { crop: Some(crop), ..whole }).picture;
+        assert_eq!((cropped.width, cropped.height), (2, 1));
+        assert_eq!(cropped.rgb, picture.rgb[6..8]);
+    }
+}
+
+/// Protects: the general sampler fills the pixel evenly: mean and mean square of the offset; a crop draws the same samples.
+#[test]
+fn samples_fill_the_pixel() {
+    let scene = sky("[o.x, o.y, (o.x - 0.5)^2]");
+    let whole = flat(&scene, [2, 1], Sampling::General(1024));
+    let picture = rendered(&scene, &whole).picture;
+    for (found, expected) in picture.rgb[1].iter().zip([0.5, 0.0, 1.0 / 12.0]) {
+        assert!((found - expected).abs() < 1e-3, "{:?}", picture.rgb[1]);
+    }
+    let crop = Some(Crop { x: 1, y: 0, width: 1, height: 1 });
+    assert_eq!(rendered(&scene, &Settings { crop, ..whole.clone() }).picture.rgb[0], picture.rgb[1]);
+    let seeded = |seed| rendered(&scene, &Settings { seed, sampling: Sampling::General(1), ..whole.clone() }).picture.rgb[0];
+    assert!(seeded(0) != seeded(1) && seeded(0) != seeded(1 << 32));
+}
+
+/// Unlit orange for x < 0 at z = 1, of two objects and three materials.
+fn half() -> Scene {
+    let quad = json!({ "shape": { "quad": { "corner": [-9, -9, 1], "edge_u": [9, 0, 0], "edge_v": [0, 18, 0] } }, "material": "orange" });
+    let material =
+        |name: &str, base: Value| json!({ "name": name, "model": physical(json!({ "base_colour": base, "unlit": true })) });
+    scene(json!({ "objects": [ball([50.0, 0.0, 0.0], 1.0, "grey"), quad], "sky": { "constant": 0.5 },
+        "materials": [material("none", json!(0)), material("grey", json!(0.5)), material("orange", json!([1, 0.5, 0]))] }))
+}
+
+/// Protects: every layer of one fully and one never covered pixel.
+#[test]
+fn layers_of_whole_pixels() {
+    let scene = half();
+    let picture = rendered(&scene, &flat(&scene, [2, 1], CENTRE)).picture;
+    for (name, expected) in [
+        ("albedo.R", [1.0, 0.0]),
+        ("albedo.G", [0.5, 0.0]),
+        ("albedo.B", [0.0, 0.0]),
+        ("normal.X", [0.0, 0.0]),
+        ("normal.Y", [0.0, 0.0]),
+        ("normal.Z", [1.0, 0.0]),
+        ("position.X", [-0.5, 0.0]),
+        ("position.Y", [0.0, 0.0]),
+        ("position.Z", [1.0, 0.0]),
+        ("depth.Z", [4.0, -1.0]),
+        ("object.id", [1.0, -1.0]),
+        ("material.id", [2.0, -1.0]),
+        ("samples.N", [1.0, 1.0]),
+        ("stderr.R", [0.0, 0.0]),
+        ("stderr.B", [0.0, 0.0]),
+    ] {
+        assert_eq!(layer(&picture, name), expected, "{name}");
+    }
+    assert_eq!(picture.rgb, [[1.0, 0.5, 0.0], [0.5; 3]]);
+    assert_eq!(picture.layers.len(), 16);
+}
+
+/// Protects: a pixel that two of four samples hit: colours, albedo and normal are means over all samples, the position over those
+/// that hit; the error of the mean of 1, 1, ½, ½ is √(1/48).
+#[test]
+fn layers_of_a_partly_covered_pixel() {
+    let scene = half();
+    // One pixel from −0.5 to 0.5: its left corners lie on the quad.
+    let picture = rendered(&scene, &flat(&scene, [1, 1], CORNERS)).picture;
+    for (name, expected) in [
+        ("albedo.R", 0.5),
+        ("albedo.G", 0.25),
+        ("normal.Z", 0.5),
+        ("position.X", -0.5),
+        ("position.Y", 0.0),
+        ("position.Z", 1.0),
+        ("samples.N", 4.0),
+        ("stderr.R", f32::sqrt(1.0 / 48.0)),
+        ("stderr.G", 0.0),
+        ("stderr.B", f32::sqrt(1.0 / 48.0)),
+    ] {
+        let found = layer(&picture, name)[0];
+        assert!((found - expected).abs() < 1e-6, "{name}: {found} instead of {expected}");
+    }
+    assert_eq!(picture.rgb, [[0.75, 0.5, 0.25]]);
+}
+
+/// Protects: coverage is the share of samples that hit, and colours are multiplied by it.
+#[test]
+fn coverage_is_a_share() {
+    let scene = half();
+    let transparent = |sampling| Settings { background: Background::Transparent, ..flat(&scene, [1, 1], sampling) };
+    let picture = rendered(&scene, &transparent(CORNERS)).picture;
+    assert_eq!((picture.rgb[0], picture.alpha), ([0.5, 0.25, 0.0], Some(vec![0.5])));
+    let picture = rendered(&scene, &transparent(Sampling::General(64))).picture;
+    assert_eq!((picture.rgb[0], picture.alpha), ([0.5, 0.25, 0.0], Some(vec![0.5])));
+}
+
+/// Protects: the other layers follow the general sampler too, and the depth is a distance from the eye along the ray.
+#[test]
+fn depth_is_along_the_ray() {
+    let view: View = [[3.0, 4.0, 0.0], [0.0; 3]];
+    let scene = floor(physical(json!({})), json!({}));
+    let settings = Settings { aovs: vec![Aov::Depth, Aov::Position], sampling: Sampling::General(2), ..settings(&scene, view) };
+    let picture = rendered(&scene, &settings).picture;
+    assert!((layer(&picture, "depth.Z")[0] - 5.0).abs() < 1e-6 && layer(&picture, "position.Y")[0].abs() < 1e-6);
+}
+
+/// Protects: a sample that is not a number is left out of the mean and of the count, and is counted itself.
+#[test]
+fn samples_that_are_not_numbers_are_dropped() {
+    let scene = sky("o.x < 0 ? sqrt(o.x) : 3");
+    let rendered = rendered(&scene, &flat(&scene, [1, 1], CORNERS));
+    assert_eq!((rendered.counters.samples, rendered.counters.dropped), (2, 2));
+    assert_eq!((rendered.picture.rgb[0], layer(&rendered.picture, "samples.N")), ([3.0; 3], vec![2.0]));
+}
+
+/// Protects: where two things are hit at the same distance, the first of the file's order is seen, with and without a tree.
+#[test]
+fn the_first_of_equals_is_seen() {
+    for kind in [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::default())] {
+        let mut scene = half();
+        scene.objects.push(raywright_core::scene::Object { material: "grey".to_owned(), ..scene.objects[1].clone() });
+        let at = |scene: &Scene| {
+            layer(&rendered(scene, &Settings { accelerator: kind, ..flat(scene, [2, 1], CENTRE) }).picture, "object.id")[0]
+        };
+        assert_eq!(at(&scene), 1.0);
+        scene.objects.swap(0, 2);
+        assert_eq!(at(&scene), 0.0);
+    }
+}

@@ -1,0 +1,82 @@
+//! Lights without a surface: how bright they are from where.
+
+use serde_json::{Value, json};
+
+use crate::support::{View, classic, floor, physical, sees, sun};
+
+/// A white floor under one light.
+fn under(light: Value) -> raywright_core::Scene {
+    floor(classic(json!({})), json!({ "lights": [light] }))
+}
+
+fn at(x: f64) -> View {
+    [[x, 1.0, 0.0], [x, 0.0, 0.0]]
+}
+
+/// Protects: intensity · cosine / distance², the same without falloff, and the window (1 − (d/range)⁴)² it fades in. At (1.5, 0, 0)
+/// under a light at height 2 the distance is 2.5 and the cosine 0.8.
+#[test]
+fn point_lights_weaken_with_distance() {
+    let point = |rest: Value| {
+        let mut fields = json!({ "position": [0, 2, 0] });
+        fields.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+        under(json!({ "kind": { "point": fields }, "colour": [10, 5, 0] }))
+    };
+    sees(&point(json!({})), at(1.5), [1.28, 0.64, 0.0]);
+    sees(&point(json!({ "falloff": "none" })), at(1.5), [8.0, 4.0, 0.0]);
+    // 1 − (2.5/5)⁴ = 0.9375.
+    sees(&point(json!({ "range": 5 })), at(1.5), [1.2, 0.6, 0.0]);
+    sees(&point(json!({ "range": 5, "falloff": "none" })), at(1.5), [7.5, 3.75, 0.0]);
+    sees(&point(json!({ "range": 2.4 })), at(1.5), [0.0; 3]);
+}
+
+/// Protects: a spot is full inside its inner angle, dark outside its outer one, and in between the square of the share of the way
+/// between their cosines; it points along `direction`, whatever its length.
+#[test]
+fn spots_fade_between_their_angles() {
+    let spot = |direction: [f64; 3]| {
+        under(json!({ "colour": 10, "kind": { "spot":
+            { "position": [0, 2, 0], "direction": direction, "inner_angle": 30, "outer_angle": 60, "falloff": "none" } } }))
+    };
+    let down = spot([0.0, -3.0, 0.0]);
+    let (inner, outer) = (f64::sqrt(0.75), 0.5);
+    for (cosine, share) in
+        [(0.9, 1.0), (inner - 1e-3, 0.9946), (0.5 * (inner + outer), 0.25), (0.75 * outer + 0.25 * inner, 0.0625), (0.49, 0.0)]
+    {
+        let x = 2.0 * f64::sqrt(1.0 - cosine * cosine) / cosine;
+        crate::support::sees_within(&down, at(x), [10.0 * cosine * share; 3], 1e-4);
+        crate::support::sees_within(&down, at(-x), [10.0 * cosine * share; 3], 1e-4);
+    }
+    sees(&spot([3.0, -4.0, 0.0]), at(1.5), [8.0; 3]);
+    sees(&spot([3.0, -4.0, 0.0]), at(-1.5), [0.0; 3]);
+}
+
+/// Protects: a spot falls off as a point does, with and without a range.
+#[test]
+fn spots_weaken_with_distance() {
+    let spot = |range: Value| {
+        under(json!({ "colour": 10, "kind": { "spot":
+            { "position": [0, 2, 0], "direction": [0, -1, 0], "inner_angle": 60, "outer_angle": 80, "range": range } } }))
+    };
+    sees(&spot(Value::Null), at(1.5), [1.28; 3]);
+    sees(&spot(json!(5)), at(1.5), [1.2; 3]);
+}
+
+/// Protects: direction alone counts of `to_light`, everywhere the same.
+#[test]
+fn directional_light_is_the_same_everywhere() {
+    let far = under(sun([6.0, 8.0, 0.0]));
+    for x in [0.0, 100.0] {
+        sees(&far, at(x), [0.8; 3]);
+    }
+}
+
+/// Protects: a physical surface takes the same irradiance by its colour over π; at ior 1 nothing is mirrored. The light may leave
+/// highlights out.
+#[test]
+fn physical_surfaces_divide_by_pi() {
+    let light = json!({ "kind": { "point": { "position": [0, 2, 0] } }, "colour": 10, "specular": false });
+    let scene = floor(physical(json!({ "base_colour": [1, 0.5, 0], "ior": 1 })), json!({ "lights": [light] }));
+    let value = 1.28 / core::f64::consts::PI;
+    sees(&scene, at(1.5), [value, 0.5 * value, 0.0]);
+}

@@ -1,0 +1,28 @@
+//! Single values by hand: what one ray sees, one number of a camera, a sampler or a layer, against closed forms. Pictures that are
+//! compared with the program's own pictures stay silent where both are wrong; these say which term is.
+//!
+//! Only the public interface is used, so that the inside can be rebuilt under these tests.
+
+mod alpha;
+mod cameras;
+mod classic;
+mod counts;
+mod displays;
+mod effects;
+mod emitters;
+mod expressions;
+mod films;
+mod generators;
+mod highlights;
+mod interfaces;
+mod lights;
+mod meshes;
+mod offsets;
+mod physical;
+mod reflections;
+mod sampler;
+mod shadows;
+mod skies;
+mod sky_light;
+mod support;
+mod textures;

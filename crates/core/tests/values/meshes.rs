@@ -1,0 +1,146 @@
+//! What a mesh's vertices carry, interpolated, under every kind of map and for one use and for several.
+
+use raywright_core::Settings;
+use raywright_core::scene::{Scene, TransformStep};
+use raywright_core::settings::Aov;
+use serde_json::{Value, json};
+
+use crate::support::{View, physical, rendered, scene, sees, settings};
+
+/// Half, three tenths and a fifth of the corners (0, 0, 0), (1, 0, 0) and (0, 1, 0).
+const POINT: [f64; 3] = [0.3, 0.2, 0.0];
+
+fn view([x, y, z]: [f64; 3]) -> View {
+    [[x, y, z + 2.0], [x, y, z]]
+}
+
+/// A triangle that faces +z, as often as there are maps.
+fn leaf(extra: Value, model: Value, maps: &[Value]) -> Scene {
+    let mut data = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
+    data.as_object_mut().expect("a table").extend(extra.as_object().expect("a table").clone());
+    let objects: Vec<Value> =
+        maps.iter().map(|map| json!({ "shape": { "mesh": "leaf" }, "material": "green", "transform": map })).collect();
+    scene(json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }], "objects": objects,
+        "materials": [{ "name": "green", "model": model }] }))
+}
+
+/// Two ways of storing it: once for itself, and shared with a copy far away.
+fn stored(map: Value) -> [Vec<Value>; 2] {
+    [vec![map.clone()], vec![map, json!([{ "translate": [0, 0, -90] }])]]
+}
+
+/// Protects: each corner's colour has its own weight, also where the map mirrors and the triangle is turned over; `vertex_colours`
+/// decides whether they count.
+#[test]
+fn colours_are_interpolated() {
+    let colours = || json!({ "colours": [[1, 0, 0, 1], [0, 1, 0, 1], [0, 0, 1, 1]] });
+    let unlit =
+        |vertex_colours: bool| physical(json!({ "unlit": true, "vertex_colours": vertex_colours, "base_colour": [1, 1, 0.5] }));
+    for maps in stored(json!([])) {
+        sees(&leaf(colours(), unlit(true), &maps), view(POINT), [0.5, 0.3, 0.1]);
+        sees(&leaf(colours(), unlit(false), &maps), view(POINT), [1.0, 1.0, 0.5]);
+    }
+    for maps in stored(json!([{ "scale": [-1, 1, 1] }])) {
+        sees(&leaf(colours(), unlit(true), &maps), view([-0.3, 0.2, 0.0]), [0.5, 0.3, 0.1]);
+    }
+}
+
+/// Protects: the alpha of vertices counts as the texture's does.
+#[test]
+fn alphas_of_vertices_cover() {
+    let colours = json!({ "colours": [[1, 1, 1, 1], [1, 1, 1, 0], [1, 1, 1, 0.5]] });
+    let model = physical(json!({ "unlit": true, "vertex_colours": true, "alpha": "blend", "opacity": 0.5 }));
+    // 0.5 · (0.5 + 0.5 · 0.2).
+    sees(&leaf(colours, model, &[json!([])]), view(POINT), [0.3; 3]);
+}
+
+/// Protects: the first set of coordinates is what `u` and `v` are, mirrored or not; without one, the triangle's own.
+#[test]
+fn coordinates_are_interpolated() {
+    let show = || json!({ "classic": { "colour": "[u, v, 0]", "ambient": 1 } });
+    let uvs = || json!({ "uvs": [[[0, 1], [2, 1], [0, 4]]] });
+    for maps in stored(json!([])) {
+        // u = 2 · 0.3, v = 1 + 3 · 0.2.
+        sees(&leaf(uvs(), show(), &maps), view(POINT), [0.6, 1.6, 0.0]);
+        sees(&leaf(json!({}), show(), &maps), view(POINT), [0.3, 0.2, 0.0]);
+    }
+    for maps in stored(json!([{ "scale": [-1, 1, 1] }])) {
+        sees(&leaf(uvs(), show(), &maps), view([-0.3, 0.2, 0.0]), [0.6, 1.6, 0.0]);
+    }
+}
+
+fn normal(scene: &Scene, view: View) -> [f32; 3] {
+    let settings = Settings { aovs: vec![Aov::Normal], ..settings(scene, view) };
+    let picture = rendered(scene, &settings).picture;
+    ["normal.X", "normal.Y", "normal.Z"].map(|name| picture.layer(name).expect("asked for").samples[0])
+}
+
+#[track_caller]
+fn has_normal(scene: &Scene, view: View, [x, y, z]: [f64; 3]) {
+    let found = normal(scene, view);
+    let length = f64::sqrt(x * x + y * y + z * z);
+    let expected = [x / length, y / length, z / length];
+    assert!(found.iter().zip(expected).all(|(&a, b)| (f64::from(a) - b).abs() < 1e-6), "{found:?} instead of {expected:?}");
+}
+
+/// Protects: normals are interpolated, carried over by the inverse transpose, and made unit; they are turned to the viewer.
+#[test]
+fn normals_are_interpolated() {
+    let normals = || json!({ "normals": [[0, 0, 1], [0.8, 0, 0.6], [0, 0.6, 0.8]] });
+    let n = [0.24, 0.12, 0.5 + 0.18 + 0.16];
+    let matte = || physical(json!({}));
+    for maps in stored(json!([])) {
+        has_normal(&leaf(normals(), matte(), &maps), view(POINT), n);
+        has_normal(&leaf(normals(), matte(), &maps), [[0.3, 0.2, -2.0], POINT], n.map(|x| -x));
+        has_normal(&leaf(json!({}), matte(), &maps), view(POINT), [0.0, 0.0, 1.0]);
+    }
+    for maps in stored(json!([{ "scale": [2, 1, 4] }])) {
+        has_normal(&leaf(normals(), matte(), &maps), view([0.6, 0.2, 0.0]), [n[0] / 2.0, n[1], n[2] / 4.0]);
+    }
+    for maps in stored(json!([{ "rotate": { "axis": [0, 0, 2], "degrees": 90 } }])) {
+        has_normal(&leaf(normals(), matte(), &maps), view([-0.2, 0.3, 0.0]), [-n[1], n[0], n[2]]);
+    }
+}
+
+/// Protects: a shading normal beyond the silhouette is bent back until it is just perpendicular to the view, in their common plane.
+#[test]
+fn normals_do_not_turn_away() {
+    let normals = json!({ "normals": [[1, 0, 1], [1, 0, 1], [1, 0, 1]] });
+    let scene = leaf(normals, physical(json!({})), &[json!([])]);
+    // From the left, low: d = (0.96, 0, −0.28) and n·d = 0.68/√2 > 0.
+    let eye = [POINT[0] - 0.96, POINT[1], 0.28];
+    let [x, y, z] = normal(&scene, [eye, POINT]).map(f64::from);
+    let facing = x * 0.96 - z * 0.28;
+    assert!(y.abs() < 1e-7 && (x - 0.28).abs() < 2e-3 && (z - 0.96).abs() < 2e-3 && facing < 0.0, "{x} {y} {z}");
+}
+
+/// Protects: which side is outside (counter-clockwise), for `side`, also under a mirroring map and for shared meshes.
+#[test]
+fn meshes_have_sides() {
+    let shown = |side: &str, maps: &[Value], at: View| {
+        let mut scene = leaf(json!({}), physical(json!({ "unlit": true })), maps);
+        let side = serde_json::from_value(json!(side)).expect("a side");
+        scene.objects.iter_mut().for_each(|object| object.side = side);
+        rendered(&scene, &settings(&scene, at)).picture.rgb[0][0]
+    };
+    let below: View = [[0.3, 0.2, -2.0], POINT];
+    for maps in stored(json!([])) {
+        assert_eq!((shown("outside", &maps, view(POINT)), shown("outside", &maps, below)), (1.0, 0.0));
+        assert_eq!((shown("inside", &maps, view(POINT)), shown("inside", &maps, below)), (0.0, 1.0));
+    }
+    let mirror = stored(json!([{ "scale": [-1, 1, 1] }]));
+    for maps in &mirror {
+        assert_eq!(shown("outside", maps, view([-0.3, 0.2, 0.0])), 1.0);
+        assert_eq!(shown("outside", maps, [[-0.3, 0.2, -2.0], [-0.3, 0.2, 0.0]]), 0.0);
+    }
+}
+
+/// Protects: an instance is where its map says, and a generator's copy where both do.
+#[test]
+fn copies_stand_in_their_places() {
+    let mut scene = leaf(json!({}), physical(json!({ "unlit": true })), &[json!([{ "translate": [5, 0, 0] }]), json!([])]);
+    assert_eq!(rendered(&scene, &settings(&scene, view([5.3, 0.2, 0.0]))).picture.rgb[0][0], 1.0);
+    scene.objects[0].transform.insert(0, TransformStep::Scale([2.0; 3]));
+    assert_eq!(rendered(&scene, &settings(&scene, view([6.8, 0.1, 0.0]))).picture.rgb[0][0], 1.0);
+    assert_eq!(rendered(&scene, &settings(&scene, view([4.9, 0.1, 0.0]))).picture.rgb[0][0], 0.0);
+}

@@ -1,0 +1,119 @@
+//! The metallic-roughness model under one light: Lambert and GGX by the textbook.
+
+use core::f64::consts::PI;
+
+use serde_json::{Value, json};
+
+use crate::support::{DOWN, SLANTED, View, floor, physical, sees, sees_within};
+
+/// A floor of a physical material under directional light of irradiance π.
+fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
+    let light = json!({ "kind": { "directional": { "to_light": to_light } }, "colour": PI });
+    floor(physical(terms), json!({ "lights": [light] }))
+}
+
+const UP: [f64; 3] = [0.0, 1.0, 0.0];
+
+/// Protects: at normal incidence D = 1/(π α²), V = ¼, F = F0, so π · (base · (1 − F0)/π + F0/(4π α²)) with α = roughness².
+#[test]
+fn values_at_normal_incidence() {
+    let dielectric = |roughness: f64| lit(json!({ "base_colour": 0.5, "roughness": roughness }), UP);
+    sees(&dielectric(1.0), DOWN, [0.48 + 0.01; 3]);
+    sees(&dielectric(0.5), DOWN, [0.48 + 0.16; 3]);
+    sees(&dielectric(0.1), DOWN, [0.48 + 100.0; 3]);
+    // No light without size shows on a surface smoother than 0.03.
+    let least = 0.04 / 4.0 / f64::powi(0.03, 4);
+    sees(&dielectric(0.02), DOWN, [0.48 + least; 3]);
+    sees(&lit(json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": 0.5 }), UP), DOWN, [4.0, 2.0, 1.0]);
+    // F0 = ((2 − 1)/(2 + 1))² = 1/9; at ior 1 it is zero.
+    sees(&lit(json!({ "base_colour": 0.9, "ior": 2, "roughness": 0.5 }), UP), DOWN, [0.8 + 4.0 / 9.0; 3]);
+    sees(&lit(json!({ "base_colour": 0.5, "ior": 1 }), UP), DOWN, [0.5; 3]);
+}
+
+/// Protects: half a metal has half the diffuse colour, and an F0 half way between.
+#[test]
+fn metalness_blends() {
+    let found = |base: f64| {
+        let f0 = 0.02 + 0.5 * base;
+        0.5 * base * (1.0 - f0) + 4.0 * f0
+    };
+    let terms = json!({ "base_colour": [1, 0.5, 0.25], "metallic": 0.5, "roughness": 0.5 });
+    sees(&lit(terms, UP), DOWN, [found(1.0), found(0.5), found(0.25)]);
+}
+
+/// The textbook form: D = α²/(π((n·h)²(α² − 1) + 1)²), height-correlated V, Schlick's F, for a base colour and F0 over n·l and the
+/// whole under irradiance π.
+fn textbook(base: f64, f0: f64, roughness: f64, l: [f64; 3], v: [f64; 3]) -> f64 {
+    let h: [f64; 3] = core::array::from_fn(|i| l[i] + v[i]);
+    let length = h.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let (nl, nv, nh) = (l[1], v[1], h[1] / length);
+    let vh = (0..3).map(|i| v[i] * h[i]).sum::<f64>() / length;
+    let a2 = roughness.powi(4);
+    let d = a2 / (PI * (nh * nh * (a2 - 1.0) + 1.0).powi(2));
+    let smith = |c: f64| (c * c * (1.0 - a2) + a2).sqrt();
+    let visibility = 0.5 / (nl * smith(nv) + nv * smith(nl));
+    let f = f0 + (1.0 - f0) * (1.0 - vh).powi(5);
+    PI * (base * (1.0 - f) / PI + f * d * visibility) * nl
+}
+
+/// Protects: the whole lobe off the normal, in and out of the plane of incidence, up to Fresnel's edge, at several roughnesses.
+#[test]
+fn values_off_the_normal() {
+    let views: [View; 3] = [SLANTED, [[4.0, 3.0, 0.0], [0.0; 3]], [[-2.0, 1.0, 2.0], [0.0; 3]]];
+    for [eye, target] in views {
+        let distance = eye.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let v = eye.map(|x| x / distance);
+        for l in [[-0.6, 0.8, 0.0], [0.0, 0.6, 0.8], [-2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0], [0.96, 0.28, 0.0]] {
+            for roughness in [0.2, 0.5, 0.9] {
+                let dielectric = json!({ "base_colour": 0.5, "roughness": roughness });
+                sees_within(&lit(dielectric, l), [eye, target], [textbook(0.5, 0.04, roughness, l, v); 3], 1e-4);
+                let metal = json!({ "base_colour": 0.5, "metallic": 1, "roughness": roughness });
+                sees_within(&lit(metal, l), [eye, target], [textbook(0.0, 0.5, roughness, l, v); 3], 1e-4);
+            }
+        }
+    }
+    // By numbers: l and v mirror each other at cosine 0.8, α = 1/4: D = 16/π, V = ½/(1.6 · √(0.64 · 15/16 + 1/16)).
+    let smith = f64::sqrt(0.64 * 0.9375 + 0.0625);
+    let f = 0.04 + 0.96 * 0.2_f64.powi(5);
+    let expected = 0.8 * (0.5 * (1.0 - f) + f * 16.0 * 0.5 / (1.6 * smith));
+    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), [-0.6, 0.8, 0.0]), SLANTED, [expected; 3]);
+}
+
+/// Protects: light from behind a surface, and highlights that a light or a shadow leaves out.
+#[test]
+fn what_does_not_reach_a_surface() {
+    sees(&lit(json!({ "base_colour": 0.5 }), [0.0, -1.0, 0.0]), DOWN, [0.0; 3]);
+    let mut dull = lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), UP);
+    dull.lights[0].specular = false;
+    sees(&dull, DOWN, [0.48; 3]);
+}
+
+/// Protects: shadows dim physical surfaces as far as the light casts them.
+#[test]
+fn shadows_dim_physical_surfaces() {
+    let light = |shadows: bool| json!({ "kind": { "directional": { "to_light": UP } }, "colour": PI, "shadows": shadows });
+    let veil = json!({ "name": "veil", "model": { "classic": { "shadow_transmittance": 0.25 } } });
+    let scene = |shadows| {
+        floor(
+            physical(json!({ "base_colour": 0.5, "ior": 1 })),
+            json!({ "lights": [light(shadows)], "materials": [veil],
+            "objects": [crate::support::ball([0.0, 3.0, 0.0], 0.5, "veil")] }),
+        )
+    };
+    let dull = |shadows| {
+        let mut scene = scene(shadows);
+        scene.lights[0].specular = false;
+        scene
+    };
+    // Without F0 what is left of Fresnel is (1 − v·h)⁵ with v·h = √0.9.
+    let f = (1.0 - f64::sqrt(0.9)).powi(5);
+    sees(&dull(true), SLANTED, [0.125 * (1.0 - f); 3]);
+    sees(&dull(false), SLANTED, [0.5 * (1.0 - f); 3]);
+}
+
+/// Protects: emission is added to whatever else there is, and an unlit surface shows its base colour and that alone.
+#[test]
+fn emission_and_unlit_surfaces() {
+    sees(&lit(json!({ "base_colour": 0.5, "emission": [3, 2, 1] }), UP), DOWN, [3.49, 2.49, 1.49]);
+    sees(&lit(json!({ "base_colour": [0.5, 0.25, 2], "unlit": true, "emission": [3, 2, 1] }), UP), DOWN, [3.5, 2.25, 3.0]);
+}

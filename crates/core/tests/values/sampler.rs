@@ -1,0 +1,67 @@
+//! Random numbers by address: every part of an address counts, and the numbers stay what they are.
+
+use raywright_core::sampler::{Address, Purpose, pair, pair_of};
+
+const AT: Address = Address { pixel: [3, 5], sample: 7, seed: 11 };
+
+/// Protects: all bits of pixel, sample and seed, the purpose and the turn are part of the address.
+#[test]
+fn every_part_of_an_address_counts() {
+    let mut seen =
+        vec![pair(AT, Purpose::Pixel), pair(AT, Purpose::Lens), pair(AT, Purpose::Emitter), pair(AT, Purpose::EmitterPoint)];
+    seen.extend([1, 2, 1 << 31].map(|turn| pair_of(AT, Purpose::Pixel, turn)));
+    seen.extend((0..64).map(|bit| pair(Address { seed: AT.seed ^ 1 << bit, ..AT }, Purpose::Pixel)));
+    seen.extend((0..32).map(|bit| pair(Address { sample: AT.sample ^ 1 << bit, ..AT }, Purpose::Pixel)));
+    for bit in 0..16 {
+        seen.push(pair(Address { pixel: [3 ^ 1 << bit, 5], ..AT }, Purpose::Pixel));
+        seen.push(pair(Address { pixel: [3, 5 ^ 1 << bit], ..AT }, Purpose::Pixel));
+    }
+    seen.push(pair(Address { pixel: [5, 3], ..AT }, Purpose::Pixel));
+    for (i, a) in seen.iter().enumerate() {
+        assert!(!seen[..i].contains(a), "entry {i} is not the first with {a:?}");
+    }
+    let zero = Address::default();
+    assert_ne!(pair(zero, Purpose::Pixel), pair(Address { seed: 1 << 32, ..zero }, Purpose::Pixel));
+}
+
+/// Protects: the two numbers of a pair are independent: their points fill the square as evenly as its sides.
+#[test]
+fn pairs_fill_the_square() {
+    for purpose in [Purpose::Pixel, Purpose::Lens, Purpose::Emitter, Purpose::EmitterPoint] {
+        let mut cells = [0; 64];
+        for sample in 0..4096 {
+            let [x, y] = pair(Address { sample, ..AT }, purpose);
+            cells[(x * 8.0) as usize + 8 * (y * 8.0) as usize] += 1;
+        }
+        assert_eq!(cells, [64; 64], "{purpose:?}");
+    }
+}
+
+/// Protects: the samples of one purpose say nothing about those of another, nor those of one pixel about its neighbour's: products
+/// of deviations cancel. Exactly aligned points would give 1/12.
+#[test]
+fn addresses_are_independent() {
+    let numbers =
+        |at: Address, purpose, k: usize| (0..4096).map(move |sample| f64::from(pair(Address { sample, ..at }, purpose)[k]) - 0.5);
+    let beside = Address { pixel: [4, 5], ..AT };
+    for (what, a, b) in [
+        ("purposes", numbers(AT, Purpose::Emitter, 0), numbers(AT, Purpose::EmitterPoint, 0)),
+        ("lens", numbers(AT, Purpose::Pixel, 0), numbers(AT, Purpose::Lens, 0)),
+        ("pixels", numbers(AT, Purpose::Pixel, 0), numbers(beside, Purpose::Pixel, 0)),
+        ("pair", numbers(AT, Purpose::Pixel, 0), numbers(AT, Purpose::Pixel, 1)),
+    ] {
+        let product: f64 = a.zip(b).map(|(a, b)| a * b).sum::<f64>() / 4096.0;
+        assert!(product.abs() < 0.02, "{what}: {product}");
+    }
+}
+
+/// Protects: pictures of earlier versions: the numbers that this code had when it was checked.
+#[test]
+fn numbers_stay_what_they_were() {
+    let far = Address { pixel: [65535, 1], sample: 70_000, seed: u64::MAX };
+    let found = [pair(AT, Purpose::Pixel), pair_of(AT, Purpose::EmitterPoint, 3), pair(far, Purpose::Lens)];
+    assert_eq!(
+        found.map(|pair| pair.map(f32::to_bits)),
+        [[1_060_373_156, 1_065_155_930], [1_058_545_552, 1_042_558_544], [1_064_474_014, 1_062_467_038]]
+    );
+}

@@ -1,0 +1,114 @@
+//! What lies between a surface and a light.
+
+use raywright_core::Scene;
+use serde_json::{Value, json};
+
+use crate::support::{SLANTED, ball, classic, floor, near, physical, rendered, sees, settings, sun};
+
+/// A white floor under the sun, with balls above the origin at these heights.
+fn under(rules: Value, materials: Value, heights: &[(f64, &str)]) -> Scene {
+    let objects: Vec<Value> = heights.iter().map(|&(y, material)| ball([0.0, y, 0.0], 0.5, material)).collect();
+    floor(
+        classic(json!({})),
+        json!({ "classic": rules, "lights": [sun([0.0, 1.0, 0.0])], "materials": materials, "objects": objects }),
+    )
+}
+
+fn veils() -> Value {
+    let veil = |name: &str, share: f64| json!({ "name": name, "model": { "classic": { "shadow_transmittance": share } } });
+    json!([veil("half", 0.5), veil("quarter", 0.25), veil("solid", 0.0)])
+}
+
+/// Protects: transmittances are multiplied, or the first in the file's order decides alone wherever it is.
+#[test]
+fn occluders_multiply_or_the_first_decides() {
+    let first = || json!({ "shadow": "first_in_order" });
+    sees(&under(json!({}), veils(), &[(9.0, "half"), (3.0, "quarter")]), SLANTED, [0.125; 3]);
+    sees(&under(first(), veils(), &[(9.0, "half"), (3.0, "quarter")]), SLANTED, [0.5; 3]);
+    sees(&under(first(), veils(), &[(3.0, "quarter"), (9.0, "half")]), SLANTED, [0.25; 3]);
+    sees(&under(json!({}), veils(), &[(9.0, "half"), (3.0, "solid")]), SLANTED, [0.0; 3]);
+    sees(&under(first(), veils(), &[(9.0, "half"), (3.0, "solid")]), SLANTED, [0.5; 3]);
+}
+
+/// Protects: objects and lights that cast no shadows.
+#[test]
+fn shadows_may_be_left_out() {
+    let mut scene = under(json!({}), veils(), &[(3.0, "solid"), (6.0, "half")]);
+    scene.objects[1].casts_shadow = false;
+    sees(&scene, SLANTED, [0.5; 3]);
+    scene.objects[2].casts_shadow = false;
+    scene.objects[0].casts_shadow = false;
+    sees(&scene, SLANTED, [1.0; 3]);
+    let mut scene = under(json!({}), veils(), &[(3.0, "solid")]);
+    scene.lights[0].shadows = false;
+    sees(&scene, SLANTED, [1.0; 3]);
+    assert_eq!(rendered(&scene, &settings(&scene, SLANTED)).counters.shadow, 0);
+}
+
+/// Protects: the farthest occluder of a directional light, under both rules for where rays start; of other lights it is the light.
+#[test]
+fn occluders_count_up_to_a_distance() {
+    // The ball begins 2.5 above the floor.
+    for spawn in [json!("error_bound"), json!({ "constant": { "offset": 0.001 } })] {
+        for (distance, expected) in [(2.4, 1.0), (2.6, 0.0)] {
+            let rules = json!({ "shadow_max_distance": distance, "spawn": spawn });
+            sees(&under(rules.clone(), veils(), &[(3.0, "solid")]), SLANTED, [expected; 3]);
+            let mut lamp = under(rules, veils(), &[(3.0, "solid")]);
+            lamp.lights[0].kind = raywright_core::scene::LightKind::Point {
+                position: [0.0, 9.0, 0.0],
+                falloff: raywright_core::scene::Falloff::None,
+                range: None,
+            };
+            sees(&lamp, SLANTED, [0.0; 3]);
+        }
+    }
+}
+
+/// Protects: what a physical occluder lets through is the mean of its tint times its transmission: 0.5 · (1 + 0.5 + 0.3)/3 = 0.3;
+/// and where alpha says how much of it there is, 1 − alpha · (1 − 0.3).
+#[test]
+fn physical_occluders_transmit() {
+    let base = |rest: Value| {
+        let mut terms = json!({ "base_colour": [1, 0.5, 0.3], "transmission": 0.5 });
+        terms.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+        json!([{ "name": "glass", "model": physical(terms) }])
+    };
+    for (rest, share) in [
+        (json!({}), 0.3),
+        (json!({ "opacity": 0.5 }), 0.3),
+        (json!({ "opacity": 0.5, "alpha": "blend" }), 0.65),
+        (json!({ "opacity": 0.25, "alpha": "blend", "transmission": 0 }), 0.75),
+        (json!({ "opacity": 0.5, "alpha": { "mask": { "cutoff": 0.6 } } }), 1.0),
+        (json!({ "opacity": 0.5, "alpha": { "mask": { "cutoff": 0.5 } } }), 0.3),
+    ] {
+        let disk =
+            json!({ "shape": { "disk": { "centre": [0, 3, 0], "normal": [0, 1, 0], "radius": 0.5 } }, "material": "glass" });
+        let parts = json!({ "lights": [sun([0.0, 1.0, 0.0])], "materials": base(rest.clone()), "objects": [disk] });
+        let scene = floor(classic(json!({})), parts);
+        let found = rendered(&scene, &settings(&scene, SLANTED)).picture.rgb[0].map(f64::from);
+        near(found, [share; 3], 1e-6, &rest.to_string());
+    }
+}
+
+/// Protects: one shadow ray for each light that a surface faces and that casts shadows, none for the others.
+#[test]
+fn shadow_rays_are_asked_where_they_matter() {
+    let mut scene = under(json!({}), veils(), &[(3.0, "solid")]);
+    let light = scene.lights[0].clone();
+    let towards = |to_light: [f64; 3], shadows: bool| raywright_core::scene::Light {
+        kind: raywright_core::scene::LightKind::Directional { to_light },
+        shadows,
+        ..light.clone()
+    };
+    scene.lights.extend([towards([1.0, 1.0, 0.0], true), towards([0.0, -1.0, 0.0], true), towards([1.0, 2.0, 0.0], false)]);
+    assert_eq!(rendered(&scene, &settings(&scene, SLANTED)).counters.shadow, 2);
+    // A rule that reads nothing of what is between asks nothing, nor does a scene in which nothing casts shadows.
+    let count = |scene: &Scene| rendered(scene, &settings(scene, SLANTED)).counters.shadow;
+    let lit = || json!({ "lights": [sun([0.0, 1.0, 0.0])] });
+    assert_eq!(count(&floor(classic(json!({ "shadow": "n.y" })), lit())), 0);
+    assert_eq!(count(&floor(classic(json!({ "shadow": "shadow" })), lit())), 1);
+    let mut bare = floor(classic(json!({})), lit());
+    assert_eq!(count(&bare), 1);
+    bare.objects[0].casts_shadow = false;
+    assert_eq!(count(&bare), 0);
+}

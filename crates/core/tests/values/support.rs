@@ -1,0 +1,115 @@
+//! From the parts of a scene to what one ray sees, in every precision.
+
+use raywright_core::scene::{Camera, Pattern, Pinhole, Pose, Projection, Scene};
+use raywright_core::settings::{PrecisionChoice, Sampling};
+use raywright_core::{Rendered, Settings, prepare, validate};
+use serde_json::{Value, json};
+
+/// An eye and what it looks at.
+pub type View = [[f64; 3]; 2];
+
+/// Straight down onto the origin.
+pub const DOWN: View = [[0.0, 2.0, 0.0], [0.0; 3]];
+/// Onto the origin along (−0.6, −0.8, 0): on a floor n·v = 0.8, and the mirrored direction is (−0.6, 0.8, 0).
+pub const SLANTED: View = [[3.0, 4.0, 0.0], [0.0; 3]];
+/// Onto the origin from below along (−0.6, 0.8, 0).
+pub const FROM_BELOW: View = [[3.0, -4.0, 0.0], [0.0; 3]];
+
+/// Each precision, with the relative error that a value of a few operations may have in it.
+const PRECISIONS: [(PrecisionChoice, f64); 3] =
+    [(PrecisionChoice::Reference, 2e-7), (PrecisionChoice::Robust, 1e-5), (PrecisionChoice::Fast, 1e-4)];
+
+/// A sound scene of these parts.
+#[track_caller]
+pub fn scene(mut parts: Value) -> Scene {
+    parts["format"] = json!(1);
+    let scene = serde_json::from_value(parts).unwrap_or_else(|e| panic!("{e}"));
+    let problems = validate::validate(&scene);
+    assert!(problems.is_empty(), "{problems:?}");
+    scene
+}
+
+/// A floor at height 0 of one material, `model`, and further parts; their objects and materials come after the floor's.
+#[track_caller]
+pub fn floor(model: Value, mut parts: Value) -> Scene {
+    let plane = json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" });
+    prepend(&mut parts, "objects", plane);
+    prepend(&mut parts, "materials", json!({ "name": "floor", "model": model }));
+    scene(parts)
+}
+
+fn prepend(parts: &mut Value, key: &str, first: Value) {
+    let rest = parts.get(key).and_then(Value::as_array).cloned().unwrap_or_default();
+    parts[key] = [vec![first], rest].concat().into();
+}
+
+/// A classic material.
+pub fn classic(terms: Value) -> Value {
+    json!({ "classic": terms })
+}
+
+/// A physical material.
+pub fn physical(terms: Value) -> Value {
+    json!({ "physical": terms })
+}
+
+/// A white light from far away in this direction.
+pub fn sun(to_light: [f64; 3]) -> Value {
+    json!({ "kind": { "directional": { "to_light": to_light } }, "colour": 1 })
+}
+
+/// A ball.
+pub fn ball(centre: [f64; 3], radius: f64, material: &str) -> Value {
+    json!({ "shape": { "sphere": { "centre": centre, "radius": radius } }, "material": material })
+}
+
+/// Settings for one ray.
+pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
+    let upright = (eye[0] - target[0]).abs() + (eye[2] - target[2]).abs() > 1e-9;
+    let up = if upright { [0.0, 1.0, 0.0] } else { [0.0, 0.0, -1.0] };
+    let pinhole = Pinhole { vertical_fov: Some(40.0), ..Pinhole::default() };
+    let pose = Pose::LookAt { eye, target, up };
+    let camera = Camera { name: String::new(), pose, projection: Projection::Pinhole(pinhole), aspect: None };
+    Settings {
+        size: [1, 1],
+        camera: Some(camera),
+        sampling: Sampling::Pattern(Pattern::Centre),
+        precision: PrecisionChoice::Reference,
+        threads: Some(1),
+        ..Settings::of(scene)
+    }
+}
+
+/// Renders what the settings ask for.
+#[track_caller]
+pub fn rendered(scene: &Scene, settings: &Settings) -> Rendered {
+    prepare(scene, settings).unwrap_or_else(|e| panic!("{e}")).render(&())
+}
+
+/// The first pixel.
+#[track_caller]
+pub fn pixel(scene: &Scene, settings: &Settings) -> [f64; 3] {
+    rendered(scene, settings).picture.rgb[0].map(f64::from)
+}
+
+/// The ray sees this in every precision.
+#[track_caller]
+pub fn sees(scene: &Scene, view: View, expected: [f64; 3]) {
+    sees_within(scene, view, expected, 0.0);
+}
+
+/// The ray sees this in every precision, up to a relative error of the expected value itself.
+#[track_caller]
+pub fn sees_within(scene: &Scene, view: View, expected: [f64; 3], error: f64) {
+    for (precision, tolerance) in PRECISIONS {
+        let found = pixel(scene, &Settings { precision, ..settings(scene, view) });
+        near(found, expected, tolerance + error, &format!("{precision:?}"));
+    }
+}
+
+/// Numbers agree but for a relative error; near zero, for that of one.
+#[track_caller]
+pub fn near(found: [f64; 3], expected: [f64; 3], tolerance: f64, what: &str) {
+    let close = |a: f64, b: f64| (a - b).abs() <= tolerance * b.abs().max(1.0);
+    assert!(found.iter().zip(expected).all(|(&a, b)| close(a, b)), "{what}: {found:?} instead of {expected:?}");
+}

@@ -1,0 +1,110 @@
+//! Uses of images: which coordinates they are read at, and what their texels multiply.
+
+use std::sync::Arc;
+
+use raywright_core::prepare;
+use raywright_core::scene::{Image, ImageData, Pixels, Scene};
+use serde_json::{Value, json};
+
+use crate::support::{View, classic, physical, scene, sees, settings, sun};
+
+/// A mesh in the plane z = 0 with two sets of coordinates, of a material; `ramp` has its column in red and its row in green, in
+/// steps of a half and a quarter, and alpha 0.5 in its last row; `codes` is one texel of codes.
+fn leaf(model: Value, two_sets: bool) -> Scene {
+    let mut sets = vec![json!([[0.125, 0.125], [0.125, 0.125], [0.125, 0.125]])];
+    if two_sets {
+        sets.push(json!([[0.875, 0.625], [0.875, 0.625], [0.875, 0.625]]));
+    }
+    let data = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]], "uvs": sets });
+    let texture = |name: &str, image: &str, colour_space: &str| json!({ "name": name, "image": image, "filter": "nearest", "colour_space": colour_space });
+    let mut scene = scene(json!({ "meshes": [{ "name": "leaf", "source": { "inline": data } }],
+        "images": [{ "name": "ramp", "path": "ramp.exr" }, { "name": "codes", "path": "codes.png" }],
+        "textures": [texture("ramp", "ramp", "linear"), texture("linear", "codes", "linear"), texture("srgb", "codes", "srgb")],
+        "objects": [{ "shape": { "mesh": "leaf" }, "material": "leaf" }], "materials": [{ "name": "leaf", "model": model }],
+        "lights": [sun([0.0, 0.0, 1.0])] }));
+    let ramp =
+        (0..16_u8).map(|i| [f32::from(i % 4) * 0.5, f32::from(i / 4) * 0.25, 1.0, if i >= 12 { 0.5 } else { 1.0 }]).collect();
+    let data = |width, height, pixels| Some(Arc::new(ImageData { width, height, pixels }));
+    scene.images[0].data = data(4, 4, Pixels::Linear(ramp));
+    scene.images[1] = Image { data: data(1, 1, Pixels::Codes(vec![[51, 102, 255, 255]])), ..scene.images[1].clone() };
+    scene
+}
+
+const AT: View = [[0.25, 0.25, 2.0], [0.25, 0.25, 0.0]];
+
+/// What a classic surface of a use of a texture shows under ambient light.
+fn shown(texture: Value, two_sets: bool, expected: [f64; 3]) {
+    let mut scene = leaf(classic(json!({ "colour": { "texture": texture }, "ambient": 1 })), two_sets);
+    scene.lights.clear();
+    sees(&scene, AT, expected);
+}
+
+/// Protects: the set of coordinates; the second where there is none is the first, and so is any larger number.
+#[test]
+fn sets_of_coordinates() {
+    shown(json!({ "name": "ramp" }), true, [0.0, 0.0, 1.0]);
+    shown(json!({ "name": "ramp", "uv_set": 1 }), true, [1.5, 0.5, 1.0]);
+    shown(json!({ "name": "ramp", "uv_set": 1 }), false, [0.0, 0.0, 1.0]);
+    shown(json!({ "name": "ramp", "uv_set": 2 }), true, [0.0, 0.0, 1.0]);
+}
+
+/// Protects: u' = a·u + b·v + c, v' = d·u + e·v + f; expressions replace the coordinates before that; the factor multiplies.
+#[test]
+fn transforms_and_expressions_of_coordinates() {
+    shown(json!({ "name": "ramp", "uv_transform": [[1, 0, 0.5], [0, 1, 0.25]] }), true, [1.0, 0.25, 1.0]);
+    shown(json!({ "name": "ramp", "uv": [0.3, 0.6], "uv_transform": [[0, 1, 0], [3, 0, 0]] }), true, [1.0, 0.75, 1.0]);
+    shown(json!({ "name": "ramp", "uv": [0.3, 0.6], "uv_transform": [[0.5, 0, 0], [0, 1, 0]] }), true, [0.0, 0.5, 1.0]);
+    shown(json!({ "name": "ramp", "uv": ["p.x + 0.55", "p.y + 0.05"], "factor": [1, 2, 0.5] }), true, [1.5, 0.5, 0.5]);
+}
+
+/// Protects: codes over 255, or decoded by the sRGB curve: 0.2 → ((0.2 + 0.055)/1.055)^2.4.
+#[test]
+fn codes_and_curves() {
+    let decode = |c: f64| ((c + 0.055) / 1.055_f64).powf(2.4);
+    shown(json!({ "name": "linear" }), true, [0.2, 0.4, 1.0]);
+    shown(json!({ "name": "srgb" }), true, [decode(0.2), decode(0.4), 1.0]);
+}
+
+/// Protects: what each texture of a physical material multiplies, its factor included: base colour and alpha, roughness by green
+/// and metalness by blue, emission.
+#[test]
+fn textures_of_physical_materials() {
+    let unlit = |rest: Value| {
+        let mut terms = json!({ "unlit": true, "base_colour": [0.5, 1, 0.25] });
+        terms.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+        leaf(physical(terms), true)
+    };
+    let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row], "factor": [1, 1, 2] });
+    sees(&unlit(json!({ "base_colour_texture": at(0.4) })), AT, [0.5, 0.25, 0.5]);
+    sees(&unlit(json!({ "base_colour_texture": at(0.9), "alpha": "blend", "opacity": 0.5 })), AT, [0.125, 0.1875, 0.125]);
+    sees(&unlit(json!({ "emission": [3, 4, 5], "emission_texture": at(0.4) })), AT, [0.5 + 3.0, 1.0 + 1.0, 0.25 + 10.0]);
+    // Roughness 1 · 0.5 and metalness 0.5 · 1 at normal incidence: see `physical`.
+    let terms =
+        json!({ "base_colour": 0.5, "metallic": 0.5, "metallic_roughness_texture": { "name": "ramp", "uv": [0.6, 0.6] } });
+    let f0 = 0.02 + 0.25;
+    let expected = (0.25 * (1.0 - f0) + 4.0 * f0) / core::f64::consts::PI;
+    sees(&leaf(physical(terms), true), AT, [expected; 3]);
+}
+
+/// Protects: where an image is missing the factor alone counts.
+#[test]
+fn missing_images_leave_the_factor() {
+    let mut scene =
+        leaf(classic(json!({ "colour": { "texture": { "name": "ramp", "factor": [0.5, 1, 2] } }, "ambient": 1 })), true);
+    scene.lights.clear();
+    scene.images[0].data = None;
+    sees(&scene, AT, [0.5, 1.0, 2.0]);
+}
+
+/// Protects: what gives off light by a texture is seen and lights nothing; by a colour, every triangle lights others.
+#[test]
+fn textured_emission_lights_nothing() {
+    let emitters = |terms: Value| {
+        let scene = leaf(physical(terms), true);
+        let ready = prepare(&scene, &settings(&scene, AT)).expect("prepares");
+        ready.tables().emitters
+    };
+    assert_eq!(emitters(json!({ "emission": 1 })), 1);
+    assert_eq!(emitters(json!({ "emission": 1, "emission_texture": { "name": "ramp" } })), 0);
+    assert_eq!(emitters(json!({})), 0);
+}
