@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 
 use crate::generate::count_of;
 use crate::scene::{
-    AlphaMode, Checker, Classic, Colour, ColourInput, Mesh, MeshSource, Model, Object, Physical, Projection, Scene, Shape, Sky,
-    Weight,
+    AlphaMode, Camera, Checker, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Mesh, MeshSource, Model, Object,
+    Physical, Projection, Scene, Shape, Sky, Weight,
 };
-use crate::settings::Settings;
 
 /// Path of what calls for a thing; none where nothing does.
 type Source = Option<String>;
@@ -30,6 +29,8 @@ pub(super) struct Facts {
     pub refraction: Source,
     pub rough_reflection: Source,
     pub rough_refraction: Source,
+    /// Physical surfaces that light reaches.
+    pub lit_physical: Source,
     pub diffuse_physical: Source,
     pub alpha: Source,
     pub emission: Source,
@@ -41,6 +42,8 @@ pub(super) struct Facts {
     pub checker: Source,
     pub vertex_colours: Source,
     pub smooth_normals: Source,
+    pub mesh: Source,
+    pub physical: Source,
     pub instance: Source,
     pub unbounded: Source,
     pub sky: Source,
@@ -55,7 +58,8 @@ fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
 }
 
 impl Facts {
-    pub fn gather(scene: &Scene, settings: &Settings) -> Self {
+    /// Asks everything of a scene seen by a camera.
+    pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
         let mut facts = Self::default();
         let objects: Vec<(String, &Object)> = (scene.objects.iter().enumerate().map(|(i, o)| (format!("objects[{i}]"), o)))
             .chain(scene.generators.iter().enumerate().map(|(i, g)| (format!("generators[{i}].object"), &g.object)))
@@ -68,7 +72,7 @@ impl Facts {
         let used: BTreeSet<&str> = objects.iter().map(|(_, o)| o.material.as_str()).collect();
         for (i, material) in scene.materials.iter().enumerate().filter(|(_, m)| used.contains(m.name.as_str())) {
             match &material.model {
-                Model::Classic(m) => facts.classic(m, scene.classic.ambient, &format!("materials[{i}].model.classic")),
+                Model::Classic(m) => facts.classic(m, &scene.classic, &format!("materials[{i}].model.classic")),
                 Model::Physical(m) => facts.physical(m, &format!("materials[{i}].model.physical")),
             }
             let (path, even) = (|| format!("materials[{i}]"), material.even_emission().is_some());
@@ -88,8 +92,8 @@ impl Facts {
             Some(_) => {}
         }
         note(&mut facts.sky, scene.sky.is_some(), || "sky".to_owned());
-        let lens = |c: &crate::scene::Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
-        note(&mut facts.lens, settings.camera.as_ref().is_some_and(lens), || "cameras".to_owned());
+        let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
+        note(&mut facts.lens, camera.is_some_and(lens), || "cameras".to_owned());
         facts
     }
 
@@ -99,6 +103,7 @@ impl Facts {
             let unbounded = matches!(object.shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. });
             note(&mut self.unbounded, unbounded, || format!("{path}.shape"));
             let Shape::Mesh(name) = &object.shape else { continue };
+            note(&mut self.mesh, true, || format!("{path}.shape.mesh"));
             // Only objects that show the same side share what is stored.
             let repeated = objects[..i].iter().any(|(_, o)| o.shape == object.shape && o.side == object.side);
             note(&mut self.instance, repeated, || format!("{path}.shape.mesh"));
@@ -125,12 +130,15 @@ impl Facts {
         *weight != Weight::Number(0.0)
     }
 
-    fn classic(&mut self, m: &Classic, ambient: Colour, path: &str) {
+    fn classic(&mut self, m: &Classic, rules: &ClassicRules, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
-        let local = self.weight(&m.local, || at("local"));
+        // A surface that passes its rays on may show its local term alone where the path ends.
+        let passes_on = m.reflection.is_some() || m.transmission.is_some();
+        let alone = passes_on && rules.depth_limit == DepthLimit::LocalOnly;
+        let local = self.weight(&m.local, || at("local")) || alone;
         self.colour(&m.colour, || at("colour"));
         let diffuse = self.weight(&m.diffuse, || at("diffuse"));
-        note(&mut self.ambient, local && m.ambient.unwrap_or(ambient) != Colour::BLACK, || match m.ambient {
+        note(&mut self.ambient, local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK, || match m.ambient {
             Some(_) => at("ambient"),
             None => "classic.ambient".to_owned(),
         });
@@ -160,6 +168,7 @@ impl Facts {
 
     fn physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
+        note(&mut self.physical, true, || path.to_owned());
         self.colour(&m.base_colour, || at("base_colour"));
         note(&mut self.image, m.base_colour_texture.is_some(), || at("base_colour_texture"));
         note(&mut self.image, m.metallic_roughness_texture.is_some(), || at("metallic_roughness_texture"));
@@ -174,6 +183,7 @@ impl Facts {
         let smooth = m.roughness <= MIRROR_ROUGHNESS;
         let clear = m.transmission > 0.0 && (m.metallic < 1.0 || textured);
         note(&mut self.lit, true, || path.to_owned());
+        note(&mut self.lit_physical, true, || path.to_owned());
         note(&mut self.highlight, true, || at("roughness"));
         note(&mut self.reflection, smooth || textured || clear, || at("roughness"));
         note(&mut self.rough_reflection, !smooth, || at("roughness"));
