@@ -10,7 +10,7 @@
 //! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
 //! let settings = Settings { size: [32, 18], ..Settings::of(&loaded.scene) };
 //! let ready = prepare(&loaded.scene, &settings)?;
-//! assert_eq!(ready.effects().status("refraction"), Some(Status::Simulated));
+//! assert_eq!(ready.effects().status(Effect::Refraction), Status::Simulated);
 //!
 //! let rendered = ready.render(&());
 //! assert!(rendered.finished);
@@ -32,7 +32,7 @@ pub use raywright_io as io;
 /// What most programs need to load, render and write.
 pub mod prelude {
     pub use raywright_core::display::Display;
-    pub use raywright_core::effects::{EffectReport, Status};
+    pub use raywright_core::effects::{Effect, EffectReport, Status};
     pub use raywright_core::picture::Picture;
     pub use raywright_core::scene::Scene;
     pub use raywright_core::{Observer, Ready, Rendered, Settings, prepare};

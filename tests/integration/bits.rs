@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use raywright::bvh::{AcceleratorKind, BuildQuality};
+use raywright::core::effects::{has_light, neutral_sky};
 use raywright::core::picture::Picture;
-use raywright::core::prepare::{has_light, neutral_sky};
 use raywright::core::settings::{Aov, Crop, KernelChoice, PrecisionChoice, Sampling};
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
@@ -195,6 +195,12 @@ fn kernels() {
                 })
             };
             let fitting = with(KernelChoice::Fitting);
+            // Otherwise nothing was compared.
+            if ["whitted", "noise", "gltf/Duck/Duck.glb"].contains(&subject.name.as_str()) {
+                let settings = Settings { precision, ..Settings::of(&subject.scene) };
+                let chosen = prepare(&subject.scene, &settings).unwrap_or_else(|e| panic!("{e}")).kernel_name();
+                assert_eq!(chosen == "general", subject.name.ends_with("glb"), "{}: {chosen} kernel", subject.name);
+            }
             same(&format!("{}, {precision:?}: kernels", subject.name), &fitting, &with(KernelChoice::General));
         }
     }

@@ -1,6 +1,7 @@
 //! Only the effects that a scene calls for: what is absent has empty tables and traces no ray.
 
-use raywright::core::effects::Status;
+use raywright::core::effects::{Effect, EffectSet, SWITCHABLE, Status};
+use raywright::core::scene::Colour;
 use raywright::core::settings::Settings;
 use raywright::core::{Scene, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
@@ -16,20 +17,19 @@ fn prove(what: &str, scene: &Scene) {
     let settings = Settings { size: [48, 27], ..Settings::of(scene) };
     let ready = prepare(scene, &settings).unwrap_or_else(|e| panic!("{what}: {e}"));
     let (tables, counters) = (ready.tables(), ready.render(&()).counters);
-    let absent = |name: &str| match ready.effects().status(name) {
-        Some(status) => status == Status::Absent,
-        None => panic!("there is no effect named {name}"),
+    let absent = |effect| ready.effects().status(effect) == Status::Absent;
+    let zero = |effect: Effect, value: u64| {
+        assert!(!absent(effect) || value == 0, "{what}: {} is absent, but {value} of it", effect.name());
     };
-    let zero = |name: &str, value: u64| assert!(!absent(name) || value == 0, "{what}: {name} is absent, but {value} of it");
-    zero("mirror reflection", if absent("refraction") { counters.reflection } else { 0 });
-    zero("refraction", counters.refraction);
-    zero("shadows", if absent("soft shadows") { counters.shadow } else { 0 });
-    zero("soft shadows", tables.emitters as u64);
-    zero("instances", tables.instances as u64);
-    zero("unbounded shapes", tables.unbounded as u64);
-    zero("sky light", u64::from(tables.irradiance));
-    zero("image textures", if absent("environment map") { tables.texture_bytes as u64 } else { 0 });
-    if absent("direct light") && absent("highlights") {
+    zero(Effect::MirrorReflection, if absent(Effect::Refraction) { counters.reflection } else { 0 });
+    zero(Effect::Refraction, counters.refraction);
+    zero(Effect::Shadows, if absent(Effect::SoftShadows) { counters.shadow } else { 0 });
+    zero(Effect::SoftShadows, tables.emitters as u64);
+    zero(Effect::Instances, tables.instances as u64);
+    zero(Effect::UnboundedShapes, tables.unbounded as u64);
+    zero(Effect::SkyLight, u64::from(tables.irradiance));
+    zero(Effect::ImageTextures, if absent(Effect::EnvironmentMap) { tables.texture_bytes as u64 } else { 0 });
+    if absent(Effect::DirectLight) && absent(Effect::Highlights) {
         assert_eq!(tables.lights, 0, "{what}: lights show on nothing, but were built");
     }
     assert_eq!(counters.scatter, 0, "{what}: Whitted ray tracing scatters nothing");
@@ -50,34 +50,44 @@ fn the_canonical_preset_with_one_thing_taken_away() {
         return;
     }
     let whole = preset("whitted");
-    let status = |scene: &Scene, effect: &str| {
-        raywright::core::effects::detect(scene, &Settings::of(scene))
-            .status(effect)
-            .unwrap_or_else(|| panic!("no effect {effect}"))
-    };
-    for effect in
-        ["ambient light", "direct light", "shadows", "highlights", "mirror reflection", "fuzzy reflection", "refraction"]
-    {
-        assert_eq!(status(&whole, effect), Status::Simulated, "{effect}");
+    let status = |scene: &Scene, effect| raywright::core::effects::detect(scene, &Settings::of(scene)).status(effect);
+    for effect in [
+        Effect::AmbientLight,
+        Effect::DirectLight,
+        Effect::Shadows,
+        Effect::Highlights,
+        Effect::MirrorReflection,
+        Effect::FuzzyReflection,
+        Effect::Refraction,
+    ] {
+        assert_eq!(status(&whole, effect), Status::Simulated, "{effect:?}");
     }
-    for effect in ["rim light", "emission", "image textures", "instances", "soft shadows", "indirect light", "caustics"] {
-        assert_eq!(status(&whole, effect), Status::Absent, "{effect}");
+    for effect in [
+        Effect::RimLight,
+        Effect::Emission,
+        Effect::ImageTextures,
+        Effect::Instances,
+        Effect::SoftShadows,
+        Effect::IndirectLight,
+        Effect::Caustics,
+    ] {
+        assert_eq!(status(&whole, effect), Status::Absent, "{effect:?}");
     }
-    let without = |effect: &str, change: &dyn Fn(&mut Scene)| {
+    let without = |effect: Effect, change: &dyn Fn(&mut Scene)| {
         let mut scene = whole.clone();
         change(&mut scene);
-        assert_eq!(status(&scene, effect), Status::Absent, "{effect}");
-        prove(&format!("whitted without {effect}"), &scene);
+        assert_eq!(status(&scene, effect), Status::Absent, "{effect:?}");
+        prove(&format!("whitted without {effect:?}"), &scene);
     };
-    without("refraction", &|s| s.objects.retain(|o| o.material != "glass"));
-    without("fuzzy reflection", &|s| s.objects.retain(|o| o.material != "gold"));
-    without("shadows", &|s| s.lights[0].shadows = false);
-    without("shadows", &|s| s.objects.iter_mut().for_each(|o| o.casts_shadow = false));
-    without("direct light", &|s| s.lights.clear());
-    without("checkerboard", &|s| s.objects.retain(|o| o.material != "ground"));
-    without("unbounded shapes", &|s| s.objects.retain(|o| o.material != "ground"));
-    without("mirror reflection", &|s| s.objects.retain(|o| ["red", "blue"].contains(&o.material.as_str())));
-    without("sky", &|s| s.sky = None);
+    without(Effect::Refraction, &|s| s.objects.retain(|o| o.material != "glass"));
+    without(Effect::FuzzyReflection, &|s| s.objects.retain(|o| o.material != "gold"));
+    without(Effect::Shadows, &|s| s.lights[0].shadows = false);
+    without(Effect::Shadows, &|s| s.objects.iter_mut().for_each(|o| o.casts_shadow = false));
+    without(Effect::DirectLight, &|s| s.lights.clear());
+    without(Effect::Checkerboard, &|s| s.objects.retain(|o| o.material != "ground"));
+    without(Effect::UnboundedShapes, &|s| s.objects.retain(|o| o.material != "ground"));
+    without(Effect::MirrorReflection, &|s| s.objects.retain(|o| ["red", "blue"].contains(&o.material.as_str())));
+    without(Effect::Sky, &|s| s.sky = None);
 }
 
 /// Protects: a path of one segment leaves reflections out and says so with a hint, instead of calling them absent.
@@ -89,8 +99,8 @@ fn depth_one_leaves_reflections_out() {
     let scene = preset("whitted");
     let settings = Settings { max_depth: 1, size: [16, 9], ..Settings::of(&scene) };
     let ready = prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}"));
-    let left_out: Vec<_> = ready.effects().left_out().map(|e| (e.name, e.hint.is_some())).collect();
-    assert_eq!(left_out, [("mirror reflection", true), ("fuzzy reflection", true), ("refraction", true)]);
+    let left_out: Vec<_> = ready.effects().left_out().map(|e| (e.effect, e.hint.is_some())).collect();
+    assert_eq!(left_out, [(Effect::MirrorReflection, true), (Effect::FuzzyReflection, true), (Effect::Refraction, true)]);
     let counters = ready.render(&()).counters;
     assert_eq!((counters.reflection, counters.refraction), (0, 0));
 }
@@ -106,8 +116,9 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
         );
         let scene: Scene = serde_json::from_str(&text).expect("the scene is right");
         let report = raywright::core::effects::detect(&scene, &Settings::of(&scene));
-        let of = |name: &str| report.effects.iter().find(|effect| effect.name == name).expect("an effect").clone();
-        ["refraction", "rough refraction", "glossy reflection"].map(|name| (of(name).status, of(name).source))
+        let of = |effect: Effect| report.effects[effect as usize].clone();
+        [Effect::Refraction, Effect::RoughRefraction, Effect::GlossyReflection]
+            .map(|effect| (of(effect).status, of(effect).source))
     };
     let from = |field: &str| Some(format!("materials[0].model.physical.{field}"));
     let clear = (Status::Simulated, from("transmission"));
@@ -115,4 +126,43 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
     assert_eq!(glass(0.05), glass(0.0), "as rough as what is still traced");
     let rough = [clear, (Status::LeftOut, from("transmission")), (Status::LeftOut, from("roughness"))];
     assert_eq!(glass(0.06), rough);
+}
+
+/// Protects: an effect that is switched off leaves the picture of a scene that never had it, and is reported as left out with
+/// those that depend on it; nothing of the others changes.
+#[test]
+fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
+    if !carried("whitted") {
+        return;
+    }
+    let whole = preset("whitted");
+    let render = |scene: &Scene, without: EffectSet| {
+        let settings = Settings { size: [48, 27], without, ..Settings::of(scene) };
+        let ready = prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}"));
+        (ready.render(&()), ready.effects().clone())
+    };
+    let (as_it_is, _) = render(&whole, EffectSet::EMPTY);
+    let hand: [(Effect, &dyn Fn(&mut Scene)); 4] = [
+        (Effect::Shadows, &|s| s.lights[0].shadows = false),
+        (Effect::DirectLight, &|s| s.lights.clear()),
+        (Effect::Sky, &|s| s.sky = None),
+        (Effect::AmbientLight, &|s| s.classic.ambient = Colour::BLACK),
+    ];
+    for (effect, change) in hand {
+        let (switched, report) = render(&whole, EffectSet::of(&[effect]));
+        let mut changed = whole.clone();
+        change(&mut changed);
+        let (by_hand, _) = render(&changed, EffectSet::EMPTY);
+        assert_eq!(switched.picture, by_hand.picture, "{effect:?}");
+        assert_ne!(switched.picture, as_it_is.picture, "{effect:?}");
+        assert_eq!(switched.counters.shadow, by_hand.counters.shadow, "{effect:?}");
+        assert_eq!(report.status(effect), Status::LeftOut, "{effect:?}");
+    }
+    let (_, dark) = render(&whole, EffectSet::of(&[Effect::DirectLight]));
+    let status = [Effect::DirectLight, Effect::Shadows, Effect::Highlights, Effect::Refraction].map(|effect| dark.status(effect));
+    assert_eq!(status, [Status::LeftOut, Status::LeftOut, Status::LeftOut, Status::Simulated]);
+    for effect in SWITCHABLE.iter() {
+        let (_, report) = render(&whole, EffectSet::of(&[effect]));
+        assert_ne!(report.status(effect), Status::Simulated, "{effect:?}");
+    }
 }

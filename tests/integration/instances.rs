@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use raywright::core::effects::Status;
+use raywright::core::effects::{Effect, Status};
 use raywright::core::scene::{
     Camera, Classic, Colour, ColourInput, Generator, GeneratorKind, Light, LightKind, Material, Mesh, MeshData, MeshSource,
     Model, Object, Pinhole, Pose, Projection, Scene, Shape, SideRule, TransformStep,
@@ -169,7 +169,7 @@ fn instances_are_reported_where_they_are_built() {
         (Scene { objects: sides, ..one.clone() }, 0),
     ] {
         let ready = prepare(&scene, &Settings::of(&scene)).unwrap_or_else(|e| panic!("{e}"));
-        let reported = ready.effects().effects.iter().any(|e| e.name == "instances" && e.status == Status::Simulated);
+        let reported = ready.effects().status(Effect::Instances) == Status::Simulated;
         assert_eq!((ready.tables().instances, reported), (expected, expected > 0));
     }
 }

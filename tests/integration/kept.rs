@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use raywright::core::effects::{has_light, neutral_sky};
 use raywright::core::picture::Picture;
-use raywright::core::prepare::{has_light, neutral_sky};
 use raywright::core::settings::{Aov, PrecisionChoice, Sampling};
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};

@@ -9,17 +9,18 @@ use raywright_io::Loaded;
 use raywright_io::output::Metadata;
 use serde::Serialize;
 
+use crate::args::ChoiceArgs;
 use crate::plan::Plan;
 
 /// Program and version.
 pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
 
 /// The entries of a picture's file.
-pub fn metadata(loaded: &Loaded, plan: &Plan) -> Metadata {
+pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &ChoiceArgs) -> Metadata {
     Metadata {
         software: SOFTWARE.to_owned(),
         scene_hash: loaded.hash.clone(),
-        settings: settings(&plan.settings, plan.display),
+        settings: settings(&plan.settings, plan.display) + &chosen(choices),
         seed: Some(plan.settings.seed),
         command: command_line(),
     }
@@ -55,6 +56,13 @@ fn settings(settings: &Settings, display: Display) -> String {
         name(&display.tone_map),
         name(&display.curve),
     )
+}
+
+/// Rungs and switched-off effects, which change the scene besides the settings.
+fn chosen(choices: &ChoiceArgs) -> String {
+    let rungs = choices.rungs.iter().map(|choice| format!(" rung:{choice}"));
+    let without = choices.without.iter().map(|effect| format!(" without={}", effect.name().replace(' ', "-")));
+    rungs.chain(without).collect()
 }
 
 /// The name that scene files use for a variant.

@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use raywright_core::prepare::{has_light, neutral_sky};
+use raywright_core::effects::{has_light, neutral_sky};
 use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded, Overrides, load, presets};
 
 use crate::args::{DEFAULT_PRESET, SceneArgs};

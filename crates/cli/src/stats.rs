@@ -2,7 +2,7 @@
 //! without a new [`FORMAT`].
 
 use raywright_core::counters::Counters;
-use raywright_core::effects::Effect;
+use raywright_core::effects::Finding;
 use raywright_core::{Ready, Rendered};
 use raywright_io::Loaded;
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub struct Stats<'a> {
     seconds: Seconds,
     rays: Rays,
     samples: u64,
-    effects: &'a [Effect],
+    effects: &'a [Finding],
     memory: Memory,
     accelerator: &'static str,
 }

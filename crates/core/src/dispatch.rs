@@ -3,17 +3,17 @@
 use rayon::ThreadPoolBuilder;
 use raywright_bvh::{Aabb, Fast, Precision, Reference, Robust};
 
-use crate::effects::{EffectReport, detect};
+use crate::effects::{EffectReport, EffectSet, detect, switched_off};
 use crate::integrator::{Analytic, General, Kernel};
 use crate::prepare::{PrepareError, Prepared, Tables};
 use crate::render::{Observer, Rendered, render};
-use crate::scene::{Material, Model, Scene, Shape};
+use crate::scene::Scene;
 use crate::settings::{Crop, KernelChoice, PrecisionChoice, Settings};
 
 /// A scene prepared for one set of settings, ready to render.
 pub struct Ready {
     inner: AnyPrepared,
-    kernel: KernelChoice,
+    kernel: KernelName,
     settings: Settings,
     effects: EffectReport,
 }
@@ -46,18 +46,20 @@ pub struct Memory {
     pub film: u64,
 }
 
-/// Prepares a validated scene.
+/// Prepares a validated scene: what it calls for is found first, then built, and then the kernel is chosen that contains it.
 ///
 /// # Errors
 /// See [`PrepareError`].
 pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Ready, PrepareError> {
-    let inner = match settings.precision {
-        PrecisionChoice::Fast => AnyPrepared::Fast(Box::new(Prepared::new(scene, settings)?)),
-        PrecisionChoice::Robust => AnyPrepared::Robust(Box::new(Prepared::new(scene, settings)?)),
-        PrecisionChoice::Reference => AnyPrepared::Reference(Box::new(Prepared::new(scene, settings)?)),
+    let effects = detect(scene, settings);
+    let simulated = effects.simulated();
+    let inner = if settings.without.is_empty() {
+        AnyPrepared::new(scene, settings, simulated)?
+    } else {
+        let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
+        AnyPrepared::new(&rest, &Settings { camera, ..settings.clone() }, simulated)?
     };
-    let kernel = if fits_analytic(scene) { settings.kernel } else { KernelChoice::General };
-    let ready = Ready { inner, kernel, settings: settings.clone(), effects: detect(scene, settings) };
+    let ready = Ready { inner, kernel: KernelName::choose(settings.kernel, simulated), settings: settings.clone(), effects };
     let memory = ready.memory();
     let needed = memory.geometry + memory.textures + memory.film;
     match settings.max_memory {
@@ -66,11 +68,31 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Ready, PrepareError
     }
 }
 
-/// Whether the kernel for shapes with classic materials covers a scene.
-fn fits_analytic(scene: &Scene) -> bool {
-    let meshes = scene.objects.iter().chain(scene.generators.iter().map(|g| &g.object));
-    let physical = |m: &Material| matches!(m.model, Model::Physical(_));
-    !meshes.into_iter().any(|o| matches!(o.shape, Shape::Mesh(_))) && !scene.materials.iter().any(physical)
+impl AnyPrepared {
+    fn new(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Result<Self, PrepareError> {
+        Ok(match settings.precision {
+            PrecisionChoice::Fast => Self::Fast(Box::new(Prepared::new(scene, settings, simulated)?)),
+            PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(scene, settings, simulated)?)),
+            PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(scene, settings, simulated)?)),
+        })
+    }
+}
+
+/// The kernels that there are, least first.
+#[derive(Clone, Copy, Debug)]
+enum KernelName {
+    Analytic,
+    General,
+}
+
+impl KernelName {
+    /// The least one that contains what is simulated.
+    fn choose(choice: KernelChoice, simulated: EffectSet) -> Self {
+        match choice {
+            KernelChoice::Fitting if simulated.is_within(Analytic::CONTAINS) => Self::Analytic,
+            _ => Self::General,
+        }
+    }
 }
 
 impl Ready {
@@ -87,16 +109,16 @@ impl Ready {
 
     fn with_kernel<P: Precision>(&self, prepared: &Prepared<P>, observer: &dyn Observer) -> Rendered {
         match self.kernel {
-            KernelChoice::General => render::<P, General>(prepared, &self.settings, observer),
-            KernelChoice::Fitting => render::<P, Analytic>(prepared, &self.settings, observer),
+            KernelName::General => render::<P, General>(prepared, &self.settings, observer),
+            KernelName::Analytic => render::<P, Analytic>(prepared, &self.settings, observer),
         }
     }
 
     /// Name of the kernel that runs.
     pub fn kernel_name(&self) -> &'static str {
         match self.kernel {
-            KernelChoice::General => General::NAME,
-            KernelChoice::Fitting => Analytic::NAME,
+            KernelName::General => General::NAME,
+            KernelName::Analytic => Analytic::NAME,
         }
     }
 

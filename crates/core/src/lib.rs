@@ -24,7 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), accuracy ladders, resuming.
+//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), a measurement of the [`ladder`]s, resuming.
 #![forbid(unsafe_code)]
 
 pub mod bench;
@@ -37,6 +37,7 @@ pub mod expr;
 mod film;
 pub mod generate;
 mod integrator;
+pub mod ladder;
 pub mod lookup;
 pub mod metrics;
 pub mod noise;

@@ -2,6 +2,7 @@
 
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 
+use crate::effects::EffectSet;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
 
 /// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in the pixel, on the lens and
@@ -143,6 +144,8 @@ pub struct Settings {
     pub accelerator: AcceleratorKind,
     /// Which kernel.
     pub kernel: KernelChoice,
+    /// Effects that are switched off, of [`crate::effects::SWITCHABLE`].
+    pub without: EffectSet,
     /// What camera rays see that hit nothing.
     pub background: Background,
     /// Extra layers.
@@ -168,6 +171,7 @@ impl Settings {
             precision: PrecisionChoice::default(),
             accelerator: AcceleratorKind::Tree(BuildQuality::default()),
             kernel: KernelChoice::default(),
+            without: EffectSet::EMPTY,
             background: Background::default(),
             aovs: Vec::new(),
             tile_size: 32,

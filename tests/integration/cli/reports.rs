@@ -20,10 +20,19 @@ fn explain_says_the_same_twice() {
     let report = json(desk.run(&["explain", "preset:whitted", "--json"]).exits_with(0).text());
     assert_eq!(report["integrator"], "whitted");
     let effects = report["effects"].as_array().expect("a list");
+    let (listed, rungs) = table.text().split_once("rungs in use").expect("both lists");
+    let once = |text: &str, start: &str| {
+        let lines = text.lines().filter(|line| line.trim_start().starts_with(start)).count();
+        assert_eq!(lines, 1, "{start} in\n{text}");
+    };
+    for ladder in report["ladders"].as_array().expect("a list") {
+        let (name, rung) = (ladder["ladder"].as_str().expect("a name"), ladder["rung"].as_str().expect("a rung"));
+        once(rungs, &format!("{name} "));
+        assert!(rungs.contains(&format!(" {rung} ")), "{rung} in\n{rungs}");
+    }
     for effect in effects {
         let name = effect["name"].as_str().expect("a name");
-        let lines = table.text().lines().filter(|line| line.trim_start().starts_with(&format!("{name}  "))).count();
-        assert_eq!(lines, 1, "{name} in\n{}", table.text());
+        once(listed, &format!("{name}  "));
         assert!(!effect["because"].as_str().expect("a reason").is_empty(), "{name}");
         assert_eq!(effect["source"].is_null(), effect["status"] == "absent", "{name}");
     }

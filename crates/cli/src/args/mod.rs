@@ -10,8 +10,8 @@ mod scene;
 
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
-pub use render::{ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
-pub use scene::{CheckArgs, ExplainArgs, InfoArgs, SceneArgs};
+pub use render::{LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
+pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;

@@ -10,7 +10,7 @@ use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 
 use super::DEFAULT_PRESET;
 use super::names;
-use super::scene::SceneArgs;
+use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
 use crate::console::Verbosity;
 
@@ -59,6 +59,10 @@ pub struct RenderArgs {
     /// How light is computed.
     #[command(flatten)]
     pub light: LightArgs,
+
+    /// Rungs and switches.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
 
     /// How a PNG shows it.
     #[command(flatten)]
@@ -131,18 +135,17 @@ pub struct LightArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 
-    /// Arithmetic of rays and surfaces
-    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
-    pub precision: Precision,
+    /// Arithmetic of rays and surfaces [default: robust]
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub precision: Option<Precision>,
 }
 
 /// A rung of the arithmetic ladder.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Precision {
     /// Textbook formulas in single precision: wrong far from the origin and at grazing angles
     Fast,
     /// Single precision storage with double precision where hits are decided
-    #[default]
     Robust,
     /// Double precision throughout
     Reference,
@@ -187,16 +190,15 @@ pub struct MachineArgs {
     #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
 
-    /// How rays find what they hit; the picture does not depend on it
-    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
-    pub accel: Accelerator,
+    /// How rays find what they hit; the picture does not depend on it [default: bvh]
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub accel: Option<Accelerator>,
 }
 
 /// How rays find what they hit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Accelerator {
     /// A tree of bounding boxes
-    #[default]
     Bvh,
     /// Every object is tested: for comparison
     Linear,

@@ -3,6 +3,8 @@
 use std::ffi::OsString;
 
 use clap::Args;
+use raywright_core::effects::Effect;
+use raywright_core::ladder::Choice;
 
 use super::values;
 
@@ -18,6 +20,21 @@ pub struct SceneArgs {
     pub set: Vec<(String, f64)>,
 }
 
+/// Which rungs of which ladders, and which effects not.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ChoiceArgs {
+    /// Stand on another rung of a ladder, such as ray-offset=constant; may be repeated. `raywright explain SCENE` lists the
+    /// ladders that a scene reaches
+    #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = Choice::parse, action = clap::ArgAction::Append)]
+    pub rungs: Vec<Choice>,
+
+    /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,
+    /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, checkerboard, vertex-colours,
+    /// smooth-shading, sky, environment-map, sky-light, depth-of-field, soft-shadows
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::effect)]
+    pub without: Vec<Effect>,
+}
+
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
 pub struct ExplainArgs {
@@ -28,6 +45,10 @@ pub struct ExplainArgs {
     /// What is changed in the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
+
+    /// Rungs and switches.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
 
     /// Print JSON instead of a table
     #[arg(long)]

@@ -4,7 +4,9 @@
 
 use std::str::FromStr;
 
+use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::settings::{Background, Crop};
+use raywright_core::suggest::closest;
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = 65536;
@@ -108,6 +110,22 @@ pub fn background(text: &str) -> Result<Background, String> {
     }
 }
 
+/// An effect that can be switched off, spelled with hyphens for blanks.
+pub fn effect(text: &str) -> Result<Effect, String> {
+    if let Some(effect) = Effect::named(&text.replace('-', " ")) {
+        return if SWITCHABLE.has(effect) {
+            Ok(effect)
+        } else {
+            Err("the scene is made of that: it cannot be switched off".to_owned())
+        };
+    }
+    let known: Vec<String> = SWITCHABLE.iter().map(|effect| effect.name().replace(' ', "-")).collect();
+    Err(match closest(text, known.iter().map(String::as_str)) {
+        Some(word) => format!("there is no such effect; did you mean `{word}`?"),
+        None => format!("there is no such effect; known: {}", known.join(", ")),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,6 +144,15 @@ mod tests {
         assert_eq!(background("env"), Ok(Background::Environment));
         assert_eq!(background("0.2,0.2,0.25"), Ok(Background::Colour([0.2, 0.2, 0.25])));
         assert_eq!(field_of_view("45"), Ok(45.0));
+    }
+
+    /// Effects are found by their name, and only those that a scene can do without.
+    #[test]
+    fn effects_are_named() {
+        assert_eq!(effect("mirror-reflection"), Ok(Effect::MirrorReflection));
+        assert!(effect("instances").is_err_and(|e| e.contains("cannot be switched off")));
+        assert!(effect("higlights").is_err_and(|e| e.ends_with("did you mean `highlights`?")));
+        assert!(effect("magic").is_err_and(|e| e.contains("known: ambient-light, direct-light")));
     }
 
     /// Values that look almost right are refused instead of guessed at.

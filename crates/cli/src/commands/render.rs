@@ -43,7 +43,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::complete(&mut loaded, verbosity);
-    let plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded, settings))?;
+    let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded, settings))?;
+    plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
     let load = clock.lap();
 
     let ready = prepared(&loaded, &plan.settings)?;
@@ -55,7 +56,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     progress.finish();
     let render = clock.lap();
 
-    let metadata = origin::metadata(&loaded, &plan);
+    let metadata = origin::metadata(&loaded, &plan, &args.choices);
     let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
     if !rendered.finished {
         return Err(interrupted(&rendered, &targets, &plan, &metadata, is_free));
@@ -106,7 +107,7 @@ fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
     if verbosity == Verbosity::Verbose {
         return verbosity.detail(explain::text(&loaded.source, report));
     }
-    let names: Vec<&str> = report.left_out().map(|effect| effect.name).collect();
+    let names: Vec<&str> = report.left_out().map(|finding| finding.effect.name()).collect();
     if !names.is_empty() {
         let name = &loaded.source.name;
         verbosity.warn(format_args!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));

@@ -1,7 +1,10 @@
 //! What a render's arguments amount to for one scene: settings and display, checked. Mistakes that need the scene to be
 //! seen - a camera that it has not, a crop outside its picture - are found here, before anything is computed.
 
+mod rungs;
 mod view;
+
+pub use rungs::choose;
 
 use raywright_core::Settings;
 use raywright_core::display::Display;
@@ -28,6 +31,7 @@ pub fn settle(
     args: &RenderArgs,
     framed: impl FnOnce(&Settings) -> Result<Camera, Failure>,
 ) -> Result<Plan, Failure> {
+    rungs::refuse_two_words(args)?;
     let (view, light, display) = (&args.view, &args.light, &args.display);
     let own = Settings::of(scene);
     let size = view.size.unwrap_or(own.size);
@@ -39,8 +43,8 @@ pub fn settle(
         integrator: light.integrator.unwrap_or(own.integrator),
         seed: light.seed.unwrap_or(own.seed),
         threads: args.machine.threads.map(|n| n as usize),
-        precision: light.precision.into(),
-        accelerator: args.machine.accel.into(),
+        precision: light.precision.map_or(own.precision, Into::into),
+        accelerator: args.machine.accel.map_or(own.accelerator, Into::into),
         background: view.background.unwrap_or(own.background),
         aovs: args.aov.clone(),
         max_memory: Some(args.machine.max_memory.unwrap_or(Limits::default().memory_bytes)),

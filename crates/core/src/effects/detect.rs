@@ -1,13 +1,33 @@
 //! The one function from scene and settings to the report.
 
 use super::facts::Facts;
-use super::{Effect, EffectReport, Status};
+use super::{Effect, EffectReport, EffectSet, Finding, Status, switched_off};
 use crate::scene::{Integrator, Scene};
 use crate::settings::{Sampling, Settings};
 
 /// What the scene and the settings make of every effect.
 pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
-    let facts = Facts::gather(scene, settings);
+    let mut findings = found(scene, settings);
+    if !settings.without.is_empty() {
+        let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
+        let remaining = found(&rest, &Settings { camera, ..settings.clone() });
+        for (finding, left) in findings.iter_mut().zip(remaining) {
+            switch_off(finding, left.status, settings.without);
+        }
+    }
+    let because = match settings.integrator {
+        Integrator::Whitted => "asked for".to_owned(),
+        Integrator::Auto if findings.iter().any(|f| f.status == Status::LeftOut) => {
+            "the only one of this version; what it leaves out is listed".to_owned()
+        }
+        Integrator::Auto => "the scene is exactly what Whitted ray tracing solves".to_owned(),
+    };
+    EffectReport { integrator: "whitted", because, effects: findings }
+}
+
+/// What a scene calls for, in the order of [`Effect::ALL`].
+fn found(scene: &Scene, settings: &Settings) -> Vec<Finding> {
+    let facts = Facts::gather(scene, settings.camera.as_ref());
     let mut list = List::default();
     light_at_a_surface(&mut list, &facts);
     further_segments(&mut list, &facts, settings);
@@ -16,77 +36,110 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     list.lens(&facts.lens, settings);
     emissive_surfaces(&mut list, &facts);
     what_needs_a_path_tracer(&mut list, &facts);
-    let because = match settings.integrator {
-        Integrator::Whitted => "asked for".to_owned(),
-        Integrator::Auto if list.0.iter().any(|e| e.status == Status::LeftOut) => {
-            "the only one of this version; what it leaves out is listed".to_owned()
-        }
-        Integrator::Auto => "the scene is exactly what Whitted ray tracing solves".to_owned(),
-    };
-    EffectReport { integrator: "whitted", because, effects: list.0 }
+    list.0.sort_by_key(|finding| finding.effect);
+    list.0
+}
+
+/// Turns a finding of the whole scene into that of the scene without what was switched off, where `left` is what it is.
+fn switch_off(finding: &mut Finding, left: Status, off: EffectSet) {
+    let named = off.has(finding.effect);
+    if finding.status == Status::Absent || !named && left != Status::Absent {
+        return;
+    }
+    finding.status = Status::LeftOut;
+    finding.because = if named { "switched off" } else { "what calls for it is switched off" }.to_owned();
+    finding.hint = Some("leave --without away".to_owned());
 }
 
 /// What light does where it first meets a surface.
 fn light_at_a_surface(list: &mut List, f: &Facts) {
-    list.plain("ambient light", &f.ambient, "a constant light reaches every surface", "no surface has an ambient term");
+    list.plain(Effect::AmbientLight, &f.ambient, "a constant light reaches every surface", "no surface has an ambient term");
     let lit = f.lit.as_ref().and(f.light.clone());
     list.plain(
-        "direct light",
+        Effect::DirectLight,
         &lit,
         "lights shine on surfaces that answer to them",
         "no light meets a surface that answers to it",
     );
-    let shadows = lit.as_ref().and(f.shadowing_light.as_ref()).and(f.occluder.as_ref()).and(f.shadowing_light.clone());
+    let highlights = f.glossy_light.as_ref().and(f.highlight.clone());
+    let answers = lit.as_ref().or(highlights.as_ref());
+    let shadows = answers.and(f.shadowing_light.as_ref()).and(f.occluder.as_ref()).and(f.shadowing_light.clone());
     list.plain(
-        "shadows",
+        Effect::Shadows,
         &shadows,
         "a light that casts shadows, a surface it shines on and something in between",
         "no light that casts shadows meets a surface and an occluder",
     );
-    let highlights = f.glossy_light.as_ref().and(f.highlight.clone());
-    list.plain("highlights", &highlights, "a light makes highlights on a glossy surface", "no light meets a glossy surface");
-    list.plain("rim light", &f.rim, "a surface is lit at grazing angles", "no surface has a rim term");
-    list.plain("emission", &f.emission, "a surface gives off light that is seen", "no surface gives off light");
-    list.plain("unlit surfaces", &f.unlit, "a material shows its colour as it is", "every material answers to light");
+    list.plain(
+        Effect::Highlights,
+        &highlights,
+        "a light makes highlights on a glossy surface",
+        "no light meets a glossy surface",
+    );
+    list.plain(Effect::RimLight, &f.rim, "a surface is lit at grazing angles", "no surface has a rim term");
+    list.plain(Effect::Emission, &f.emission, "a surface gives off light that is seen", "no surface gives off light");
+    list.plain(Effect::UnlitSurfaces, &f.unlit, "a material shows its colour as it is", "every material answers to light");
 }
 
 /// What takes a path beyond its first hit.
 fn further_segments(list: &mut List, f: &Facts, settings: &Settings) {
-    list.traced("mirror reflection", &f.reflection, settings, "a smooth surface reflects", "no smooth surface reflects");
+    list.traced(Effect::MirrorReflection, &f.reflection, settings, "a smooth surface reflects", "no smooth surface reflects");
     list.traced(
-        "fuzzy reflection",
+        Effect::FuzzyReflection,
         &f.fuzz,
         settings,
         "a reflection is disturbed by a fixed pattern",
         "no reflection is disturbed",
     );
-    list.traced("refraction", &f.refraction, settings, "a surface transmits light", "no surface transmits light");
-    list.plain("transparency", &f.alpha, "a material has an alpha", "every material is opaque");
+    list.traced(Effect::Refraction, &f.refraction, settings, "a surface transmits light", "no surface transmits light");
+    list.plain(Effect::Transparency, &f.alpha, "a material has an alpha", "every material is opaque");
 }
 
 /// What tells one place of a surface from another.
 fn looks_of_surfaces(list: &mut List, f: &Facts) {
-    list.plain("image textures", &f.image, "a material reads an image", "no material reads an image");
-    list.plain("procedural textures", &f.program, "an expression is evaluated per hit", "no expression is evaluated per hit");
     list.plain(
-        "checkerboard",
+        Effect::PhysicalMaterials,
+        &f.physical,
+        "a surface follows the metallic-roughness model",
+        "no surface follows the metallic-roughness model",
+    );
+    list.plain(Effect::ImageTextures, &f.image, "a material reads an image", "no material reads an image");
+    list.plain(
+        Effect::ProceduralTextures,
+        &f.program,
+        "an expression is evaluated per hit",
+        "no expression is evaluated per hit",
+    );
+    list.plain(
+        Effect::Checkerboard,
         &f.checker,
         "a material alternates between two colours",
         "no material alternates between two colours",
     );
-    list.plain("vertex colours", &f.vertex_colours, "a mesh carries colours", "no mesh carries colours that a material reads");
-    list.plain("smooth shading", &f.smooth_normals, "a mesh carries normals", "no mesh carries normals");
+    list.plain(
+        Effect::VertexColours,
+        &f.vertex_colours,
+        "a mesh carries colours",
+        "no mesh carries colours that a material reads",
+    );
+    list.plain(Effect::SmoothShading, &f.smooth_normals, "a mesh carries normals", "no mesh carries normals");
 }
 
 /// What can be hit, and what is seen and gives light where nothing is.
 fn geometry_and_sky(list: &mut List, f: &Facts) {
-    list.plain("instances", &f.instance, "a mesh is shown more than once, and stored once", "no mesh is shown more than once");
-    list.plain("unbounded shapes", &f.unbounded, "a shape without bounds is kept beside the tree", "every shape has bounds");
-    list.plain("sky", &f.sky, "rays that hit nothing see it", "rays that hit nothing see black");
-    list.plain("environment map", &f.sky_map, "the sky is a picture", "the sky is not a picture");
-    let sky_light = f.lit.as_ref().filter(|path| path.contains("physical")).and(f.sky.clone());
+    list.plain(Effect::TriangleMeshes, &f.mesh, "an object shows a mesh", "no object shows a mesh");
     list.plain(
-        "sky light",
+        Effect::Instances,
+        &f.instance,
+        "a mesh is shown more than once, and stored once",
+        "no mesh is shown more than once",
+    );
+    list.plain(Effect::UnboundedShapes, &f.unbounded, "a shape without bounds is kept beside the tree", "every shape has bounds");
+    list.plain(Effect::Sky, &f.sky, "rays that hit nothing see it", "rays that hit nothing see black");
+    list.plain(Effect::EnvironmentMap, &f.sky_map, "the sky is a picture", "the sky is not a picture");
+    let sky_light = f.lit_physical.as_ref().and(f.sky.clone());
+    list.plain(
+        Effect::SkyLight,
         &sky_light,
         "physical materials receive the sky's cosine-weighted average, without occlusion",
         "no physical material receives light from a sky",
@@ -97,13 +150,13 @@ fn geometry_and_sky(list: &mut List, f: &Facts) {
 fn emissive_surfaces(list: &mut List, f: &Facts) {
     let receiver = |source: &Option<String>| f.lit.as_ref().and(source.clone());
     list.plain(
-        "soft shadows",
+        Effect::SoftShadows,
         &receiver(&f.even_emission),
         "an emissive surface lights others: each sample asks one point of it",
         "no evenly emissive surface lights another",
     );
     list.missing(
-        "textured emitters",
+        Effect::TexturedEmitters,
         &receiver(&f.varied_emission),
         "a surface whose emission varies is seen, but does not light others",
         "no surface whose emission varies lights another",
@@ -115,21 +168,21 @@ fn emissive_surfaces(list: &mut List, f: &Facts) {
 fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
     let path = "needs a path tracer, which this version does not have yet";
     list.missing(
-        "indirect light",
+        Effect::IndirectLight,
         &f.diffuse_physical,
         "physical surfaces light each other",
         "no physical surface diffuses light",
         path,
     );
     list.missing(
-        "glossy reflection",
+        Effect::GlossyReflection,
         &f.rough_reflection,
         "a rough surface blurs what it reflects; only lights and the sky's average are reflected in it",
         "no rough surface reflects",
         path,
     );
     list.missing(
-        "rough refraction",
+        Effect::RoughRefraction,
         &f.rough_refraction,
         "a rough surface blurs what it transmits; it is shown as a clear one",
         "no rough surface transmits",
@@ -137,7 +190,7 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
     );
     let caustics = f.diffuse_physical.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     list.missing(
-        "caustics",
+        Effect::Caustics,
         &caustics,
         "light reaches matte surfaces over mirrors or through glass",
         "no mirror or glass sends light onto a matte surface",
@@ -146,29 +199,29 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
 }
 
 #[derive(Default)]
-struct List(Vec<Effect>);
+struct List(Vec<Finding>);
 
 impl List {
-    fn push(&mut self, name: &'static str, status: Status, because: &str, source: Option<String>, hint: Option<String>) {
-        self.0.push(Effect { name, status, because: because.to_owned(), source, hint });
+    fn push(&mut self, effect: Effect, status: Status, because: &str, source: Option<String>, hint: Option<String>) {
+        self.0.push(Finding { effect, status, because: because.to_owned(), source, hint });
     }
 
     /// Simulated wherever it is present.
-    fn plain(&mut self, name: &'static str, source: &Option<String>, present: &str, absent: &str) {
+    fn plain(&mut self, effect: Effect, source: &Option<String>, present: &str, absent: &str) {
         match source {
-            Some(_) => self.push(name, Status::Simulated, present, source.clone(), None),
-            None => self.push(name, Status::Absent, absent, None, None),
+            Some(_) => self.push(effect, Status::Simulated, present, source.clone(), None),
+            None => self.push(effect, Status::Absent, absent, None, None),
         }
     }
 
     /// Needs a second segment.
-    fn traced(&mut self, name: &'static str, source: &Option<String>, settings: &Settings, present: &str, absent: &str) {
+    fn traced(&mut self, effect: Effect, source: &Option<String>, settings: &Settings, present: &str, absent: &str) {
         match source {
             Some(_) if settings.max_depth < 2 => {
                 let because = "every path ends at its first hit (maximum depth 1)";
-                self.push(name, Status::LeftOut, because, source.clone(), Some("--max-depth 2 or more".to_owned()));
+                self.push(effect, Status::LeftOut, because, source.clone(), Some("--max-depth 2 or more".to_owned()));
             }
-            _ => self.plain(name, source, present, absent),
+            _ => self.plain(effect, source, present, absent),
         }
     }
 
@@ -177,17 +230,17 @@ impl List {
         match (source, settings.sampling) {
             (Some(_), Sampling::Pattern(_)) => {
                 let because = "a fixed pattern sends every ray through the middle of the lens";
-                self.push("depth of field", Status::LeftOut, because, source.clone(), Some("--spp 64, say".to_owned()));
+                self.push(Effect::DepthOfField, Status::LeftOut, because, source.clone(), Some("--spp 64, say".to_owned()));
             }
-            _ => self.plain("depth of field", source, "the camera has an aperture", "the camera is a pinhole"),
+            _ => self.plain(Effect::DepthOfField, source, "the camera has an aperture", "the camera is a pinhole"),
         }
     }
 
     /// Never simulated by this integrator.
-    fn missing(&mut self, name: &'static str, source: &Option<String>, present: &str, absent: &str, hint: &str) {
+    fn missing(&mut self, effect: Effect, source: &Option<String>, present: &str, absent: &str, hint: &str) {
         match source {
-            Some(_) => self.push(name, Status::LeftOut, present, source.clone(), Some(hint.to_owned())),
-            None => self.push(name, Status::Absent, absent, None, None),
+            Some(_) => self.push(effect, Status::LeftOut, present, source.clone(), Some(hint.to_owned())),
+            None => self.push(effect, Status::Absent, absent, None, None),
         }
     }
 }

@@ -4,8 +4,10 @@ use std::collections::{BTreeSet, HashSet};
 
 use crate::generate::count_of;
 use crate::lookup::Lookup;
-use crate::scene::{AlphaMode, Checker, Classic, Colour, ColourInput, Model, Physical, Projection, Scene, Shape, Sky, Weight};
-use crate::settings::Settings;
+use crate::scene::{
+    AlphaMode, Camera, Checker, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Model, Physical, Projection, Scene,
+    Shape, Sky, Weight,
+};
 
 /// Path of what calls for a thing; none where nothing does.
 type Source = Option<String>;
@@ -28,6 +30,8 @@ pub(super) struct Facts {
     pub refraction: Source,
     pub rough_reflection: Source,
     pub rough_refraction: Source,
+    /// Physical surfaces that light reaches.
+    pub lit_physical: Source,
     pub diffuse_physical: Source,
     pub alpha: Source,
     pub emission: Source,
@@ -39,6 +43,8 @@ pub(super) struct Facts {
     pub checker: Source,
     pub vertex_colours: Source,
     pub smooth_normals: Source,
+    pub mesh: Source,
+    pub physical: Source,
     pub instance: Source,
     pub unbounded: Source,
     pub sky: Source,
@@ -53,7 +59,8 @@ fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
 }
 
 impl Facts {
-    pub fn gather(scene: &Scene, settings: &Settings) -> Self {
+    /// Asks everything of a scene seen by a camera.
+    pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
         let mut facts = Self::default();
         facts.objects(scene);
         for (i, generator) in scene.generators.iter().enumerate() {
@@ -64,7 +71,7 @@ impl Facts {
         let used: BTreeSet<&str> = objects.map(|object| object.material.as_str()).collect();
         for (i, material) in scene.materials.iter().enumerate().filter(|(_, m)| used.contains(m.name.as_str())) {
             match &material.model {
-                Model::Classic(m) => facts.classic(m, scene.classic.ambient, &format!("materials[{i}].model.classic")),
+                Model::Classic(m) => facts.classic(m, &scene.classic, &format!("materials[{i}].model.classic")),
                 Model::Physical(m) => facts.physical(m, &format!("materials[{i}].model.physical")),
             }
             let (path, even) = (|| format!("materials[{i}]"), material.even_emission().is_some());
@@ -84,8 +91,8 @@ impl Facts {
             Some(_) => {}
         }
         note(&mut facts.sky, scene.sky.is_some(), || "sky".to_owned());
-        let lens = |c: &crate::scene::Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
-        note(&mut facts.lens, settings.camera.as_ref().is_some_and(lens), || "cameras".to_owned());
+        let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
+        note(&mut facts.lens, camera.is_some_and(lens), || "cameras".to_owned());
         facts
     }
 
@@ -102,6 +109,7 @@ impl Facts {
             let unbounded = matches!(object.shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. });
             note(&mut self.unbounded, unbounded, || format!("{}.shape", path()));
             let Shape::Mesh(name) = &object.shape else { continue };
+            note(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
             // Only objects that show the same side share what is stored.
             note(&mut self.instance, !shown.insert((name, object.side)), || format!("{}.shape.mesh", path()));
             let smooth = lookup.mesh_data(name).is_some_and(|data| !data.normals.is_empty());
@@ -126,12 +134,15 @@ impl Facts {
         *weight != Weight::Number(0.0)
     }
 
-    fn classic(&mut self, m: &Classic, ambient: Colour, path: &str) {
+    fn classic(&mut self, m: &Classic, rules: &ClassicRules, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
-        let local = self.weight(&m.local, || at("local"));
+        // A surface that passes its rays on may show its local term alone where the path ends.
+        let passes_on = m.reflection.is_some() || m.transmission.is_some();
+        let alone = passes_on && rules.depth_limit == DepthLimit::LocalOnly;
+        let local = self.weight(&m.local, || at("local")) || alone;
         self.colour(&m.colour, || at("colour"));
         let diffuse = self.weight(&m.diffuse, || at("diffuse"));
-        note(&mut self.ambient, local && m.ambient.unwrap_or(ambient) != Colour::BLACK, || match m.ambient {
+        note(&mut self.ambient, local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK, || match m.ambient {
             Some(_) => at("ambient"),
             None => "classic.ambient".to_owned(),
         });
@@ -161,6 +172,7 @@ impl Facts {
 
     fn physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
+        note(&mut self.physical, true, || path.to_owned());
         self.colour(&m.base_colour, || at("base_colour"));
         note(&mut self.image, m.base_colour_texture.is_some(), || at("base_colour_texture"));
         note(&mut self.image, m.metallic_roughness_texture.is_some(), || at("metallic_roughness_texture"));
@@ -175,6 +187,7 @@ impl Facts {
         let smooth = m.roughness <= MIRROR_ROUGHNESS;
         let clear = m.transmission > 0.0 && (m.metallic < 1.0 || textured);
         note(&mut self.lit, true, || path.to_owned());
+        note(&mut self.lit_physical, true, || path.to_owned());
         note(&mut self.highlight, true, || at("roughness"));
         note(&mut self.reflection, smooth || textured || clear, || at("roughness"));
         note(&mut self.rough_reflection, !smooth, || at("roughness"));

@@ -3,12 +3,22 @@
 //! [`detect`] reads the scene and the settings and nothing else. An effect is **simulated**, **absent** (the scene has none of
 //! it, and then nothing is built, traced or sampled for it) or **left out** (the scene has it, this render does not do it;
 //! there is always a hint). Only what an object can show counts: an unused material calls for nothing.
+//!
+//! What is found decides what comes after: preparation builds for the simulated effects alone, and the kernel is the smallest
+//! one that contains them.
 
 mod detect;
 mod facts;
+mod kind;
+mod lit;
+mod switch;
 
 pub use detect::detect;
 pub(crate) use facts::MIRROR_ROUGHNESS;
+pub use kind::{Effect, EffectSet};
+pub use lit::{has_light, neutral_sky};
+pub use switch::SWITCHABLE;
+pub(crate) use switch::switched_off;
 
 use serde::Serialize;
 
@@ -26,9 +36,10 @@ pub enum Status {
 
 /// One effect with its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Effect {
-    /// Name, always the same.
-    pub name: &'static str,
+pub struct Finding {
+    /// Which.
+    #[serde(rename = "name")]
+    pub effect: Effect,
     /// What happens to it.
     pub status: Status,
     /// Why.
@@ -46,18 +57,23 @@ pub struct EffectReport {
     pub integrator: &'static str,
     /// Why it was chosen.
     pub because: String,
-    /// The effects.
-    pub effects: Vec<Effect>,
+    /// One finding for each of [`Effect::ALL`], in that order.
+    pub effects: Vec<Finding>,
 }
 
 impl EffectReport {
-    /// The status of an effect by name.
-    pub fn status(&self, name: &str) -> Option<Status> {
-        self.effects.iter().find(|e| e.name == name).map(|e| e.status)
+    /// What happens to an effect.
+    pub fn status(&self, effect: Effect) -> Status {
+        self.effects[effect as usize].status
+    }
+
+    /// The effects that the scene has and the render does.
+    pub fn simulated(&self) -> EffectSet {
+        self.effects.iter().filter(|f| f.status == Status::Simulated).map(|f| f.effect).collect()
     }
 
     /// The effects that the scene has and the render does not do.
-    pub fn left_out(&self) -> impl Iterator<Item = &Effect> {
-        self.effects.iter().filter(|e| e.status == Status::LeftOut)
+    pub fn left_out(&self) -> impl Iterator<Item = &Finding> {
+        self.effects.iter().filter(|f| f.status == Status::LeftOut)
     }
 }

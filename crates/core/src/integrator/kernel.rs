@@ -1,13 +1,17 @@
 //! Named kernels: which parts of the integrator are compiled in. Few, never 2^N, and each bit-identical to the general one.
 
-/// What a kernel's scenes may contain. A constant that is false removes code; it never changes a number.
+use crate::effects::{Effect, EffectSet};
+
+/// What a kernel's scenes may contain. What is not in it is removed from the code; it never changes a number.
 pub(crate) trait Kernel: Copy + Default + Send + Sync + 'static {
     /// Name in reports.
     const NAME: &'static str;
+    /// The effects that it can simulate.
+    const CONTAINS: EffectSet;
     /// Meshes with normals and texture coordinates.
-    const MESHES: bool;
+    const MESHES: bool = Self::CONTAINS.has(Effect::TriangleMeshes);
     /// Physical materials.
-    const PHYSICAL: bool;
+    const PHYSICAL: bool = Self::CONTAINS.has(Effect::PhysicalMaterials);
 }
 
 /// Everything.
@@ -20,12 +24,10 @@ pub(crate) struct Analytic;
 
 impl Kernel for General {
     const NAME: &'static str = "general";
-    const MESHES: bool = true;
-    const PHYSICAL: bool = true;
+    const CONTAINS: EffectSet = EffectSet::ALL;
 }
 
 impl Kernel for Analytic {
     const NAME: &'static str = "analytic";
-    const MESHES: bool = false;
-    const PHYSICAL: bool = false;
+    const CONTAINS: EffectSet = EffectSet::ALL.without(EffectSet::of(&[Effect::TriangleMeshes, Effect::PhysicalMaterials]));
 }

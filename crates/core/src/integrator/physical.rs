@@ -120,7 +120,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             f0: Vec3Of::<P>::splat(m.f0) * (one - metallic) + base * metallic,
             roughness,
         };
-        let mirror = roughness <= P::Real::from_f64(MIRROR_ROUGHNESS);
+        let mirror = m.mirrors && roughness <= P::Real::from_f64(MIRROR_ROUGHNESS);
         *radiance += throughput * self.lit(&lobes, shading, mirror);
         if let Some(transmission) = m.transmission.as_ref().filter(|_| through > P::Real::ZERO) {
             return self.refract(transmission, arrival, shading, throughput * through, segments, radiance);

@@ -8,6 +8,7 @@ use raywright_bvh::{Real, Vector};
 use super::PrepareError;
 use super::colour::{ColourSource, Factor};
 use super::texture::{Sampler, Textures};
+use crate::effects::{Effect, EffectSet};
 use crate::expr::{Scope, Variable};
 use crate::scene::{
     AlphaMode, Classic as ClassicData, Colour, Material as MaterialData, Model, Physical as PhysicalData, Scene, SpecularModel,
@@ -92,6 +93,8 @@ pub(crate) struct Physical<R: Real> {
     pub alpha: Alpha<R>,
     pub opacity: R,
     pub unlit: bool,
+    /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
+    pub mirrors: bool,
 }
 
 /// What alpha means.
@@ -124,18 +127,6 @@ impl<R: Real> Material<R> {
         }
     }
 
-    /// Whether any light source besides the sky can show on it.
-    pub fn answers_to_lights(&self) -> bool {
-        match self {
-            Self::Classic(m) => {
-                let highlight = m.specular.as_ref().is_some_and(|s| s.on_reflection && !s.strength.is_zero());
-                highlight || (!m.local.is_zero() && (!m.diffuse.is_zero() || m.specular.is_some()))
-            }
-            Self::Physical(m) => !m.unlit,
-            Self::Unused => false,
-        }
-    }
-
     /// Share of light that passes when this is the occluder, where it is the same everywhere.
     pub fn shadow_transmittance(&self) -> R {
         match self {
@@ -158,6 +149,7 @@ pub(super) fn prepare<R: Real>(
     scene: &Scene,
     names: &BTreeMap<String, f64>,
     textures: &Textures<'_>,
+    without: EffectSet,
 ) -> Result<Material<R>, PrepareError> {
     match &material.model {
         Model::Classic(m) => {
@@ -166,7 +158,7 @@ pub(super) fn prepare<R: Real>(
         }
         Model::Physical(m) => {
             let context = Context { names, textures, path: format!("materials[{index}].model.physical") };
-            physical(m, &context).map(Box::new).map(Material::Physical)
+            physical(m, &context, without).map(Box::new).map(Material::Physical)
         }
     }
 }
@@ -223,7 +215,7 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, context: &Context<'_>) -> 
     })
 }
 
-fn physical<R: Real>(m: &PhysicalData, context: &Context<'_>) -> Result<Physical<R>, PrepareError> {
+fn physical<R: Real>(m: &PhysicalData, context: &Context<'_>, without: EffectSet) -> Result<Physical<R>, PrepareError> {
     let path = |field: &str| format!("{}.{field}", context.path);
     let sampler = |reference: &Option<TextureRef>, field: &str| match reference {
         Some(reference) => context.textures.sampler(reference, context.names, &|| path(field)),
@@ -259,5 +251,6 @@ fn physical<R: Real>(m: &PhysicalData, context: &Context<'_>) -> Result<Physical
         },
         opacity: R::from_f64(m.opacity),
         unlit: m.unlit,
+        mirrors: !without.has(Effect::MirrorReflection),
     })
 }

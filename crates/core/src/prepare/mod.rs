@@ -6,7 +6,6 @@ mod colour;
 mod geometry;
 mod irradiance;
 mod light;
-mod lit;
 mod material;
 mod sky;
 mod texture;
@@ -14,6 +13,7 @@ mod texture;
 use raywright_bvh::{Aabb, Geometry, GeometryError, Precision, Real, Vector};
 
 use crate::camera::{Camera, frame};
+use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
 use crate::lookup::Lookup;
 use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
@@ -25,7 +25,6 @@ pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use irradiance::Irradiance;
 pub(crate) use light::{Light, Seen};
-pub use lit::{has_light, neutral_sky};
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
 pub(crate) use sky::Sky;
 
@@ -160,11 +159,12 @@ pub struct Tables {
 }
 
 impl<P: Precision> Prepared<P> {
-    /// Prepares a scene. Its materials are prepared when an object uses them, so an unused one costs nothing.
+    /// Prepares a scene for the effects that are simulated: the others' tables stay empty. Its materials are prepared when an
+    /// object uses them, so an unused one costs nothing.
     ///
     /// # Errors
     /// What validation would have reported with a place, and what only the geometry can know.
-    pub fn new(scene: &Scene, settings: &Settings) -> Result<Self, PrepareError> {
+    pub fn new(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Result<Self, PrepareError> {
         let names = names(scene);
         let lookup = Lookup::new(scene);
         let textures = texture::Textures::new(scene, &lookup);
@@ -174,7 +174,7 @@ impl<P: Precision> Prepared<P> {
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
             materials.push(if used[index] {
-                material::prepare(material, index, scene, &names, &textures)?
+                material::prepare(material, index, scene, &names, &textures, settings.without)?
             } else {
                 Material::Unused
             });
@@ -187,11 +187,10 @@ impl<P: Precision> Prepared<P> {
             }
         }
         let sky = sky::prepare::<P::Real>(scene, &lookup, &names, &textures)?;
-        let emitters = geometry::emitters::<P>(scene, &lookup);
-        let lit = materials.iter().any(Material::answers_to_lights);
-        let casters = scene.objects.iter().chain(scene.generators.iter().map(|g| &g.object)).any(|o| o.casts_shadow);
-        let physical = materials.iter().any(|m| matches!(m, Material::Physical(_)));
-        let irradiance = (physical && !sky.is_black()).then(|| Irradiance::new(&sky));
+        let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
+        let casters = simulated.has(Effect::Shadows);
+        let irradiance = (simulated.has(Effect::SkyLight) && !sky.is_black()).then(|| Irradiance::new(&sky));
+        let emitters = if simulated.has(Effect::SoftShadows) { geometry::emitters::<P>(scene, &lookup) } else { Vec::new() };
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
         let camera = settings.camera.clone().unwrap_or_else(|| frame(&built.geometry.bounded_part(), aspect));
         let backdrop = match settings.background {
@@ -206,7 +205,7 @@ impl<P: Precision> Prepared<P> {
             object_of: built.object_of,
             materials,
             // A light that shows on nothing is not built: no loop turns for it.
-            area_lights: if lit { AreaLights::new(emitters) } else { None },
+            area_lights: AreaLights::new(emitters),
             lights: if lit { scene.lights.iter().map(|l| Light::new(l, casters)).collect() } else { Vec::new() },
             sky,
             backdrop,

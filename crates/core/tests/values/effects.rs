@@ -2,21 +2,25 @@
 
 use raywright_core::Settings;
 use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
-use raywright_core::effects::detect;
+use raywright_core::effects::{Effect, EffectReport, detect};
 use serde_json::{Value, json};
 
 use crate::support::{ball, classic, floor, physical, sun};
+
+fn status_of(report: &EffectReport, name: &str) -> Status {
+    report.status(Effect::named(name).unwrap_or_else(|| panic!("there is no effect named {name}")))
+}
 
 #[track_caller]
 fn reports(model: Value, parts: Value, statuses: &[(&str, Status)]) {
     let scene = floor(model.clone(), parts);
     let report = detect(&scene, &Settings::of(&scene));
     for &(name, expected) in statuses {
-        assert_eq!(report.status(name), Some(expected), "{name} of {model}");
+        assert_eq!(status_of(&report, name), expected, "{name} of {model}");
     }
-    for effect in &report.effects {
-        assert_eq!(effect.hint.is_some(), effect.status == LeftOut, "{}", effect.name);
-        assert_eq!(effect.source.is_none(), effect.status == Absent, "{}", effect.name);
+    for finding in &report.effects {
+        assert_eq!(finding.hint.is_some(), finding.status == LeftOut, "{:?}", finding.effect);
+        assert_eq!(finding.source.is_none(), finding.status == Absent, "{:?}", finding.effect);
     }
 }
 
@@ -152,7 +156,7 @@ fn lights_and_casters() {
     reports(shiny(), light(json!({ "colour": 0 })), &[("direct light", Absent), ("shadows", Absent), ("highlights", Absent)]);
     let mut scene = floor(shiny(), light(json!({})));
     scene.objects[0].casts_shadow = false;
-    assert_eq!(detect(&scene, &Settings::of(&scene)).status("shadows"), Some(Absent));
+    assert_eq!(detect(&scene, &Settings::of(&scene)).status(Effect::Shadows), Absent);
 }
 
 /// Protects: geometry, and that only what an object shows counts.
@@ -185,7 +189,7 @@ fn geometry_and_what_is_shown() {
     reports(classic(json!({})), generator(1), &[("instances", Absent)]);
     let mut bounded = floor(classic(json!({})), json!({}));
     bounded.objects[0] = serde_json::from_value(ball([0.0; 3], 1.0, "floor")).expect("an object");
-    assert_eq!(detect(&bounded, &Settings::of(&bounded)).status("unbounded shapes"), Some(Absent));
+    assert_eq!(detect(&bounded, &Settings::of(&bounded)).status(Effect::UnboundedShapes), Absent);
 }
 
 /// Protects: a lens without a radius is none, and a fixed pattern shows none.
@@ -196,9 +200,9 @@ fn lenses() {
         let camera =
             json!({ "pose": { "look_at": { "eye": [0, 1, 3], "target": [0, 0, 0] } }, "projection": { "thin_lens": lens } });
         let scene = floor(classic(json!({})), json!({ "cameras": [camera], "render": { "pattern": pattern } }));
-        detect(&scene, &Settings::of(&scene)).status("depth of field")
+        detect(&scene, &Settings::of(&scene)).status(Effect::DepthOfField)
     };
-    assert_eq!(status(0.1, Value::Null), Some(Simulated));
-    assert_eq!(status(0.1, json!("centre")), Some(LeftOut));
-    assert_eq!(status(0.0, json!("centre")), Some(Absent));
+    assert_eq!(status(0.1, Value::Null), Simulated);
+    assert_eq!(status(0.1, json!("centre")), LeftOut);
+    assert_eq!(status(0.0, json!("centre")), Absent);
 }

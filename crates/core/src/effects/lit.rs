@@ -1,7 +1,7 @@
 //! Scenes without any light, which models often are: how to tell, and what to put there.
 
-use crate::lookup::Lookup;
-use crate::scene::{Colour, Material, Model, Scene, Sky};
+use super::facts::Facts;
+use crate::scene::{Colour, Scene, Sky};
 
 /// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
 pub fn neutral_sky() -> Sky {
@@ -10,23 +10,14 @@ pub fn neutral_sky() -> Sky {
 
 /// Whether anything in a scene gives light: without, a picture of it is black, and a neutral sky is what a user wants.
 pub fn has_light(scene: &Scene) -> bool {
-    let bright = |colour: &Colour| colour.0.iter().any(|&v| v > 0.0);
-    let shines = |material: &Material| match &material.model {
-        Model::Classic(classic) => classic.emission.is_some() || classic.ambient.as_ref().is_some_and(bright),
-        Model::Physical(physical) => physical.unlit || bright(&physical.emission),
-    };
-    let lookup = Lookup::new(scene);
-    let mut objects = scene.objects.iter().chain(scene.generators.iter().map(|generator| &generator.object));
-    scene.sky.is_some()
-        || !scene.lights.is_empty()
-        || bright(&scene.classic.ambient)
-        || objects.any(|object| lookup.material(&object.material).is_some_and(|(_, material)| shines(material)))
+    let facts = Facts::gather(scene, None);
+    [facts.sky, facts.light, facts.ambient, facts.emission, facts.unlit].iter().any(Option::is_some)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Classic, ColourInput, Object, Physical, Shape, SideRule};
+    use crate::scene::{Classic, ColourInput, Material, Model, Object, Physical, Shape, SideRule};
 
     fn scene(model: Model) -> Scene {
         let shape = Shape::Sphere { centre: [0.0; 3], radius: 1.0 };

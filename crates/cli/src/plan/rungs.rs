@@ -1,0 +1,79 @@
+//! Rungs of ladders that were asked for by name: put onto scene and settings, where nothing else says something different.
+
+use raywright_core::effects::{Effect, EffectSet};
+use raywright_core::ladder::Ladder;
+use raywright_core::{Scene, Settings};
+use raywright_io::Error;
+
+use crate::args::{ChoiceArgs, RenderArgs};
+use crate::failure::Failure;
+
+/// Applies `--without` and `--rung`.
+pub fn choose(args: &ChoiceArgs, scene: &mut Scene, settings: &mut Settings) -> Result<(), Failure> {
+    settings.without = args.without.iter().copied().collect::<EffectSet>();
+    for (i, choice) in args.rungs.iter().enumerate() {
+        let ladder = choice.ladder();
+        if args.rungs[..i].iter().any(|earlier| earlier.ladder() == ladder) {
+            return Err(twice(ladder, "--rung"));
+        }
+        if ladder == Ladder::Shadows && args.without.contains(&Effect::Shadows) {
+            return Err(twice(ladder, "--without"));
+        }
+        choice.apply(scene, settings);
+    }
+    Ok(())
+}
+
+/// Refuses a rung of a ladder that has a flag of its own, where that is given too.
+pub fn refuse_two_words(args: &RenderArgs) -> Result<(), Failure> {
+    for choice in &args.choices.rungs {
+        let flag = match choice.ladder() {
+            Ladder::Precision if args.light.precision.is_some() => "--precision",
+            Ladder::Samples if args.light.spp.is_some() => "--spp",
+            Ladder::PathLength if args.light.max_depth.is_some() => "--max-depth",
+            Ladder::Accelerator | Ladder::Build if args.machine.accel.is_some() => "--accel",
+            _ => continue,
+        };
+        return Err(twice(choice.ladder(), flag));
+    }
+    Ok(())
+}
+
+fn twice(ladder: Ladder, flag: &str) -> Failure {
+    let error = Error::usage(format_args!("--rung {}=... and {flag} both say which {} is meant", ladder.name(), ladder.name()));
+    error.with_hint("leave one of them away").into()
+}
+
+#[cfg(test)]
+mod tests {
+    use raywright_core::ladder::Choice;
+
+    use super::*;
+    use crate::args::{LightArgs, Precision};
+
+    fn rungs(list: &[&str]) -> ChoiceArgs {
+        let choice = |text: &&str| Choice::parse(text).expect("a rung");
+        ChoiceArgs { rungs: list.iter().map(choice).collect(), without: Vec::new() }
+    }
+
+    /// Protects: rungs and switches reach the settings, and two words for one thing are refused.
+    #[test]
+    fn choices_reach_the_settings_once() {
+        let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
+        let args = ChoiceArgs { without: vec![Effect::Highlights], ..rungs(&["path-length=4", "shadows=off"]) };
+        choose(&args, &mut scene, &mut settings).expect("no contradiction");
+        assert_eq!((settings.max_depth, settings.without), (4, EffectSet::of(&[Effect::Highlights, Effect::Shadows])));
+        assert!(choose(&rungs(&["build=fast", "build=slow"]), &mut scene, &mut settings).is_err());
+        let both = ChoiceArgs { without: vec![Effect::Shadows], ..rungs(&["shadows=on"]) };
+        assert!(choose(&both, &mut scene, &mut settings).is_err());
+    }
+
+    /// Protects: a flag and a rung of the same ladder contradict each other; of two ladders they don't.
+    #[test]
+    fn a_flag_and_its_rung_are_refused() {
+        let light = LightArgs { precision: Some(Precision::Fast), ..LightArgs::default() };
+        let with = |list: &[&str]| RenderArgs { choices: rungs(list), light: light.clone(), ..RenderArgs::default() };
+        assert!(refuse_two_words(&with(&["precision=fast"])).is_err());
+        assert!(refuse_two_words(&with(&["samples=4", "path-length=2"])).is_ok());
+    }
+}

@@ -1,0 +1,125 @@
+//! Effects switched off by name: the scene without what calls for them, so that no later stage needs to know.
+
+use std::sync::Arc;
+
+use super::{Effect, EffectSet};
+use crate::scene::{
+    AlphaMode, Camera, Classic, Colour, ColourInput, MeshSource, Model, Physical, Projection, Scene, Sky, TextureRef,
+};
+
+/// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
+pub const SWITCHABLE: EffectSet = EffectSet::of(&[
+    Effect::AmbientLight,
+    Effect::DirectLight,
+    Effect::Shadows,
+    Effect::Highlights,
+    Effect::RimLight,
+    Effect::Emission,
+    Effect::MirrorReflection,
+    Effect::FuzzyReflection,
+    Effect::Refraction,
+    Effect::Transparency,
+    Effect::ImageTextures,
+    Effect::Checkerboard,
+    Effect::VertexColours,
+    Effect::SmoothShading,
+    Effect::Sky,
+    Effect::EnvironmentMap,
+    Effect::SkyLight,
+    Effect::DepthOfField,
+    Effect::SoftShadows,
+]);
+
+/// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows` and the mirror reflection of physical
+/// materials are no data of their own: preparation leaves them out where they are not simulated.
+pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSet) -> (Scene, Option<Camera>) {
+    let (mut scene, mut camera) = (scene.clone(), camera.clone());
+    if off.has(Effect::AmbientLight) {
+        scene.classic.ambient = Colour::BLACK;
+    }
+    if off.has(Effect::DirectLight) {
+        scene.lights.clear();
+    }
+    for light in &mut scene.lights {
+        light.shadows &= !off.has(Effect::Shadows);
+        light.specular &= !off.has(Effect::Highlights);
+    }
+    let generated = scene.generators.iter_mut().map(|generator| &mut generator.object);
+    for object in scene.objects.iter_mut().chain(generated) {
+        object.casts_shadow &= !off.has(Effect::Shadows);
+    }
+    for material in &mut scene.materials {
+        match &mut material.model {
+            Model::Classic(m) => classic(m, off),
+            Model::Physical(m) => physical(m, off),
+        }
+    }
+    if off.has(Effect::SmoothShading) {
+        for mesh in &mut scene.meshes {
+            if let MeshSource::Inline(data) = &mut mesh.source {
+                Arc::make_mut(data).normals.clear();
+            }
+        }
+    }
+    let is_map = matches!(scene.sky, Some(Sky::Map(_)));
+    if off.has(Effect::Sky) || off.has(Effect::EnvironmentMap) && is_map {
+        scene.sky = None;
+    }
+    if off.has(Effect::DepthOfField)
+        && let Some(Camera { projection: Projection::ThinLens { aperture_radius, .. }, .. }) = &mut camera
+    {
+        *aperture_radius = 0.0;
+    }
+    (scene, camera)
+}
+
+fn classic(m: &mut Classic, off: EffectSet) {
+    clear(&mut m.rim, off.has(Effect::RimLight));
+    clear(&mut m.specular, off.has(Effect::Highlights));
+    clear(&mut m.emission, off.has(Effect::Emission));
+    clear(&mut m.reflection, off.has(Effect::MirrorReflection));
+    clear(&mut m.transmission, off.has(Effect::Refraction));
+    clear(&mut m.ambient, off.has(Effect::AmbientLight));
+    if let Some(reflection) = &mut m.reflection {
+        clear(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
+    }
+    colour(&mut m.colour, off);
+    if let Some(emission) = &mut m.emission {
+        colour(emission, off);
+    }
+}
+
+fn physical(m: &mut Physical, off: EffectSet) {
+    colour(&mut m.base_colour, off);
+    let images: [&mut Option<TextureRef>; 3] =
+        [&mut m.base_colour_texture, &mut m.metallic_roughness_texture, &mut m.emission_texture];
+    images.into_iter().for_each(|image| clear(image, off.has(Effect::ImageTextures)));
+    if off.has(Effect::Emission) {
+        m.emission = Colour::BLACK;
+    }
+    if off.has(Effect::Refraction) {
+        m.transmission = 0.0;
+    }
+    if off.has(Effect::Transparency) {
+        m.alpha = AlphaMode::Opaque;
+    }
+    m.vertex_colours &= !off.has(Effect::VertexColours);
+}
+
+/// An image becomes its factor, a checkerboard the mean of its colours.
+fn colour(input: &mut ColourInput, off: EffectSet) {
+    match input {
+        ColourInput::Texture(t) if off.has(Effect::ImageTextures) => *input = ColourInput::Constant(t.texture.factor),
+        ColourInput::Checker(c) if off.has(Effect::Checkerboard) => {
+            let (even, odd) = (c.checker.even.0, c.checker.odd.0);
+            *input = ColourInput::Constant(Colour(core::array::from_fn(|i| 0.5 * (even[i] + odd[i]))));
+        }
+        _ => {}
+    }
+}
+
+fn clear<T>(slot: &mut Option<T>, off: bool) {
+    if off {
+        *slot = None;
+    }
+}
