@@ -107,7 +107,8 @@ mod tests {
                 let walls = [0.0, 0.5, 1.0].into_iter().flat_map(|at| {
                     [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| {
                         let min = (least + axis * at) * scale;
-                        Aabb { min, max: min + (DVec3::ONE - axis) * scale }.padded().unwrap()
+                        // Tiles of a wall: the smaller they are, the smaller their pads.
+                        Aabb { min, max: min + (DVec3::ONE - axis) * (scale / 128.0) }.padded().unwrap()
                     })
                 });
                 let sorted = sorted(&walls.collect::<Vec<_>>(), SortPrecision::U64).unwrap();
