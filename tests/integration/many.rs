@@ -8,9 +8,9 @@ use raywright::io::{Input, LoadOptions, load};
 use crate::support::Desk;
 
 #[path = "../../benches/support/many.rs"]
-mod many;
+mod files;
 
-use many::FAMILIES;
+use files::FAMILIES;
 
 /// So many that what grows with the square takes minutes, and what does not a fraction of a second.
 const MANY: usize = 100_000;
@@ -41,7 +41,7 @@ fn loading_is_linear_in_everything() {
 /// Protects: a flood of names that nothing has is answered in time, too: each would be compared with every name there is.
 #[test]
 fn a_flood_of_unknown_names_is_refused_in_time() {
-    let files = many::FAMILIES[5].1(MANY);
+    let files = FAMILIES[5].1(MANY);
     let text = String::from_utf8(files[0].1.clone()).expect("it is text");
     let desk = Desk::new();
     desk.write("many.scene.toml", text.replace("material = \"material", "material = \"unknown"));
