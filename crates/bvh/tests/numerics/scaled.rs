@@ -30,7 +30,11 @@ fn said<P: Precision>(shape: &AnyShape<P::Real>, ray: &Ray<P::Real>, size: f64) 
 /// A ray from one to a thousand sizes away towards the shapes, some along an axis.
 fn aimed(random: &mut Random) -> (DVec3, DVec3) {
     let target = random.cube() * 1.5;
-    let way = if random.bits() % 4 == 0 { DVec3::AXES[random.index() as usize % 3] * random.sign() } else { random.direction() };
+    let way = if random.bits().is_multiple_of(4) {
+        DVec3::AXES[random.index() as usize % 3] * random.sign()
+    } else {
+        random.direction()
+    };
     let origin = exact(target - way * 10_f64.powf(random.between(0.3, 3.0)));
     (origin, exact(way))
 }
