@@ -10,7 +10,7 @@ use crate::accelerator::Accelerator;
 use crate::group::Slot;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Precision, Real, convert};
-use crate::shapes::{Located, Parameters, Probe, Surface};
+use crate::shapes::{Located, Maps, Parameters, Probe, Surface};
 use crate::tally::Tally;
 
 pub use crate::accelerator::AcceleratorKind;
@@ -40,7 +40,7 @@ impl<P: Precision> Geometry<P> {
                 None => unbounded.push(slot),
                 Some(b) => {
                     // An instance of an empty geometry has an empty box: nothing to test.
-                    let Some(padded) = group.reach(&slot, b) else { continue };
+                    let Some(padded) = b.padded() else { continue };
                     bounds = bounds.union(b);
                     bounded.push(slot);
                     boxes.push(padded);
@@ -173,15 +173,15 @@ impl<P: Precision> Geometry<P> {
         found
     }
 
-    /// Where a probe of this geometry's own space met it, in the core's scalar.
-    pub(crate) fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Located<P::Core> {
-        self.group.locate(probe, hit)
+    /// Where a probe of this geometry's own space, which is under these maps, met it, in the core's scalar.
+    pub(crate) fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>, maps: Option<Maps<'_, P::Core>>) -> Located<P::Core> {
+        self.group.locate(probe, hit, maps)
     }
 
     /// The surface at a hit that this geometry returned for the same ray.
     #[inline]
     pub fn surface(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Surface<P::Real> {
-        self.locate(&Probe::new(*ray), hit).stored::<P>()
+        self.locate(&Probe::new(*ray), hit, None).stored::<P>()
     }
 
     /// Texture coordinates for a probe of this geometry's own space.
