@@ -11,7 +11,7 @@ use crate::build::BuildWork;
 use crate::group::Slot;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Precision, Real, convert};
-use crate::shapes::{Located, Parameters, Probe, Surface};
+use crate::shapes::{Located, Maps, Parameters, Probe, Surface};
 use crate::tally::Tally;
 
 pub use crate::accelerator::AcceleratorKind;
@@ -41,7 +41,7 @@ impl<P: Precision> Geometry<P> {
             // tested by every query, since nothing may vanish from a scene without a word.
             match own {
                 Some(b) if b.is_empty() => {}
-                Some(b) => match group.reach(&slot, b) {
+                Some(b) => match b.padded() {
                     Some(padded) => {
                         bounds = bounds.union(b);
                         bounded.push(slot);
@@ -183,15 +183,15 @@ impl<P: Precision> Geometry<P> {
         found
     }
 
-    /// Where a probe of this geometry's own space met it, in the core's scalar.
-    pub(crate) fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Located<P::Core> {
-        self.group.locate(probe, hit)
+    /// Where a probe of this geometry's own space, which is under these maps, met it, in the core's scalar.
+    pub(crate) fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>, maps: Option<Maps<'_, P::Core>>) -> Located<P::Core> {
+        self.group.locate(probe, hit, maps)
     }
 
     /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
     #[inline]
     pub fn located(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Located<P::Core> {
-        self.locate(&Probe::new(*ray), hit)
+        self.locate(&Probe::new(*ray), hit, None)
     }
 
     /// The surface at a hit that this geometry returned for the same ray.

@@ -3,15 +3,16 @@
 use core::mem::take;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 
-use crate::aabb::{Aabb, PaddedBox};
+use crate::aabb::Aabb;
+use crate::admission::admitted;
 use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::ray::{Hit, Interval, Visibility};
 use crate::scalar::{Precision, Vec3Of, Vector};
-use crate::shapes::{AnyShape, Located, Parameters, Placed, Plane, Probe, Shape, ShapeHit, Sphere, Triangle};
+use crate::shapes::{AnyShape, Located, Maps, Parameters, Placed, Plane, Probe, Shape, ShapeHit, Sphere, Triangle};
 use crate::tally::Tally;
 use crate::tree::MAX_PRIMITIVES;
 
@@ -180,16 +181,6 @@ impl<P: Precision> Group<P> {
         }
     }
 
-    /// The box by which a tree may cull. The textbook formulas find hits beside their shapes, by a percent of the size where
-    /// f32 solves the quartic of a torus; with room for that, tree and scan are wrong alike.
-    pub(crate) fn reach(&self, slot: &Slot, bounds: Aabb) -> Option<PaddedBox> {
-        if P::ROBUST || matches!(slot.entry.kind, Kind::Sphere | Kind::Triangle) {
-            return bounds.padded();
-        }
-        let room = DVec3::splat(bounds.extent().max_element() / 32.0);
-        Aabb { min: bounds.min - room, max: bounds.max + room }.padded().or_else(|| bounds.padded())
-    }
-
     /// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is.
     pub(crate) fn few(&self) -> usize {
         const SPHERES: usize = 14;
@@ -231,9 +222,22 @@ impl<P: Precision> Group<P> {
             Kind::Plane => self.planes[index].intersect(probe, range, side),
             Kind::Shape => self.shapes[index].intersect(probe, range, side),
             Kind::Placed => self.placed[index].intersect(probe, range, side),
-            Kind::Instance => return self.instances[index].closest(probe, range, id, tally),
+            Kind::Instance => {
+                let hit = self.instances[index].closest(probe, range, id, tally)?;
+                return self.admit(entry, probe, range, hit);
+            }
         };
-        hit.map(|ShapeHit { t, u, v }| Hit { t, u, v, primitive: id, instance: Hit::<P::Real>::NO_INSTANCE })
+        let ShapeHit { t, u, v } = hit?;
+        self.admit(entry, probe, range, Hit { t, u, v, primitive: id, instance: Hit::<P::Real>::NO_INSTANCE })
+    }
+
+    /// The hit where and if it counts; see [`crate::admission`].
+    #[inline(always)]
+    fn admit(&self, entry: Entry, probe: &Probe<P>, range: Interval<P::Real>, hit: Hit<P::Real>) -> Option<Hit<P::Real>> {
+        if P::ROBUST {
+            return Some(hit);
+        }
+        admitted(self.bounds(entry), &probe.ray, range, hit.t).map(|t| Hit { t, ..hit })
     }
 
     /// Shows one primitive's hit to an any-hit query; true when the query is over.
@@ -251,21 +255,22 @@ impl<P: Precision> Group<P> {
             return false;
         }
         if entry.kind == Kind::Instance {
-            return self.instances[entry.index as usize].any(probe, range, slot.id, &mut |hit| accept(hit), tally);
+            let mut accept = |hit: &Hit<P::Real>| self.admit(entry, probe, range, *hit).is_some_and(|hit| accept(&hit));
+            return self.instances[entry.index as usize].any(probe, range, slot.id, &mut accept, tally);
         }
         self.test(slot, probe, range, tally).is_some_and(|hit| accept(&hit))
     }
 
-    pub(crate) fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Located<P::Core> {
+    pub(crate) fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>, maps: Option<Maps<'_, P::Core>>) -> Located<P::Core> {
         let entry = self.entries[hit.order() as usize];
         let index = entry.index as usize;
         let local = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
         match entry.kind {
-            Kind::Sphere => self.spheres[index].locate(probe, local),
-            Kind::Triangle => self.triangles[index].locate(probe, local),
-            Kind::Plane => self.planes[index].locate(probe, local),
-            Kind::Shape => self.shapes[index].locate(probe, local),
-            Kind::Placed => self.placed[index].locate(probe, local),
+            Kind::Sphere => self.spheres[index].locate_under(probe, local, maps),
+            Kind::Triangle => self.triangles[index].locate_under(probe, local, maps),
+            Kind::Plane => self.planes[index].locate_under(probe, local, maps),
+            Kind::Shape => self.shapes[index].locate_under(probe, local, maps),
+            Kind::Placed => self.placed[index].locate_under(probe, local, maps),
             Kind::Instance => self.instances[index].locate(probe, hit),
         }
     }

@@ -9,7 +9,7 @@ use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval};
 use crate::scalar::{Precision, Real};
-use crate::shapes::{Located, Parameters, Probe};
+use crate::shapes::{Located, Maps, Parameters, Probe};
 use crate::tally::Tally;
 use crate::transform::{Transform, transform_bounds};
 
@@ -65,7 +65,8 @@ impl<P: Precision> Instance<P> {
 
     pub fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Located<P::Core> {
         let inner = self.transform.probe_to_object(probe);
-        self.transform.located_to_world(&self.geometry.locate(&inner, &own(hit)))
+        let maps = Maps::new(&self.transform, None);
+        self.transform.located_to_world(&self.geometry.locate(&inner, &own(hit), Some(maps)))
     }
 
     pub fn parameters(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Parameters<P::Real> {

@@ -29,6 +29,7 @@
 
 pub mod aabb;
 mod accelerator;
+mod admission;
 mod boxes;
 mod build;
 mod error;

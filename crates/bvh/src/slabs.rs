@@ -63,6 +63,12 @@ impl<R: Real> Slabs<R> {
         R::ONE + R::ROUNDOFF * R::from_f64(8.0)
     }
 
+    /// The distance of the first lane, as it is: only f32, whose distances a tree keeps unrounded, asks for it.
+    #[inline(always)]
+    pub fn first(entry: R::Four) -> R {
+        R::from_f32(entry.below()[0])
+    }
+
     /// Which boxes the ray enters before `far`, a bit each, and where.
     ///
     /// A ray in a slab's plane gives 0·∞ = NaN there: the comparisons are written so that NaN keeps the other bound.

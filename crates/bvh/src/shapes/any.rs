@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::cylinder::Ends;
 use super::{
-    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Paraboloid, Parameters, Plane, Probe, Quad, SampleArea, Shape,
-    ShapeHit, Sphere, Torus, Triangle,
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Maps, Paraboloid, Parameters, Plane, Probe, Quad, SampleArea,
+    Shape, ShapeHit, Sphere, Torus, Triangle,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -95,6 +95,15 @@ impl<R: Real> Shape<R> for AnyShape<R> {
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
         each!(self, shape => shape.locate(probe, hit))
+    }
+
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
+        each!(self, shape => shape.locate_under(probe, hit, maps))
     }
 
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {

@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 
+use super::drift::Drift;
 use super::frame::{disk_support, length, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, slab, tests_close};
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::unit::unit_of;
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -43,7 +45,10 @@ impl<R: Real> Cone<R> {
     fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (axis, d) = (wide::<P>(self.axis), probe.direction);
         let (base_radius, top_radius) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.top_radius));
+        let (unit, per_unit) = unit_of::<P>(axis.abs().max_element().max(base_radius).max(top_radius));
+        let (axis, base_radius, top_radius) = (axis * per_unit, base_radius * per_unit, top_radius * per_unit);
         let (ahead, f) = approach(probe, wide::<P>(self.base), close);
+        let f = f * per_unit;
         let squared = axis.dot(axis);
         let (m, n) = (d.cross(axis), f.cross(axis));
         // The radius at the ray's point, times the axis squared: `reach + t·opening`.
@@ -59,11 +64,12 @@ impl<R: Real> Cone<R> {
             let roots = quadratic.roots::<P>()?;
             // Both on one nappe: the sign of the radius between them tells which.
             let middle = reach - opening * quadratic.b / quadratic.a;
-            return (middle >= zero).then(|| roots.moved(ahead));
+            return (middle >= zero).then(|| roots.in_units_of(unit).moved(ahead));
         }
         // Steeper than the wall or parallel to it: all beyond one root, on the side where the radius grows. Such a line
         // always meets the cone, whatever rounding makes of its discriminant.
-        let roots = Quadratic { discriminant: quadratic.discriminant.max(zero), ..quadratic }.roots::<P>()?.moved(ahead);
+        let roots = Quadratic { discriminant: quadratic.discriminant.max(zero), ..quadratic }.roots::<P>()?;
+        let roots = roots.in_units_of(unit).moved(ahead);
         let grows = if quadratic.a < zero { opening > zero } else { quadratic.b < zero };
         Some(if grows {
             Crossings { enter: roots.enter, leave: infinite }
@@ -138,7 +144,16 @@ impl<R: Real> Shape<R> for Cone<R> {
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let part = hit.u.to_f64() as u8;
+        self.locate_under(probe, hit, None)
+    }
+
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
+        let mut part = hit.u.to_f64() as u8;
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
         let t = match self.span(probe, P::ROBUST) {
             Some(span) if P::ROBUST => span.unrounded(hit),
@@ -147,17 +162,12 @@ impl<R: Real> Shape<R> for Cone<R> {
         let raw = probe.origin + probe.direction * t;
         let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
         if P::ROBUST {
-            // Kept away from the seams by what rounding the point may move it, for rays that start inside.
-            let reach = self.scale::<P>(raw) * convert::<R, P::Core>(R::ROUNDOFF) * num(4.0);
-            let slant = (wide::<P>(self.axis).length())
-                .max((self.radius_at::<P>(P::Core::ONE) - self.radius_at::<P>(P::Core::ZERO)).abs());
-            let margin = (reach / slant).min(num(0.5));
-            along = along.max(margin).min(P::Core::ONE - margin);
-            let end = if part == TOP { P::Core::ONE } else { P::Core::ZERO };
-            let (distance, rim) = (out.length(), self.radius_at::<P>(end) - reach);
-            if part != WALL && distance > rim {
-                out *= rim.max(P::Core::ZERO) / distance;
-            }
+            // Kept away from the seams by what a ray that starts there may be moved by.
+            let radii = [self.radius, self.top_radius].map(convert::<R, P::Core>);
+            let end = (part != WALL).then(|| radii[usize::from(part == TOP)]);
+            let drift = Drift::around::<P>(maps, raw, slack(self.scale::<P>(raw)));
+            let kept = drift.off_seams(wide::<P>(self.axis), radii, end, (along, out));
+            (along, out, part) = (kept.along, kept.out, if kept.on_wall { WALL } else { part });
         }
         if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) }
     }

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::drift::{Drift, MOST_MOVED};
 use super::quadratic::Span;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
@@ -58,25 +59,46 @@ impl<R: Real> Cuboid<R> {
 
     /// The point, kept on its face and away from the face's border by what rounding may move it.
     #[inline(always)]
-    fn on_face<P: Precision<Real = R>>(&self, raw: CoreVec<P>, axis: usize, greater: bool) -> CoreVec<P> {
+    fn on_face<P: Precision<Real = R>>(
+        &self,
+        raw: CoreVec<P>,
+        axis: usize,
+        greater: bool,
+        drift: Option<Drift<'_, P::Core>>,
+    ) -> CoreVec<P> {
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i), self.max.axis(i));
             if i == axis {
                 return convert::<R, P::Core>(if greater { max } else { min });
             }
-            let (low, high): (P::Core, P::Core) = (convert(min.next_up()), convert(max.next_down()));
+            // Faces at right angles, and a start in this space: then only the rounding moves it, to the next number.
+            let (mut low, mut high): (P::Core, P::Core) = (convert(min.next_up()), convert(max.next_down()));
+            if let Some(drift) = drift {
+                let margin = drift.along(Self::face(i, P::Core::ONE));
+                // Thinner than that there is no inside to start in, and the point stays.
+                if margin <= (high - low) * num(MOST_MOVED) {
+                    (low, high) = (low + margin, high - margin);
+                }
+            }
             raw.axis(i).min(high).max(low)
         };
         CoreVec::<P>::new(at(0), at(1), at(2))
     }
 
     /// The surface at a point near a face that came from numbers up to `scale`.
-    fn located<P: Precision<Real = R>>(&self, raw: CoreVec<P>, scale: P::Core, axis: usize, greater: bool) -> Located<P::Core> {
+    fn located<P: Precision<Real = R>>(
+        &self,
+        raw: CoreVec<P>,
+        scale: P::Core,
+        (axis, greater): (usize, bool),
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let size = wide::<P>(self.min.abs().max(self.max.abs())).max_element();
         let sign = if greater { P::Core::ONE } else { -P::Core::ONE };
         let normal = Self::face::<CoreVec<P>, P::Core>(axis, sign);
         if P::ROBUST {
-            return Located { point: self.on_face::<P>(raw, axis, greater), normal, error: slack(size) };
+            let drift = maps.map(|_| Drift::around::<P>(maps, raw, slack(size)));
+            return Located { point: self.on_face::<P>(raw, axis, greater, drift), normal, error: slack(size) };
         }
         Located { point: raw, normal, error: slack(size + scale) }
     }
@@ -104,11 +126,20 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+        self.locate_under(probe, hit, None)
+    }
+
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let (axis, greater) = face_of(hit.u);
         let span = if P::ROBUST && probe.mapped { self.span(probe) } else { None };
         let t = span.map_or_else(|| convert(hit.t), |span| span.unrounded(hit));
         let scale = probe.origin.abs().max_element() + t * probe.length_squared.sqrt();
-        self.located::<P>(probe.origin + probe.direction * t, scale, axis, greater)
+        self.located::<P>(probe.origin + probe.direction * t, scale, (axis, greater), maps)
     }
 
     /// Each face has u and v in [0, 1], u to the right and v down as it is seen from outside: upright ones with +y up, the top
@@ -154,8 +185,8 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
         place[along_v] += s[along_v] * v.to_f64();
         let raw = CoreVec::<P>::from_f64(place);
-        let on_face =
-            Located { point: self.on_face::<P>(raw, axis, greater), ..self.located::<P>(raw, P::Core::ZERO, axis, greater) };
+        let point = self.on_face::<P>(raw, axis, greater, None);
+        let on_face = Located { point, ..self.located::<P>(raw, P::Core::ZERO, (axis, greater), None) };
         (on_face, num(1.0 / self.area()))
     }
 

@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 
+use super::drift::Drift;
 use super::frame::{disk_support, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab, tests_close};
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::unit::unit_of;
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -59,6 +61,9 @@ impl<R: Real> Cylinder<R> {
     pub(super) fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (axis, radius) = (wide::<P>(self.axis), convert::<R, P::Core>(self.radius));
         let (ahead, f) = approach(probe, wide::<P>(self.base), close);
+        // The length of the axis has no part in it and gets a unit of its own.
+        let ((unit, per_unit), (_, per_length)) = (unit_of::<P>(radius), unit_of::<P>(axis.abs().max_element()));
+        let (axis, radius, f) = (axis * per_length, radius * per_unit, f * per_unit);
         let (m, n) = (probe.direction.cross(axis), f.cross(axis));
         let (length, room) = (axis.dot(axis), radius * radius);
         let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
@@ -67,7 +72,7 @@ impl<R: Real> Cylinder<R> {
             return (c <= a).then_some(Crossings { enter: -P::Core::INFINITY, leave: P::Core::INFINITY });
         }
         if !P::ROBUST {
-            return Quadratic::new(a, b, c).roots::<P>();
+            return Quadratic::new(a, b, c).roots::<P>().map(|w| w.in_units_of(unit));
         }
         // b² − a·c without cancellation: the ray passes the axis at |m·f|/|m|.
         let pass = m.dot(f);
@@ -142,11 +147,26 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        let part = hit.u.to_f64() as u8;
+        self.locate_under(probe, hit, None)
+    }
+
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
+        let mut part = hit.u.to_f64() as u8;
         let raw = self.raw(probe, hit);
         let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
-        if P::ROBUST && self.ends == Ends::Capped {
-            // Kept away from the seam by what rounding the point may move it, for rays that start inside.
+        if P::ROBUST && self.ends == Ends::Capped && maps.is_some() {
+            let radius = convert::<R, P::Core>(self.radius);
+            let drift = Drift::around::<P>(maps, raw, slack(self.scale::<P>(raw)));
+            let end = (part != WALL).then_some(radius);
+            let kept = drift.off_seams(wide::<P>(self.axis), [radius; 2], end, (along, out));
+            (along, out, part) = (kept.along, kept.out, if kept.on_wall { WALL } else { part });
+        } else if P::ROBUST && self.ends == Ends::Capped {
+            // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam by what rounding the point may move it, for rays that start inside.
             let reach = self.scale::<P>(raw) * convert::<R, P::Core>(R::ROUNDOFF) * num(4.0);
             let margin = (reach / wide::<P>(self.axis).length()).min(num(0.5));
             along = along.max(margin).min(P::Core::ONE - margin);

@@ -112,3 +112,45 @@ fn exact_difference<C: Real>(a: C, b: C, c: C, d: C) -> C {
     }
     C::from_f64(exact_tail(a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::exact_difference;
+
+    /// SplitMix64.
+    fn next(state: &mut u64) -> u64 {
+        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = *state;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    /// Protects: the sign of a·b − c·d whatever cancels, and its value to a third, against whole numbers of 128 bits: products
+    /// that are equal, that differ in their last bits, and that differ by as much as decides which formula is taken.
+    #[test]
+    fn differences_of_products_are_those_of_whole_numbers() {
+        let state = &mut 7;
+        let (mut equal, mut close, mut rounded_away) = (0, 0, 0);
+        for _ in 0..2_000_000 {
+            let odd = |state: &mut u64, bits: u32| (next(state) >> (64 - bits) | 1 | 1 << (bits - 1)) as i64;
+            let bits = 24 + (next(state) % 29) as u32;
+            let (x, y) = (odd(state, bits), odd(state, bits));
+            // (x + m)(y − n) is close to x·y where m·y ≈ n·x: steps by a ratio of small numbers, or none.
+            let step = (next(state) % 4) as i64;
+            let other = (step as f64 * y as f64 / x as f64).round() as i64;
+            let jitter = (next(state) % 3) as i64 - 1;
+            let (c, d) = if next(state).is_multiple_of(8) { (y, x) } else { (x + step, y - other + jitter) };
+            let exact = i128::from(x) * i128::from(y) - i128::from(c) * i128::from(d);
+            let found = exact_difference(x as f64, y as f64, c as f64, d as f64);
+            assert_eq!(found.partial_cmp(&0.0), Some(exact.cmp(&0)), "{x}·{y} − {c}·{d} = {exact}, not {found}");
+            let wrong = (found - exact as f64).abs();
+            assert!(wrong <= exact.unsigned_abs() as f64 * 0.34, "{x}·{y} − {c}·{d} = {exact}, not {found}");
+            let products = x as f64 * y as f64 - c as f64 * d as f64;
+            equal += u32::from(exact == 0);
+            rounded_away += u32::from(exact != 0 && products == 0.0);
+            close += u32::from(exact != 0 && products.abs() <= x as f64 * y as f64 * 8.0 * f64::EPSILON);
+        }
+        assert!(equal > 1000 && close > 1000 && rounded_away > 1000, "{equal} {close} {rounded_away}");
+    }
+}

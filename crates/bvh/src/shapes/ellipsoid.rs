@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::sample::area_by_quadrature;
 use super::sphere::{on_globe, sphere_direction};
+use super::unit::unit_of;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector};
@@ -29,12 +30,14 @@ impl<R: Real> Ellipsoid<R> {
     #[inline(always)]
     fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let s = wide::<P>(self.semi_axes);
+        let (unit, per_unit) = unit_of::<P>(s.max_element());
+        let s = s * per_unit;
         let scale = CoreVec::<P>::new(s.y() * s.z(), s.z() * s.x(), s.x() * s.y());
         let (ahead, f) = approach(probe, wide::<P>(self.centre), close);
-        let (d, f, radius) = (probe.direction * scale, f * scale, s.x() * s.y() * s.z());
+        let (d, f, radius) = (probe.direction * scale, f * per_unit * scale, s.x() * s.y() * s.z());
         let (a, b) = (d.dot(d), d.dot(f));
         if !close {
-            return Quadratic::new(a, b, f.dot(f) - radius * radius).roots::<P>();
+            return Quadratic::new(a, b, f.dot(f) - radius * radius).roots::<P>().map(|r| r.in_units_of(unit));
         }
         // As for the sphere: how far the line passes from the centre, without cancellation.
         let middle = -b / a;
@@ -51,8 +54,9 @@ impl<R: Real> Ellipsoid<R> {
     fn at<P: Precision<Real = R>>(&self, point: CoreVec<P>, scale: P::Core) -> Located<P::Core> {
         let (centre, s) = (wide::<P>(self.centre), wide::<P>(self.semi_axes));
         let offset = point - centre;
-        let gradient =
-            CoreVec::<P>::new(offset.x() / (s.x() * s.x()), offset.y() / (s.y() * s.y()), offset.z() / (s.z() * s.z()));
+        let (_, per_unit) = unit_of::<P>(s.max_element());
+        let (f, r) = (offset * per_unit, s * per_unit);
+        let gradient = CoreVec::<P>::new(f.x() / (r.x() * r.x()), f.y() / (r.y() * r.y()), f.z() / (r.z() * r.z()));
         let scale = scale + centre.abs().max_element() + s.max_element();
         Located { point, normal: gradient.normalize(), error: slack(scale) }
     }

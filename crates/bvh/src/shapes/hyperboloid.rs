@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::frame::{disk_support, length, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
+use super::unit::unit_of;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -37,6 +38,8 @@ impl<R: Real> Hyperboloid<R> {
     fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (waist, slope) = (convert::<R, P::Core>(self.waist), convert::<R, P::Core>(self.slope));
         let (ahead, f) = approach(probe, wide::<P>(self.centre), close);
+        let (size, per_unit) = unit_of::<P>(waist.max(slope));
+        let (waist, slope, f) = (waist * per_unit, slope * per_unit, f * per_unit);
         // Times (a·c)²: products of two stored numbers, no division.
         let scale = CoreVec::<P>::new(slope, waist, slope);
         let (d, f) = (probe.direction * scale, f * scale);
@@ -45,7 +48,7 @@ impl<R: Real> Hyperboloid<R> {
         let (a, b) = (form(d, d), form(d, f));
         let quadratic = Quadratic::new(a, b, form(f, f) - unit);
         if !close {
-            return quadratic.roots::<P>();
+            return quadratic.roots::<P>().map(|r| r.in_units_of(size));
         }
         // b² − a·c by the minors of (d, f), as |d × f|² is for a sphere.
         let m = d.cross(f);
@@ -57,8 +60,9 @@ impl<R: Real> Hyperboloid<R> {
     fn at<P: Precision<Real = R>>(&self, point: CoreVec<P>, scale: P::Core) -> Located<P::Core> {
         let centre = wide::<P>(self.centre);
         let (waist, slope) = (convert::<R, P::Core>(self.waist), convert::<R, P::Core>(self.slope));
-        let offset = point - centre;
-        let (across, up) = (slope * slope, waist * waist);
+        let (_, per_unit) = unit_of::<P>(waist.max(slope));
+        let offset = (point - centre) * per_unit;
+        let (across, up) = (slope * per_unit * (slope * per_unit), waist * per_unit * (waist * per_unit));
         let gradient = CoreVec::<P>::new(offset.x() * across, -offset.y() * up, offset.z() * across);
         let scale = scale + centre.abs().max_element() + point.abs().max_element() + waist;
         Located { point, normal: gradient.normalize(), error: slack(scale) }

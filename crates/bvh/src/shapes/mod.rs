@@ -9,6 +9,7 @@ mod cone;
 mod cuboid;
 mod cylinder;
 mod disk;
+mod drift;
 mod edges;
 mod ellipsoid;
 mod frame;
@@ -25,12 +26,14 @@ mod sphere;
 mod surface;
 mod torus;
 mod triangle;
+mod unit;
 
 pub use any::AnyShape;
 pub use cone::Cone;
 pub use cuboid::Cuboid;
 pub use cylinder::{Cylinder, Ends};
 pub use disk::Disk;
+pub use drift::Maps;
 pub use ellipsoid::Ellipsoid;
 pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;
@@ -126,6 +129,18 @@ pub trait Shape<R: Real> {
 
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is rounded to the stored scalar.
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core>;
+
+    /// The same for a ray that comes from the world by the inverses of these maps. A shape with edges keeps the point away from
+    /// them by what may happen to a ray's start in the world.
+    #[inline(always)]
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        _: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
+        self.locate(probe, hit)
+    }
 
     /// Texture coordinates at a hit that [`Shape::intersect`] returned for the same ray.
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R>;

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::frame::{length, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
+use super::unit::unit_of;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -30,6 +31,8 @@ impl<R: Real> Paraboloid<R> {
     fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
         let (radius, height) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.height));
         let (ahead, f) = approach(probe, wide::<P>(self.apex), close);
+        let (unit, per_unit) = unit_of::<P>(radius.max(height));
+        let (radius, height, f) = (radius * per_unit, height * per_unit, f * per_unit);
         let d = probe.direction;
         let flat = |p: CoreVec<P>, q: CoreVec<P>| p.x() * q.x() + p.z() * q.z();
         let room = radius * radius;
@@ -38,16 +41,17 @@ impl<R: Real> Paraboloid<R> {
             height * flat(d, f) - room * d.y() * num(0.5),
             height * flat(f, f) - room * f.y(),
         );
-        quadratic.roots::<P>().map(|r| r.moved(ahead))
+        quadratic.roots::<P>().map(|r| r.in_units_of(unit).moved(ahead))
     }
 
     /// The surface at a point near it.
     fn at<P: Precision<Real = R>>(&self, point: CoreVec<P>, scale: P::Core) -> Located<P::Core> {
         let apex = wide::<P>(self.apex);
         let (radius, height) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.height));
-        let offset = point - apex;
-        let steep = height + height;
-        let gradient = CoreVec::<P>::new(offset.x() * steep, -(radius * radius), offset.z() * steep);
+        let (_, per_unit) = unit_of::<P>(radius.max(height));
+        let offset = (point - apex) * per_unit;
+        let (steep, room) = ((height + height) * per_unit, radius * per_unit * (radius * per_unit));
+        let gradient = CoreVec::<P>::new(offset.x() * steep, -room, offset.z() * steep);
         let scale = scale + apex.abs().max_element() + point.abs().max_element() + radius + height;
         Located { point, normal: gradient.normalize(), error: slack(scale) }
     }

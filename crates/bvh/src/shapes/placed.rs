@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
-use super::{AnyShape, CoreVec, Located, Parameters, Probe, Shape, ShapeHit, num};
+use super::{AnyShape, CoreVec, Located, Maps, Parameters, Probe, Shape, ShapeHit, num};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector};
@@ -47,7 +47,18 @@ impl<P: Precision> Placed<P> {
 
     /// The surface at a hit, as [`Shape::locate`].
     pub fn locate(&self, probe: &Probe<P>, hit: ShapeHit<P::Real>) -> Located<P::Core> {
-        self.transform.located_to_world(&self.shape.locate(&self.transform.probe_to_object(probe), hit))
+        self.locate_under(probe, hit, None)
+    }
+
+    /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
+    pub(crate) fn locate_under(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<P::Real>,
+        outer: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
+        let maps = Maps::new(&self.transform, outer.as_ref());
+        self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
     }
 
     /// Texture coordinates at a hit, as [`Shape::parameters`].

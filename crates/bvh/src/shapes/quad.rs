@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::edges::{Corner, corner_slack, cross};
+use super::unit::unit_of_both;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -22,11 +23,20 @@ impl<R: Real> Quad<R> {
         Self { corners: [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v].map(R::Vec3::from_f64) }
     }
 
-    /// From the diagonals, so that the two halves have one normal though rounded corners need not lie in a plane.
+    /// The diagonals in a unit of their length. Their product is the normal: so the two halves have one, though rounded
+    /// corners need not lie in a plane.
+    #[inline(always)]
+    fn diagonals<P: Precision<Real = R>>(&self) -> [CoreVec<P>; 2] {
+        let [a, b, c, d] = self.corners.map(wide::<P>);
+        let (first, second) = (c - a, d - b);
+        let (_, per_unit) = unit_of_both::<P>(first, second);
+        [first * per_unit, second * per_unit]
+    }
+
     #[inline(always)]
     fn normal<P: Precision<Real = R>>(&self) -> CoreVec<P> {
-        let [a, b, c, d] = self.corners.map(wide::<P>);
-        (c - a).cross(d - b)
+        let [first, second] = self.diagonals::<P>();
+        first.cross(second).normalize()
     }
 
     /// The point with given texture coordinates: on one half of the quad or on the other.
@@ -38,9 +48,8 @@ impl<R: Real> Quad<R> {
 
     #[inline(always)]
     fn error<P: Precision<Real = R>>(&self) -> P::Core {
-        let [a, b, c, d] = self.corners.map(wide::<P>);
         let scale = self.corners.iter().fold(R::ZERO, |m, c| m.max(c.abs().max_element()));
-        let (first, second) = (c - a, d - b);
+        let [first, second] = self.diagonals::<P>();
         let longest = first.dot(first).max(second.dot(second));
         // The second term for corners that rounding has moved out of the common plane.
         corner_slack(convert(scale), longest, P::Core::ONE / first.cross(second).length())
@@ -69,15 +78,17 @@ impl<R: Real> Quad<R> {
         let [a, b, _, d] = self.corners;
         let (a, b, d) = (wide::<P>(a), wide::<P>(b), wide::<P>(d));
         let (edge_u, edge_v) = (b - a, d - a);
+        let (unit, per_unit) = unit_of_both::<P>(edge_u, edge_v);
+        let (edge_u, edge_v) = (edge_u * per_unit, edge_v * per_unit);
         let normal = edge_u.cross(edge_v);
         let slope = normal.dot(probe.direction);
-        let f = probe.origin - a;
+        let f = (probe.origin - a) * per_unit;
         let distance = -normal.dot(f) / slope;
         let p = f + probe.direction * distance;
         let inverse = P::Core::ONE / normal.dot(normal);
         let (u, v) = (p.cross(edge_v).dot(normal) * inverse, edge_u.cross(p).dot(normal) * inverse);
         let inside = u.min(v).min(P::Core::ONE - u).min(P::Core::ONE - v) >= P::Core::ZERO;
-        let t = convert(distance);
+        let t = convert(distance * unit);
         (inside && range.contains(t) && side.accepts(slope < P::Core::ZERO)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
     }
 }
@@ -120,7 +131,7 @@ impl<R: Real> Shape<R> for Quad<R> {
             };
             (u, v) = (keep(u, b - a), keep(v, d - a));
         }
-        Located { point: self.point::<P>([u, v]), normal: normal.normalize(), error: self.error::<P>() }
+        Located { point: self.point::<P>([u, v]), normal, error: self.error::<P>() }
     }
 
     /// u along the first edge, v along the second.
@@ -138,7 +149,7 @@ impl<R: Real> SampleArea<R> for Quad<R> {
 
     fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
         let point = self.point::<P>([convert(u), convert(v)]);
-        let located = Located { point, normal: self.normal::<P>().normalize(), error: self.error::<P>() };
+        let located = Located { point, normal: self.normal::<P>(), error: self.error::<P>() };
         (located, num(1.0 / self.area()))
     }
 

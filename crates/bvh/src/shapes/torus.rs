@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::frame::{disk_support, split, spoke, turn};
 use super::quartic::Quartic;
+use super::unit::unit_of;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -74,7 +75,8 @@ impl<R: Real> Torus<R> {
         Some(Profile { quartic, reach: room.sqrt(), middle: ahead, scale: major * inverse_length })
     }
 
-    /// The textbook's: coefficients from the origin, the cubic one removed afterwards.
+    /// The textbook's: coefficients from the origin, the cubic one removed afterwards. In units of the torus and, along a
+    /// mapped ray, of its direction, as fourth powers of both occur.
     #[inline(always)]
     fn textbook<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Profile<P::Core>> {
         let (two, four): (P::Core, P::Core) = (num(2.0), num(4.0));
@@ -83,7 +85,10 @@ impl<R: Real> Torus<R> {
             convert::<R, P::Core>(self.major_radius),
             convert::<R, P::Core>(self.minor_radius),
         );
-        let (f, d) = (probe.origin - wide::<P>(self.centre), probe.direction);
+        let (unit, per_unit) = unit_of::<P>(major);
+        let (_, per_step) = unit_of::<P>(probe.direction.abs().max_element());
+        let (major, tube) = (major * per_unit, tube * per_unit);
+        let (f, d) = ((probe.origin - wide::<P>(self.centre)) * per_unit, probe.direction * per_step);
         let (aa, b, ff) = (d.dot(d), f.dot(d), f.dot(f));
         let (height, lean) = (f.dot(axis), d.dot(axis));
         let g = ff + major * major - tube * tube;
@@ -101,7 +106,7 @@ impl<R: Real> Torus<R> {
             w: c0 - shift * c1 + s2 * c2 - num::<P::Core>(3.0) * s2 * s2,
         };
         let reach = (major + tube) * P::Core::from_f64(1.001) / aa.sqrt();
-        Some(Profile { quartic, reach, middle: -shift, scale: P::Core::ONE })
+        Some(Profile { quartic, reach, middle: -shift * (unit * per_step), scale: unit * per_step })
     }
 
     /// The root that was stored as a hit's distance.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross};
+use super::unit::{unit_of, unit_of_both};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -103,9 +104,11 @@ impl<R: Real> Triangle<R> {
     /// The surface at the weights of the second and third corner.
     #[inline(always)]
     fn at<P: Precision<Real = R>>([a, b, c]: [CoreVec<P>; 3], [u, v]: [P::Core; 2]) -> Located<P::Core> {
-        let (ab, ac, bc) = (b - a, c - a, c - b);
-        let (normal, scale) = (ab.cross(ac), a.abs().max(b.abs()).max(c.abs()).max_element());
-        let longest = ab.dot(ab).max(ac.dot(ac)).max(bc.dot(bc));
+        let (ab, ac) = (b - a, c - a);
+        let (_, per_unit) = unit_of_both::<P>(ab, ac);
+        let (p, q, r) = (ab * per_unit, ac * per_unit, (c - b) * per_unit);
+        let (normal, scale) = (p.cross(q), a.abs().max(b.abs()).max(c.abs()).max_element());
+        let longest = p.dot(p).max(q.dot(q)).max(r.dot(r));
         let inverse = P::Core::ONE / normal.length();
         let error = corner_slack(scale, longest, inverse);
         Located { point: a + ab * u + ac * v, normal: normal * inverse, error }
@@ -129,7 +132,9 @@ impl<R: Real> Triangle<R> {
         if !met {
             return None;
         }
-        let t: R = convert(ac.dot(q) * inverse);
+        // A product of three lengths: in a unit of two of them, for sizes whose cubes f32 can't hold.
+        let (unit, per_unit) = unit_of::<P>(q.abs().max_element());
+        let t: R = convert(ac.dot(q * per_unit) * (inverse * unit));
         (range.contains(t) && side.accepts(determinant > P::Core::ZERO)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
     }
 }

@@ -10,7 +10,7 @@ const STEPS: [f64; 7] = [0.0, 1.0, -1.0, 4.0, -4.0, 64.0, -64.0];
 
 /// Corners of a parallelogram whose sums are exact in f32, so that the shape is one: coordinates are whole multiples of
 /// 2⁻¹².
-fn grid(v: DVec3) -> DVec3 {
+pub fn grid(v: DVec3) -> DVec3 {
     (v * 4096.0).round() / 4096.0
 }
 
@@ -115,7 +115,7 @@ fn p09_no_leak_between_quads() {
 }
 
 /// A capped cylinder or cone in f64: how far a point is inside, from normalised axes and distances.
-fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
+pub fn depth(p: DVec3, base: DVec3, axis: DVec3, radii: [f64; 2]) -> f64 {
     let (q, height) = (p - base, axis.length());
     let along = q.dot(axis) / height;
     let out = (q - axis * (along / height)).length();

@@ -155,3 +155,29 @@ fn s06_at_no_distance() {
     })
     .expect_right(99_000);
 }
+
+/// Protects: a lamp near the origin, tilted, seen from a million of its sizes away: the unit direction there is rounded to f32
+/// and passes beside the point that was drawn, so the range ends before the lamp by more than the errors of the two points.
+#[test]
+fn a_distant_lamp_is_not_in_its_own_light() {
+    use raywright_bvh::shapes::SampleArea;
+    judge("S06 distant lamp", 176, 200_000, |random| {
+        let (out, distance) = (random.direction(), 10_f64.powf(random.between(1.0, 6.0)));
+        // Aslant, but seen from its front and large enough to be passed through by a ray that is off.
+        let (eu, ev) = (random.cube() * distance * 1e-4, random.cube() * distance * 1e-4);
+        let lamp = Quad::<f32>::new((eu + ev) * -0.5, eu, ev);
+        let normal = eu.cross(ev).normalize();
+        if eu.cross(ev).length() < 0.3 * eu.length() * ev.length() || normal.dot(out).abs() < 0.1 {
+            return Verdict::Skip;
+        }
+        let mut group = Group::<Robust>::default();
+        group.shape(lamp.into(), Visibility::default()).expect("finite");
+        let geometry = Geometry::new(group, AcceleratorKind::default());
+        let receiver = Surface { point: (out * distance).as_vec3(), error: 0.0, normal: (-out).as_vec3() };
+        let target = lamp.sample_area::<Robust>(random.unit() as f32, random.unit() as f32).0.stored::<Robust>();
+        let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return Verdict::Wrong("no ray".into()) };
+        let dark = geometry.any(&ray, range, |_| true, &mut ());
+        Verdict::holds(!dark, || format!("its own shadow from {distance:e}{}", hex::<Robust>(&ray)))
+    })
+    .expect_right(50_000);
+}

@@ -1,0 +1,163 @@
+//! Scan, boxes in registers and tree answer with the same bits in every precision, where textbook formulas find hits beside
+//! their shapes and before them.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use raywright_bvh::shapes::{AnyShape, Sphere, Torus};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Fast, Geometry, Group, Interval, Precision, Ray, Real, Reference, Robust, Visibility,
+};
+
+use crate::stated::shapes;
+use crate::support::{Random, Verdict, exact, hex, judge, stored, towards};
+
+/// Everything that an any-hit query is offered, in an order of its own.
+fn offered<P: Precision>(geometry: &Geometry<P>, ray: &Ray<P::Real>, range: Interval<P::Real>) -> Vec<(u32, u32, u64)> {
+    let mut all = vec![];
+    let mut refuse = |h: &raywright_bvh::Hit<P::Real>| {
+        all.push((h.instance, h.primitive, h.t.to_f64().to_bits()));
+        false
+    };
+    assert!(!geometry.any(ray, range, &mut refuse, &mut ()));
+    all.sort_unstable();
+    all
+}
+
+/// The same group under every accelerator, the plain scan first.
+fn every<P: Precision>(group: &Group<P>) -> Vec<Geometry<P>> {
+    let trees = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
+    let kinds = [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes].into_iter().chain(trees);
+    kinds.map(|kind| Geometry::new(group.clone(), kind)).collect()
+}
+
+/// Rays by a generator, through one group under every accelerator: closest and any, with and without a far end.
+fn agree<P: Precision>(case: &str, group: &Group<P>, count: u32, ray: impl Fn(&mut Random) -> Ray<P::Real> + Sync) {
+    let all = every(group);
+    let (scan, others) = all.split_first().expect("a scan at least");
+    judge(&format!("{case} in {:?}", P::default()), 400, count, |random| {
+        let ray = ray(random);
+        let far = scan.closest(&ray, Interval::positive(), &mut ()).map_or(P::Real::ONE, |h| h.t);
+        let far = far * P::Real::from_f64(random.pick(&[1.0, 1.5, 0.9]));
+        for max in [P::Real::INFINITY, far] {
+            let range = Interval { min: P::Real::ZERO, max };
+            let (nearest, met) = (scan.closest(&ray, range, &mut ()), offered(scan, &ray, range));
+            for (i, other) in others.iter().enumerate() {
+                let (found, among) = (other.closest(&ray, range, &mut ()), offered(other, &ray, range));
+                if found != nearest || among != met {
+                    return Verdict::Wrong(format!("{i}: {found:?} for {nearest:?}, {among:?} for {met:?}{}", hex::<P>(&ray)));
+                }
+            }
+        }
+        Verdict::Right(0.0)
+    })
+    .expect_right(u64::from(count));
+}
+
+fn agree_everywhere<P: Precision>() {
+    let real = P::Real::from_f64;
+    // False hits beside the shape: the quartic of a torus in f32, seen from afar.
+    for away in [9.0, 40.0] {
+        let mut group = Group::<P>::default();
+        for i in 0..4 {
+            let centre = DVec3::new(f64::from(i) * 0.7, 0.0, f64::from(i) * 1.5);
+            let ring = Torus::new(centre, DVec3::new(0.2, 1.0, 0.3), 0.8, 0.25);
+            group.shape(ring.into(), Visibility::default()).expect("finite");
+        }
+        agree(&format!("tori from {away}"), &group, 40_000, |random| {
+            let origin = exact(random.direction() * away);
+            towards::<P>(origin, random.cube() * 2.0)
+        });
+    }
+    // False hits before the shape: spheres as far away as a textbook can't see.
+    let mut group = Group::<P>::default();
+    let random = &mut Random::new(401, 0);
+    let balls: Vec<DVec3> = (0..40).map(|_| exact(random.direction() * (300.0 * 1000_f64.powf(random.unit())))).collect();
+    for &centre in &balls {
+        let ball = Sphere { centre: stored::<P>(centre), radius: real(1.0) };
+        group.sphere(ball, Visibility::default()).expect("finite");
+    }
+    agree("far spheres", &group, 80_000, |random| {
+        let target = random.pick(&balls) + random.cube() * 1.2;
+        towards::<P>(random.cube(), target)
+    });
+}
+
+/// Protects: no accelerator finds a false hit of the textbook formulas that another one misses.
+#[test]
+fn false_hits_are_the_same_for_every_accelerator() {
+    agree_everywhere::<Fast>();
+    agree_everywhere::<Robust>();
+    agree_everywhere::<Reference>();
+}
+
+/// Three of every shape side by side: as they are, under a map, and in an instance.
+fn family<P: Precision>() -> Group<P> {
+    let mut group = Group::<P>::default();
+    let mut inner = Group::<P>::default();
+    for (i, (_, shape)) in shapes::<P>().into_iter().enumerate() {
+        let at = DVec3::new(i as f64 % 4.0, (i / 4) as f64, 0.0) * 3.0;
+        // Without bounds a shape stands outside every accelerator, and hides what is behind it.
+        if matches!(shape, AnyShape::Plane(_)) || raywright_bvh::Shape::bounds(&shape).is_none() {
+            continue;
+        }
+        inner.shape(shape, Visibility::default()).expect("finite");
+        let turned = DAffine3::from_translation(at) * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0 + i as f64);
+        group.placed(shape, turned * DAffine3::from_scale(DVec3::new(1.0, 0.6, -1.2)), Visibility::default()).expect("finite");
+    }
+    for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
+        let inner = Arc::new(Geometry::new(inner.clone(), kind));
+        let map = DAffine3::from_translation(DVec3::new(4.0, 4.0, -4.0)) * DAffine3::from_rotation_x(0.4);
+        group.instance(Arc::clone(&inner), map, Visibility::default()).expect("an invertible map");
+        group.instance(inner, map * DAffine3::from_scale(DVec3::new(0.3, 2.0, -1.0)), Visibility::default()).expect("the same");
+    }
+    group
+}
+
+/// Rays at the family from near to ten thousand sizes away, and past the middles of the sides of boxes, where shapes touch
+/// them, along the axes: there no rounding of a slanted direction hides a difference.
+fn passing<P: Precision>(random: &mut Random, bounds: &[raywright_bvh::Aabb]) -> Ray<P::Real> {
+    let away = random.pick(&[3.0, 30.0, 300.0, 3000.0, 1e4]);
+    let b = random.pick(bounds);
+    if random.unit() < 0.5 {
+        return towards::<P>(b.centre() + random.direction() * away, b.centre() + random.cube() * b.extent() * 0.55);
+    }
+    let (axis, side) = ((random.bits() % 3) as usize, (random.bits() % 2) as usize);
+    let (along, across) = ((axis + 1 + side) % 3, (axis + 2 - side) % 3);
+    let mut start = b.centre();
+    let edge = if random.sign() > 0.0 { b.max[axis] } else { b.min[axis] };
+    start[axis] = edge * (1.0 + random.between(-4.0, 4.0) * f64::from(f32::EPSILON));
+    start[across] += b.extent()[across] * 1e-3 * random.between(-1.0, 1.0);
+    let mut direction = DVec3::ZERO;
+    direction[along] = random.sign();
+    Ray::new(stored::<P>(start - direction * away), stored::<P>(direction))
+}
+
+fn family_agrees<P: Precision>() {
+    let group = family::<P>();
+    let mut bounds = vec![];
+    for (_, shape) in shapes::<P>() {
+        bounds.extend(raywright_bvh::Shape::bounds(&shape));
+    }
+    let whole = Geometry::new(group.clone(), AcceleratorKind::Linear).bounds().expect("bounded");
+    bounds.push(whole);
+    agree("every shape", &group, 100_000, |random| passing::<P>(random, &bounds));
+    // Each by itself four times, so that there is a tree and the rays pass its own box.
+    for (name, shape) in shapes::<P>() {
+        let Some(own) = raywright_bvh::Shape::bounds(&shape) else { continue };
+        let mut group = Group::<P>::default();
+        for i in 0..4 {
+            let map = DAffine3::from_translation(DVec3::splat(f64::from(i) * 1.5));
+            group.placed(shape, map, Visibility::default()).expect("finite");
+        }
+        agree(name, &group, 20_000, |random| passing::<P>(random, &[own]));
+    }
+}
+
+/// Protects: the same for every shape, by itself, under a map and in an instance, and for rays that graze its box.
+#[test]
+fn every_shape_is_the_same_for_every_accelerator() {
+    family_agrees::<Fast>();
+    family_agrees::<Robust>();
+    family_agrees::<Reference>();
+}
