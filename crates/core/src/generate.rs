@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use crate::hash::mix;
 use crate::prepare::affine;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
@@ -66,6 +67,7 @@ pub(crate) fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
                     .flat_map(move |y| (0..nx).map(move |x| origin + step * DVec3::new(f64::from(x), f64::from(y), f64::from(z))))
             }))
         }
+        // Place i is a function of seed and i alone.
         GeneratorKind::Scatter { count, min, max, seed } => {
             let (min, extent) = (DVec3::from(min), DVec3::from(max) - DVec3::from(min));
             Box::new((0..u64::from(count)).map(move |i| {
@@ -74,12 +76,4 @@ pub(crate) fn places(kind: &GeneratorKind) -> Box<dyn Iterator<Item = DVec3>> {
             }))
         }
     }
-}
-
-/// The finaliser of SplitMix64: place i is a function of seed and i alone.
-pub(crate) fn mix(z: u64) -> u64 {
-    let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ z >> 31
 }

@@ -36,6 +36,7 @@ pub mod effects;
 pub mod expr;
 mod film;
 pub mod generate;
+mod hash;
 mod integrator;
 pub mod ladder;
 pub mod lookup;

@@ -8,6 +8,8 @@
 //! light in every precision, so that pictures of two precisions differ by their arithmetic and not by their noise. Where the
 //! 23 bits of one number are too few, as for picking one of a million emitters, both of a pair are used.
 
+use crate::hash::mix;
+
 /// What a pair of numbers is for. Each purpose has dimensions of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
@@ -47,14 +49,6 @@ pub fn pair_of(Address { pixel, sample, seed }: Address, purpose: Purpose, turn:
     let use_of_it = (purpose as u64) << 32 | u64::from(turn);
     let scramble = mix(address ^ mix(seed ^ mix(block << 40 ^ use_of_it))) as u32;
     [0, 1].map(|dimension| sobol_burley::sample(sample % SEQUENCE, dimension, scramble))
-}
-
-/// The finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-fn mix(mut z: u64) -> u64 {
-    z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ z >> 31
 }
 
 #[cfg(test)]

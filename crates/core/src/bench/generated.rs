@@ -10,7 +10,7 @@ use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{GeometryError, Group, Precision, Ray, Real, Vector, Visibility};
 use serde::Serialize;
 
-use crate::generate::mix;
+use crate::hash::mix;
 
 /// Share of the cube's volume that the spheres take, counting overlaps twice and what sticks out of the cube.
 pub const FILL: f64 = 0.01;

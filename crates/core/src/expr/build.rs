@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use super::error::{ExprError, Result};
 use super::function::{CONSTANTS, constant, function};
-use super::graph::{Graph, Id, Operation};
+use super::graph::{Graph, Id};
+use super::operation::Operation;
 use super::scope::{Scope, Variable};
-use super::semantics::{Binary, Unary};
+use super::semantics::vanishing;
 use crate::suggest::closest;
 
 /// A part of the source that has been understood.
@@ -32,7 +33,7 @@ impl<'a> Builder<'a> {
     }
 
     pub fn is_vector(&self, term: &Term) -> bool {
-        self.graph.get(term.id).is_vector()
+        self.graph.is_vector(term.id)
     }
 
     /// A parameter, a variable of the scope or a named constant.
@@ -42,7 +43,7 @@ impl<'a> Builder<'a> {
         let constant = constant(name);
         match (parameter, variable, constant) {
             (Some(value), None, None) | (None, None, Some(value)) => Ok(self.graph.number(value)),
-            (None, Some(variable), _) => Ok(self.graph.add(Operation::Input(variable))),
+            (None, Some(variable), _) => Ok(self.graph.input(variable)),
             (Some(_), _, _) => {
                 let other = if variable.is_some() { "a variable of the hit" } else { "a constant" };
                 let message = format!("`{name}` is a parameter of the scene and also {other}");
@@ -93,7 +94,7 @@ impl<'a> Builder<'a> {
         if !self.is_vector(&of) {
             return Err(ExprError::new(format!("a number has no component `.{name}`"), of.span.start..span.end));
         }
-        Ok(self.graph.add(Operation::Component(of.id, axis)))
+        Ok(self.graph.component(of.id, axis))
     }
 
     /// Three numbers as a vector.
@@ -102,76 +103,74 @@ impl<'a> Builder<'a> {
         for (slot, part) in components.iter_mut().zip(parts) {
             *slot = self.expect_number(part, "a component of a vector")?;
         }
-        Ok(self.graph.add(Operation::Compose(components)))
+        Ok(self.graph.add(Operation::Compose, components))
     }
 
     /// The same operation on a number, or on every component of a vector.
-    pub fn unary(&mut self, op: Unary, a: &Term) -> Result<Id> {
+    pub fn unary(&mut self, operation: Operation, a: &Term) -> Result<Id> {
         if !self.is_vector(a) {
-            return Ok(self.graph.add(Operation::Unary(op, a.id)));
+            return Ok(self.graph.add(operation, [a.id]));
         }
-        match op {
-            Unary::Negate => {
+        match operation {
+            Operation::Negate => {
                 let minus_one = self.graph.number(-1.0);
-                Ok(self.graph.add(Operation::Scale(a.id, minus_one)))
+                Ok(self.graph.add(Operation::Scale, [a.id, minus_one]))
             }
-            Unary::Not => Err(ExprError::new("`!` needs a number, and this is a vector", a.span.clone())),
-            _ => Ok(self.each([a.id; 3], |graph, [a, ..]| graph.add(Operation::Unary(op, a)))),
+            Operation::Not => Err(ExprError::new("`!` needs a number, and this is a vector", a.span.clone())),
+            _ => Ok(self.each([a.id; 3], |graph, [a, ..]| graph.add(operation, [a]))),
         }
     }
 
     /// An operation on two numbers or, in every component, on a vector and another value.
-    pub fn binary(&mut self, op: Binary, a: &Term, b: &Term) -> Result<Id> {
+    pub fn binary(&mut self, operation: Operation, a: &Term, b: &Term) -> Result<Id> {
         let vectors = (self.is_vector(a), self.is_vector(b));
         if vectors == (false, false) {
-            return Ok(self.binary_numbers(op, a.id, b.id));
+            return Ok(binary_numbers(&mut self.graph, operation, a.id, b.id));
         }
-        if op.is_comparison() || matches!(op, Binary::And | Binary::Or | Binary::Checker) {
+        if operation.is_of_numbers_only() {
             let vector = if vectors.0 { a } else { b };
             let hint = "take a component such as `.y`, or `length(…)` or `dot(…)`";
             return Err(ExprError::new("a number is needed here, and this is a vector", vector.span.clone()).with_hint(hint));
         }
-        Ok(match (op, vectors) {
-            (Binary::Multiply, (true, false)) => self.graph.add(Operation::Scale(a.id, b.id)),
-            (Binary::Multiply, (false, true)) => self.graph.add(Operation::Scale(b.id, a.id)),
-            (Binary::Divide, (true, false)) => self.graph.add(Operation::Shrink(a.id, b.id)),
-            (Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide | Binary::Min | Binary::Max, _) => {
-                let (a, b) = (self.widen(a.id), self.widen(b.id));
-                self.graph.add(Operation::Vectors(op, a, b))
-            }
-            _ => self.each([a.id, b.id, b.id], |graph, [a, b, _]| binary_numbers(graph, op, a, b)),
+        Ok(match (operation, vectors) {
+            (Operation::Multiply, (true, false)) => self.graph.add(Operation::Scale, [a.id, b.id]),
+            (Operation::Multiply, (false, true)) => self.graph.add(Operation::Scale, [b.id, a.id]),
+            (Operation::Divide, (true, false)) => self.graph.add(Operation::Shrink, [a.id, b.id]),
+            _ => match operation.on_vectors() {
+                Some(operation) => {
+                    let operands = [self.widen(a.id), self.widen(b.id)];
+                    self.graph.add(operation, operands)
+                }
+                None => self.each([a.id, b.id, b.id], |graph, [a, b, _]| binary_numbers(graph, operation, a, b)),
+            },
         })
-    }
-
-    pub fn binary_numbers(&mut self, op: Binary, a: Id, b: Id) -> Id {
-        binary_numbers(&mut self.graph, op, a, b)
     }
 
     /// A number in all three components; a vector unchanged.
     pub fn widen(&mut self, id: Id) -> Id {
-        if self.graph.get(id).is_vector() { id } else { self.graph.add(Operation::Compose([id; 3])) }
+        if self.graph.is_vector(id) { id } else { self.graph.add(Operation::Compose, [id; 3]) }
     }
 
     /// `make` applied to the x, y and z of the operands (a number counts as its own component).
     pub fn each(&mut self, operands: [Id; 3], make: impl Fn(&mut Graph, [Id; 3]) -> Id) -> Id {
         let components = [0, 1, 2].map(|axis| {
-            let parts = operands.map(|id| match self.graph.get(id).is_vector() {
-                true => self.graph.add(Operation::Component(id, axis)),
+            let parts = operands.map(|id| match self.graph.is_vector(id) {
+                true => self.graph.component(id, axis),
                 false => id,
             });
             make(&mut self.graph, parts)
         });
-        self.graph.add(Operation::Compose(components))
+        self.graph.add(Operation::Compose, components)
     }
 
     /// `condition ? a : b`.
     pub fn select(&mut self, condition: &Term, a: &Term, b: &Term) -> Result<Id> {
         let c = self.expect_number(condition, "a condition")?;
         Ok(if self.is_vector(a) || self.is_vector(b) {
-            let (a, b) = (self.widen(a.id), self.widen(b.id));
-            self.graph.add(Operation::SelectVectors([c, a, b]))
+            let operands = [c, self.widen(a.id), self.widen(b.id)];
+            self.graph.add(Operation::SelectVectors, operands)
         } else {
-            self.graph.add(Operation::Select([c, a.id, b.id]))
+            self.graph.add(Operation::Select, [c, a.id, b.id])
         })
     }
 
@@ -193,13 +192,24 @@ impl<'a> Builder<'a> {
 }
 
 /// An operation on two numbers; a power with a constant whole exponent is multiplied out.
-fn binary_numbers(graph: &mut Graph, op: Binary, a: Id, b: Id) -> Id {
-    if op == Binary::Power
+fn binary_numbers(graph: &mut Graph, operation: Operation, a: Id, b: Id) -> Id {
+    if operation == Operation::Power
         && let Some(exponent) = graph.as_number(b)
         && exponent.fract() == 0.0
         && exponent.abs() <= LARGEST_WHOLE_POWER
     {
-        return graph.add(Operation::WholePower(a, exponent as i32));
+        let whole = exponent.abs() as u32;
+        let limit = graph.number(vanishing(whole));
+        let power = match whole {
+            2 => graph.add(Operation::Multiply, [a, a]),
+            _ => graph.add(Operation::WholePower(whole), [a, limit]),
+        };
+        return if exponent < 0.0 {
+            let one = graph.number(1.0);
+            graph.add(Operation::Divide, [one, power])
+        } else {
+            power
+        };
     }
-    graph.add(Operation::Binary(op, a, b))
+    graph.add(operation, [a, b])
 }

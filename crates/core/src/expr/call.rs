@@ -5,9 +5,9 @@ use std::ops::Range;
 use super::build::{Builder, Term};
 use super::error::{ExprError, Result};
 use super::function::{FUNCTIONS, Function, Octaves, constant, function};
-use super::graph::{Id, Operation};
+use super::graph::Id;
+use super::operation::Operation;
 use super::scope::Variable;
-use super::semantics::{Binary, Noise, Unary};
 use crate::noise::MAX_OCTAVES;
 use crate::suggest::closest;
 
@@ -21,11 +21,11 @@ impl Builder<'_> {
             (Function::Unary(op), [a]) => self.unary(op, a),
             (Function::Times(factor), [a]) => {
                 let factor = Term { id: self.graph.number(factor), span: name_span };
-                self.binary(Binary::Multiply, a, &factor)
+                self.binary(Operation::Multiply, a, &factor)
             }
             (Function::Binary(op), [a, b]) => self.binary(op, a, b),
-            (Function::Atan, [a]) => self.unary(Unary::Atan, a),
-            (Function::Atan, [a, b]) => self.binary(Binary::Atan2, a, b),
+            (Function::Atan, [a]) => self.unary(Operation::Atan, a),
+            (Function::Atan, [a, b]) => self.binary(Operation::Atan2, a, b),
             (Function::Extremum(op), [first, rest @ ..]) if !rest.is_empty() => {
                 let start = first.clone();
                 let folded = rest.iter().try_fold(start, |so_far, next| -> Result<Term> {
@@ -34,19 +34,19 @@ impl Builder<'_> {
                 Ok(folded.id)
             }
             (Function::Clamp, [x, low, high]) => {
-                let raised = Term { id: self.binary(Binary::Max, x, low)?, span };
-                self.binary(Binary::Min, &raised, high)
+                let raised = Term { id: self.binary(Operation::Max, x, low)?, span };
+                self.binary(Operation::Min, &raised, high)
             }
             (Function::Mix, [a, b, t]) => Ok(self.mix(a.id, b.id, t.id)),
             (Function::Smoothstep, [low, high, x]) => Ok(self.smoothstep([low.id, high.id, x.id])),
             (Function::If, [c, a, b]) => self.select(c, a, b),
             (Function::Vector, [_, _, _]) => self.compose(arguments),
             (Function::Vector, [x]) => Ok(self.widen(x.id)),
-            (Function::Checker, [x, y]) => self.binary(Binary::Checker, x, y),
+            (Function::Checker, [x, y]) => self.binary(Operation::Checker, x, y),
             (Function::Checker, [x, y, z]) => self.checker_in_space(x, y, z),
             (Function::Noise(octaves) | Function::PlaneNoise(octaves), _) => {
                 let (point, count) = self.octaves(octaves, name, arguments, &span)?;
-                self.noise(function, name, point, octaves.noise(count), span)
+                self.noise(function, octaves, name, point, count, span)
             }
             _ => self.call_on_vectors(function, name, arguments, span),
         }
@@ -63,40 +63,39 @@ impl Builder<'_> {
             return Err(wrong_count(function, name, arguments.len(), span));
         }
         let ids = arguments.iter().map(|a| self.expect_vector(a, &what)).collect::<Result<Vec<Id>>>()?;
-        let operation = match (function, ids.as_slice()) {
-            (Function::Length, [v]) => Operation::Length(*v),
-            (Function::Normalize, [v]) => Operation::Normalize(*v),
-            (Function::Dot, [a, b]) => Operation::Dot(*a, *b),
-            (Function::Cross, [a, b]) => Operation::Cross(*a, *b),
-            (Function::Reflect, [d, n]) => {
-                let along = self.graph.add(Operation::Dot(*d, *n));
-                let two = self.graph.number(2.0);
-                let twice = self.graph.add(Operation::Binary(Binary::Multiply, along, two));
-                let across = self.graph.add(Operation::Scale(*n, twice));
-                Operation::Vectors(Binary::Subtract, *d, across)
+        let graph = &mut self.graph;
+        Ok(match (function, ids.as_slice()) {
+            (Function::Length, &[v]) => graph.add(Operation::Length, [v]),
+            (Function::Normalize, &[v]) => graph.add(Operation::Normalize, [v]),
+            (Function::Dot, &[a, b]) => graph.add(Operation::Dot, [a, b]),
+            (Function::Cross, &[a, b]) => graph.add(Operation::Cross, [a, b]),
+            (Function::Reflect, &[d, n]) => {
+                let along = graph.add(Operation::Dot, [d, n]);
+                let two = graph.number(2.0);
+                let twice = graph.add(Operation::Multiply, [along, two]);
+                let across = graph.add(Operation::Scale, [n, twice]);
+                graph.add(Operation::SubtractVectors, [d, across])
             }
             _ => return Err(wrong_count(function, name, arguments.len(), span)),
-        };
-        Ok(self.graph.add(operation))
+        })
     }
 
     fn mix(&mut self, a: Id, b: Id, t: Id) -> Id {
-        let vector = |id: Id| self.graph.get(id).is_vector();
-        if vector(t) {
-            return self.each([a, b, t], |graph, all| graph.add(Operation::Mix(all)));
+        if self.graph.is_vector(t) {
+            return self.each([a, b, t], |graph, all| graph.add(Operation::Mix, all));
         }
-        if vector(a) || vector(b) {
-            let (a, b) = (self.widen(a), self.widen(b));
-            return self.graph.add(Operation::MixVectors([a, b, t]));
+        if self.graph.is_vector(a) || self.graph.is_vector(b) {
+            let operands = [self.widen(a), self.widen(b), t];
+            return self.graph.add(Operation::MixVectors, operands);
         }
-        self.graph.add(Operation::Mix([a, b, t]))
+        self.graph.add(Operation::Mix, [a, b, t])
     }
 
     fn smoothstep(&mut self, all: [Id; 3]) -> Id {
-        if all.iter().any(|id| self.graph.get(*id).is_vector()) {
-            return self.each(all, |graph, all| graph.add(Operation::Smoothstep(all)));
+        if all.iter().any(|id| self.graph.is_vector(*id)) {
+            return self.each(all, |graph, all| graph.add(Operation::Smoothstep, all));
         }
-        self.graph.add(Operation::Smoothstep(all))
+        self.graph.add(Operation::Smoothstep, all)
     }
 
     /// The arguments that are the point, and the count of octaves after them.
@@ -115,26 +114,42 @@ impl Builder<'_> {
         }
     }
 
-    fn noise(&mut self, function: Function, name: &str, point: &[Term], kind: Noise, span: Range<usize>) -> Result<Id> {
+    fn noise(
+        &mut self,
+        function: Function,
+        octaves: Octaves,
+        name: &str,
+        point: &[Term],
+        count: u32,
+        span: Range<usize>,
+    ) -> Result<Id> {
         let what = format!("a coordinate of `{name}`");
-        let operation = match (function, point) {
-            (_, [x, y]) => Operation::PlaneNoise(kind, self.expect_number(x, &what)?, self.expect_number(y, &what)?),
-            (Function::Noise(_), [p]) => Operation::SpaceNoise(kind, self.expect_vector(p, "a point of noise")?),
-            (Function::Noise(_), [_, _, _]) => Operation::SpaceNoise(kind, self.compose(point)?),
-            _ => return Err(wrong_count(function, name, point.len() + usize::from(kind != Noise::Single), span)),
-        };
-        Ok(self.graph.add(operation))
+        Ok(match (function, point) {
+            (_, [x, y]) => {
+                let operands = [self.expect_number(x, &what)?, self.expect_number(y, &what)?];
+                self.graph.add(octaves.in_plane(count), operands)
+            }
+            (Function::Noise(_), [p]) => {
+                let p = self.expect_vector(p, "a point of noise")?;
+                self.graph.add(octaves.in_space(count), [p])
+            }
+            (Function::Noise(_), [_, _, _]) => {
+                let p = self.compose(point)?;
+                self.graph.add(octaves.in_space(count), [p])
+            }
+            _ => return Err(wrong_count(function, name, point.len() + usize::from(octaves != Octaves::One), span)),
+        })
     }
 
     fn checker_in_space(&mut self, x: &Term, y: &Term, z: &Term) -> Result<Id> {
         let mut sum = self.graph.number(0.0);
         for term in [x, y, z] {
             let id = self.expect_number(term, "an argument of `checker`")?;
-            let cell = self.graph.add(Operation::Unary(Unary::Floor, id));
-            sum = self.binary_numbers(Binary::Add, sum, cell);
+            let cell = self.graph.add(Operation::Floor, [id]);
+            sum = self.graph.add(Operation::Add, [sum, cell]);
         }
         let two = self.graph.number(2.0);
-        Ok(self.binary_numbers(Binary::Modulo, sum, two))
+        Ok(self.graph.add(Operation::Modulo, [sum, two]))
     }
 
     fn unknown_function(&self, name: &str, span: Range<usize>) -> ExprError {
@@ -155,9 +170,9 @@ impl Builder<'_> {
 fn wrong_count(function: Function, name: &str, count: usize, span: Range<usize>) -> ExprError {
     let usage = match function {
         Function::Unary(_) | Function::Times(_) => "(x)",
-        Function::Binary(Binary::Atan2) => "(y, x)",
-        Function::Binary(Binary::Step) => "(edge, x)",
-        Function::Binary(Binary::Power) => "(base, exponent)",
+        Function::Binary(Operation::Atan2) => "(y, x)",
+        Function::Binary(Operation::Step) => "(edge, x)",
+        Function::Binary(Operation::Power) => "(base, exponent)",
         Function::Binary(_) => "(x, y)",
         Function::Atan => "(x)` or `atan(y, x)",
         Function::Extremum(_) => "(a, b, …)",

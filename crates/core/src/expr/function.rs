@@ -1,20 +1,20 @@
 //! The functions of the language, by name: one table for the parser, the messages and the documentation.
 
-use super::semantics::{Binary, Noise, Unary};
+use super::operation::Operation;
 
 /// How a name followed by arguments is understood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Function {
     /// One argument, a vector componentwise.
-    Unary(Unary),
+    Unary(Operation),
     /// One argument times a constant, a vector componentwise.
     Times(f64),
     /// Two arguments, vectors componentwise.
-    Binary(Binary),
+    Binary(Operation),
     /// `atan(x)` or `atan(y, x)`.
     Atan,
     /// Two or more arguments, vectors componentwise.
-    Extremum(Binary),
+    Extremum(Operation),
     /// `clamp(x, low, high)`.
     Clamp,
     /// `mix(a, b, t)`: a at t = 0, b at t = 1.
@@ -53,56 +53,65 @@ pub(super) enum Octaves {
 }
 
 impl Octaves {
-    /// The operation for this count of octaves.
-    pub const fn noise(self, count: u32) -> Noise {
+    /// The operation for this count of octaves at a point of space.
+    pub const fn in_space(self, count: u32) -> Operation {
         match self {
-            Self::One => Noise::Single,
-            Self::Sum => Noise::Sum(count),
-            Self::Turbulence => Noise::Turbulence(count),
+            Self::One => Operation::Noise,
+            Self::Sum => Operation::Sum(count),
+            Self::Turbulence => Operation::Turbulence(count),
+        }
+    }
+
+    /// The operation for this count of octaves at a point of a plane.
+    pub const fn in_plane(self, count: u32) -> Operation {
+        match self {
+            Self::One => Operation::PlaneNoise,
+            Self::Sum => Operation::PlaneSum(count),
+            Self::Turbulence => Operation::PlaneTurbulence(count),
         }
     }
 }
 
 /// Every function, alphabetically.
 pub(super) const FUNCTIONS: &[(&str, Function)] = &[
-    ("abs", Function::Unary(Unary::Abs)),
-    ("acos", Function::Unary(Unary::Acos)),
-    ("asin", Function::Unary(Unary::Asin)),
+    ("abs", Function::Unary(Operation::Abs)),
+    ("acos", Function::Unary(Operation::Acos)),
+    ("asin", Function::Unary(Operation::Asin)),
     ("atan", Function::Atan),
-    ("atan2", Function::Binary(Binary::Atan2)),
-    ("ceil", Function::Unary(Unary::Ceil)),
+    ("atan2", Function::Binary(Operation::Atan2)),
+    ("ceil", Function::Unary(Operation::Ceil)),
     ("checker", Function::Checker),
     ("clamp", Function::Clamp),
-    ("cos", Function::Unary(Unary::Cos)),
+    ("cos", Function::Unary(Operation::Cos)),
     ("cross", Function::Cross),
     ("degrees", Function::Times(180.0 / core::f64::consts::PI)),
     ("dot", Function::Dot),
-    ("exp", Function::Unary(Unary::Exp)),
+    ("exp", Function::Unary(Operation::Exp)),
     ("fbm", Function::Noise(Octaves::Sum)),
     ("fbm2", Function::PlaneNoise(Octaves::Sum)),
-    ("floor", Function::Unary(Unary::Floor)),
-    ("fract", Function::Unary(Unary::Fract)),
+    ("floor", Function::Unary(Operation::Floor)),
+    ("fract", Function::Unary(Operation::Fract)),
     ("if", Function::If),
     ("length", Function::Length),
-    ("ln", Function::Unary(Unary::Ln)),
-    ("log", Function::Unary(Unary::Ln)),
-    ("max", Function::Extremum(Binary::Max)),
-    ("min", Function::Extremum(Binary::Min)),
+    ("ln", Function::Unary(Operation::Ln)),
+    ("log", Function::Unary(Operation::Ln)),
+    ("max", Function::Extremum(Operation::Max)),
+    ("min", Function::Extremum(Operation::Min)),
     ("mix", Function::Mix),
-    ("mod", Function::Binary(Binary::Modulo)),
+    ("mod", Function::Binary(Operation::Modulo)),
     ("noise", Function::Noise(Octaves::One)),
     ("noise2", Function::PlaneNoise(Octaves::One)),
     ("normalize", Function::Normalize),
-    ("pow", Function::Binary(Binary::Power)),
+    ("pow", Function::Binary(Operation::Power)),
     ("radians", Function::Times(core::f64::consts::PI / 180.0)),
     ("reflect", Function::Reflect),
-    ("round", Function::Unary(Unary::Round)),
-    ("sign", Function::Unary(Unary::Sign)),
-    ("sin", Function::Unary(Unary::Sin)),
+    ("round", Function::Unary(Operation::Round)),
+    ("sign", Function::Unary(Operation::Sign)),
+    ("sin", Function::Unary(Operation::Sin)),
     ("smoothstep", Function::Smoothstep),
-    ("sqrt", Function::Unary(Unary::Sqrt)),
-    ("step", Function::Binary(Binary::Step)),
-    ("tan", Function::Unary(Unary::Tan)),
+    ("sqrt", Function::Unary(Operation::Sqrt)),
+    ("step", Function::Binary(Operation::Step)),
+    ("tan", Function::Unary(Operation::Tan)),
     ("turbulence", Function::Noise(Octaves::Turbulence)),
     ("turbulence2", Function::PlaneNoise(Octaves::Turbulence)),
     ("vec3", Function::Vector),

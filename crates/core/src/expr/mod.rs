@@ -18,22 +18,18 @@
 //! Constant parts are computed in f64 once; the rest runs in the scalar of the renderer. A source is bounded in length
 //! and depth, a program in size; both are errors, never a hang.
 
-mod assemble;
 mod build;
 mod call;
 mod error;
 mod function;
 mod graph;
 mod lexer;
+mod operation;
 mod parser;
 mod program;
-mod rules;
 mod run;
 mod scope;
-mod select;
 mod semantics;
-mod step;
-mod sums;
 #[cfg(test)]
 mod tests;
 

@@ -14,7 +14,7 @@ use std::ops::Range;
 use super::build::{Builder, Term};
 use super::error::{ExprError, Result};
 use super::lexer::{Lexeme, Token, tokens};
-use super::semantics::{Binary, Unary};
+use super::operation::Operation;
 use super::{MAX_DEPTH, MAX_SOURCE};
 
 pub(super) struct Parser<'s, 'n> {
@@ -42,23 +42,26 @@ pub(super) fn parse<'n>(source: &str, builder: Builder<'n>) -> Result<(Builder<'
     }
 }
 
+/// How tightly comparisons bind.
+const COMPARISON: u8 = 2;
+
 /// The operator a symbol stands for between two terms, and how tightly it binds.
-fn binary_operator(lexeme: Lexeme) -> Option<(Binary, u8)> {
+fn binary_operator(lexeme: Lexeme) -> Option<(Operation, u8)> {
     let Lexeme::Symbol(symbol) = lexeme else { return None };
     Some(match symbol {
-        "||" => (Binary::Or, 0),
-        "&&" => (Binary::And, 1),
-        "<" => (Binary::Less, 2),
-        "<=" => (Binary::LessOrEqual, 2),
-        ">" => (Binary::Greater, 2),
-        ">=" => (Binary::GreaterOrEqual, 2),
-        "==" => (Binary::Equal, 2),
-        "!=" => (Binary::NotEqual, 2),
-        "+" => (Binary::Add, 3),
-        "-" => (Binary::Subtract, 3),
-        "*" => (Binary::Multiply, 4),
-        "/" => (Binary::Divide, 4),
-        "%" => (Binary::Modulo, 4),
+        "||" => (Operation::Or, 0),
+        "&&" => (Operation::And, 1),
+        "<" => (Operation::Less, COMPARISON),
+        "<=" => (Operation::LessOrEqual, COMPARISON),
+        ">" => (Operation::Greater, COMPARISON),
+        ">=" => (Operation::GreaterOrEqual, COMPARISON),
+        "==" => (Operation::Equal, COMPARISON),
+        "!=" => (Operation::NotEqual, COMPARISON),
+        "+" => (Operation::Add, 3),
+        "-" => (Operation::Subtract, 3),
+        "*" => (Operation::Multiply, 4),
+        "/" => (Operation::Divide, 4),
+        "%" => (Operation::Modulo, 4),
         _ => return None,
     })
 }
@@ -149,11 +152,11 @@ impl Parser<'_, '_> {
         while let Some((op, its_level)) = binary_operator(self.peek())
             && its_level >= level
         {
-            if op.is_comparison() && compared {
+            if its_level == COMPARISON && compared {
                 let error = ExprError::new("comparisons cannot be chained", self.token().span);
                 return Err(error.with_hint("write `a < b && b < c`"));
             }
-            compared = op.is_comparison();
+            compared = its_level == COMPARISON;
             self.at += 1;
             let right = self.operators(its_level + 1)?;
             let id = self.builder.binary(op, &left, &right)?;
@@ -165,8 +168,8 @@ impl Parser<'_, '_> {
     fn prefix(&mut self) -> Result<Term> {
         let token = self.token();
         let op = match token.lexeme {
-            Lexeme::Symbol("-") => Some(Unary::Negate),
-            Lexeme::Symbol("!") => Some(Unary::Not),
+            Lexeme::Symbol("-") => Some(Operation::Negate),
+            Lexeme::Symbol("!") => Some(Operation::Not),
             Lexeme::Symbol("+") => None,
             _ => return self.power(),
         };
@@ -185,7 +188,7 @@ impl Parser<'_, '_> {
             return Ok(base);
         }
         let exponent = self.nested(Self::prefix)?;
-        let id = self.builder.binary(Binary::Power, &base, &exponent)?;
+        let id = self.builder.binary(Operation::Power, &base, &exponent)?;
         Ok(Term { id, span: base.span.start..exponent.span.end })
     }
 

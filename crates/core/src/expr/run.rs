@@ -1,15 +1,16 @@
-//! Running a program: the loop over its steps.
+//! Running a program: the registers, and what each operation does to them.
 
 use core::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec4, Vec4};
 use raywright_bvh::scalar::{Real, Vector};
 
-use super::scope::{Inputs, Variable};
-use super::semantics::{self, Noise};
-use super::step::{Opcode, Rare, Step};
+use super::operation::Operation;
+use super::scope::Inputs;
+use super::semantics::{floor, fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth};
+use crate::noise;
 
-/// Four numbers, or a vector and one number that means nothing.
+/// Four registers of numbers, or one of a vector in its first three places.
 pub(super) type Row<R> = [R; 4];
 
 /// A scalar with the four-component vector that the processor loads, computes and stores in one piece. To read a vector in
@@ -19,71 +20,80 @@ pub(super) trait Lanes: Real {
         + Add<Output = Self::Wide>
         + Sub<Output = Self::Wide>
         + Mul<Output = Self::Wide>
+        + Div<Output = Self::Wide>
         + Mul<Self, Output = Self::Wide>
         + Div<Self, Output = Self::Wide>;
     fn wide(row: Row<Self>) -> Self::Wide;
     fn row(wide: Self::Wide) -> Row<Self>;
 }
 
-impl Lanes for f32 {
-    type Wide = Vec4;
-    #[inline(always)]
-    fn wide(row: Row<f32>) -> Vec4 {
-        Vec4::from_array(row)
-    }
-    #[inline(always)]
-    fn row(wide: Vec4) -> Row<f32> {
-        wide.to_array()
-    }
+macro_rules! lanes {
+    ($scalar:ident, $wide:ident) => {
+        impl Lanes for $scalar {
+            type Wide = $wide;
+            #[inline(always)]
+            fn wide(row: Row<$scalar>) -> $wide {
+                $wide::from_array(row)
+            }
+            #[inline(always)]
+            fn row(wide: $wide) -> Row<$scalar> {
+                wide.to_array()
+            }
+        }
+    };
 }
 
-impl Lanes for f64 {
-    type Wide = DVec4;
-    #[inline(always)]
-    fn wide(row: Row<f64>) -> DVec4 {
-        DVec4::from_array(row)
-    }
-    #[inline(always)]
-    fn row(wide: DVec4) -> Row<f64> {
-        wide.to_array()
-    }
+lanes!(f32, Vec4);
+lanes!(f64, DVec4);
+
+/// One instruction. A register is a number's place in all rows; a vector's is that of its x, at the start of a row.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub operation: Operation,
+    pub to: u16,
+    pub from: [u16; 4],
 }
 
-/// The numbers of one evaluation, four in a row; indices are masked, so that they need no check.
-struct File<R, const ROWS: usize>([Row<R>; ROWS]);
+/// The registers of one evaluation; indices are masked, so that they need no check. The count of rows is a power of two.
+pub(super) struct File<R, const ROWS: usize>(pub [Row<R>; ROWS]);
 
 impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
     #[inline(always)]
-    fn number(&self, register: u8) -> R {
+    pub fn number(&self, register: u16) -> R {
         self.0.as_flattened()[usize::from(register) & (4 * ROWS - 1)]
     }
 
     #[inline(always)]
-    fn set_number(&mut self, register: u8, value: R) {
+    fn set_number(&mut self, register: u16, value: R) {
         self.0.as_flattened_mut()[usize::from(register) & (4 * ROWS - 1)] = value;
     }
 
     #[inline(always)]
-    fn vector(&self, register: u8) -> R::Wide {
-        R::wide(self.0[(usize::from(register) & (4 * ROWS - 4)) / 4])
+    pub fn vector(&self, register: u16) -> R::Wide {
+        R::wide(self.0[(usize::from(register) / 4) & (ROWS - 1)])
     }
 
     #[inline(always)]
-    fn set_vector(&mut self, register: u8, value: R::Wide) {
-        self.0[(usize::from(register) & (4 * ROWS - 4)) / 4] = R::row(value);
+    fn set_vector(&mut self, register: u16, value: R::Wide) {
+        self.0[(usize::from(register) / 4) & (ROWS - 1)] = R::row(value);
     }
 
     /// A vector by its components. Not taken from a row: to read other pieces of it than were written takes longer than
     /// all of a step's arithmetic, and which pieces these are, the compiler chooses where it knows that they lie together.
     #[inline(always)]
-    fn point(&self, register: u8) -> R::Vec3 {
+    fn point(&self, register: u16) -> R::Vec3 {
         let [x, y, z] = [0, 1, 2].map(|axis| self.number(register.wrapping_add(axis)));
         R::Vec3::new(x, y, z)
     }
 
-    /// The variables that a program reads, in the first rows, in the order of [`input_place`].
     #[inline(always)]
-    fn load(&mut self, inputs: &Inputs<R>, rows: u8) {
+    fn set_point(&mut self, register: u16, v: R::Vec3) {
+        self.set_vector(register, R::wide([v.x(), v.y(), v.z(), R::ZERO]));
+    }
+
+    /// Lays those rows of the hit out first whose bits are set in `rows`, in the order of [`Variable::place`](super::scope::Variable::place).
+    #[inline(always)]
+    pub fn load(&mut self, inputs: &Inputs<R>, rows: u8) {
         const RARE: u8 = !0b111;
         let mut next = 0;
         let mut put = |index: u8, row: &dyn Fn() -> Row<R>| {
@@ -104,160 +114,131 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
             put(7, &|| [inputs.shadow; 4]);
         }
     }
-}
 
-/// Which row of the hit a variable is in (bit of [`Program`](super::Program)'s set of rows), and where in the row.
-pub(super) const fn input_place(variable: Variable) -> (u8, u8) {
-    match variable {
-        Variable::Position => (0, 0),
-        Variable::Normal => (1, 0),
-        Variable::Direction => (2, 0),
-        Variable::Reflected => (3, 0),
-        Variable::ToLight => (4, 0),
-        Variable::Origin => (5, 0),
-        Variable::U => (6, 0),
-        Variable::V => (6, 1),
-        Variable::Distance => (6, 2),
-        Variable::OccluderDistance => (6, 3),
-        Variable::Shadow => (7, 0),
+    /// The number that `f` makes of one.
+    #[inline(always)]
+    fn one(&mut self, step: Step, f: impl Fn(R) -> R) {
+        self.set_number(step.to, f(self.number(step.from[0])));
     }
-}
 
-#[inline(always)]
-fn splat<R: Lanes>(x: R) -> R::Wide {
-    R::wide([x; 4])
-}
+    /// The number that `f` makes of two.
+    #[inline(always)]
+    fn two(&mut self, step: Step, f: impl Fn(R, R) -> R) {
+        self.set_number(step.to, f(self.number(step.from[0]), self.number(step.from[1])));
+    }
 
-#[inline(always)]
-fn widen<R: Lanes>(v: R::Vec3) -> R::Wide {
-    R::wide([v.x(), v.y(), v.z(), R::ZERO])
-}
+    /// The truth value that `f` makes of two numbers.
+    #[inline(always)]
+    fn test(&mut self, step: Step, f: impl Fn(R, R) -> bool) {
+        self.two(step, |a, b| truth(f(a, b)));
+    }
 
-/// What is the same for every scalar type of a program, beside its template.
-#[derive(Clone, Debug)]
-pub(super) struct Code {
-    pub steps: Vec<Step>,
-    /// Bit i is set where row i of the hit is read, see [`input_place`].
-    pub rows: u8,
-    pub is_vector: bool,
-    /// The register of the result.
-    pub result: u8,
-}
+    /// The number that `f` makes of three.
+    #[inline(always)]
+    fn three(&mut self, step: Step, f: impl Fn(R, R, R) -> R) {
+        let [a, b, c, _] = step.from.map(|register| self.number(register));
+        self.set_number(step.to, f(a, b, c));
+    }
 
-impl Code {
-    /// Runs the steps over a file of `ROWS` rows (a power of two) that starts as `template`: the row that is the result,
-    /// or the number in every place of one.
-    #[inline(never)]
-    pub fn run<R: Lanes, const ROWS: usize>(&self, template: &[Row<R>], inputs: &Inputs<R>) -> Row<R> {
-        let Some(template) = template.first_chunk::<ROWS>() else { return [R::ZERO; 4] };
-        let mut file = File::<R, ROWS>([[R::ZERO; 4]; ROWS]);
-        // Of more than eight rows at once, the compiler makes a call, which takes longer than many a program.
-        let (half, other) = file.0.split_at_mut(ROWS / 2);
-        half.copy_from_slice(&template[..ROWS / 2]);
-        other.copy_from_slice(&template[ROWS / 2..]);
-        file.load(inputs, self.rows);
-        for step in &self.steps {
-            let [a, b, c, d] = step.from;
-            if step.is_sum {
-                file.set_number(step.to, file.number(a) * file.number(b) * file.number(c) + file.number(d));
-            } else {
-                perform(step, &mut file);
+    /// The number that `f` makes of a vector.
+    #[inline(always)]
+    fn of_point(&mut self, step: Step, f: impl Fn(R::Vec3) -> R) {
+        self.set_number(step.to, f(self.point(step.from[0])));
+    }
+
+    /// The vector that `f` makes of two.
+    #[inline(always)]
+    fn vectors(&mut self, step: Step, f: impl Fn(R::Wide, R::Wide) -> R::Wide) {
+        self.set_vector(step.to, f(self.vector(step.from[0]), self.vector(step.from[1])));
+    }
+
+    /// The vector that `f` makes of each component of two.
+    #[inline(always)]
+    fn each(&mut self, step: Step, f: impl Fn(R, R) -> R) {
+        let (a, b) = (self.point(step.from[0]), self.point(step.from[1]));
+        self.set_point(step.to, R::Vec3::new(f(a.x(), b.x()), f(a.y(), b.y()), f(a.z(), b.z())));
+    }
+
+    #[inline(always)]
+    pub fn perform(&mut self, step: Step) {
+        let [a, b, c, d] = step.from;
+        match step.operation {
+            Operation::Negate => self.one(step, |a| -a),
+            Operation::Not => self.one(step, |a| truth(!is_true(a))),
+            Operation::Sin => self.one(step, R::sin),
+            Operation::Cos => self.one(step, R::cos),
+            Operation::Tan => self.one(step, R::tan),
+            Operation::Asin => self.one(step, R::asin),
+            Operation::Acos => self.one(step, R::acos),
+            Operation::Atan => self.one(step, R::atan),
+            Operation::Exp => self.one(step, R::exp),
+            Operation::Ln => self.one(step, R::ln),
+            Operation::Sqrt => self.one(step, R::sqrt),
+            Operation::Abs => self.one(step, R::abs),
+            Operation::Sign => self.one(step, sign),
+            Operation::Floor => self.one(step, floor),
+            Operation::Ceil => self.one(step, |a| -floor(-a)),
+            Operation::Fract => self.one(step, fraction),
+            Operation::Round => self.one(step, |a| floor(a + R::from_f32(0.5))),
+            Operation::Add => self.two(step, |a, b| a + b),
+            Operation::Subtract => self.two(step, |a, b| a - b),
+            Operation::Multiply => self.two(step, |a, b| a * b),
+            Operation::Divide => self.two(step, |a, b| a / b),
+            Operation::Modulo => self.two(step, remainder),
+            Operation::Power => self.two(step, R::powf),
+            Operation::WholePower(exponent) => self.two(step, |a, limit| power(a, exponent, limit)),
+            Operation::Min => self.two(step, min),
+            Operation::Max => self.two(step, max),
+            Operation::Atan2 => self.two(step, R::atan2),
+            Operation::Step => self.two(step, |a, b| if b < a { R::ZERO } else { R::ONE }),
+            Operation::Checker => self.test(step, odd),
+            Operation::Less => self.test(step, |a, b| a < b),
+            Operation::LessOrEqual => self.test(step, |a, b| a <= b),
+            Operation::Greater => self.test(step, |a, b| a > b),
+            Operation::GreaterOrEqual => self.test(step, |a, b| a >= b),
+            Operation::Equal => self.test(step, |a, b| a == b),
+            Operation::NotEqual => self.test(step, |a, b| a != b),
+            Operation::And => self.test(step, |a, b| is_true(a) && is_true(b)),
+            Operation::Or => self.test(step, |a, b| is_true(a) || is_true(b)),
+            Operation::Mix => self.three(step, mix),
+            Operation::Smoothstep => self.three(step, smoothstep),
+            Operation::ProductSum => {
+                self.set_number(step.to, self.number(a) * self.number(b) * self.number(c) + self.number(d));
             }
+            Operation::Select => self.set_number(step.to, self.number(if is_true(self.number(a)) { b } else { c })),
+            Operation::Dot => self.set_number(step.to, self.point(a).dot(self.point(b))),
+            Operation::Length => self.of_point(step, R::Vec3::length),
+            Operation::Noise => self.of_point(step, noise::noise3),
+            Operation::Sum(octaves) => self.of_point(step, |p| noise::fbm3(p, octaves)),
+            Operation::Turbulence(octaves) => self.of_point(step, |p| noise::turbulence3(p, octaves)),
+            Operation::PlaneNoise => self.two(step, noise::noise2),
+            Operation::PlaneSum(octaves) => self.two(step, |x, y| noise::fbm2(x, y, octaves)),
+            Operation::PlaneTurbulence(octaves) => self.two(step, |x, y| noise::turbulence2(x, y, octaves)),
+            Operation::Compose => {
+                self.set_vector(step.to, R::wide([self.number(a), self.number(b), self.number(c), R::ZERO]));
+            }
+            Operation::AddVectors => self.vectors(step, |a, b| a + b),
+            Operation::SubtractVectors => self.vectors(step, |a, b| a - b),
+            Operation::MultiplyVectors => self.vectors(step, |a, b| a * b),
+            Operation::DivideVectors => self.vectors(step, |a, b| a / b),
+            Operation::MinVectors => self.each(step, min),
+            Operation::MaxVectors => self.each(step, max),
+            Operation::Scale => self.set_vector(step.to, self.vector(a) * self.number(b)),
+            Operation::Shrink => self.set_vector(step.to, self.vector(a) / self.number(b)),
+            Operation::MixVectors => {
+                let t = self.number(c);
+                self.vectors(step, |a, b| a * (R::ONE - t) + b * t);
+            }
+            Operation::SelectVectors => self.set_vector(step.to, self.vector(if is_true(self.number(a)) { b } else { c })),
+            Operation::Cross => self.set_point(step.to, self.point(a).cross(self.point(b))),
+            Operation::Normalize => self.set_vector(step.to, self.vector(a) * (R::ONE / self.point(a).length())),
         }
-        if self.is_vector { R::row(file.vector(self.result)) } else { [file.number(self.result); 4] }
     }
 }
 
-/// A step that is no sum with a product.
-#[inline(always)]
-fn perform<R: Lanes, const ROWS: usize>(step: &Step, file: &mut File<R, ROWS>) {
-    let [a, b, c, d] = step.from;
-    macro_rules! number {
-        ($value:expr) => {{
-            let value = $value;
-            file.set_number(step.to, value)
-        }};
-    }
-    macro_rules! vector {
-        ($value:expr) => {{
-            let value = $value;
-            file.set_vector(step.to, value)
-        }};
-    }
-    macro_rules! n {
-        ($register:expr) => {
-            file.number($register)
-        };
-    }
-    macro_rules! v {
-        ($register:expr) => {
-            file.vector($register)
-        };
-    }
-    match step.opcode {
-        Opcode::Divide => number!(n!(a) / n!(b)),
-        Opcode::Min => number!(semantics::min(n!(a), n!(b))),
-        Opcode::Max => number!(semantics::max(n!(a), n!(b))),
-        Opcode::Clamp => number!(semantics::min(semantics::max(n!(a), n!(b)), n!(c))),
-        Opcode::Power => number!(semantics::power(n!(a), step.whole, step.limit)),
-        Opcode::LobePower => number!(semantics::power(semantics::max(n!(a), n!(b)), step.whole, step.limit)),
-        Opcode::Sine => number!(n!(a).sin()),
-        Opcode::SquareRoot => number!(n!(a).sqrt()),
-        Opcode::Absolute => number!(n!(a).abs()),
-        Opcode::Floor => number!(semantics::floor(n!(a))),
-        Opcode::Fraction => number!(semantics::fraction(n!(a))),
-        Opcode::Checker => number!(semantics::truth(semantics::odd(n!(a), n!(b)))),
-        Opcode::Mix => number!(semantics::mix(n!(b), n!(c), n!(a))),
-        Opcode::Smoothstep => number!(semantics::smoothstep(n!(b), n!(c), n!(a))),
-        Opcode::Select => number!(n!(if semantics::is_true(n!(a)) { b } else { c })),
-        Opcode::SelectLess => number!(n!(if n!(a) < n!(b) { c } else { d })),
-        Opcode::Length => number!(file.point(a).length()),
-        Opcode::Distance => number!((file.point(a) - file.point(b)).length()),
-        Opcode::VectorSum => vector!(v!(a) * n!(b) + v!(c)),
-        Opcode::DotSum => number!(file.point(a).dot(file.point(b)) * n!(c) + n!(d)),
-        Opcode::RareNumber => number!(rare_number(step, file)),
-        Opcode::Compose => vector!(R::wide([n!(a), n!(b), n!(c), R::ZERO])),
-        Opcode::MultiplyVectors => vector!(v!(a) * v!(b)),
-        Opcode::Shrink => vector!(v!(a) / n!(b)),
-        Opcode::AddGrey => vector!(v!(a) + splat(n!(b) * n!(c))),
-        Opcode::MixVectors => {
-            let t = n!(a);
-            vector!(v!(b) * (R::ONE - t) + v!(c) * t)
-        }
-        Opcode::SelectVectors => vector!(v!(if semantics::is_true(n!(a)) { b } else { c })),
-        Opcode::SelectVectorsLess => vector!(v!(if n!(a) < n!(b) { c } else { d })),
-        Opcode::CheckerVectors => vector!(v!(if semantics::odd(n!(a), n!(b)) { d } else { c })),
-        Opcode::Normalize => vector!(v!(a) * (R::ONE / file.point(a).length())),
-        Opcode::RareVector => vector!(rare_vector(step, file)),
-    }
-}
-
-/// A number that takes so long that one more call is nothing, kept out of the loop that the other steps share.
-#[inline(never)]
-fn rare_number<R: Lanes, const ROWS: usize>(step: &Step, file: &File<R, ROWS>) -> R {
-    let [a, b, ..] = step.from.map(|register| file.number(register));
-    let point = || file.point(step.from[0]);
-    match step.rare {
-        Rare::ReciprocalPower => R::ONE / semantics::power(a, step.whole, step.limit),
-        Rare::Unary(op) => semantics::unary(op, a),
-        Rare::Binary(op) => semantics::binary(op, a, b),
-        Rare::SpaceNoise => semantics::space_noise(Noise::Single, point()),
-        Rare::SpaceSum => semantics::space_noise(Noise::Sum(step.whole), point()),
-        Rare::SpaceTurbulence => semantics::space_noise(Noise::Turbulence(step.whole), point()),
-        Rare::PlaneNoise => semantics::plane_noise(Noise::Single, a, b),
-        Rare::PlaneSum => semantics::plane_noise(Noise::Sum(step.whole), a, b),
-        Rare::PlaneTurbulence => semantics::plane_noise(Noise::Turbulence(step.whole), a, b),
-        Rare::None | Rare::Cross | Rare::Vectors(_) => R::ZERO,
-    }
-}
-
-/// A vector that takes long.
-#[inline(never)]
-fn rare_vector<R: Lanes, const ROWS: usize>(step: &Step, file: &File<R, ROWS>) -> R::Wide {
-    let [a, b, ..] = step.from.map(|register| file.point(register));
-    widen::<R>(match step.rare {
-        Rare::Cross => a.cross(b),
-        Rare::Vectors(op) => semantics::binary_vectors::<R>(op, a, b),
-        _ => R::Vec3::ZERO,
-    })
+/// One operation on these rows.
+pub(super) fn alone(operation: Operation, [a, b, c, d]: [Row<f64>; 4]) -> Row<f64> {
+    let mut file = File([a, b, c, d, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]);
+    file.perform(Step { operation, to: 16, from: [0, 4, 8, 12] });
+    file.0[4]
 }

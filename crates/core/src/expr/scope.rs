@@ -66,6 +66,23 @@ impl Variable {
     pub const fn is_vector(self) -> bool {
         matches!(self, Self::Position | Self::Normal | Self::Direction | Self::Reflected | Self::ToLight | Self::Origin)
     }
+
+    /// Which row of the hit it is in, and where in the row; a program loads the rows that it reads.
+    pub(super) const fn place(self) -> (u8, u8) {
+        match self {
+            Self::Position => (0, 0),
+            Self::Normal => (1, 0),
+            Self::Direction => (2, 0),
+            Self::Reflected => (3, 0),
+            Self::ToLight => (4, 0),
+            Self::Origin => (5, 0),
+            Self::U => (6, 0),
+            Self::V => (6, 1),
+            Self::Distance => (6, 2),
+            Self::OccluderDistance => (6, 3),
+            Self::Shadow => (7, 0),
+        }
+    }
 }
 
 /// Where an expression stands, and so which variables it may read.
@@ -129,33 +146,4 @@ pub struct Inputs<R: Real> {
     pub occluder_distance: R,
     /// [`Variable::Shadow`].
     pub shadow: R,
-}
-
-impl<R: Real> Inputs<R> {
-    /// A vector variable; zero for one that is a number.
-    #[inline(always)]
-    pub(super) fn vector(&self, variable: Variable) -> R::Vec3 {
-        match variable {
-            Variable::Position => self.p,
-            Variable::Normal => self.n,
-            Variable::Direction => self.d,
-            Variable::Reflected => self.r,
-            Variable::ToLight => self.l,
-            Variable::Origin => self.o,
-            _ => R::Vec3::default(),
-        }
-    }
-
-    /// A number variable; zero for one that is a vector.
-    #[inline(always)]
-    pub(super) fn number(&self, variable: Variable) -> R {
-        match variable {
-            Variable::U => self.u,
-            Variable::V => self.v,
-            Variable::Distance => self.distance,
-            Variable::OccluderDistance => self.occluder_distance,
-            Variable::Shadow => self.shadow,
-            _ => R::ZERO,
-        }
-    }
 }

@@ -1,82 +1,6 @@
-//! What each operation means, once for every scalar type: constant folding, the graph's own evaluation and the compiled
-//! program all call these.
+//! Functions of numbers that are more than one operation of the processor, once for every scalar type.
 
-use raywright_bvh::scalar::{Real, Vector};
-
-use crate::noise;
-
-/// Operations on one number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Unary {
-    Negate,
-    Not,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Exp,
-    Ln,
-    Sqrt,
-    Abs,
-    Sign,
-    Floor,
-    Ceil,
-    Fract,
-    Round,
-}
-
-/// Operations on two numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Binary {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    /// x − y ⌊x/y⌋: the sign of the divisor, as in GLSL, and nearer to zero than it.
-    Modulo,
-    Power,
-    Min,
-    Max,
-    Atan2,
-    /// 0 where the second is below the first, else 1.
-    Step,
-    /// Parity of ⌊a⌋ + ⌊b⌋: 0 or 1.
-    Checker,
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-    Equal,
-    NotEqual,
-    And,
-    Or,
-}
-
-/// How octaves of gradient noise are added up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Noise {
-    /// One octave.
-    Single,
-    /// So many octaves.
-    Sum(u32),
-    /// The absolute values of so many octaves.
-    Turbulence(u32),
-}
-
-impl Binary {
-    /// The same result with the arguments exchanged, up to the payload of a NaN and the sign of a zero.
-    pub const fn commutes(self) -> bool {
-        use Binary::{Add, And, Equal, Max, Min, Multiply, NotEqual, Or};
-        matches!(self, Add | Multiply | Min | Max | Equal | NotEqual | And | Or)
-    }
-
-    /// A truth value of two numbers, which must not be vectors.
-    pub const fn is_comparison(self) -> bool {
-        matches!(self, Self::Less | Self::LessOrEqual | Self::Greater | Self::GreaterOrEqual | Self::Equal | Self::NotEqual)
-    }
-}
+use raywright_bvh::scalar::Real;
 
 /// A truth value as a number: 1 or 0.
 #[inline(always)]
@@ -103,67 +27,15 @@ pub(super) fn max<R: Real>(a: R, b: R) -> R {
     if b > a || a.is_nan() { b } else { a }
 }
 
-/// One operation on one number.
+/// −1, 0 or 1; a zero or NaN unchanged.
 #[inline(always)]
-pub(super) fn unary<R: Real>(op: Unary, x: R) -> R {
-    match op {
-        Unary::Negate => -x,
-        Unary::Not => truth(!is_true(x)),
-        Unary::Sin => x.sin(),
-        Unary::Cos => x.cos(),
-        Unary::Tan => x.tan(),
-        Unary::Asin => x.asin(),
-        Unary::Acos => x.acos(),
-        Unary::Atan => x.atan(),
-        Unary::Exp => x.exp(),
-        Unary::Ln => x.ln(),
-        Unary::Sqrt => x.sqrt(),
-        Unary::Abs => x.abs(),
-        Unary::Sign => {
-            if x > R::ZERO {
-                R::ONE
-            } else if x < R::ZERO {
-                -R::ONE
-            } else {
-                x
-            }
-        }
-        Unary::Floor => floor(x),
-        Unary::Ceil => -floor(-x),
-        Unary::Fract => fraction(x),
-        Unary::Round => floor(x + R::from_f64(0.5)),
-    }
-}
-
-/// One operation on two numbers.
-#[inline(always)]
-pub(super) fn binary<R: Real>(op: Binary, a: R, b: R) -> R {
-    match op {
-        Binary::Add => a + b,
-        Binary::Subtract => a - b,
-        Binary::Multiply => a * b,
-        Binary::Divide => a / b,
-        Binary::Modulo => remainder(a, b),
-        Binary::Power => a.powf(b),
-        Binary::Min => min(a, b),
-        Binary::Max => max(a, b),
-        Binary::Atan2 => a.atan2(b),
-        Binary::Step => {
-            if b < a {
-                R::ZERO
-            } else {
-                R::ONE
-            }
-        }
-        Binary::Checker => truth(odd(a, b)),
-        Binary::Less => truth(a < b),
-        Binary::LessOrEqual => truth(a <= b),
-        Binary::Greater => truth(a > b),
-        Binary::GreaterOrEqual => truth(a >= b),
-        Binary::Equal => truth(a == b),
-        Binary::NotEqual => truth(a != b),
-        Binary::And => truth(is_true(a) && is_true(b)),
-        Binary::Or => truth(is_true(a) || is_true(b)),
+pub(super) fn sign<R: Real>(x: R) -> R {
+    if x > R::ZERO {
+        R::ONE
+    } else if x < R::ZERO {
+        -R::ONE
+    } else {
+        x
     }
 }
 
@@ -191,7 +63,7 @@ pub(super) fn fraction<R: Real>(x: R) -> R {
 /// a − b ⌊a/b⌋, from zero on and nearer to it than b: a quotient may round up to a whole number, which leaves a remainder on
 /// the wrong side, and the difference may round to b.
 #[inline(always)]
-fn remainder<R: Real>(a: R, b: R) -> R {
+pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
     let rest = a - b * floor(a / b);
     let (low, high) = if b > R::ZERO { (R::ZERO, b.next_down()) } else { (b.next_up(), R::ZERO) };
     let wrong_side = if b > R::ZERO { rest < R::ZERO } else { rest > R::ZERO };
@@ -214,18 +86,11 @@ pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
     half - floor(half) > R::ZERO
 }
 
-/// A whole power: [`Real::powi`], and one division where the exponent is negative.
-#[inline(always)]
-pub(super) fn whole_power<R: Real>(base: R, exponent: i32) -> R {
-    let power = base.powi(exponent.unsigned_abs());
-    if exponent < 0 { R::ONE / power } else { power }
-}
-
 /// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow, which is slow. `limit` is
 /// the [`vanishing`] limit of the exponent.
 #[inline(always)]
-pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: f32) -> R {
-    if size_of::<R>() == size_of::<f32>() && base.abs() < R::from_f32(limit) {
+pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: R) -> R {
+    if size_of::<R>() == size_of::<f32>() && base.abs() < limit {
         return if exponent & 1 == 1 { base * R::ZERO } else { R::ZERO };
     }
     let mut result = if exponent & 1 == 1 { base } else { R::ONE };
@@ -240,21 +105,15 @@ pub(super) fn power<R: Real>(mut base: R, exponent: u32, limit: f32) -> R {
 
 /// A magnitude below which this power of an f32 is zero. To find that out by squaring is slow, because the squares are
 /// subnormal on the way; and highlights with high powers are zero nearly everywhere.
-pub(super) fn vanishing(exponent: u32) -> f32 {
+pub(super) fn vanishing(exponent: u32) -> f64 {
     // What is below 2⁻¹⁵⁰ becomes zero. The last factor is below 2⁻⁷⁵ and at most twice too large where it is subnormal;
     // a further factor of two is more than all other roundings.
-    libm::exp2(-152.0 / f64::from(exponent)) as f32
+    libm::exp2(-152.0 / f64::from(exponent))
 }
 
 /// a where t = 0, b where t = 1, both exactly.
 #[inline(always)]
 pub(super) fn mix<R: Real>(a: R, b: R, t: R) -> R {
-    a * (R::ONE - t) + b * t
-}
-
-/// [`mix`] in every component.
-#[inline(always)]
-pub(super) fn mix_vectors<R: Real>(a: R::Vec3, b: R::Vec3, t: R) -> R::Vec3 {
     a * (R::ONE - t) + b * t
 }
 
@@ -268,32 +127,6 @@ pub(super) fn smoothstep<R: Real>(low: R, high: R, x: R) -> R {
     t * t * (R::from_f64(3.0) - R::from_f64(2.0) * t)
 }
 
-/// One operation on every component.
-#[inline(always)]
-pub(super) fn binary_vectors<R: Real>(op: Binary, a: R::Vec3, b: R::Vec3) -> R::Vec3 {
-    R::Vec3::new(binary(op, a.x(), b.x()), binary(op, a.y(), b.y()), binary(op, a.z(), b.z()))
-}
-
-/// Gradient noise at a point of space.
-#[inline(always)]
-pub(super) fn space_noise<R: Real>(kind: Noise, p: R::Vec3) -> R {
-    match kind {
-        Noise::Single => noise::noise3(p),
-        Noise::Sum(octaves) => noise::fbm3(p, octaves),
-        Noise::Turbulence(octaves) => noise::turbulence3(p, octaves),
-    }
-}
-
-/// Gradient noise at a point of a plane.
-#[inline(always)]
-pub(super) fn plane_noise<R: Real>(kind: Noise, x: R, y: R) -> R {
-    match kind {
-        Noise::Single => noise::noise2(x, y),
-        Noise::Sum(octaves) => noise::fbm2(x, y, octaves),
-        Noise::Turbulence(octaves) => noise::turbulence2(x, y, octaves),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,15 +138,15 @@ mod tests {
                 assert!((R::ZERO..R::ONE).contains(&f), "the fraction of {x:?} is {f:?}");
                 for divisor in [1.0, 0.1, 3.0, 7.3, 1e-3] {
                     let b = R::from_f64(divisor);
-                    let (above, below) = (binary(Binary::Modulo, x, b), binary(Binary::Modulo, x, -b));
+                    let (above, below) = (remainder(x, b), remainder(x, -b));
                     assert!(above >= R::ZERO && above < b, "{x:?} mod {b:?} is {above:?}");
                     assert!(below <= R::ZERO && below > -b, "{x:?} mod {:?} is {below:?}", -b);
                 }
             }
         }
         let far = (R::ONE - R::ROUNDOFF, R::ROUNDOFF * R::from_f64(0.1));
-        assert_eq!((fraction(-far.1), binary(Binary::Modulo, -far.1, R::ONE)), (far.0, far.0));
-        assert!(fraction(R::INFINITY).is_nan() && binary(Binary::Modulo, R::ONE, R::ZERO).is_nan());
+        assert_eq!((fraction(-far.1), remainder(-far.1, R::ONE)), (far.0, far.0));
+        assert!(fraction(R::INFINITY).is_nan() && remainder(R::ONE, R::ZERO).is_nan());
     }
 
     /// Protects (S19): a fraction is below one and a remainder nearer to zero than its divisor, where x − ⌊x⌋ rounds to one.
@@ -322,6 +155,6 @@ mod tests {
         stay_below::<f32>(1e-38);
         stay_below::<f64>(1e-300);
         assert_eq!((fraction(-0.25_f32), fraction(1.75_f64)), (0.75, 0.75));
-        assert_eq!((binary(Binary::Modulo, -1.0_f32, 3.0), binary(Binary::Modulo, 7.5_f64, -2.0)), (2.0, -0.5));
+        assert_eq!((remainder(-1.0_f32, 3.0), remainder(7.5_f64, -2.0)), (2.0, -0.5));
     }
 }
