@@ -24,7 +24,7 @@ pub enum Purpose {
 }
 
 /// Points that one scramble of the sequence holds.
-pub(crate) const SEQUENCE: u32 = 1 << 16;
+const SEQUENCE: u32 = 1 << 16;
 
 /// Which number: nothing else decides its value. Adding a draw anywhere shifts no other one, because nothing is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -10,7 +10,7 @@ pub enum PartError {
     #[error("there is nothing to merge")]
     Nothing,
     /// Films of different pictures.
-    #[error("part {part} belongs to another picture: its {what} differs from that of the first one")]
+    #[error("part {part} belongs to another picture: its {what} differs")]
     Foreign {
         /// Which film, counted from zero.
         part: usize,

@@ -1,12 +1,12 @@
 //! The film: what is known of every pixel so far, and the picture that it amounts to.
 //!
 //! A picture by chance takes its samples in a few *replicates* ([`replicates`](crate::settings::replicates) says how many), each
-//! with random numbers of its own. Points within a replicate depend on each other, so that their spread says nothing about the error of their
-//! mean; the means of replicates do not, so theirs does. The film therefore keeps the sums of each replicate apart and adds
-//! them up last, in ascending order.
+//! with random numbers of its own. Points within a replicate depend on each other, so that their spread says too much of the
+//! error of their mean; the means of replicates do not, so theirs says it. The film therefore keeps the sums of each replicate
+//! apart and adds them up last, in ascending order.
 //!
-//! That order makes parts of a picture cheap: what is rendered at a time is one tile in one replicate, a film is any set of those, and
-//! the union of films is the film of one run, to the last bit.
+//! What is rendered at a time is one tile in one replicate, a film holds any set of those, and the union of films is the film of
+//! one run: its picture has the same bits, whoever rendered which part and in what order.
 //!
 //! A pixel takes 128 bytes in four replicates without layers, the finished picture included; 38 where chance has no part, because
 //! then there is one replicate and no spread. [`Memory`](crate::dispatch::Memory) counts them before anything is rendered.
