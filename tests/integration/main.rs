@@ -8,6 +8,7 @@ mod effects;
 mod emitters;
 mod gallery;
 mod instances;
+mod intervals;
 mod kept;
 mod lights;
 mod many;

@@ -4,11 +4,12 @@ use rayon::ThreadPoolBuilder;
 use raywright_bvh::{Aabb, Fast, Precision, Reference, Robust};
 
 use crate::effects::{EffectReport, EffectSet, detect, switched_off};
+use crate::film::{Film, Part, PartError, Plan};
 use crate::integrator::{Analytic, General, Kernel};
 use crate::prepare::{PrepareError, Prepared, Tables};
 use crate::render::{Observer, Rendered, render};
 use crate::scene::Scene;
-use crate::settings::{Crop, KernelChoice, PrecisionChoice, Settings};
+use crate::settings::{KernelChoice, PrecisionChoice, Settings};
 
 /// A scene prepared for one set of settings, ready to render.
 pub struct Ready {
@@ -42,7 +43,8 @@ pub struct Memory {
     pub geometry: u64,
     /// Decoded images.
     pub textures: u64,
-    /// Sums and layers of the picture.
+    /// Sums of the picture, and the picture with its layers that is made of them: 128 bytes a pixel in four replicates without
+    /// layers, 38 without chance. The tiles being worked on, one a thread, are not counted.
     pub film: u64,
 }
 
@@ -98,8 +100,39 @@ impl KernelName {
 impl Ready {
     /// Renders the picture.
     pub fn render(&self, observer: &dyn Observer) -> Rendered {
+        let mut film = self.film("");
+        let whole = film.whole();
+        self.render_units(&mut film, &whole, observer);
+        Rendered {
+            picture: film.picture(),
+            counters: film.counters(),
+            unfinished: film.unfinished(),
+            finished: film.unfinished() == 0,
+        }
+    }
+
+    /// A film with nothing on it yet, to be rendered part by part. `scene` is whatever tells scenes apart, such as a hash of
+    /// their files: parts of different scenes do not merge.
+    pub fn film(&self, scene: &str) -> Film {
+        Film::new(scene, &self.settings, self.plan())
+    }
+
+    /// Renders what `part` names and the film lacks, one replicate after the other; what the picture does not have is left
+    /// out. Where the observer stops it, the film keeps what is finished, and a further call goes on from there.
+    ///
+    /// # Errors
+    /// [`PartError::Foreign`] for the film of another picture.
+    pub fn render_part(&self, film: &mut Film, part: &Part, observer: &dyn Observer) -> Result<(), PartError> {
+        if let Some(what) = self.film(film.scene()).difference(film) {
+            return Err(PartError::Foreign { part: 0, what });
+        }
+        self.render_units(film, part, observer);
+        Ok(())
+    }
+
+    fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
         let threads = self.settings.threads.unwrap_or(0);
-        let run = || each!(&self.inner, prepared => self.with_kernel(prepared, observer));
+        let mut run = || each!(&self.inner, prepared => self.with_kernel(prepared, film, part, observer));
         // The global pool has one thread a core; a pool of its own only where another number is asked for.
         match ThreadPoolBuilder::new().num_threads(threads).build() {
             Ok(pool) if threads != 0 => pool.install(run),
@@ -107,11 +140,17 @@ impl Ready {
         }
     }
 
-    fn with_kernel<P: Precision>(&self, prepared: &Prepared<P>, observer: &dyn Observer) -> Rendered {
+    fn with_kernel<P: Precision>(&self, prepared: &Prepared<P>, film: &mut Film, part: &Part, observer: &dyn Observer) {
         match self.kernel {
-            KernelName::General => render::<P, General>(prepared, &self.settings, observer),
-            KernelName::Analytic => render::<P, Analytic>(prepared, &self.settings, observer),
+            KernelName::General => render::<P, General>(prepared, &self.settings, film, part, observer),
+            KernelName::Analytic => render::<P, Analytic>(prepared, &self.settings, film, part, observer),
         }
+    }
+
+    /// How the picture is divided; with chance where samples lie anywhere in their pixel or draw points of a lens or of lights.
+    fn plan(&self) -> Plan {
+        let drawn = each!(&self.inner, p => p.camera.has_lens() || p.area_lights.is_some());
+        Plan::new(&self.settings, drawn || !self.settings.sampling.is_fixed())
     }
 
     /// Name of the kernel that runs.
@@ -125,10 +164,8 @@ impl Ready {
     /// What is held in memory.
     pub fn memory(&self) -> Memory {
         let (geometry, textures) = each!(&self.inner, p => (p.geometry_bytes as u64, p.texture_bytes as u64));
-        let [width, height] = self.settings.size;
-        let Crop { width, height, .. } = self.settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
-        let a_pixel = 12 + 4 + 12 * self.settings.aovs.len() as u64;
-        Memory { geometry, textures, film: u64::from(width) * u64::from(height) * a_pixel }
+        let plan = self.plan();
+        Memory { geometry, textures, film: plan.pixels() as u64 * plan.bytes_a_pixel() }
     }
 
     /// The box around everything that has an end; empty when there is nothing.

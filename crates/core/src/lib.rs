@@ -24,7 +24,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), a measurement of the [`ladder`]s, resuming.
+//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), a measurement of the [`ladder`]s, files of
+//! half-finished pictures (a [`film::Film`] holds one in memory).
 #![forbid(unsafe_code)]
 
 pub mod bench;
@@ -34,7 +35,7 @@ pub mod dispatch;
 pub mod display;
 pub mod effects;
 pub mod expr;
-mod film;
+pub mod film;
 pub mod generate;
 mod hash;
 mod integrator;

@@ -1,8 +1,10 @@
-//! Random numbers by address: a number is a function of pixel, sample, purpose and seed, never drawn from a stream, so that
-//! threads, tiles and absent effects can't change a picture.
+//! Random numbers by address: a number is a function of seed, frame, pixel, replicate, sample, vertex of the path and purpose,
+//! never drawn from a stream, so that threads, tiles, absent effects and further draws can't change a picture.
 //!
-//! Owen-scrambled Sobol points (crate `sobol_burley`; Burley, "Practical Hash-based Owen Scrambling", 2020), each pixel and
-//! purpose with its own scramble. The sequence has 2¹⁶ points; later samples continue with the next scramble.
+//! Owen-scrambled Sobol points (crate `sobol_burley`; Burley, "Practical Hash-based Owen Scrambling", 2020). The samples of one
+//! replicate of a pixel are points of one sequence for each vertex and purpose, each with its own scramble: they depend on each
+//! other, and that is what lowers the error of their mean. Replicates have scrambles of their own and so do not: that is what
+//! the error is estimated from. The sequence has 2¹⁶ points; later samples continue with the next scramble.
 //!
 //! The numbers are f32 whatever the precision, and on purpose: a sample has the same place in its pixel, on the lens and on a
 //! light in every precision, so that pictures of two precisions differ by their arithmetic and not by their noise. Where the
@@ -26,63 +28,116 @@ pub enum Purpose {
 /// Points that one scramble of the sequence holds.
 const SEQUENCE: u32 = 1 << 16;
 
-/// Which sample of which pixel a number is for.
+/// Which number: nothing else decides its value. Adding a draw anywhere shifts no other one, because nothing is counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Address {
-    /// Column and row.
-    pub pixel: [u32; 2],
-    /// Sample of the pixel.
-    pub sample: u32,
     /// Seed of the picture.
     pub seed: u64,
+    /// Number of the picture in its sequence.
+    pub frame: u32,
+    /// Column and row.
+    pub pixel: [u32; 2],
+    /// Replicate of the pixel.
+    pub replicate: u32,
+    /// Sample of the replicate: which point of its sequences.
+    pub index: u32,
+    /// Vertices of the path before this one, those included that the path passed through.
+    pub bounce: u32,
+    /// Which of the paths that a sample may divide into: zero for the one that never left by a side branch.
+    pub branch: u64,
 }
 
-/// Two numbers in [0, 1) for a sample of a pixel.
+/// Where a path divides: the side branches, beside the main one that goes on in the loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Branch {
+    /// The reflection of a surface that also refracts.
+    Reflected = 1,
+    /// What is behind a surface that covers it in part.
+    Behind = 2,
+}
+
+impl Address {
+    /// The address of the first vertex on a side branch that leaves here.
+    ///
+    /// A branch is told by a hash of all the places where it left the main path: tracing it takes no more than a word, however
+    /// deep. Of n vertices of one sample, two share an address with a probability of n²/2⁶⁵.
+    #[must_use]
+    pub fn aside(self, branch: Branch) -> Self {
+        let branch = mix(self.branch ^ mix(u64::from(self.bounce) << 8 | branch as u64));
+        Self { bounce: self.bounce + 1, branch, ..self }
+    }
+}
+
+/// Two numbers in [0, 1) for one purpose at one vertex of a sample's path.
 pub fn pair(at: Address, purpose: Purpose) -> [f32; 2] {
-    pair_of(at, purpose, 0)
-}
-
-/// The pair number `turn` of those that a sample uses for one purpose: the hits of a path take turns.
-pub fn pair_of(Address { pixel, sample, seed }: Address, purpose: Purpose, turn: u32) -> [f32; 2] {
-    let block = u64::from(sample / SEQUENCE);
-    let address = mix(u64::from(pixel[0]) | u64::from(pixel[1]) << 32);
-    let use_of_it = (purpose as u64) << 32 | u64::from(turn);
-    let scramble = mix(address ^ mix(seed ^ mix(block << 40 ^ use_of_it))) as u32;
-    [0, 1].map(|dimension| sobol_burley::sample(sample % SEQUENCE, dimension, scramble))
+    let words = [
+        u64::from(at.pixel[0]) | u64::from(at.pixel[1]) << 32,
+        u64::from(at.frame) | u64::from(at.replicate) << 32,
+        u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56,
+        at.branch,
+    ];
+    let scramble = words.into_iter().fold(mix(at.seed), |hash, word| mix(hash ^ word)) as u32;
+    [0, 1].map(|dimension| sobol_burley::sample(at.index % SEQUENCE, dimension, scramble))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
-    fn at(pixel: [u32; 2], sample: u32, purpose: Purpose, seed: u64) -> [f32; 2] {
-        pair(Address { pixel, sample, seed }, purpose)
-    }
-
-    /// Protects: numbers stay in [0, 1), also at the ends of the sequence and beyond them, and pixels differ.
+    /// Protects: numbers stay in [0, 1), also at the ends of the sequence and beyond them, and each part of the address counts.
     #[test]
-    fn pairs_are_in_range_and_differ_between_pixels() {
-        for sample in [0, 1, 255, SEQUENCE - 1, SEQUENCE, 3 * SEQUENCE + 7, u32::MAX] {
+    fn every_part_of_the_address_counts() {
+        for index in [0, 1, 255, SEQUENCE - 1, SEQUENCE, 3 * SEQUENCE + 7, u32::MAX] {
             for pixel in [[0, 0], [1, 0], [0, 1], [65535, 65535]] {
-                let p = at(pixel, sample, Purpose::Pixel, 5);
+                let p = pair(Address { pixel, index, seed: 5, ..Address::default() }, Purpose::Pixel);
                 assert!(p.iter().all(|x| (0.0..1.0).contains(x)), "{p:?}");
             }
         }
-        assert_ne!(at([1, 2], 0, Purpose::Pixel, 0), at([2, 1], 0, Purpose::Pixel, 0));
-        assert_ne!(at([1, 2], 0, Purpose::Pixel, 0), at([1, 2], 0, Purpose::Lens, 0));
-        assert_ne!(at([1, 2], 0, Purpose::Pixel, 0), at([1, 2], SEQUENCE, Purpose::Pixel, 0));
-        let turn = |turn| pair_of(Address::default(), Purpose::Emitter, turn);
-        assert_ne!(turn(0), turn(1));
+        let base = Address { pixel: [1, 2], ..Address::default() };
+        let others = [
+            Address { seed: 1, ..base },
+            Address { seed: 1 << 40, ..base },
+            Address { frame: 1, ..base },
+            Address { pixel: [2, 1], ..base },
+            Address { replicate: 1, ..base },
+            Address { index: 1, ..base },
+            Address { index: SEQUENCE, ..base },
+            Address { bounce: 1, ..base },
+            Address { branch: 1, ..base },
+        ];
+        let purposes = [Purpose::Pixel, Purpose::Lens, Purpose::Emitter, Purpose::EmitterPoint];
+        let numbers = others.iter().map(|&at| pair(at, Purpose::Pixel)).chain(purposes.map(|purpose| pair(base, purpose)));
+        let distinct: BTreeSet<_> = numbers.map(|p| p.map(f32::to_bits)).collect();
+        assert_eq!(distinct.len(), others.len() + purposes.len());
     }
 
-    /// Protects: the first 16 points of a pixel are stratified, one in each cell of the 4 × 4 grid.
+    /// Protects: the vertices of a path that divides three ways at each of twelve vertices all have addresses of their own.
+    #[test]
+    fn branches_never_share_an_address() {
+        let mut level = vec![Address::default()];
+        let mut all = BTreeSet::new();
+        for _ in 0..12 {
+            assert!(level.iter().all(|at| all.insert((at.bounce, at.branch))));
+            let children =
+                |&at: &Address| [Address { bounce: at.bounce + 1, ..at }, at.aside(Branch::Reflected), at.aside(Branch::Behind)];
+            level = level.iter().flat_map(children).collect();
+        }
+        assert_eq!(all.len(), (3_usize.pow(12) - 1) / 2);
+    }
+
+    /// Protects: the first 16 points of each replicate are stratified, one in each cell of the 4 × 4 grid.
     #[test]
     fn sixteen_points_are_stratified() {
-        let mut cells = [0; 16];
-        for sample in 0..16 {
-            let [x, y] = at([7, 9], sample, Purpose::Pixel, 1);
-            cells[(x * 4.0) as usize + 4 * (y * 4.0) as usize] += 1;
+        for replicate in 0..4 {
+            let mut cells = [0; 16];
+            for index in 0..16 {
+                let at = Address { pixel: [7, 9], replicate, index, seed: 1, ..Address::default() };
+                let [x, y] = pair(at, Purpose::Pixel);
+                cells[(x * 4.0) as usize + 4 * (y * 4.0) as usize] += 1;
+            }
+            assert_eq!(cells, [1; 16]);
         }
-        assert_eq!(cells, [1; 16]);
     }
 }

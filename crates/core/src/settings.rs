@@ -5,6 +5,20 @@ use raywright_bvh::{AcceleratorKind, BuildQuality};
 use crate::effects::EffectSet;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
 
+/// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
+/// estimate of the error allows, because each is less even than all samples together would be.
+///
+/// Two are the fewest that say anything, and from eight samples on they hold what they claim; but one degree of freedom makes
+/// wide intervals (Student's factor for 95 % is 12.7). From 64 samples on, which are four times sixteen, four hold what they
+/// claim (factor 3.18) at little cost. `benches/README.md` has the figures of 1 to 8.
+pub fn replicates(samples: u32) -> u32 {
+    match samples {
+        0..8 => 1,
+        8..64 => 2,
+        _ => 4,
+    }
+}
+
 /// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in the pixel, on the lens and
 /// on lights are the same f32 numbers, so what differs between their pictures is arithmetic alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -57,6 +71,11 @@ impl Sampling {
             Self::General(n) => n,
         }
     }
+
+    /// Whether every sample's place is the same in all pixels.
+    pub fn is_fixed(self) -> bool {
+        matches!(self, Self::Pattern(_))
+    }
 }
 
 /// A part of the picture in pixels, counted from the top left.
@@ -101,7 +120,8 @@ pub enum Aov {
     Material,
     /// Samples that entered the pixel.
     Samples,
-    /// Standard error of the pixel's mean, per channel.
+    /// Standard error of the pixel's mean, per channel, from the means of its replicates: 0 where chance has no part, −1 where
+    /// fewer than two replicates leave it unknown (fewer than eight samples, or a fixed pattern under random lights).
     StandardError,
 }
 
@@ -136,6 +156,11 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Seed of the general sampler.
     pub seed: u64,
+    /// Number of the picture in a sequence, so that neighbours in it do not share their noise.
+    pub frame: u32,
+    /// Independent parts that the general sampler's samples are taken in, where there are as many samples; the spread of their
+    /// means is what errors are estimated from. None: [`replicates`] says how many.
+    pub replicates: Option<u32>,
     /// Threads; none: one a core.
     pub threads: Option<usize>,
     /// Arithmetic.
@@ -167,6 +192,8 @@ impl Settings {
             max_depth: scene.render.max_depth,
             integrator: scene.render.integrator,
             seed: scene.render.seed,
+            frame: 0,
+            replicates: None,
             threads: None,
             precision: PrecisionChoice::default(),
             accelerator: AcceleratorKind::Tree(BuildQuality::default()),

@@ -6,6 +6,7 @@ use raywright_bvh::{Precision, Real, Vec3Of, Vector};
 use super::dielectric::Interface;
 use super::{Arrival, Kernel, Next, Shading, Tracer};
 use crate::prepare::{Classic, Specular, Transmission};
+use crate::sampler::Branch;
 use crate::scene::SpecularModel;
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
@@ -195,7 +196,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let mirrored = throughput * t.reflected_tint * fresnel;
         if mirrored != Vec3Of::<P>::ZERO {
             let next = reflected(self, mirrored);
-            *radiance += self.follow(next, segments - 1, false).radiance;
+            *radiance += self.aside(next, segments - 1, Branch::Reflected);
         }
         let through = throughput * t.refracted_tint * (P::Real::ONE - fresnel);
         (through != Vec3Of::<P>::ZERO).then(|| onward(self, through))

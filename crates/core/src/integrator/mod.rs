@@ -19,7 +19,7 @@ use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
 use crate::prepare::{Material, Prepared, Spawn};
-use crate::sampler::Address;
+use crate::sampler::{Address, Branch};
 
 /// Surfaces that a ray may pass through because they are absent there (alpha below a cutoff) before it is given up.
 const MAX_CUTOUTS: u32 = 256;
@@ -55,10 +55,11 @@ impl<R: Real> Next<R> {
 pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     pub scene: &'a Prepared<P>,
     pub counters: Counters,
-    /// Sample in the making, for random numbers.
+    /// Vertex in the making, for random numbers.
     address: Address,
-    /// Random numbers for lights used so far in it.
-    turn: u32,
+    /// Whether the first hits of camera rays are kept, and the one of the ray followed last.
+    keeps_first: bool,
+    first: Option<FirstHit>,
     max_depth: u32,
     camera_min: P::Real,
     secondary_min: P::Real,
@@ -66,7 +67,8 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
 }
 
 impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
-    pub fn new(scene: &'a Prepared<P>, max_depth: u32) -> Self {
+    /// `keeps_first`: whether layers ask what camera rays hit first.
+    pub fn new(scene: &'a Prepared<P>, max_depth: u32, keeps_first: bool) -> Self {
         let (camera_min, secondary_min) = match scene.rules.spawn {
             Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
             Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
@@ -75,7 +77,8 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             scene,
             counters: Counters::default(),
             address: Address::default(),
-            turn: 0,
+            keeps_first,
+            first: None,
             max_depth,
             camera_min,
             secondary_min,
@@ -86,11 +89,21 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// Radiance that arrives along a camera ray.
     #[inline]
     pub fn camera_ray(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
-        (self.address, self.turn) = (address, 0);
+        self.address = address;
+        self.first = None;
         self.counters.camera += 1;
         let mut brought = self.follow(Next::new(ray, Vector::ONE), self.max_depth, true);
         brought.radiance += self.scene.veil;
         brought
+    }
+
+    /// What a ray of a side branch brings; what is drawn on it has addresses of its own.
+    fn aside(&mut self, next: Next<P::Real>, segments: u32, branch: Branch) -> Vec3Of<P> {
+        let here = self.address;
+        self.address = here.aside(branch);
+        let radiance = self.follow(next, segments, false).radiance;
+        self.address = here;
+        radiance
     }
 
     /// Follows a ray for up to `segments` segments, itself included.
@@ -113,6 +126,9 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
                 break;
             };
             let shading = Shading::<P>::new::<K>(self.scene, &leg, &hit);
+            if camera && self.keeps_first && self.first.is_none() {
+                self.first = Some(self.seen(&leg, &hit));
+            }
             let next = match &self.scene.materials[shading.material as usize] {
                 Material::Classic(m) => self.classic(m, (&leg, &hit), &shading, throughput, segments, &mut radiance),
                 Material::Physical(m) if K::PHYSICAL => {
@@ -122,6 +138,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
                             break;
                         }
                         (leg.ray, leg.ahead) = (behind, P::Real::ZERO);
+                        self.address.bounce += 1;
                         continue;
                     }
                     self.physical(m, (&leg, &hit), &shading, throughput, segments, &mut radiance)
@@ -129,6 +146,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
                 Material::Physical(_) | Material::Unused => None,
             };
             hit_anything = true;
+            self.address.bounce += 1;
             segments -= 1;
             match next {
                 Some(next) if segments > 0 => {
@@ -156,6 +174,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 }
 
 /// What the layers beside the colour show of a first hit.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstHit {
     pub albedo: [f64; 3],
     pub normal: [f64; 3],
@@ -166,24 +185,37 @@ pub(crate) struct FirstHit {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// The first hit of a camera ray; none for the sky.
-    pub fn first_hit(&self, ray: Ray<P::Real>) -> Option<FirstHit> {
+    /// What the camera ray that was followed last hit first; none for the sky, and where layers ask for none.
+    pub fn first(&self) -> Option<&FirstHit> {
+        self.first.as_ref()
+    }
+
+    /// The first hit of a ray that is followed no further; none for the sky.
+    pub fn first_hit(&mut self, ray: Ray<P::Real>) -> Option<FirstHit> {
+        self.counters.camera += 1;
         let ahead = self.scene.camera.ahead();
         let range = Interval { min: self.camera_min - ahead, max: P::Real::INFINITY };
         let hit = self.scene.geometry.closest(&ray, range, &mut ())?;
-        let shading = Shading::<P>::new::<K>(self.scene, &Leg { ray, rest: Vector::ZERO, ahead }, &hit);
+        Some(self.seen(&Leg { ray, rest: Vector::ZERO, ahead }, &hit))
+    }
+
+    /// Out of line, and with a surface point of its own: a picture without such layers has only the question in its loop, and
+    /// its surface points stay in registers.
+    #[inline(never)]
+    fn seen(&self, leg: &Leg<P::Real>, hit: &Hit<P::Real>) -> FirstHit {
+        let shading = Shading::<P>::new::<K>(self.scene, leg, hit);
         let albedo = match &self.scene.materials[shading.material as usize] {
             Material::Classic(m) => m.colour.at(&shading.point),
             Material::Physical(m) => m.albedo_at(&shading),
             Material::Unused => Vector::ZERO,
         };
-        Some(FirstHit {
+        FirstHit {
             albedo: albedo.to_f64().to_array(),
             normal: shading.inputs().n.to_f64().to_array(),
             position: shading.inputs().p.to_f64().to_array(),
             distance: shading.inputs().distance.to_f64(),
             object: shading.object,
             material: shading.material,
-        })
+        }
     }
 }

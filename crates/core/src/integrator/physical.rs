@@ -8,6 +8,7 @@ use raywright_bvh::{Precision, Ray, Real, Vec3Of, Vector};
 use super::{Arrival, Kernel, Leg, Next, Shading, Tracer};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::prepare::{Alpha, Physical};
+use crate::sampler::Branch;
 
 /// Least perceptual roughness of a local highlight: below it the lobe of a light without size is a spike.
 const LEAST_ROUGHNESS: f64 = 0.03;
@@ -81,7 +82,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         if segments > 1 {
             let next = Next { ray: behind, throughput: *throughput * (P::Real::ONE - alpha), rest: leg.rest };
-            *radiance += self.follow(next, segments - 1, false).radiance;
+            *radiance += self.aside(next, segments - 1, Branch::Behind);
         }
         *throughput *= alpha;
         None

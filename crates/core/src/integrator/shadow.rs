@@ -4,7 +4,7 @@ use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vector};
 
 use super::{Kernel, Leg, Shading, Tracer};
 use crate::prepare::{Alpha, Drawn, Material, Prepared, Seen, Spawn};
-use crate::sampler::{Purpose, pair_of};
+use crate::sampler::{Purpose, pair};
 
 /// What lies between a point and a light.
 #[derive(Clone, Copy, Debug)]
@@ -43,9 +43,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
     pub(super) fn emitter(&mut self, shading: &Shading<P>) -> Option<(Drawn<P::Real>, P::Real)> {
         let area = self.scene.area_lights.as_ref()?;
-        let pick = pair_of(self.address, Purpose::Emitter, self.turn);
-        let position = pair_of(self.address, Purpose::EmitterPoint, self.turn);
-        self.turn += 1;
+        let pick = pair(self.address, Purpose::Emitter);
+        let position = pair(self.address, Purpose::EmitterPoint);
         let drawn = area.draw(shading.inputs().p, pick, position)?;
         if shading.inputs().n.dot(drawn.direction) <= P::Real::ZERO {
             return None;

@@ -10,7 +10,7 @@ pub use comparison::{Beyond, Comparison, Side, compare};
 pub use errors::{Errors, WorstPixel, differences, errors, share_beyond};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;
-pub use statistics::{Statistics, statistics};
+pub use statistics::{Statistics, statistics, student_95};
 
 use crate::picture::Picture;
 

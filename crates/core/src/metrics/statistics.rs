@@ -51,9 +51,44 @@ fn quantile(sorted: &[f32], share: f64) -> f64 {
     if low == high { low } else { low + (high - low) * place.fract() }
 }
 
+/// Student's factor: a mean ± this many standard errors holds the truth in 95 of 100 cases, where the error was estimated from
+/// independent normal values with so many degrees of freedom (one fewer than values). Infinite for none.
+///
+/// From a table up to ten degrees of freedom; beyond by the expansion in Abramowitz and Stegun, "Handbook of Mathematical
+/// Functions" (1964), 26.7.5, which there is right to five digits.
+pub fn student_95(freedom: u32) -> f64 {
+    const FEW: [f64; 10] =
+        [12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004, 2.262_157, 2.228_139];
+    const NORMAL: f64 = 1.959_963_984_540_054;
+    match freedom {
+        0 => f64::INFINITY,
+        1..=10 => FEW[freedom as usize - 1],
+        _ => {
+            let (n, z) = (f64::from(freedom), NORMAL);
+            let z2 = z * z;
+            let first = z * (z2 + 1.0) / 4.0;
+            let second = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
+            let third = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
+            let fourth = z * ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92_160.0;
+            z + (first + (second + (third + fourth / n) / n) / n) / n
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Protects: the factor at values that any table of Student's distribution has, on both sides of the seam.
+    #[test]
+    fn students_factor_is_that_of_the_tables() {
+        for (freedom, factor) in
+            [(1, 12.7062), (3, 3.1824), (7, 2.3646), (10, 2.2281), (11, 2.2010), (15, 2.1314), (30, 2.0423), (120, 1.9799)]
+        {
+            assert!((student_95(freedom) - factor).abs() < 6e-5, "{freedom}: {}", student_95(freedom));
+        }
+        assert_eq!(student_95(0), f64::INFINITY);
+    }
 
     /// Quantiles of 0, 1, …, 1000 in any order are their own ranks.
     #[test]

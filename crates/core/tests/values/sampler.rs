@@ -1,17 +1,24 @@
 //! Random numbers by address: every part of an address counts, and the numbers stay what they are.
 
-use raywright_core::sampler::{Address, Purpose, pair, pair_of};
+use raywright_core::sampler::{Address, Branch, Purpose, pair};
 
-const AT: Address = Address { pixel: [3, 5], sample: 7, seed: 11 };
+const AT: Address = Address { seed: 11, frame: 0, pixel: [3, 5], replicate: 0, index: 7, bounce: 0, branch: 0 };
 
-/// Protects: all bits of pixel, sample and seed, the purpose and the turn are part of the address.
+/// Protects: all bits of seed, frame, pixel, replicate, index, bounce and branch, and the purpose, are part of the address.
 #[test]
 fn every_part_of_an_address_counts() {
     let mut seen =
         vec![pair(AT, Purpose::Pixel), pair(AT, Purpose::Lens), pair(AT, Purpose::Emitter), pair(AT, Purpose::EmitterPoint)];
-    seen.extend([1, 2, 1 << 31].map(|turn| pair_of(AT, Purpose::Pixel, turn)));
+    for bit in 0..32 {
+        seen.push(pair(Address { bounce: 1 << bit, ..AT }, Purpose::Pixel));
+        seen.push(pair(Address { frame: 1 << bit, ..AT }, Purpose::Pixel));
+        seen.push(pair(Address { replicate: 1 << bit, ..AT }, Purpose::Pixel));
+    }
+    seen.extend((0..64).map(|bit| pair(Address { branch: 1 << bit, ..AT }, Purpose::Pixel)));
+    let glass = Address { bounce: 2, ..AT };
+    seen.extend([glass.aside(Branch::Reflected), glass.aside(Branch::Behind)].map(|at| pair(at, Purpose::Pixel)));
     seen.extend((0..64).map(|bit| pair(Address { seed: AT.seed ^ 1 << bit, ..AT }, Purpose::Pixel)));
-    seen.extend((0..32).map(|bit| pair(Address { sample: AT.sample ^ 1 << bit, ..AT }, Purpose::Pixel)));
+    seen.extend((0..32).map(|bit| pair(Address { index: AT.index ^ 1 << bit, ..AT }, Purpose::Pixel)));
     for bit in 0..16 {
         seen.push(pair(Address { pixel: [3 ^ 1 << bit, 5], ..AT }, Purpose::Pixel));
         seen.push(pair(Address { pixel: [3, 5 ^ 1 << bit], ..AT }, Purpose::Pixel));
@@ -29,8 +36,8 @@ fn every_part_of_an_address_counts() {
 fn pairs_fill_the_square() {
     for purpose in [Purpose::Pixel, Purpose::Lens, Purpose::Emitter, Purpose::EmitterPoint] {
         let mut cells = [0; 64];
-        for sample in 0..4096 {
-            let [x, y] = pair(Address { sample, ..AT }, purpose);
+        for index in 0..4096 {
+            let [x, y] = pair(Address { index, ..AT }, purpose);
             cells[(x * 8.0) as usize + 8 * (y * 8.0) as usize] += 1;
         }
         assert_eq!(cells, [64; 64], "{purpose:?}");
@@ -42,7 +49,7 @@ fn pairs_fill_the_square() {
 #[test]
 fn addresses_are_independent() {
     let numbers =
-        |at: Address, purpose, k: usize| (0..4096).map(move |sample| f64::from(pair(Address { sample, ..at }, purpose)[k]) - 0.5);
+        |at: Address, purpose, k: usize| (0..4096).map(move |index| f64::from(pair(Address { index, ..at }, purpose)[k]) - 0.5);
     let beside = Address { pixel: [4, 5], ..AT };
     for (what, a, b) in [
         ("purposes", numbers(AT, Purpose::Emitter, 0), numbers(AT, Purpose::EmitterPoint, 0)),
@@ -58,8 +65,8 @@ fn addresses_are_independent() {
 /// Protects: pictures of earlier versions: the numbers that this code had when it was checked.
 #[test]
 fn numbers_stay_what_they_were() {
-    let far = Address { pixel: [65535, 1], sample: 70_000, seed: u64::MAX };
-    let found = [pair(AT, Purpose::Pixel), pair_of(AT, Purpose::EmitterPoint, 3), pair(far, Purpose::Lens)];
+    let far = Address { pixel: [65535, 1], index: 70_000, seed: u64::MAX, replicate: 3, ..AT };
+    let found = [pair(AT, Purpose::Pixel), pair(Address { bounce: 3, ..AT }, Purpose::EmitterPoint), pair(far, Purpose::Lens)];
     assert_eq!(
         found.map(|pair| pair.map(f32::to_bits)),
         [[1_060_373_156, 1_065_155_930], [1_058_545_552, 1_042_558_544], [1_064_474_014, 1_062_467_038]]

@@ -1,0 +1,159 @@
+//! Pictures by chance, and how often the intervals that are claimed for their pixels hold the truth.
+
+use raywright::core::metrics::student_95;
+use raywright::core::picture::Picture;
+use raywright::core::settings::{Aov, Sampling, Settings, replicates};
+use raywright::core::{Scene, prepare};
+use raywright::io::{Input, LoadOptions, load};
+
+/// A ball casts a soft shadow on a floor: a lamp of some size, points of which are drawn.
+const SOFT_LIGHT: &str = r#"
+format = 1
+
+[[cameras]]
+pose.look_at = { eye = [0, 2.2, 4.2], target = [0, 0.3, 0] }
+projection.pinhole.vertical_fov = 38
+
+[[materials]]
+name = "matte"
+model.classic = { colour = "0.5 + 0.3 * fbm(1.5 * p, 3)" }
+
+[[materials]]
+name = "lamp"
+model.classic = { local = 0, emission = 12 }
+
+[[objects]]
+shape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+material = "matte"
+
+[[objects]]
+shape.sphere = { centre = [0, 0.7, 0], radius = 0.7 }
+material = "matte"
+
+[[objects]]
+shape.disk = { centre = [1.5, 3.5, 1], normal = [-0.4, -1, -0.2], radius = 1 }
+material = "lamp"
+"#;
+
+/// Balls before, in and behind the plane of focus, on a mottled floor under a sky: a lens, points of which are drawn.
+const LENS: &str = r#"
+format = 1
+
+[render]
+pattern = "centre"
+
+[classic]
+ambient = 0.2
+
+[[cameras]]
+pose.look_at = { eye = [0, 1.1, 4], target = [0, 0.4, 0] }
+projection.thin_lens = { pinhole = { vertical_fov = 40 }, aperture_radius = 0.25, focus_distance = 3.2 }
+
+[sky.gradient]
+bottom = 0.6
+top = 1
+
+[[lights]]
+kind.directional.to_light = [1, 2, 1.5]
+colour = 0.8
+
+[[materials]]
+name = "mottled"
+model.classic = { colour = "0.5 + 0.4 * fbm(4 * p, 4)" }
+
+[[objects]]
+shape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }
+material = "mottled"
+
+[[objects]]
+shape.sphere = { centre = [-0.7, 0.5, 1], radius = 0.5 }
+material = "mottled"
+
+[[objects]]
+shape.sphere = { centre = [0.7, 0.5, -1.5], radius = 0.5 }
+material = "mottled"
+"#;
+
+/// Both scenes with their names.
+pub fn scenes() -> [(&'static str, Scene); 2] {
+    [("soft light", SOFT_LIGHT), ("lens", LENS)].map(|(name, text)| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("chance.scene.toml");
+        std::fs::write(&path, text).expect("the folder can be written to");
+        (name, load(&Input::Path(path), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene)
+    })
+}
+
+/// How samples are taken.
+#[derive(Clone, Copy)]
+pub struct Taken {
+    pub size: [u32; 2],
+    pub samples: u32,
+    /// None: as many as there are where nothing is asked for.
+    pub replicates: Option<u32>,
+}
+
+/// A picture with its standard errors.
+pub fn picture(scene: &Scene, taken: Taken, seed: u64) -> Picture {
+    let mut settings = Settings::of(scene);
+    settings.size = taken.size;
+    (settings.sampling, settings.replicates, settings.seed) = (Sampling::General(taken.samples), taken.replicates, seed);
+    settings.aovs = vec![Aov::StandardError];
+    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+}
+
+fn errors(picture: &Picture) -> &[f32] {
+    &picture.layer("stderr.G").unwrap_or_else(|| panic!("it was asked for")).samples
+}
+
+/// What came of many pictures.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tally {
+    /// Pixels by chance, in all pictures.
+    pub intervals: u64,
+    /// Those whose interval holds the truth.
+    pub held: u64,
+    /// Those whose interval has no width, because all replicates agree.
+    pub empty: u64,
+    squares: f64,
+    claimed: f64,
+}
+
+impl Tally {
+    /// Share of intervals that hold the truth.
+    pub fn coverage(&self) -> f64 {
+        self.held as f64 / self.intervals.max(1) as f64
+    }
+    /// Root mean square of what pixels are off.
+    pub fn error(&self) -> f64 {
+        (self.squares / self.intervals.max(1) as f64).sqrt()
+    }
+    /// Root mean square of what they are said to be off.
+    pub fn claimed(&self) -> f64 {
+        (self.claimed / self.intervals.max(1) as f64).sqrt()
+    }
+}
+
+/// Judges the pictures of some seeds by a reference, whose own variance is added to that of each pixel. Pixels in which nothing
+/// is left to chance, in the reference and in the picture, are not counted.
+pub fn judge(scene: &Scene, reference: &Picture, taken: Taken, seeds: core::ops::Range<u64>) -> Tally {
+    let factor = student_95(taken.replicates.unwrap_or(replicates(taken.samples)).min(taken.samples) - 1);
+    let mut tally = Tally::default();
+    for seed in seeds {
+        let found = picture(scene, taken, seed);
+        let errors = errors(&found).iter().zip(self::errors(reference));
+        for ((pixel, truth), (&error, &of_truth)) in found.rgb.iter().zip(&reference.rgb).zip(errors) {
+            if error.max(of_truth) <= 0.0 {
+                continue;
+            }
+            let off = f64::from(pixel[1]) - f64::from(truth[1]);
+            let (error, of_truth) = (f64::from(error.max(0.0)), f64::from(of_truth));
+            tally.intervals += 1;
+            tally.empty += u64::from(error == 0.0);
+            tally.held += u64::from(off.abs() <= factor * (error * error + of_truth * of_truth).sqrt());
+            tally.squares += off * off;
+            tally.claimed += error * error;
+        }
+    }
+    tally
+}

@@ -1,0 +1,235 @@
+//! The film: what is known of every pixel so far, and the picture that it amounts to.
+//!
+//! A picture by chance takes its samples in a few *replicates* ([`replicates`](crate::settings::replicates) says how many), each
+//! with random numbers of its own. Points within a replicate depend on each other, so that their spread says too much of the
+//! error of their mean; the means of replicates do not, so theirs says it. The film therefore keeps the sums of each replicate
+//! apart and adds them up last, in ascending order.
+//!
+//! What is rendered at a time is one tile in one replicate, a film holds any set of those, and the union of films is the film of
+//! one run: its picture has the same bits, whoever rendered which part and in what order.
+//!
+//! A pixel takes 128 bytes in four replicates without layers, the finished picture included; 38 where chance has no part, because
+//! then there is one replicate and no spread. [`Memory`](crate::dispatch::Memory) counts them before anything is rendered.
+
+mod estimate;
+mod merge;
+mod plan;
+mod plane;
+mod sums;
+#[cfg(test)]
+mod tests;
+
+use estimate::{Means, coverage, mean};
+pub use merge::PartError;
+pub(crate) use plan::Plan;
+pub(crate) use plane::{Plane, Rect};
+pub(crate) use sums::{Gather, Moments, Plain, Sums};
+
+use core::ops::Range;
+
+use crate::counters::Counters;
+use crate::picture::{Layer, Picture};
+use crate::settings::{Aov, Settings};
+
+/// A picture in the making: sums of the tiles and replicates rendered so far.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// What tells its scene from others.
+    scene: String,
+    settings: Settings,
+    plan: Plan,
+    /// One a replicate; none while nothing of it is there.
+    planes: Vec<Option<Plane>>,
+    /// Root of the summed squared deviations of samples from the means of their replicates; empty without chance.
+    spread: Vec<[f32; 3]>,
+    /// Layers of pixel-centre rays, which come with the first replicate.
+    centre: Vec<Vec<f32>>,
+    /// Which tiles are there, replicate by replicate.
+    done: Vec<bool>,
+    counters: Counters,
+}
+
+/// Some tiles in some replicates of a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Which tiles, counted row by row.
+    pub tiles: Range<u32>,
+    /// Which replicates.
+    pub replicates: Range<u32>,
+}
+
+/// One tile in one replicate, finished.
+#[derive(Clone, Debug)]
+pub(crate) struct Unit {
+    pub tile: u32,
+    pub replicate: u32,
+    pub plane: Plane,
+    pub spread: Vec<[f32; 3]>,
+    pub centre: Vec<Vec<f32>>,
+    pub counters: Counters,
+}
+
+impl Film {
+    /// Nothing yet of a picture of `scene`, by which parts of one scene's pictures are told from those of others.
+    pub(crate) fn new(scene: &str, settings: &Settings, plan: Plan) -> Self {
+        let units = plan.tiles() as usize * plan.replicates as usize;
+        Self {
+            scene: scene.to_owned(),
+            settings: settings.clone(),
+            planes: vec![None; plan.replicates as usize],
+            spread: Vec::new(),
+            centre: Vec::new(),
+            done: vec![false; units],
+            counters: Counters::default(),
+            plan,
+        }
+    }
+
+    pub(crate) fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// What tells its scene from others, as [`Ready::film`](crate::Ready::film) was told.
+    pub fn scene(&self) -> &str {
+        &self.scene
+    }
+
+    /// All there is to render.
+    pub fn whole(&self) -> Part {
+        Part { tiles: 0..self.plan.tiles(), replicates: 0..self.plan.replicates }
+    }
+
+    /// Whether a tile is there in a replicate; false for what the picture does not have.
+    pub fn has(&self, tile: u32, replicate: u32) -> bool {
+        tile < self.plan.tiles() && self.done.get(self.unit(tile, replicate)).is_some_and(|&done| done)
+    }
+
+    fn unit(&self, tile: u32, replicate: u32) -> usize {
+        replicate as usize * self.plan.tiles() as usize + tile as usize
+    }
+
+    /// Pixels that lack samples.
+    pub fn unfinished(&self) -> u64 {
+        let lacking = |tile: &u32| (0..self.plan.replicates).any(|replicate| !self.has(*tile, replicate));
+        (0..self.plan.tiles())
+            .filter(lacking)
+            .map(|tile| self.plan.tile(tile))
+            .map(|t| u64::from(t.width) * u64::from(t.height))
+            .sum()
+    }
+
+    /// What it took so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// Bytes that the sums and layers take.
+    pub fn bytes(&self) -> u64 {
+        let planes: usize = self.planes.iter().flatten().map(Plane::bytes).sum();
+        let centre: usize = self.centre.iter().map(|layer| layer.len() * 4).sum();
+        (planes + self.spread.len() * 12 + centre) as u64
+    }
+
+    /// Puts a finished tile in its place.
+    pub(crate) fn put(&mut self, unit: &Unit) {
+        let tile = self.plan.tile(unit.tile);
+        let (from, to) = (Rect::all(tile.width, tile.height), Rect::within(tile, self.plan.crop.width));
+        self.place(unit.replicate, &unit.plane, from, to);
+        self.widen(&unit.spread, from, to);
+        self.place_centre(&unit.centre, from, to);
+        self.counters += unit.counters;
+        let unit = self.unit(unit.tile, unit.replicate);
+        self.done[unit] = true;
+    }
+
+    fn place(&mut self, replicate: u32, plane: &Plane, from: Rect, to: Rect) {
+        let plan = &self.plan;
+        self.planes[replicate as usize].get_or_insert_with(|| Plane::zero(plan)).copy(to, plane, from);
+    }
+
+    fn place_centre(&mut self, layers: &[Vec<f32>], from: Rect, to: Rect) {
+        if self.centre.is_empty() {
+            self.centre = layers.iter().map(|_| vec![0.0; self.plan.pixels()]).collect();
+        }
+        for (into, layer) in self.centre.iter_mut().zip(layers) {
+            plane::copy(into, to, layer, from);
+        }
+    }
+
+    /// Joins further deviations to those that are there. In f32 each step rounds, so that parts joined in another order than
+    /// that of replicates may end an ulp apart; no picture is made of it.
+    fn widen(&mut self, spread: &[[f32; 3]], from: Rect, to: Rect) {
+        if spread.is_empty() {
+            return;
+        }
+        self.spread.resize(self.plan.pixels(), [0.0; 3]);
+        for (into, of) in to.rows().zip(from.rows()) {
+            for (into, of) in self.spread[into].iter_mut().zip(&spread[of]) {
+                let join = |a: f32, b: f32| (f64::from(a) * f64::from(a) + f64::from(b) * f64::from(b)).sqrt() as f32;
+                *into = core::array::from_fn(|i| join(into[i], of[i]));
+            }
+        }
+    }
+
+    /// Variance of a pixel's samples, per channel, about their mean: what one sample is worth, not the error of the mean. None
+    /// where chance has no part or there are fewer than two samples.
+    pub fn variance(&self, x: u32, y: u32) -> Option<[f64; 3]> {
+        if x >= self.plan.crop.width || y >= self.plan.crop.height {
+            return None;
+        }
+        let pixel = y as usize * self.plan.crop.width as usize + x as usize;
+        let within = self.spread.get(pixel)?.map(|s| f64::from(s) * f64::from(s));
+        let means = Means::of(&self.there(), pixel);
+        (means.samples >= 2.0).then(|| core::array::from_fn(|i| (within[i] + means.between[i]) / (means.samples - 1.0)))
+    }
+
+    /// The replicates of which anything is there, in ascending order.
+    fn there(&self) -> Vec<&Plane> {
+        self.planes.iter().flatten().collect()
+    }
+
+    /// The picture so far: of pixels that lack samples the mean of those they have, black without any.
+    pub fn picture(&self) -> Picture {
+        let (plan, planes) = (&self.plan, self.there());
+        let all = 0..plan.pixels();
+        let mut picture = Picture::new(plan.crop.width, plan.crop.height);
+        for (pixel, colour) in picture.rgb.iter_mut().enumerate() {
+            *colour = mean(&planes, pixel).0.map(|c| c as f32);
+        }
+        picture.alpha = plan.alpha.then(|| all.clone().map(|pixel| coverage(&planes, pixel)).collect());
+        let mut layers: Vec<Vec<f32>> = Vec::new();
+        for k in 0..plan.layers.mean.len() {
+            layers.extend((0..3).map(|i| all.clone().map(|pixel| self.layer_mean(k, i, pixel)).collect()));
+        }
+        let centre = |k: usize| self.centre.get(k).cloned().unwrap_or_else(|| vec![0.0; plan.pixels()]);
+        layers.extend((0..plan.layers.centre.len()).map(centre));
+        if plan.layers.samples {
+            layers.push(all.clone().map(|pixel| mean(&planes, pixel).1 as f32).collect());
+        }
+        if plan.layers.standard_error {
+            let known = |pixel| if plan.random { Means::of(&planes, pixel).standard_error() } else { [0.0; 3] };
+            let errors: Vec<[f32; 3]> = all.map(known).collect();
+            layers.extend((0..3).map(|i| errors.iter().map(|error| error[i]).collect()));
+        }
+        let named = plan.layers.names().zip(layers);
+        picture.layers = named.map(|(name, samples)| Layer { name: name.to_owned(), samples }).collect();
+        picture
+    }
+
+    /// One channel of a layer that is a mean over the samples, weighted by how many each replicate has.
+    fn layer_mean(&self, layer: usize, channel: usize, pixel: usize) -> f32 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        let tile = self.plan.tile_of(pixel);
+        for (replicate, plane) in (0..).zip(&self.planes) {
+            let Some(plane) = plane else { continue };
+            let n = match self.plan.layers.mean[layer].0 {
+                Aov::Position => f64::from(plane.first_hits[pixel]),
+                _ if self.has(tile, replicate) => f64::from(self.plan.samples_of(replicate)),
+                _ => 0.0,
+            };
+            sum += n * f64::from(plane.layers[layer][pixel][channel]);
+            count += n;
+        }
+        (sum / f64::max(count, 1.0)) as f32
+    }
+}

@@ -1,0 +1,175 @@
+//! What is fixed before the first sample of a picture: its tiles, its replicates and what is kept of each pixel.
+
+use crate::settings::{Aov, Background, Crop, Settings, replicates};
+
+/// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one sequence of 2¹⁶.
+const MOST: u32 = u16::MAX as u32;
+
+/// Which layers there are, by where their numbers come from, and their names in files.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Layers {
+    /// From the first hits of all samples.
+    pub mean: Vec<(Aov, [&'static str; 3])>,
+    /// From the first hit of the pixel-centre ray.
+    pub centre: Vec<(Aov, &'static str)>,
+    /// From the pixel's sums.
+    pub samples: bool,
+    pub standard_error: bool,
+}
+
+impl Layers {
+    fn new(aovs: &[Aov]) -> Self {
+        let mut mean = Vec::new();
+        let mut centre = Vec::new();
+        for &aov in aovs {
+            match aov {
+                Aov::Albedo => mean.push((aov, ["albedo.R", "albedo.G", "albedo.B"])),
+                Aov::Normal => mean.push((aov, ["normal.X", "normal.Y", "normal.Z"])),
+                Aov::Position => mean.push((aov, ["position.X", "position.Y", "position.Z"])),
+                Aov::Depth => centre.push((aov, "depth.Z")),
+                Aov::Object => centre.push((aov, "object.id")),
+                Aov::Material => centre.push((aov, "material.id")),
+                Aov::Samples | Aov::StandardError => {}
+            }
+        }
+        let has = |aov| aovs.contains(&aov);
+        Self { mean, centre, samples: has(Aov::Samples), standard_error: has(Aov::StandardError) }
+    }
+
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        let mean = self.mean.iter().flat_map(|(_, names)| names.iter());
+        let hits = mean.chain(self.centre.iter().map(|(_, name)| name));
+        let sums = self.samples.then_some(&"samples.N").into_iter();
+        let error = if self.standard_error { &["stderr.R", "stderr.G", "stderr.B"][..] } else { &[] };
+        hits.chain(sums).chain(error).copied()
+    }
+}
+
+/// How a picture is divided, and what its film holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Plan {
+    pub crop: Crop,
+    tile_size: u32,
+    /// Samples of a pixel, in all replicates together.
+    samples: u32,
+    /// Replicates of every pixel, at least one.
+    pub replicates: u32,
+    /// Whether chance has a part in the picture.
+    pub random: bool,
+    /// Whether the coverage of pixels is kept.
+    pub alpha: bool,
+    pub layers: Layers,
+}
+
+impl Plan {
+    /// `random`: whether samples lie at random places, or draw points of lights or lenses.
+    pub fn new(settings: &Settings, random: bool) -> Self {
+        let [width, height] = settings.size;
+        let crop = settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
+        let samples = settings.sampling.count();
+        let replicates = match settings.sampling.is_fixed() {
+            // A pattern's samples are different places, not repetitions.
+            true => 1,
+            false => settings.replicates.unwrap_or(replicates(samples)).max(samples.div_ceil(MOST)).min(samples).max(1),
+        };
+        let alpha = settings.background == Background::Transparent;
+        let tile_size = settings.tile_size.max(1);
+        Self { crop, tile_size, samples, replicates, random, alpha, layers: Layers::new(&settings.aovs) }
+    }
+
+    /// Samples of a pixel in one replicate: spread evenly, the first ones have one more where the count does not divide.
+    pub fn samples_of(&self, replicate: u32) -> u32 {
+        self.samples / self.replicates + u32::from(replicate < self.samples % self.replicates)
+    }
+
+    pub fn pixels(&self) -> usize {
+        self.crop.width as usize * self.crop.height as usize
+    }
+
+    pub fn tiles(&self) -> u32 {
+        self.columns() * self.crop.height.div_ceil(self.tile_size)
+    }
+
+    fn columns(&self) -> u32 {
+        self.crop.width.div_ceil(self.tile_size)
+    }
+
+    /// A tile, counted row by row, in film coordinates: relative to the crop.
+    pub fn tile(&self, index: u32) -> Crop {
+        let (x, y) = (index % self.columns() * self.tile_size, index / self.columns() * self.tile_size);
+        let (width, height) = (self.tile_size.min(self.crop.width - x), self.tile_size.min(self.crop.height - y));
+        Crop { x, y, width, height }
+    }
+
+    /// The tile that a pixel of the film lies in.
+    pub fn tile_of(&self, pixel: usize) -> u32 {
+        let (x, y) = (pixel as u32 % self.crop.width, pixel as u32 / self.crop.width);
+        y / self.tile_size * self.columns() + x / self.tile_size
+    }
+
+    /// Bytes a pixel of the film and of the picture made of it. With four replicates and no layers 128: for each replicate
+    /// three sums in f64 and a count, once the spread of the samples, and the picture's colour.
+    pub fn bytes_a_pixel(&self) -> u64 {
+        let (mean, centre) = (self.layers.mean.len() as u64, self.layers.centre.len() as u64);
+        let counts = 2 + if self.alpha { 2 } else { 0 } + if self.counts_first_hits() { 2 } else { 0 };
+        let replicate = 24 + counts + 12 * mean;
+        let film = u64::from(self.replicates) * replicate + if self.random { 12 } else { 0 } + 4 * centre;
+        let picture = 12 + if self.alpha { 4 } else { 0 } + 4 * self.layers.names().count() as u64;
+        film + picture
+    }
+
+    /// Whether a layer is a mean over the samples that hit something.
+    pub fn counts_first_hits(&self) -> bool {
+        self.layers.mean.iter().any(|(aov, _)| *aov == Aov::Position)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Pattern, Scene};
+    use crate::settings::Sampling;
+
+    fn plan(sampling: Sampling) -> Plan {
+        Plan::new(&Settings { sampling, ..Settings::of(&Scene::default()) }, true)
+    }
+
+    /// Protects: every sample belongs to one replicate, none is larger than the first or smaller by more than one, no
+    /// replicate outgrows its count, and there are never more replicates than samples.
+    #[test]
+    fn samples_are_spread_evenly_over_replicates() {
+        for n in [1, 7, 8, 9, 16, 63, 64, 1023, 65_536, 262_140, 262_141, 1_000_000, u32::MAX] {
+            let plan = plan(Sampling::General(n));
+            let each: Vec<u32> = (0..plan.replicates).map(|r| plan.samples_of(r)).collect();
+            assert_eq!(each.iter().sum::<u32>(), n);
+            assert!(each.is_sorted_by(|a, b| a >= b) && each[0] - each[each.len() - 1] <= 1, "{n}: {each:?}");
+            assert!((1..=MOST).contains(&each[0]), "{n}: {}", each[0]);
+            assert_eq!(plan.replicates, if n <= 262_140 { replicates(n) } else { n.div_ceil(MOST) });
+        }
+        for (asked, samples, given) in [(4, 3, 3), (4, 4, 4), (0, 4, 1), (5, 7, 5)] {
+            let sampling = Sampling::General(samples);
+            let settings = Settings { sampling, replicates: Some(asked), ..Settings::of(&Scene::default()) };
+            assert_eq!(Plan::new(&settings, true).replicates, given, "{asked} asked for of {samples} samples");
+        }
+        for pattern in [Pattern::Centre, Pattern::Corners] {
+            let plan = plan(Sampling::Pattern(pattern));
+            assert_eq!((plan.replicates, plan.samples_of(0)), (1, pattern.count()));
+        }
+    }
+
+    /// Protects: tiles cover each pixel of the film once, whether or not their edge divides the picture's.
+    #[test]
+    fn tiles_cover_the_film_once() {
+        for size in [1, 7, 32, 1000] {
+            let settings = Settings { size: [65, 33], tile_size: size, ..Settings::of(&Scene::default()) };
+            let plan = Plan::new(&settings, false);
+            let mut covered = vec![0; plan.pixels()];
+            for tile in (0..plan.tiles()).map(|index| plan.tile(index)) {
+                for y in tile.y..tile.y + tile.height {
+                    (tile.x..tile.x + tile.width).for_each(|x| covered[(y * 65 + x) as usize] += 1);
+                }
+            }
+            assert!(covered.iter().all(|&n| n == 1), "tiles of {size}");
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! The film against f64, closed forms and itself in parts.
+
+mod parts;
+mod picture;
+mod sums;
+
+use crate::film::Film;
+use crate::settings::{Aov, Sampling, Settings};
+use crate::{Ready, Scene, prepare};
+
+/// A lens, a lamp with a penumbra, a half-transparent sheet, glass and a sky in part of the picture: everything that draws
+/// numbers, and paths that divide.
+pub(super) fn scene() -> Scene {
+    let text = r#"{ "format": 1,
+        "cameras": [{ "pose": { "look_at": { "eye": [0, 1, 4], "target": [0, 0.6, 0] } },
+                      "projection": { "thin_lens": { "pinhole": { "vertical_fov": 50 }, "aperture_radius": 0.1, "focus_distance": 3 } } }],
+        "materials": [{ "name": "floor", "model": { "classic": { "colour": [0.8, 0.6, 0.4] } } },
+                      { "name": "lamp", "model": { "classic": { "local": 0, "emission": [9, 8, 7] } } },
+                      { "name": "glass", "model": { "classic": { "local": 0, "transmission": { "ior": 1.5 } } } },
+                      { "name": "sheet", "model": { "physical": { "alpha": "blend", "opacity": 0.5 } } }],
+        "objects": [{ "shape": { "quad": { "corner": [-2, 0, 2], "edge_u": [4, 0, 0], "edge_v": [0, 0, -4] } }, "material": "floor" },
+                    { "shape": { "disk": { "centre": [0, 3, 0], "normal": [0, -1, 0], "radius": 0.7 } }, "material": "lamp" },
+                    { "shape": { "quad": { "corner": [-1, 0.2, 1], "edge_u": [0.7, 0, 0], "edge_v": [0, 1, 0] } }, "material": "sheet" },
+                    { "shape": { "sphere": { "centre": [0.5, 0.5, 0], "radius": 0.5 } }, "material": "glass" }] }"#;
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"))
+}
+
+/// The scene in 11 × 7 pixels, 4 × 3 tiles and so many samples in four replicates.
+pub(super) fn settings(samples: u32) -> Settings {
+    let sampling = Sampling::General(samples);
+    Settings { size: [11, 7], tile_size: 3, sampling, replicates: Some(4), threads: Some(1), ..Settings::of(&scene()) }
+}
+
+pub(super) fn ready(settings: &Settings) -> Ready {
+    prepare(&scene(), settings).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Every layer there is.
+pub(super) fn layers() -> Vec<Aov> {
+    Aov::ALL.iter().map(|&(_, aov)| aov).collect()
+}
+
+/// The film of one run.
+pub(super) fn rendered(ready: &Ready) -> Film {
+    let mut film = ready.film("scene");
+    let whole = film.whole();
+    ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
+    film
+}

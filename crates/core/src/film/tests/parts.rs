@@ -1,0 +1,156 @@
+//! Parts of a picture: rendered in any order, stopped and gone on with, merged to the bits of one run.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use proptest::prelude::*;
+
+use super::{layers, ready, rendered, settings};
+use crate::film::{Film, Part, PartError};
+use crate::picture::Picture;
+use crate::settings::{Background, Sampling, Settings};
+use crate::{Observer, Ready};
+
+fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
+    let mut film = ready.film("scene");
+    let part = Part { tiles: tile..tile + 1, replicates: replicate..replicate + 1 };
+    ready.render_part(&mut film, &part, &()).unwrap_or_else(|e| panic!("{e}"));
+    film
+}
+
+fn bits(picture: &Picture) -> Vec<u32> {
+    let layers = picture.alpha.iter().chain(picture.layers.iter().map(|layer| &layer.samples));
+    picture.rgb.iter().flatten().chain(layers.flatten()).map(|x| x.to_bits()).collect()
+}
+
+/// Everything a film can hold.
+fn full() -> Settings {
+    Settings { aovs: layers(), background: Background::Transparent, ..settings(6) }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Protects: the union of parts has the bits of one run, layers, errors and counters included, however tiles and
+    /// replicates are divided among the parts, in whatever order they come, and also where parts are unions themselves.
+    #[test]
+    fn any_parts_make_the_picture_of_one_run(
+        owners in proptest::collection::vec(0_usize..5, 48),
+        order in Just((0..5).collect::<Vec<usize>>()).prop_shuffle(),
+    ) {
+        let ready = ready(&full());
+        let whole = rendered(&ready);
+        let tiles = whole.whole().tiles.end;
+        let mut groups: Vec<Vec<Film>> = vec![Vec::new(); 5];
+        for (unit, &owner) in owners.iter().enumerate() {
+            groups[owner].push(part(&ready, unit as u32 % tiles, unit as u32 / tiles));
+        }
+        prop_assert_eq!(owners.len() as u32, tiles * whole.whole().replicates.end);
+        let parts: Vec<Film> = groups.iter().filter(|group| !group.is_empty()).map(|g| Film::merge(g).expect("parts")).collect();
+        let shuffled: Vec<Film> = order.iter().filter_map(|&i| parts.get(i).cloned()).collect();
+        let merged = Film::merge(&shuffled).expect("parts");
+        prop_assert_eq!(merged.unfinished(), 0);
+        prop_assert_eq!(merged.counters(), whole.counters());
+        prop_assert!(bits(&merged.picture()) == bits(&whole.picture()));
+        for (x, y) in (0..7).flat_map(|y| (0..11).map(move |x| (x, y))) {
+            let (found, expected) = (merged.variance(x, y).expect("six samples"), whole.variance(x, y).expect("six samples"));
+            for i in 0..3 {
+                prop_assert!((found[i] - expected[i]).abs() <= expected[i] * 4.0 * f64::from(f32::EPSILON));
+            }
+        }
+    }
+}
+
+/// Stops after so many tiles.
+struct Patience(AtomicU32);
+
+impl Observer for Patience {
+    fn progress(&self, done: u64, total: u64) {
+        assert!(done <= total);
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+    fn cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
+
+/// Protects: a render that is stopped again and again ends with the bits of one run; what lacks samples is reported, has the
+/// mean of those it has, and after the first replicate no pixel is left out.
+#[test]
+fn a_stopped_render_goes_on() {
+    let ready = ready(&full());
+    let whole = rendered(&ready);
+    let mut film = ready.film("scene");
+    let mut steps = 0;
+    while film.unfinished() > 0 {
+        let before = film.counters().samples;
+        ready.render_part(&mut film, &whole.whole(), &Patience(AtomicU32::new(5))).expect("its own film");
+        assert!(film.counters().samples > before);
+        steps += 1;
+        let empty = film.picture().layer("samples.N").expect("asked for").samples.iter().filter(|&&n| n == 0.0).count();
+        assert_eq!(empty == 0, 5 * steps >= 12, "after {steps} steps {empty} pixels have no samples");
+    }
+    assert_eq!(steps, 48_u32.div_ceil(5));
+    assert_eq!(film.counters(), whole.counters());
+    assert_eq!(bits(&film.picture()), bits(&whole.picture()));
+    // Nothing is left to do, and nothing is done twice.
+    ready.render_part(&mut film, &whole.whole(), &()).expect("its own film");
+    assert_eq!(film.counters(), whole.counters());
+}
+
+/// Protects: what one call of `render` reports of a picture that was stopped.
+#[test]
+fn a_stopped_picture_says_how_much_is_missing() {
+    let rendered = ready(&settings(6)).render(&Patience(AtomicU32::new(13)));
+    // One tile, of 9 pixels, has two of its replicates, and the others one.
+    assert_eq!((rendered.finished, rendered.unfinished, rendered.counters.samples), (false, 77, 77 * 2 + 9 * 2));
+    let finished = ready(&settings(6)).render(&());
+    assert_eq!((finished.finished, finished.unfinished, finished.counters.samples), (true, 0, 77 * 6));
+}
+
+/// Protects: where one tile is ahead of another, layers are means over the samples that each pixel has.
+#[test]
+fn tiles_may_be_ahead_of_others() {
+    let ready = ready(&Settings { aovs: layers(), ..settings(6) });
+    let first = Part { replicates: 0..1, ..ready.film("scene").whole() };
+    let mut film = ready.film("scene");
+    ready.render_part(&mut film, &first, &()).expect("its own film");
+    let before = film.picture();
+    ready.render_part(&mut film, &Part { tiles: 0..1, replicates: 1..2 }, &()).expect("its own film");
+    for (ahead, before) in film.picture().layers.iter().zip(&before.layers) {
+        // The first tile has the first three pixels of a row; the last row belongs to another one.
+        assert_eq!(ahead.samples[3..11], before.samples[3..11], "{}", ahead.name);
+        assert_eq!(ahead.samples[66..], before.samples[66..], "{}", ahead.name);
+        assert_eq!(ahead.name == "samples.N", ahead.samples[..3] == [4.0; 3], "{}", ahead.name);
+    }
+}
+
+/// Protects: samples never count twice, and a film of another picture or scene is refused, with what tells them apart.
+#[test]
+fn what_does_not_belong_together_is_refused() {
+    let own = ready(&settings(6));
+    let [a, b] = [part(&own, 1, 2), part(&own, 3, 2)];
+    assert_eq!(Film::merge(&[]).map(|_| ()), Err(PartError::Nothing));
+    let overlap = PartError::Overlap { part: 2, tile: 1, replicate: 2 };
+    assert_eq!(Film::merge(&[a.clone(), b.clone(), a.clone()]).map(|_| ()), Err(overlap));
+    let other = |change: fn(&mut Settings)| {
+        let mut settings = settings(6);
+        change(&mut settings);
+        part(&ready(&settings), 3, 2)
+    };
+    let foreign = |film: Film| match Film::merge(&[a.clone(), film]) {
+        Err(PartError::Foreign { part: 1, what }) => what,
+        other => panic!("not refused as foreign: {:?}", other.map(|_| ())),
+    };
+    assert_eq!(foreign(other(|s| s.seed = 1)), "seed");
+    assert_eq!(foreign(other(|s| s.frame = 1)), "frame");
+    assert_eq!(foreign(other(|s| s.sampling = Sampling::General(7))), "number of samples");
+    assert_eq!(foreign(other(|s| s.replicates = Some(3))), "number of replicates");
+    assert_eq!(foreign(other(|s| s.tile_size = 4)), "size of tiles");
+    assert_eq!(foreign(own.film("another scene")), "scene");
+    // How a part is computed does not matter.
+    let alike = other(|s| s.accelerator = raywright_bvh::AcceleratorKind::Linear);
+    assert!(Film::merge(&[a, alike]).is_ok());
+    let mut strange = ready(&Settings { seed: 1, ..settings(6) }).film("scene");
+    let refused = own.render_part(&mut strange, &Part { tiles: 0..1, replicates: 0..1 }, &());
+    assert_eq!(refused, Err(PartError::Foreign { part: 0, what: "seed" }));
+}

@@ -1,0 +1,199 @@
+//! What becomes of the sums: errors, layers, counters and memory.
+
+use super::{layers, ready, rendered, scene, settings};
+use crate::film::estimate::Means;
+use crate::film::{Film, Plane};
+use crate::scene::{Pattern, Scene};
+use crate::settings::{Aov, Background, Sampling, Settings};
+use crate::{Rendered, prepare};
+
+fn render(scene: &Scene, settings: &Settings) -> Rendered {
+    prepare(scene, settings).unwrap_or_else(|e| panic!("{e}")).render(&())
+}
+
+/// Planes of one pixel with these sums and counts.
+fn planes(of: &[(f64, u16)]) -> Vec<Plane> {
+    of.iter().map(|&(sum, n)| Plane { sums: vec![[sum; 3]], samples: vec![n], ..Plane::default() }).collect()
+}
+
+fn error(of: &[(f64, u16)]) -> f32 {
+    let planes = planes(of);
+    Means::of(&planes.iter().collect::<Vec<_>>(), 0).standard_error()[0]
+}
+
+/// Protects: the standard error of replicates, by hand. Means 1, 2, 3, 4 of equal weight: variance 5/3, over four. Means 1 of
+/// three samples and 5 of one: mean 2, (3·1 + 1·9) / (4·1) = 3. A replicate without samples does not count.
+#[test]
+fn standard_errors_by_hand() {
+    assert_eq!(error(&[(5.0, 5), (10.0, 5), (15.0, 5), (20.0, 5)]), (5.0_f64 / 12.0).sqrt() as f32);
+    assert_eq!(error(&[(3.0, 3), (5.0, 1)]), 3.0_f32.sqrt());
+    assert_eq!(error(&[(3.0, 3), (0.0, 0), (5.0, 1)]), 3.0_f32.sqrt());
+    assert_eq!(error(&[(2.0, 2), (3.0, 3)]), 0.0);
+    assert_eq!((error(&[(2.0, 2)]), error(&[(2.0, 2), (0.0, 0)]), error(&[])), (-1.0, -1.0, -1.0));
+}
+
+/// Protects: where chance has no part the error is zero, where nothing is known of it −1, and elsewhere it is estimated from
+/// eight samples on.
+#[test]
+fn errors_say_what_they_are() {
+    let mut still = scene();
+    still.objects.retain(|object| object.material != "lamp");
+    still
+        .lights
+        .push(serde_json::from_str(r#"{ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 1 }"#).expect("a light"));
+    still.cameras[0].projection = serde_json::from_str(r#"{ "pinhole": { "vertical_fov": 50 } }"#).expect("a pinhole");
+    let errors = |scene: &Scene, sampling| {
+        let settings = Settings { sampling, size: [11, 7], aovs: vec![Aov::StandardError], ..Settings::of(scene) };
+        let picture = render(scene, &settings).picture;
+        picture.layer("stderr.G").expect("asked for").samples.clone()
+    };
+    for pattern in [Pattern::Centre, Pattern::Corners] {
+        assert!(errors(&still, Sampling::Pattern(pattern)).iter().all(|&e| e == 0.0), "{pattern:?}");
+        assert!(errors(&scene(), Sampling::Pattern(pattern)).iter().all(|&e| e == -1.0), "{pattern:?} under a lamp");
+    }
+    for samples in [1, 2, 7] {
+        assert!(errors(&scene(), Sampling::General(samples)).iter().all(|&e| e == -1.0), "{samples} samples");
+    }
+    for samples in [8, 9, 64, 65] {
+        let found = errors(&scene(), Sampling::General(samples));
+        assert!(found.iter().all(|&e| e >= 0.0) && found.iter().any(|&e| e > 0.0), "{samples} samples");
+    }
+}
+
+/// Protects (M13): the film's variance is that of the samples, within replicates and between them: of an emissive checker seen
+/// from far, whose samples are 0 or 1, n·p·(1 − p)/(n − 1) with the mean p of the picture.
+#[test]
+fn the_variance_is_that_of_the_samples() {
+    let text = r#"{ "format": 1,
+        "cameras": [{ "pose": { "look_at": { "eye": [0, 0, 9], "target": [0, 0, 0] } }, "projection": { "orthographic": { "height": 70 } } }],
+        "materials": [{ "name": "m", "model": { "classic": { "local": 0, "emission": { "checker": { "even": 1, "odd": 0 } } } } }],
+        "objects": [{ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 0, 1] } }, "material": "m" }] }"#;
+    let scene: Scene = serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
+    for samples in [2_u16, 6, 64, 250] {
+        let settings = Settings { size: [11, 7], sampling: Sampling::General(u32::from(samples)), ..Settings::of(&scene) };
+        let ready = prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}"));
+        let (film, n) = (rendered(&ready), f64::from(samples));
+        for (pixel, colour) in film.picture().rgb.iter().enumerate() {
+            let p = (f64::from(colour[0]) * n).round() / n;
+            let expected = n * p * (1.0 - p) / (n - 1.0);
+            let found = film.variance(pixel as u32 % 11, pixel as u32 / 11).expect("at least two samples")[0];
+            assert!((found - expected).abs() <= 1e-6 * expected, "{samples} samples: {found} instead of {expected}");
+        }
+        assert_eq!(film.variance(11, 0), None);
+    }
+}
+
+/// Protects: layers come from the picture's own camera rays. Surfaces that give off what the layer shows, under a black sky,
+/// make a picture that equals the layer, whatever the samples and the lens, and no further ray is traced for it; only the
+/// pixel-centre layers take one ray a pixel, which is counted.
+#[test]
+fn layers_show_what_the_camera_rays_of_the_picture_hit() {
+    let mut scene = scene();
+    scene.objects.retain(|object| object.material == "floor" || object.material == "lamp");
+    scene.materials.truncate(2);
+    for (material, colour) in scene.materials.iter_mut().zip(["[0.5, 0.25, 1]", "[1, 0.5, 0.125]"]) {
+        let text = format!(r#"{{ "classic": {{ "local": 0, "colour": {colour}, "emission": {colour} }} }}"#);
+        material.model = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}"));
+    }
+    for sampling in [Sampling::General(7), Sampling::Pattern(Pattern::Centre), Sampling::Pattern(Pattern::Corners)] {
+        let with = |aovs| render(&scene, &Settings { sampling, aovs, ..settings(7) });
+        let (bare, shown) = (with(Vec::new()), with(vec![Aov::Albedo]));
+        assert_eq!(bare.counters, shown.counters, "{sampling:?}");
+        for (i, name) in ["albedo.R", "albedo.G", "albedo.B"].into_iter().enumerate() {
+            let colour: Vec<f32> = shown.picture.rgb.iter().map(|pixel| pixel[i]).collect();
+            let close =
+                colour.iter().zip(&shown.picture.layer(name).expect("asked for").samples).all(|(a, b)| (a - b).abs() < 1e-6);
+            assert!(close, "{sampling:?}: {name} is not the picture");
+            assert!(colour.iter().any(|&c| c > 0.0) && colour.contains(&0.0));
+        }
+        let centres = with(vec![Aov::Depth, Aov::Object]);
+        assert_eq!(centres.counters.camera, bare.counters.camera + 77, "{sampling:?}");
+    }
+}
+
+/// Protects: layers show the first hit and not what is seen in it or through it.
+#[test]
+fn layers_do_not_depend_on_how_far_paths_go() {
+    let aovs = vec![Aov::Albedo, Aov::Normal, Aov::Position];
+    let with = |max_depth| render(&scene(), &Settings { max_depth, aovs: aovs.clone(), ..settings(7) });
+    let (short, long) = (with(1), with(8));
+    assert!(short.counters.refraction == 0 && long.counters.refraction > 0 && short.picture.rgb != long.picture.rgb);
+    assert!(short.picture.layers == long.picture.layers);
+}
+
+/// Protects: what memory is reckoned before the first sample is what the film and the picture take in the end.
+#[test]
+fn memory_is_reckoned_as_it_is_taken() {
+    let check = |settings: &Settings, expected: Option<u64>| {
+        let ready = ready(settings);
+        let film: Film = rendered(&ready);
+        let picture = film.picture();
+        let pixels = picture.pixels() as u64;
+        let layers = picture.layers.len() as u64 + u64::from(picture.alpha.is_some());
+        assert_eq!(ready.memory().film, film.bytes() + pixels * (12 + 4 * layers), "{settings:?}");
+        assert!(expected.is_none_or(|a_pixel| ready.memory().film == a_pixel * pixels), "{} bytes", ready.memory().film);
+    };
+    check(&settings(64), Some(128));
+    check(&settings(1), None);
+    check(&Settings { aovs: layers(), background: Background::Transparent, ..settings(6) }, None);
+    check(&Settings { aovs: vec![Aov::Position], replicates: Some(8), ..settings(64) }, None);
+    check(&Settings { sampling: Sampling::Pattern(Pattern::Corners), aovs: vec![Aov::Albedo, Aov::Depth], ..settings(4) }, None);
+}
+
+/// A half-transparent mirror sheet in the plane of a lamp that shines both ways, between a floor and a ceiling that are each
+/// other's image in it; `floor` and `ceiling` are their colours, and the sheet's is `sheet`.
+fn between_mirrored_rooms(floor: f64, ceiling: f64, sheet: &str) -> Scene {
+    let text = format!(
+        r#"{{ "format": 1,
+        "cameras": [{{ "pose": {{ "look_at": {{ "eye": [0, 1, 3], "target": [0, 0, 0] }} }}, "projection": {{ "pinhole": {{ "vertical_fov": 20 }} }} }}],
+        "materials": [{{ "name": "floor", "model": {{ "classic": {{ "colour": {floor} }} }} }},
+                      {{ "name": "ceiling", "model": {{ "classic": {{ "colour": {ceiling} }} }} }},
+                      {{ "name": "lamp", "model": {{ "classic": {{ "local": 0, "emission": 9 }} }} }},
+                      {{ "name": "sheet", "model": {{ "physical": {sheet} }} }}],
+        "objects": [{{ "shape": {{ "plane": {{ "point": [0, -2, 0], "normal": [0, 1, 0] }} }}, "material": "floor" }},
+                    {{ "shape": {{ "plane": {{ "point": [0, 2, 0], "normal": [0, -1, 0] }} }}, "material": "ceiling" }},
+                    {{ "shape": {{ "disk": {{ "centre": [0, 0, -7], "normal": [0, 1, 0], "radius": 1 }} }}, "material": "lamp" }},
+                    {{ "shape": {{ "quad": {{ "corner": [-2, 0, 2], "edge_u": [4, 0, 0], "edge_v": [0, 0, -4] }} }}, "material": "sheet" }}] }}"#
+    );
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("the scene is right: {e}"))
+}
+
+fn one_sample(scene: &Scene) -> Vec<[f32; 3]> {
+    render(scene, &Settings { size: [16, 8], sampling: Sampling::General(1), ..Settings::of(scene) }).picture.rgb
+}
+
+/// Protects: two branches of one path share no numbers. Seen in the mirror and through it, floor and ceiling are alike to the
+/// point, so with shared numbers both would be lit from the same points of the lamp and be equal in every pixel.
+#[test]
+fn branches_of_a_path_draw_different_numbers() {
+    let sheet = r#"{ "alpha": "blend", "opacity": 0.5, "metallic": 1, "roughness": 0 }"#;
+    let below = one_sample(&between_mirrored_rooms(1.0, 0.0, sheet));
+    let above = one_sample(&between_mirrored_rooms(0.0, 1.0, sheet));
+    let pairs: Vec<(f32, f32)> =
+        below.iter().zip(&above).map(|(a, b)| (a[0], b[0])).filter(|(a, b)| *a > 0.0 && *b > 0.0).collect();
+    assert!(pairs.len() > 60, "{} of 128 pixels show both", pairs.len());
+    let alike = pairs.iter().filter(|(a, b)| (a / b - 1.0).abs() < 1e-3).count();
+    assert!(alike < 12, "{alike} of {} pixels are lit alike from both sides", pairs.len());
+    // And they are alike on the mean, so that the pixels above could have been equal.
+    let (a, b) = pairs.iter().fold((0.0, 0.0), |(a, b), pair| (a + f64::from(pair.0), b + f64::from(pair.1)));
+    assert!((a / b - 1.0).abs() < 0.1, "{a} and {b}");
+}
+
+/// Protects: a draw on one branch shifts no number elsewhere. A black floor that asks the lamp, seen through a half-transparent
+/// sheet, sends nothing; the sheet is lit by the same points of the lamp as if the floor did not ask, or were not there.
+#[test]
+fn further_draws_shift_no_others() {
+    let sheet = r#"{ "alpha": "blend", "opacity": 0.5, "metallic": 0, "roughness": 1 }"#;
+    let mut asking = between_mirrored_rooms(0.0, 0.0, sheet);
+    // Above the sheet, so that it is lit.
+    asking.objects[2].shape =
+        serde_json::from_str(r#"{ "disk": { "centre": [0, 1.5, 0], "normal": [0, 1, 0], "radius": 1 } }"#).expect("a disk");
+    let mut silent = asking.clone();
+    silent.materials[0].model = serde_json::from_str(r#"{ "classic": { "local": 0 } }"#).expect("a material");
+    let mut absent = asking.clone();
+    absent.objects.remove(0);
+    let pictures = [asking, silent, absent].map(|scene| one_sample(&scene));
+    assert!(pictures[0].iter().filter(|pixel| pixel[0] > 0.0).count() > 100);
+    assert!(pictures[0] == pictures[1], "the floor's own draws");
+    assert!(pictures[0] == pictures[2], "the floor itself");
+}

@@ -1,0 +1,110 @@
+//! Sums and moments against two passes in f64.
+
+use glam::{DVec3, Vec3};
+use proptest::prelude::*;
+
+use crate::film::sums::{Gather, Moments, Plain, Sums};
+
+fn gathered<G: Gather<f32>>(samples: impl IntoIterator<Item = f32>) -> Sums {
+    let mut pixel = G::default();
+    for sample in samples {
+        pixel.add(Vec3::splat(sample), true);
+    }
+    pixel.finish()
+}
+
+/// Σ(x − mean)² of f32 samples, in f64 and two passes.
+fn moment(samples: &[f32]) -> f64 {
+    let mean = samples.iter().map(|&x| f64::from(x)).sum::<f64>() / samples.len() as f64;
+    samples.iter().map(|&x| (f64::from(x) - mean).powi(2)).sum()
+}
+
+/// Samples spread about 10⁴ by 10⁻² at most, as f32 has them: in steps of 2⁻¹⁰.
+fn close_together(count: u32) -> Vec<f32> {
+    (0..count).map(|i| 1e4 + 1e-2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 8_388_608.0 - 1.0)).collect()
+}
+
+/// Protects (M12): a long sum agrees with the f64 sum of the same samples to six digits, where a plain f32 sum has two.
+#[test]
+fn long_sums_keep_their_digits() {
+    let sample = |i: u32| 0.7 + 0.2 * ((i.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0 - 0.5);
+    let (mut plain, mut exact, mut expected) = (0.0, 0.0, 0.0);
+    const EACH: u32 = 62_500;
+    for replicate in 0..160 {
+        let samples = move || (EACH * replicate..EACH * (replicate + 1)).map(sample);
+        plain += gathered::<Plain<f32>>(samples()).sum[0];
+        exact += gathered::<Moments>(samples()).sum[0];
+        expected += samples().map(f64::from).sum::<f64>();
+    }
+    assert!((plain / expected - 1.0).abs() < 1e-6, "{plain} instead of {expected}");
+    assert!((exact / expected - 1.0).abs() < 1e-13, "{exact} instead of {expected}");
+}
+
+/// Protects (M13): the moment of samples that differ in their last digits only, in any number, agrees with two passes in f64.
+#[test]
+fn moments_of_nearly_equal_samples() {
+    for count in [2, 15, 16, 17, 250, 65_535] {
+        let samples = close_together(count);
+        let (found, expected) = (f64::from(gathered::<Moments>(samples.clone()).spread[1]).powi(2), moment(&samples));
+        assert!((found / expected - 1.0).abs() < 1e-6, "{count} samples: {found} instead of {expected}");
+    }
+    // Their variance per sample, as one number that can be checked by hand: of a uniform spread of ±10⁻², 10⁻⁴/3.
+    let variance = moment(&close_together(65_535)) / 65_534.0;
+    assert!((variance / (1e-4 / 3.0) - 1.0).abs() < 0.02, "{variance}");
+}
+
+/// Protects (M13): one sample and equal samples have no moment, exactly.
+#[test]
+fn equal_samples_do_not_vary() {
+    for value in [0.0, 0.1, 1e4, 3e38] {
+        for count in [1, 16, 40] {
+            assert_eq!(gathered::<Moments>(vec![value; count]).spread, [0.0; 3], "{count} of {value}");
+        }
+    }
+}
+
+/// Protects (F04): a sample that is not finite is dropped and reported, its neighbours in the block stay, and nothing is left
+/// for the next pixel.
+#[test]
+fn not_finite_samples_are_dropped() {
+    fn check<G: Gather<f32>>(spread: f32) {
+        let mut pixel = G::default();
+        for _ in 0..2 {
+            assert!(pixel.add(Vec3::ONE, true));
+            assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), true));
+            assert!(!pixel.add(Vec3::new(0.0, f32::INFINITY, 0.0), true));
+            assert!(pixel.add(Vec3::splat(3.0), false));
+            assert_eq!(pixel.finish(), Sums { sum: [4.0; 3], spread: [spread; 3], samples: 2, hits: 1 });
+        }
+    }
+    check::<Plain<f32>>(0.0);
+    check::<Moments>(2.0_f32.sqrt());
+}
+
+proptest! {
+    /// Protects (M13): moments of any samples, of any size, with any number of them dropped, agree with two passes in f64 over
+    /// those that entered and are never negative.
+    #[test]
+    fn moments_agree_with_two_passes(
+        samples in proptest::collection::vec((-1e3_f32..1e3, any::<bool>()), 1..100),
+        offset in -1e6_f32..1e6,
+        scale in -30_i32..30,
+    ) {
+        let mut pixel = Moments::default();
+        let mut entered = Vec::new();
+        for (sample, drop) in samples {
+            let sample = if drop { f64::NAN } else { f64::from(sample + offset) * 2.0_f64.powi(scale) };
+            <Moments as Gather<f64>>::add(&mut pixel, DVec3::splat(sample), true);
+            entered.extend((!drop).then_some(sample));
+        }
+        let found = <Moments as Gather<f64>>::finish(&mut pixel);
+        let n = entered.len() as f64;
+        let mean = entered.iter().sum::<f64>() / n.max(1.0);
+        let expected = entered.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();
+        prop_assert_eq!(usize::from(found.samples), entered.len());
+        prop_assert!((found.sum[2] - mean * n).abs() <= 1e-12 * mean.abs() * n);
+        // Rounding of the samples themselves bounds what any formula can know.
+        let allowed = 1e-6 * expected + 1e-13 * mean.abs() * n;
+        prop_assert!((f64::from(found.spread[2]) - expected).abs() <= allowed, "{} instead of {expected}", found.spread[2]);
+    }
+}
