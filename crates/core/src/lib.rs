@@ -38,6 +38,7 @@ mod film;
 pub mod generate;
 mod integrator;
 pub mod ladder;
+pub mod light;
 pub mod lookup;
 pub mod metrics;
 pub mod noise;
