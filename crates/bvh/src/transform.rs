@@ -58,6 +58,13 @@ impl<C: Real> Transform<C> {
         }
     }
 
+    /// A surface of the world in object space, without a bound: the point by the inverse, the normal by the transpose.
+    pub fn located_to_object(&self, s: &Located<C>) -> Located<C> {
+        let [x, y, z] = self.columns;
+        let normal = C::Vec3::new(x.dot(s.normal), y.dot(s.normal), z.dot(s.normal)).normalize();
+        Located { point: times::<C>(self.inverse_columns, s.point - self.translation), normal, error: C::ZERO }
+    }
+
     /// A normal by the inverse transpose, not brought to unit length.
     pub fn normal_to_world(&self, normal: C::Vec3) -> C::Vec3 {
         let [x, y, z] = self.inverse_columns;

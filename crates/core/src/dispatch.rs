@@ -149,7 +149,7 @@ impl Ready {
 
     /// How the picture is divided; with chance where samples lie anywhere in their pixel or draw points of a lens or of lights.
     fn plan(&self) -> Plan {
-        let drawn = each!(&self.inner, p => p.camera.has_lens() || p.area_lights.is_some());
+        let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
         Plan::new(&self.settings, drawn || !self.settings.sampling.is_fixed())
     }
 

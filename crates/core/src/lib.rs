@@ -40,6 +40,7 @@ pub mod generate;
 mod hash;
 mod integrator;
 pub mod ladder;
+pub mod light;
 pub mod lookup;
 pub mod metrics;
 pub mod noise;

@@ -106,6 +106,18 @@ impl<P: Precision> Placed<P> {
         let stretch: P::Core = num(self.stretch(own.normal.to_f64()));
         Some(self.shape.density::<P>(&own)? / stretch)
     }
+
+    /// The density per area of drawing a point of the image; none when the area is infinite.
+    pub fn density_at(&self, point: &Located<P::Core>) -> Option<P::Core> {
+        let own = self.transform.located_to_object(point);
+        let stretch: P::Core = num(self.stretch(own.normal.to_f64()));
+        Some(self.shape.density::<P>(&own)? / stretch)
+    }
+
+    /// The shape under the map.
+    pub fn shape(&self) -> &AnyShape<P::Real> {
+        &self.shape
+    }
 }
 
 /// Whether a map keeps angles, up to the rounding of its entries.

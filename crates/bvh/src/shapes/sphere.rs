@@ -87,7 +87,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
 impl<R: Real> Sphere<R> {
     /// The surface in a direction from the centre; in the core's scalar, so that only the rounding to storage is left.
     #[inline(always)]
-    fn at<P: Precision<Real = R>>(&self, normal: CoreVec<P>) -> Located<P::Core> {
+    pub fn at<P: Precision<Real = R>>(&self, normal: CoreVec<P>) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
         Located { point: centre + normal * radius, normal, error: slack(centre.abs().max_element() + radius) }
     }

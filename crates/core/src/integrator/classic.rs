@@ -72,8 +72,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let specular = m.specular.as_ref().filter(|s| !s.on_reflection);
         let before = shading.point.inputs;
         let mut first = None;
-        for light in &scene.lights {
-            let Some(seen) = light.seen_from(shading.inputs().p) else { continue };
+        for light in &scene.lights.delta {
+            let Some(seen) = light.sample(shading.inputs().p) else { continue };
             shading.point.inputs.l = seen.direction;
             let facing = n.dot(seen.direction).max(zero);
             let highlight = match specular {
@@ -90,11 +90,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 share = m.shadow.as_ref().map_or(shading.inputs().shadow, |s| s.at(&shading.point));
                 shading.point.inputs.shadow = share;
             }
-            lit += seen.colour * (m.diffuse.at(&shading.point) * facing * share);
+            lit += seen.arriving * (m.diffuse.at(&shading.point) * facing * share);
             if let Some(s) = specular
                 && highlight > zero
             {
-                let tint = if s.lit { seen.colour } else { Vec3Of::<P>::ONE };
+                let tint = if s.lit { seen.arriving } else { Vec3Of::<P>::ONE };
                 let share = if s.shadowed { share } else { P::Real::ONE };
                 gloss += tint * (highlight * share * s.strength.at(&shading.point));
             }
@@ -108,7 +108,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             shading.point.inputs.shadow = share;
             // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's: its colour over π.
             let facing = n.dot(drawn.direction) * share * P::Real::from_f64(core::f64::consts::FRAC_1_PI);
-            lit += drawn.irradiance * (m.diffuse.at(&shading.point) * facing);
+            lit += drawn.arriving * (m.diffuse.at(&shading.point) * facing);
         }
         shading.point.inputs = first.unwrap_or(before);
         let mut local = colour * lit + gloss;
@@ -122,13 +122,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
     fn highlights(&mut self, specular: &Specular<P::Real>, shading: &Shading<P>) -> Vec3Of<P> {
         let mut sum = Vec3Of::<P>::ZERO;
-        for light in self.scene.lights.iter().filter(|l| l.specular) {
-            let Some(seen) = light.seen_from(shading.inputs().p) else { continue };
+        for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
+            let Some(seen) = light.sample(shading.inputs().p) else { continue };
             let mut highlight = lobe::<P>(specular, shading, seen.direction);
             if highlight > P::Real::ZERO && specular.shadowed && light.shadows {
                 highlight *= self.before(&seen, shading, false).share;
             }
-            let tint = if specular.lit { seen.colour } else { Vec3Of::<P>::ONE };
+            let tint = if specular.lit { seen.arriving } else { Vec3Of::<P>::ONE };
             sum += tint * (highlight * specular.strength.at(&shading.point));
         }
         sum

@@ -121,7 +121,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             let range = Interval { min, max: P::Real::INFINITY };
             let Some(hit) = self.scene.geometry.closest(&leg.ray, range, &mut ()) else {
                 let backdrop = if camera { self.scene.backdrop } else { None };
-                let seen = backdrop.unwrap_or_else(|| self.scene.sky.radiance(leg.start(), leg.ray.direction));
+                let seen = backdrop.unwrap_or_else(|| self.scene.lights.sky.radiance(leg.start(), leg.ray.direction));
                 radiance += throughput * seen;
                 break;
             };

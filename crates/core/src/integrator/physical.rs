@@ -139,20 +139,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let scene = self.scene;
         let zero = P::Real::ZERO;
         let mut sum = Vec3Of::<P>::ZERO;
-        for light in &scene.lights {
-            let Some(seen) = light.seen_from(shading.inputs().p) else { continue };
+        for light in &scene.lights.delta {
+            let Some(seen) = light.sample(shading.inputs().p) else { continue };
             let facing = lobes.n.dot(seen.direction);
             if facing <= zero {
                 continue;
             }
             let share = if light.shadows { self.before(&seen, shading, false).share } else { P::Real::ONE };
             if share > zero {
-                sum += seen.colour * lobes.respond::<P>(seen.direction, facing, light.specular) * (facing * share);
+                sum += seen.arriving * lobes.respond::<P>(seen.direction, facing, light.specular) * (facing * share);
             }
         }
         if let Some((drawn, share)) = self.emitter(shading) {
             let facing = lobes.n.dot(drawn.direction);
-            sum += drawn.irradiance * lobes.respond::<P>(drawn.direction, facing, true) * (facing * share);
+            sum += drawn.arriving * lobes.respond::<P>(drawn.direction, facing, true) * (facing * share);
         }
         if let Some(irradiance) = &scene.irradiance {
             let facing = lobes.n.dot(lobes.view).max(zero);

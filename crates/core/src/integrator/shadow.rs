@@ -3,8 +3,12 @@
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vector};
 
 use super::{Kernel, Leg, Shading, Tracer};
-use crate::prepare::{Alpha, Drawn, Material, Prepared, Seen, Spawn};
+use crate::light::{LightSample, Target};
+use crate::prepare::{Alpha, Material, Prepared, Spawn};
 use crate::sampler::{Purpose, pair};
+
+/// A ray towards a light and the range before it.
+type ShadowRay<R> = (Ray<R>, Interval<R>);
 
 /// What lies between a point and a light.
 #[derive(Clone, Copy, Debug)]
@@ -18,38 +22,52 @@ pub(crate) struct Between<R> {
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// What lies between a surface and a light that it sees.
     #[inline]
-    pub(super) fn before(&mut self, light: &Seen<P::Real>, shading: &Shading<P>, want_distance: bool) -> Between<P::Real> {
-        let (l, rules) = (light.direction, &self.scene.rules);
-        let towards = match (rules.spawn, light.position) {
-            (Spawn::ErrorBound, Some(position)) => shading.surface.spawn_to(position),
-            (Spawn::ErrorBound, None) => {
-                let range = Interval { min: P::Real::ZERO, max: rules.shadow_max_distance };
-                Some((Ray::new(shading.surface.spawn(l), l), range))
-            }
-            // The documented shaders measure from the surface, also where the ray starts off it.
-            (Spawn::Constant { offset, shadow_min, .. }, position) => {
-                let p = shading.inputs().p;
-                let max = position.map_or(rules.shadow_max_distance, |position| (position - p).length());
-                Some((Ray::new(p + l * offset, l), Interval { min: shadow_min, max }))
-            }
-        };
-        match towards {
+    pub(super) fn before(&mut self, light: &LightSample<P::Real>, shading: &Shading<P>, want_distance: bool) -> Between<P::Real> {
+        match self.towards(light, shading) {
             Some((ray, range)) => self.between(ray, range, want_distance),
             // The light is where the ray would start: nothing is in between.
             None => Between { share: P::Real::ONE, distance: P::Real::INFINITY },
         }
     }
 
+    /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
+    #[inline(always)]
+    fn towards(&self, light: &LightSample<P::Real>, shading: &Shading<P>) -> Option<ShadowRay<P::Real>> {
+        let (l, rules) = (light.direction, &self.scene.rules);
+        match (rules.spawn, &light.target) {
+            // Surfaces are drawn and not points of a documented shader, whatever its rule.
+            (_, Target::Surface(surface)) => shading.surface.spawn_to_surface(surface),
+            (Spawn::ErrorBound, Target::Point(position)) => shading.surface.spawn_to(*position),
+            (Spawn::ErrorBound, Target::Infinity) => {
+                let range = Interval { min: P::Real::ZERO, max: rules.shadow_max_distance };
+                Some((Ray::new(shading.surface.spawn(l), l), range))
+            }
+            // The documented shaders measure from the surface, also where the ray starts off it.
+            (Spawn::Constant { offset, shadow_min, .. }, target) => {
+                let p = shading.inputs().p;
+                let max = match target {
+                    Target::Point(position) => (*position - p).length(),
+                    _ => rules.shadow_max_distance,
+                };
+                Some((Ray::new(p + l * offset, l), Interval { min: shadow_min, max }))
+            }
+        }
+    }
+
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
-    pub(super) fn emitter(&mut self, shading: &Shading<P>) -> Option<(Drawn<P::Real>, P::Real)> {
-        let area = self.scene.area_lights.as_ref()?;
+    pub(super) fn emitter(&mut self, shading: &Shading<P>) -> Option<(LightSample<P::Real>, P::Real)> {
+        let emitters = &self.scene.lights.emitters;
+        if emitters.is_empty() {
+            return None;
+        }
         let pick = pair(self.address, Purpose::Emitter);
         let position = pair(self.address, Purpose::EmitterPoint);
-        let drawn = area.draw(shading.inputs().p, pick, position)?;
+        let (index, probability) = emitters.choose(pick)?;
+        let drawn = emitters.sample(index, shading.inputs().p, position, probability)?;
         if shading.inputs().n.dot(drawn.direction) <= P::Real::ZERO {
             return None;
         }
-        let (ray, range) = shading.surface.spawn_to_surface(&drawn.surface)?;
+        let (ray, range) = self.towards(&drawn, shading)?;
         let share = self.between(ray, range, false).share;
         (share > P::Real::ZERO).then_some((drawn, share))
     }

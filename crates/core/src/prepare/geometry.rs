@@ -6,15 +6,14 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
 use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
 use super::PrepareError;
-use super::area::{Emitter, Form};
 use crate::generate::{Shown, all};
 use crate::lookup::Lookup;
-use crate::scene::{Material, MeshData, Object, Scene, Shape, SideRule, TransformStep, Triple};
+use crate::scene::{MeshData, Object, Scene, Shape, SideRule, TransformStep, Triple};
 use crate::validate::collapses;
 
 /// What shading needs of an object.
@@ -66,7 +65,7 @@ pub fn affine(steps: &[TransformStep]) -> DAffine3 {
     })
 }
 
-fn side_of(rule: SideRule) -> Side {
+pub(super) fn side_of(rule: SideRule) -> Side {
     match rule {
         SideRule::Both => Side::Both,
         SideRule::Outside => Side::Outside,
@@ -176,7 +175,7 @@ impl<'a, P: Precision> Builder<'a, P> {
 }
 
 /// Adds the triangles of a mesh, mapped where a map is given; a mirroring map turns them over so that outside stays outside.
-fn triangles<P: Precision>(
+pub(super) fn triangles<P: Precision>(
     group: &mut Group<P>,
     data: &MeshData,
     map: Option<(DAffine3, bool)>,
@@ -213,7 +212,7 @@ impl<P: Precision> Builder<'_, P> {
 }
 
 /// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is many.
-fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
+pub(super) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     let at = |p: Triple| DVec3::from(p) + offset;
     let v = |p: Triple| DVec3::from(p);
     Some(match *shape {
@@ -245,46 +244,5 @@ fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     })
 }
 
-/// The surfaces that light others: objects whose material gives off the same radiance everywhere.
-pub(super) fn emitters<P: Precision>(scene: &Scene, lookup: &Lookup<'_>) -> Vec<Emitter<P>> {
-    let mut emitters = Vec::new();
-    // A generator's objects differ only in their places, which leave the area alone.
-    let mut last: Option<(&Shape, DMat3, f64)> = None;
-    for shown in all(scene) {
-        let object = shown.object;
-        let material = lookup.material(&object.material).map(|(_, material)| material);
-        let Some(radiance) = material.and_then(Material::even_emission) else { continue };
-        let (radiance, side) = (Vector::from_f64(radiance.0.into()), side_of(object.side));
-        let map = shown.map();
-        let Shape::Mesh(name) = &object.shape else {
-            let Some(form) = form(&object.shape, map) else { continue };
-            let known = last.as_ref().filter(|(shape, turn, _)| **shape == object.shape && *turn == map.matrix3);
-            let area = known.map_or_else(|| form.area(), |(.., area)| *area);
-            last = Some((&object.shape, map.matrix3, area));
-            emitters.push(Emitter { form, radiance, side, area });
-            continue;
-        };
-        let Some(data) = lookup.mesh_data(name) else { continue };
-        let mut group = Group::<P>::default();
-        let flipped = map.matrix3.determinant() < 0.0;
-        if triangles(&mut group, data, Some((map, flipped)), Visibility::default()).is_ok() {
-            emitters.extend(group.triangles().iter().map(|&triangle| {
-                let form = Form::Plain(AnyShape::Triangle(triangle));
-                Emitter { area: form.area(), form, radiance, side }
-            }));
-        }
-    }
-    emitters
-}
-
-/// A shape under a map: with numbers of its own where it is only moved, as [`Builder::shape`] has it.
-fn form<P: Precision>(shape: &Shape, map: DAffine3) -> Option<Form<P>> {
-    if map.matrix3 == DMat3::IDENTITY {
-        return any_shape(shape, map.translation).map(Form::Plain);
-    }
-    let placed = Placed::new(any_shape(shape, DVec3::ZERO)?, map)?;
-    Some(Form::Placed(Box::new(placed)))
-}
-
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -1,32 +1,26 @@
 //! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
 //! rendering may do none of these.
 
-mod area;
-mod colour;
+pub(crate) mod colour;
+mod emitters;
 mod geometry;
-mod irradiance;
-mod light;
 mod material;
-mod sky;
-mod texture;
+pub(crate) mod texture;
 
 use raywright_bvh::{Aabb, Geometry, GeometryError, Precision, Real, Vector};
 
 use crate::camera::{Camera, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
+use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, prepare_sky};
 use crate::lookup::Lookup;
 use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
-pub(crate) use area::{AreaLights, Drawn};
 pub(crate) use colour::Point;
 pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
-pub(crate) use irradiance::Irradiance;
-pub(crate) use light::{Light, Seen};
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
-pub(crate) use sky::Sky;
 
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -120,10 +114,8 @@ pub struct Prepared<P: Precision> {
     /// Object of each primitive, by [`raywright_bvh::Hit::order`].
     pub(crate) object_of: Vec<u32>,
     pub(crate) materials: Vec<Material<P::Real>>,
-    pub(crate) lights: Vec<Light<P::Real>>,
-    /// Emissive surfaces that light others; none where no surface would answer to them.
-    pub(crate) area_lights: Option<AreaLights<P>>,
-    pub(crate) sky: Sky<P::Real>,
+    /// Lights, emissive surfaces and the sky; no table holds what no surface would answer to.
+    pub lights: Lights<P>,
     /// What camera rays see that hit nothing; none: the sky.
     pub(crate) backdrop: Option<<P::Real as Real>::Vec3>,
     /// The sky's cosine-weighted average; none where no material asks for it.
@@ -186,11 +178,15 @@ impl<P: Precision> Prepared<P> {
                 None => object.coordinates = materials[index].reads_coordinates(),
             }
         }
-        let sky = sky::prepare::<P::Real>(scene, &lookup, &names, &textures)?;
+        let sky = prepare_sky::<P::Real>(scene, &lookup, &names, &textures)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !sky.is_black()).then(|| Irradiance::new(&sky));
-        let emitters = if simulated.has(Effect::SoftShadows) { geometry::emitters::<P>(scene, &lookup) } else { Vec::new() };
+        let soft = simulated.has(Effect::SoftShadows);
+        let emitters = if soft { emitters::emitters::<P>(scene, &lookup) } else { EmitterList::default() };
+        // A light that shows on nothing is not built: no loop turns for it.
+        let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
+        let lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
         let camera = settings.camera.clone().unwrap_or_else(|| frame(&built.geometry.bounded_part(), aspect));
         let backdrop = match settings.background {
@@ -204,10 +200,7 @@ impl<P: Precision> Prepared<P> {
             objects: built.objects,
             object_of: built.object_of,
             materials,
-            // A light that shows on nothing is not built: no loop turns for it.
-            area_lights: AreaLights::new(emitters),
-            lights: if lit { scene.lights.iter().map(|l| Light::new(l, casters)).collect() } else { Vec::new() },
-            sky,
+            lights,
             backdrop,
             irradiance,
             camera,
@@ -229,8 +222,8 @@ impl<P: Precision> Prepared<P> {
             primitives: self.geometry.len(),
             unbounded: self.geometry.unbounded_count(),
             instances: self.geometry.instance_count(),
-            lights: self.lights.len(),
-            emitters: self.area_lights.as_ref().map_or(0, AreaLights::len),
+            lights: self.lights.delta.len(),
+            emitters: self.lights.emitters.lit(),
             materials: self.materials.iter().filter(|m| !matches!(m, Material::Unused)).count(),
             irradiance: self.irradiance.is_some(),
             texture_bytes: self.texture_bytes,

@@ -183,7 +183,7 @@ fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
 }
 
 /// An sRGB code as a linear number.
-pub(super) fn decoded(code: u8) -> f64 {
+pub(crate) fn decoded(code: u8) -> f64 {
     static TABLE: OnceLock<[f64; 256]> = OnceLock::new();
     TABLE.get_or_init(|| core::array::from_fn(|i| decode(TransferCurve::Srgb, i as f64 / 255.0)))[usize::from(code)]
 }

@@ -1,19 +1,24 @@
-//! Lights, prepared: where they are seen from a point and how bright.
+//! Lights without size: where they are seen from a point and how bright.
+
+use core::f64::consts::{PI, TAU};
 
 use raywright_bvh::{Real, Vector};
 
+use super::{Bounds, Density, LightSample, Target};
 use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
-/// A light source that is not a surface.
+/// A light source that has no size: no ray meets it by itself.
 #[derive(Clone, Debug)]
-pub(crate) struct Light<R: Real> {
+pub struct DeltaLight<R: Real> {
     kind: Kind<R>,
-    pub colour: R::Vec3,
+    /// Irradiance of a directional light, intensity of the others.
+    colour: R::Vec3,
     /// Whether the scene lets something dim it: then a material's own shadow rule counts.
     pub dimmed: bool,
     /// Whether a ray must ask what is in between.
     pub shadows: bool,
+    /// Whether it makes highlights.
     pub specular: bool,
 }
 
@@ -30,17 +35,6 @@ struct Fade<R> {
     inverse_square: bool,
     /// One over the square of the range; none without a range, where nothing is asked of the distance that f32 might not hold.
     inverse_range_2: Option<R>,
-}
-
-/// A light seen from a point.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen<R: Real> {
-    /// Unit direction to it.
-    pub direction: R::Vec3,
-    /// Where it is; none for directional light.
-    pub position: Option<R::Vec3>,
-    /// What arrives if nothing is in between.
-    pub colour: R::Vec3,
 }
 
 impl<R: Real> Fade<R> {
@@ -62,7 +56,7 @@ impl<R: Real> Fade<R> {
     }
 }
 
-impl<R: Real> Light<R> {
+impl<R: Real> DeltaLight<R> {
     /// `casters`: whether anything in the scene casts shadows; without it no ray asks.
     pub fn new(light: &LightData, casters: bool) -> Self {
         let v = |t: [f64; 3]| R::Vec3::from_f64(t.into());
@@ -91,29 +85,64 @@ impl<R: Real> Light<R> {
 
     /// The light as a point sees it; none where nothing of it arrives.
     #[inline(always)]
-    pub fn seen_from(&self, point: R::Vec3) -> Option<Seen<R>> {
+    pub fn sample(&self, from: R::Vec3) -> Option<LightSample<R>> {
         match &self.kind {
-            Kind::Directional { to_light } => Some(Seen { direction: *to_light, position: None, colour: self.colour }),
-            Kind::Point { position, fade } => self.local(point, *position, fade, |_| R::ONE),
-            Kind::Spot { position, direction, fade, scale, offset } => self.local(point, *position, fade, |l| {
+            Kind::Directional { to_light } => Some(LightSample {
+                direction: *to_light,
+                arriving: self.colour,
+                density: Density::Delta,
+                target: Target::Infinity,
+            }),
+            Kind::Point { position, fade } => self.local(from, *position, fade, |_| R::ONE),
+            Kind::Spot { position, direction, fade, scale, offset } => self.local(from, *position, fade, |l| {
                 let edge = Real::clamp(-(l.dot(*direction)) * *scale + *offset, R::ZERO, R::ONE);
                 edge * edge
             }),
         }
     }
 
-    fn local(&self, point: R::Vec3, position: R::Vec3, fade: &Fade<R>, cone: impl Fn(R::Vec3) -> R) -> Option<Seen<R>> {
-        let offset = position - point;
+    #[inline(always)]
+    fn local(&self, from: R::Vec3, position: R::Vec3, fade: &Fade<R>, cone: impl Fn(R::Vec3) -> R) -> Option<LightSample<R>> {
+        let offset = position - from;
         let distance = offset.length();
         let direction = offset * (R::ONE / distance);
         let strength = fade.at(distance * distance) * cone(direction);
         // Also false for NaN, at the light itself.
-        (strength > R::ZERO && strength.is_finite()).then(|| Seen {
+        (strength > R::ZERO && strength.is_finite()).then(|| LightSample {
             direction,
-            position: Some(position),
             // Close to a strong light the product may leave f32, and infinity times a black channel is no number.
-            colour: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
+            arriving: (self.colour * strength).min(R::Vec3::splat(R::from_f64(GREATEST))),
+            density: Density::Delta,
+            target: Target::Point(position),
         })
+    }
+
+    /// The flux of its channels, summed; what does not weaken with distance sends what crosses a sphere of radius `reach`.
+    pub fn power(&self, reach: f64) -> f64 {
+        let colour = self.colour.to_f64();
+        let across = |fade: &Fade<R>| if fade.inverse_square { 1.0 } else { reach * reach };
+        let share = match &self.kind {
+            Kind::Directional { .. } => PI * reach * reach,
+            Kind::Point { fade, .. } => 2.0 * TAU * across(fade),
+            // Full within the inner angle; from there to the outer one the integral of a square is a third.
+            Kind::Spot { fade, scale, offset, .. } => {
+                let (edge, outer) = (1.0 / scale.to_f64(), -offset.to_f64() / scale.to_f64());
+                TAU * ((1.0 - outer - edge).max(0.0) + edge / 3.0) * across(fade)
+            }
+        };
+        (colour.x + colour.y + colour.z) * share
+    }
+
+    /// Where it is and which way it shines; none for a directional light.
+    pub fn bounds(&self) -> Option<Bounds> {
+        match &self.kind {
+            Kind::Directional { .. } => None,
+            Kind::Point { position, .. } => Some(Bounds::point(position.to_f64(), glam::DVec3::Y, PI)),
+            Kind::Spot { position, direction, scale, offset, .. } => {
+                let outer = -offset.to_f64() / scale.to_f64();
+                Some(Bounds::point(position.to_f64(), direction.to_f64(), libm::acos(outer.clamp(-1.0, 1.0))))
+            }
+        }
     }
 }
 
@@ -123,12 +152,12 @@ mod tests {
     use crate::scene::Colour;
     use glam::{DVec3, Vec3};
 
-    fn light<R: Real>(kind: LightKind, colour: f64) -> Light<R> {
+    fn light<R: Real>(kind: LightKind, colour: f64) -> DeltaLight<R> {
         let data = LightData { name: String::new(), kind, colour: Colour([colour; 3]), shadows: true, specular: true };
-        Light::new(&data, true)
+        DeltaLight::new(&data, true)
     }
 
-    fn point<R: Real>(height: f64, range: Option<f64>, colour: f64) -> Light<R> {
+    fn point<R: Real>(height: f64, range: Option<f64>, colour: f64) -> DeltaLight<R> {
         light(LightKind::Point { position: [0.0, height, 0.0], falloff: Falloff::InverseSquare, range }, colour)
     }
 
@@ -141,7 +170,7 @@ mod tests {
                 let d = 10.0_f64.powi(exponent);
                 let seen = |range: Option<f64>| {
                     let light = point::<R>(d, range, 3.0 * d * d);
-                    light.seen_from(R::Vec3::ZERO).map_or(0.0, |seen| seen.colour.to_f64().x)
+                    light.sample(R::Vec3::ZERO).map_or(0.0, |seen| seen.arriving.to_f64().x)
                 };
                 // A window is (1 − (d/range)⁴): by hand, 15/16 at half the range, 1 at a millionth, 0 from the range on.
                 for (range, share) in [(None, 1.0), (Some(2.0 * d), 0.9375), (Some(1e6 * d), 1.0), (Some(d / 2.0), 0.0)] {
@@ -157,15 +186,15 @@ mod tests {
     /// Protects: what is beyond f32 so close to a light stays a number, and white.
     #[test]
     fn a_strong_light_close_by_is_finite() {
-        let seen = point::<f32>(1e-6, None, 1e37).seen_from(Vec3::ZERO).expect("it shines");
-        assert!(seen.colour.is_finite() && seen.colour.x >= 1e29, "{}", seen.colour);
-        assert!(point::<f32>(0.0, None, 1.0).seen_from(Vec3::ZERO).is_none(), "at the light itself");
+        let seen = point::<f32>(1e-6, None, 1e37).sample(Vec3::ZERO).expect("it shines");
+        assert!(seen.arriving.is_finite() && seen.arriving.x >= 1e29, "{}", seen.arriving);
+        assert!(point::<f32>(0.0, None, 1.0).sample(Vec3::ZERO).is_none(), "at the light itself");
     }
 
     /// Protects: the edge of a spot, against values by hand: the square of the share of the way between the cosines.
     #[test]
     fn the_edge_of_a_spot_is_the_square_of_the_way_across() {
-        let spot: Light<f64> = light(
+        let spot: DeltaLight<f64> = light(
             LightKind::Spot {
                 position: [0.0; 3],
                 direction: [0.0, -1.0, 0.0],
@@ -179,9 +208,9 @@ mod tests {
         let (inner, outer) = (0.75_f64.sqrt(), 0.5);
         for (share, strength) in [(1.0, 1.0), (0.75, 0.5625), (0.5, 0.25), (0.1, 0.01)] {
             let cosine = outer + (inner - outer) * share;
-            let seen = spot.seen_from(DVec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0)).expect("inside the cone");
-            assert!((seen.colour.x - strength).abs() < 1e-12, "{share} of the way: {}", seen.colour.x);
+            let seen = spot.sample(DVec3::new((1.0 - cosine * cosine).sqrt(), -cosine, 0.0)).expect("inside the cone");
+            assert!((seen.arriving.x - strength).abs() < 1e-12, "{share} of the way: {}", seen.arriving.x);
         }
-        assert!(spot.seen_from(DVec3::new(1.0, -0.5, 0.0)).is_none(), "outside the cone");
+        assert!(spot.sample(DVec3::new(1.0, -0.5, 0.0)).is_none(), "outside the cone");
     }
 }

@@ -1,4 +1,4 @@
-//! The sky, prepared: radiance by direction.
+//! The sky: radiance by direction.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,16 +7,21 @@ use glam::DVec3;
 use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Real, Vector};
 
-use super::PrepareError;
-use super::colour::{ColourSource, Point};
-use super::texture::{Textures, decoded};
 use crate::expr::{Inputs, Scope};
 use crate::lookup::Lookup;
+use crate::prepare::PrepareError;
+use crate::prepare::colour::{ColourSource, Point};
+use crate::prepare::texture::{Textures, decoded};
 use crate::scene::{ImageData, Pixels, Scene, Sky as SkyData};
 
 /// What a ray sees that hits nothing.
 #[derive(Clone, Debug)]
-pub(crate) enum Sky<R: Real> {
+pub struct Sky<R: Real> {
+    pub(super) kind: Kind<R>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Kind<R: Real> {
     /// No sky: black.
     None,
     Constant(R::Vec3),
@@ -31,70 +36,73 @@ pub(crate) enum Sky<R: Real> {
 
 /// A lobe around a direction.
 #[derive(Clone, Debug)]
-pub(crate) struct Sun<R: Real> {
-    direction: R::Vec3,
-    colour: R::Vec3,
-    exponent: u32,
+pub(super) struct Sun<R: Real> {
+    pub direction: R::Vec3,
+    pub colour: R::Vec3,
+    pub exponent: u32,
 }
 
 /// An equirectangular picture.
 #[derive(Clone, Debug)]
-pub(crate) struct Map<R: Real> {
-    image: Arc<ImageData>,
-    turn: R,
-    strength: R,
+pub(super) struct Map<R: Real> {
+    pub image: Arc<ImageData>,
+    /// Share of a whole turn by which the picture is turned about +y.
+    pub turn: R,
+    pub strength: R,
 }
 
-pub(super) fn prepare<R: Real>(
+/// The sky of a scene, black where it has none.
+pub(crate) fn prepare<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
     names: &BTreeMap<String, f64>,
     textures: &Textures<'_>,
 ) -> Result<Sky<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
-    Ok(match &scene.sky {
-        None => Sky::None,
-        Some(SkyData::Constant(c)) => Sky::Constant(v(*c)),
+    let kind = match &scene.sky {
+        None => Kind::None,
+        Some(SkyData::Constant(c)) => Kind::Constant(v(*c)),
         Some(SkyData::Gradient { bottom, top, suns }) => {
             let suns = suns.iter().map(|s| Sun {
                 direction: R::Vec3::from_f64(DVec3::from(s.direction).normalize()),
                 colour: R::Vec3::from_f64(DVec3::from(s.colour.0) * s.weight),
                 exponent: s.exponent,
             });
-            Sky::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
+            Kind::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
         }
         Some(SkyData::Expression(input)) => {
             let path = || "sky.expression".to_owned();
-            Sky::Expression(ColourSource::new(input, Scope::Sky, names, textures, &path)?)
+            Kind::Expression(ColourSource::new(input, Scope::Sky, names, textures, &path)?)
         }
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };
             match &image.ok_or_else(missing)?.data {
-                Some(image) => Sky::Map(Map {
+                Some(image) => Kind::Map(Map {
                     image: Arc::clone(image),
                     turn: R::from_f64(map.rotation / 360.0),
                     strength: R::from_f64(map.strength),
                 }),
-                None => Sky::None,
+                None => Kind::None,
             }
         }
-    })
+    };
+    Ok(Sky { kind })
 }
 
 impl<R: Real> Sky<R> {
     /// Whether it gives no light at all.
     pub fn is_black(&self) -> bool {
-        matches!(self, Self::None)
+        matches!(self.kind, Kind::None)
     }
 
     /// Radiance along a unit direction, seen from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
-        match self {
-            Self::None => R::Vec3::ZERO,
-            Self::Constant(c) => *c,
-            Self::Gradient { bottom, top, suns } => {
+        match &self.kind {
+            Kind::None => R::Vec3::ZERO,
+            Kind::Constant(c) => *c,
+            Kind::Gradient { bottom, top, suns } => {
                 let s = R::from_f64(0.5) * (d.y() + R::ONE);
                 let mut sky = *bottom * (R::ONE - s) + *top * s;
                 for sun in suns {
@@ -103,13 +111,24 @@ impl<R: Real> Sky<R> {
                 }
                 sky
             }
-            Self::Expression(source) => source.at(&Point::of(Inputs { d, o: origin, ..Inputs::default() })),
-            Self::Map(map) => map.radiance(d),
+            Kind::Expression(source) => source.at(&Point::of(Inputs { d, o: origin, ..Inputs::default() })),
+            Kind::Map(map) => map.radiance(d),
         }
     }
 }
 
 impl<R: Real> Map<R> {
+    /// What the picture holds, before its strength.
+    #[inline(always)]
+    pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
+        let i = y * self.image.width as usize + x;
+        let [r, g, b, _] = match &self.image.pixels {
+            Pixels::Linear(p) => p[i].map(R::from_f32),
+            Pixels::Codes(p) => p[i].map(|code| R::from_f64(decoded(code))),
+        };
+        R::Vec3::new(r, g, b)
+    }
+
     /// Bilinear, repeating around and clamped at the poles.
     fn radiance(&self, d: R::Vec3) -> R::Vec3 {
         let half = R::from_f64(0.5);
@@ -122,14 +141,7 @@ impl<R: Real> Map<R> {
         let (fx, fy) = (x - x0, y - y0);
         let column = |x: R| (x.to_f64() as i64).rem_euclid(i64::from(width)) as usize;
         let row = |y: R| (y.to_f64() as i64).clamp(0, i64::from(height) - 1) as usize;
-        let at = |x: usize, y: usize| {
-            let i = y * width as usize + x;
-            let [r, g, b, _] = match &self.image.pixels {
-                Pixels::Linear(p) => p[i].map(R::from_f32),
-                Pixels::Codes(p) => p[i].map(|code| R::from_f64(decoded(code))),
-            };
-            R::Vec3::new(r, g, b)
-        };
+        let at = |x: usize, y: usize| self.texel(x, y);
         let mix = |a: R::Vec3, b: R::Vec3, w: R| a * (R::ONE - w) + b * w;
         let (left, right, top, bottom) = (column(x0), column(x0 + R::ONE), row(y0), row(y0 + R::ONE));
         mix(mix(at(left, top), at(right, top), fx), mix(at(left, bottom), at(right, bottom), fx), fy) * self.strength

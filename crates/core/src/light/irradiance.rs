@@ -10,7 +10,7 @@ use super::sky::Sky;
 
 /// Coefficients, already convolved with the cosine and divided by π.
 #[derive(Clone, Debug)]
-pub(crate) struct Irradiance<R: Real> {
+pub struct Irradiance<R: Real> {
     coefficients: [R::Vec3; 9],
 }
 
@@ -65,14 +65,15 @@ impl<R: Real> Irradiance<R> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::sky::Kind;
     use super::*;
-    use glam::DVec3;
 
     /// Protects: the band factors and the normalisation, against the closed form of a sky linear in height:
     /// mean = a + b · 2/3 · n.y for L = a + b·y.
     #[test]
     fn linear_sky_has_its_closed_form() {
-        let sky = Sky::<f64>::Gradient { bottom: DVec3::splat(0.4), top: DVec3::ONE, suns: Vec::new() };
+        let kind = Kind::<f64>::Gradient { bottom: DVec3::splat(0.4), top: DVec3::ONE, suns: Vec::new() };
+        let sky = Sky { kind };
         let irradiance = Irradiance::new(&sky);
         for n in [DVec3::Y, DVec3::NEG_Y, DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::new(0.0, -0.6, 0.8)] {
             let expected = 0.7 + 0.3 * 2.0 / 3.0 * n.y;

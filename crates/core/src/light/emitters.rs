@@ -1,0 +1,299 @@
+//! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray meets them.
+
+use core::f64::consts::PI;
+
+use glam::DVec3;
+use raywright_bvh::scalar::{convert, convert_vec};
+use raywright_bvh::shapes::{AnyShape, Placed};
+use raywright_bvh::{Located, Precision, Real, Shape, Side, Surface, Vec3Of, Vector};
+
+use super::cdf::{pick, push_shares, share};
+use super::solid_angle::Whole;
+use super::{Bounds, Density, LightSample, Target};
+
+/// How points of a surface are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// By area: any surface, from anywhere.
+    #[default]
+    Area,
+    /// Over the solid angle under which it is seen, where that is known (balls from outside, triangles, quads), by area elsewhere: without the
+    /// noise that unequal distances and slants bring.
+    SolidAngle,
+}
+
+/// Geometry of an emitter in the world.
+#[derive(Clone, Copy, Debug)]
+enum Form<R: Real> {
+    Plain(AnyShape<R>),
+    /// Under a map: its place in the list of those.
+    Placed(u32),
+}
+
+/// One emissive shape or triangle.
+#[derive(Clone, Copy, Debug)]
+struct Emitter<R: Real> {
+    form: Form<R>,
+    radiance: R::Vec3,
+    /// Which sides give off light: those that can be seen.
+    side: Side,
+    /// Area of the surface in the world; zero where it has none that points could be drawn from.
+    area: f64,
+}
+
+/// A point of an emitter as another point sees it.
+struct Facing {
+    /// Unit direction to it.
+    direction: DVec3,
+    squared: f64,
+    /// Between that direction and the normal of the side that shines; negative behind.
+    cosine: f64,
+}
+
+impl Facing {
+    fn new<R: Real>(side: Side, from: DVec3, surface: &Surface<R>) -> Self {
+        let offset = surface.point.to_f64() - from;
+        let squared = offset.length_squared();
+        let direction = offset / squared.sqrt();
+        let outwards = -direction.dot(surface.normal.to_f64());
+        let cosine = match side {
+            Side::Outside => outwards,
+            Side::Inside => -outwards,
+            Side::Both => outwards.abs(),
+        };
+        Self { direction, squared, cosine }
+    }
+}
+
+/// Where light leaves an emitter, and along what ray it is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Exit<R: Real> {
+    /// The point.
+    pub surface: Surface<R>,
+    /// Its texture coordinates, for emission that varies; an even one reads none.
+    pub uv: [R; 2],
+    /// Unit direction of the ray that met it.
+    pub direction: R::Vec3,
+}
+
+/// Emitters as preparation finds them, object by object.
+#[derive(Clone, Debug)]
+pub struct EmitterList<P: Precision> {
+    emitters: Vec<Emitter<P::Real>>,
+    placed: Vec<Placed<P>>,
+    first: Vec<u32>,
+}
+
+impl<P: Precision> Default for EmitterList<P> {
+    fn default() -> Self {
+        Self { emitters: Vec::new(), placed: Vec::new(), first: Vec::new() }
+    }
+}
+
+impl<P: Precision> EmitterList<P> {
+    /// What is added from here on belongs to the next object, in the order of the scene's objects.
+    pub fn next_object(&mut self) {
+        self.first.push(self.emitters.len() as u32);
+    }
+
+    /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
+    pub fn plain(&mut self, shape: AnyShape<P::Real>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
+        let area = area.unwrap_or_else(|| finite(shape.area()));
+        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, side, area });
+        area
+    }
+
+    /// Adds a shape under a map.
+    pub fn placed(&mut self, placed: Placed<P>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
+        let area = area.unwrap_or_else(|| finite(placed.area()));
+        let form = Form::Placed(self.placed.len() as u32);
+        self.placed.push(placed);
+        self.emitters.push(Emitter { form, radiance, side, area });
+        area
+    }
+}
+
+/// An area that points can be drawn from.
+fn finite(area: Option<f64>) -> f64 {
+    area.filter(|a| a.is_finite()).unwrap_or(0.0)
+}
+
+/// All emitters of a scene, drawn in proportion to their power.
+#[derive(Clone, Debug)]
+pub struct Emitters<P: Precision> {
+    /// One after the other by object and primitive, so that a hit finds its own; those without power too.
+    list: EmitterList<P>,
+    /// Running sum of the probabilities, 1 from the last emitter that has power; empty where none has.
+    cumulative: Vec<f64>,
+    /// Those that have power.
+    lit: usize,
+    /// How points are drawn.
+    pub strategy: Strategy,
+}
+
+impl<R: Real> Emitter<R> {
+    /// Sum of what it gives off in all directions, up to a factor that all emitters share.
+    fn power(&self) -> f64 {
+        let radiance = self.radiance.to_f64();
+        (radiance.x + radiance.y + radiance.z) * self.area * if self.side == Side::Both { 2.0 } else { 1.0 }
+    }
+}
+
+impl<P: Precision> Emitters<P> {
+    /// From what preparation found; empty when nothing of it gives off light.
+    pub fn new(list: EmitterList<P>) -> Self {
+        let powers: Vec<f64> = list.emitters.iter().map(Emitter::power).collect();
+        let lit = powers.iter().filter(|&&power| power > 0.0).count();
+        if lit == 0 {
+            return Self { list: EmitterList::default(), cumulative: Vec::new(), lit, strategy: Strategy::default() };
+        }
+        let mut cumulative = Vec::with_capacity(powers.len());
+        push_shares(&mut cumulative, &powers);
+        Self { list, cumulative, lit, strategy: Strategy::default() }
+    }
+
+    /// How many shapes and triangles, those without power included.
+    pub fn len(&self) -> usize {
+        self.list.emitters.len()
+    }
+
+    /// How many shapes and triangles have power.
+    pub fn lit(&self) -> usize {
+        self.lit
+    }
+
+    /// Whether nothing gives off light.
+    pub fn is_empty(&self) -> bool {
+        self.cumulative.is_empty()
+    }
+
+    /// The emitter that is a primitive of an object: a triangle of its mesh, or 0 for a shape. None where the object does not
+    /// light others.
+    pub fn of(&self, object: u32, primitive: u32) -> Option<u32> {
+        let start = *self.list.first.get(object as usize)?;
+        let end = self.list.first.get(object as usize + 1).map_or(self.len() as u32, |&end| end);
+        start.checked_add(primitive).filter(|&index| index < end)
+    }
+
+    /// The emitter for a pair of numbers in [0, 1), and the probability of drawing it; none where there is none. Both numbers,
+    /// because one of f32 has steps of 2⁻²³: of a million emitters the faint ones would be drawn always or never.
+    pub fn choose(&self, [coarse, fine]: [f32; 2]) -> Option<(u32, f64)> {
+        const STEP: f64 = 1.0 / (1 << 23) as f64;
+        if self.is_empty() {
+            return None;
+        }
+        let (index, probability, _) = pick(&self.cumulative, f64::from(coarse) + f64::from(fine) * STEP);
+        Some((index as u32, probability))
+    }
+
+    /// The probability with which [`Emitters::choose`] draws an emitter.
+    pub fn probability(&self, index: u32) -> f64 {
+        share(&self.cumulative, index as usize)
+    }
+
+    /// Emitters that need a map of their own.
+    #[cfg(test)]
+    pub(crate) fn under_maps(&self) -> usize {
+        self.list.placed.len()
+    }
+
+    /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none where it sends nothing there.
+    pub fn sample(&self, index: u32, from: Vec3Of<P>, position: [f32; 2], probability: f64) -> Option<LightSample<P::Real>> {
+        let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
+        let [u, v] = position.map(P::Real::from_f32);
+        let whole = self.whole(emitter, from);
+        let (located, by_area) = match (&emitter.form, &whole) {
+            (Form::Plain(shape), Some(whole)) => (whole.draw::<P>(shape, position)?, P::Core::ZERO),
+            (Form::Plain(shape), None) => shape.sample_area::<P>(u, v)?,
+            (Form::Placed(placed), _) => self.list.placed[*placed as usize].sample_area(u, v)?,
+        };
+        let surface = located.stored::<P>();
+        let Facing { direction, squared, cosine } = Facing::new(emitter.side, from, &surface);
+        let (density, weight) = match whole {
+            Some(whole) => {
+                let density = probability / whole.solid_angle();
+                (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
+            }
+            None => {
+                // Solid-angle measure: cos/d² over the density by area.
+                let over = squared * by_area.to_f64() * probability;
+                (over / cosine, cosine / over)
+            }
+        };
+        // Also false for NaN, where the points coincide.
+        (weight > 0.0 && weight.is_finite()).then(|| LightSample {
+            direction: Vector::from_f64(direction),
+            arriving: emitter.radiance * P::Real::from_f64(weight),
+            density: Density::SolidAngle(density),
+            target: Target::Surface(surface),
+        })
+    }
+
+    /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter that a ray from `from` met.
+    pub fn density(&self, index: u32, from: Vec3Of<P>, surface: &Surface<P::Real>, probability: f64) -> f64 {
+        let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
+        let facing = Facing::new(emitter.side, from, surface);
+        // Also false for NaN, where the points coincide.
+        let seen = facing.cosine > 0.0;
+        if !seen {
+            return 0.0;
+        }
+        if let Some(whole) = self.whole(emitter, from) {
+            return probability / whole.solid_angle();
+        }
+        let point = Located {
+            point: convert_vec::<P::Real, P::Core>(surface.point),
+            normal: convert_vec::<P::Real, P::Core>(surface.normal),
+            error: convert::<P::Real, P::Core>(surface.error),
+        };
+        let by_area = match &emitter.form {
+            Form::Plain(shape) => shape.density::<P>(&point),
+            Form::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),
+        };
+        by_area.map_or(0.0, |by_area| facing.squared * by_area.to_f64() * probability / facing.cosine)
+    }
+
+    /// An emitter whose directions are drawn evenly over its solid angle, where that is asked for and known.
+    #[inline]
+    fn whole(&self, emitter: &Emitter<P::Real>, from: DVec3) -> Option<Whole<P::Real>> {
+        match (self.strategy, &emitter.form) {
+            (Strategy::SolidAngle, Form::Plain(shape)) => Whole::new(shape, emitter.side, from),
+            _ => None,
+        }
+    }
+
+    /// Radiance that leaves an emitter where a ray met it; zero on a side that gives off none.
+    pub fn radiance(&self, index: u32, exit: &Exit<P::Real>) -> Vec3Of<P> {
+        let emitter = &self.list.emitters[index as usize];
+        let from_outside = exit.direction.dot(exit.surface.normal) < P::Real::ZERO;
+        if emitter.side.accepts(from_outside) { emitter.radiance } else { Vector::ZERO }
+    }
+
+    /// Flux of the three channels of an emitter, summed.
+    pub fn power(&self, index: u32) -> f64 {
+        PI * self.list.emitters[index as usize].power()
+    }
+
+    /// Where an emitter is and which way it shines; none for one without end, which lights nothing.
+    pub fn bounds(&self, index: u32) -> Option<Bounds> {
+        let emitter = &self.list.emitters[index as usize];
+        let half = P::Real::from_f64(0.5);
+        let (space, shape, drawn) = match &emitter.form {
+            Form::Plain(shape) => (shape.bounds()?, shape, shape.sample_area::<P>(half, half)),
+            Form::Placed(i) => {
+                let placed = &self.list.placed[*i as usize];
+                (placed.bounds()?, placed.shape(), placed.sample_area(half, half))
+            }
+        };
+        let flat = matches!(shape, AnyShape::Disk(_) | AnyShape::Quad(_) | AnyShape::Triangle(_));
+        let normal = drawn.map(|(anywhere, _)| anywhere.normal.to_f64()).filter(|n| flat && n.is_finite());
+        Some(match (normal, emitter.side) {
+            (Some(normal), Side::Outside) => Bounds::flat(space, normal),
+            (Some(normal), Side::Inside) => Bounds::flat(space, -normal),
+            _ => Bounds::round(space),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,59 @@
+//! Emitters chosen in their share.
+
+use super::*;
+use glam::Vec3;
+use raywright_bvh::Robust;
+use raywright_bvh::shapes::Sphere;
+
+/// Balls of area one whose power is as given.
+fn lights(powers: &[f64]) -> Emitters<Robust> {
+    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+    let mut list = EmitterList::default();
+    for &power in powers {
+        list.plain(ball.into(), Vec3::new(power as f32, 0.0, 0.0), Side::Outside, Some(1.0));
+    }
+    Emitters::new(list)
+}
+
+/// How often each of so many evenly spread picks from the first `share` of [0, 1) draws the emitter of a power.
+fn drawn(lights: &Emitters<Robust>, power: f32, share: f64, picks: u32) -> u32 {
+    let pick = |i: u32| {
+        let cells = share * f64::from(i) / f64::from(picks) * f64::from(1 << 23);
+        [(cells.floor() / f64::from(1 << 23)) as f32, cells.fract() as f32]
+    };
+    let radiance = |lights: &Emitters<Robust>, pick| {
+        lights.choose(pick).map(|(index, _)| lights.list.emitters[index as usize].radiance.x).expect("there are emitters")
+    };
+    (0..picks).filter(|&i| radiance(lights, pick(i)) == power).count() as u32
+}
+
+/// Protects (M10): what has no power is never drawn, what has next to none does not upset the others, and where nothing
+/// has power there is no emitter rather than a NaN.
+#[test]
+fn powers_of_any_size_are_drawn_in_their_share() {
+    assert!([lights(&[]), lights(&[0.0, 0.0])].iter().all(|none| none.is_empty() && none.choose([0.5; 2]).is_none()));
+    let all = [0.0, 1e-30, 1.0, 1e30];
+    for turn in 0..4 {
+        let mut powers = all;
+        powers.rotate_left(turn);
+        let lights = lights(&powers);
+        assert_eq!((lights.len(), lights.lit()), (4, 3));
+        assert_eq!(drawn(&lights, 0.0, 1.0, 10_000), 0);
+        assert!(drawn(&lights, 1e30, 1.0, 10_000) >= 9_999);
+        let pick =
+            [[0.0; 2], [0.5; 2], [1.0_f32.next_down(); 2]].map(|pick| lights.choose(pick).expect("three give off light").1);
+        assert!(pick.iter().all(|p| *p > 0.0 && *p <= 1.0), "{pick:?}");
+    }
+}
+
+/// Protects: an emitter is drawn as often as its probability says, also where that is less than a step of an f32.
+#[test]
+fn faint_emitters_are_drawn_as_often_as_they_should() {
+    let lights = lights(&[f64::from(2.0_f32.powi(-30)), 1.0]);
+    let (_, probability) = lights.choose([0.0; 2]).expect("both give off light");
+    let share = 2.0_f64.powi(-30) / (1.0 + 2.0_f64.powi(-30));
+    assert!((probability / share - 1.0).abs() < 1e-9, "{probability} instead of {share}");
+    // One of 128 picks within the first step.
+    let found = drawn(&lights, 2.0_f32.powi(-30), 1.0 / f64::from(1 << 23), 12_800);
+    assert!((99..=101).contains(&found), "{found} instead of 100");
+}

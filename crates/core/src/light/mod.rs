@@ -1,0 +1,172 @@
+//! All light of a scene behind one interface: what arrives from a light without size, from an emissive surface and from the
+//! sky is asked, drawn and weighed in the same words, so that what stands above (a choice among lights, a combination of
+//! sampling techniques) needs not know which kind it is.
+//!
+//! Seen from a point, a light is drawn by [`Lights::sample`]: a direction, what arrives from there over the density of having
+//! drawn it, that density over solid angle, and what a shadow ray aims at. [`Lights::density`] is the same density for a point of
+//! a light that a ray met by itself, and [`Emitters::of`] the way back from that hit to the light. [`Lights::power`] and
+//! [`Lights::bounds`] are for choosing. A light without size has no density ([`Density::Delta`]): no ray meets it by itself.
+//!
+//! Whitted shading is a client: it asks every light without size in scene order, and one emitter chosen by power. It asks for no
+//! way to draw the sky, so none is built; an integrator that does calls [`Lights::prepare_sky`].
+//!
+//! The tables are flat arrays of plain data, made by [`crate::prepare`] and only read while rendering.
+
+mod bounds;
+mod cdf;
+mod cone;
+mod delta;
+mod emitters;
+mod grid;
+mod irradiance;
+mod polygon;
+mod sky;
+mod sky_sampler;
+mod solid_angle;
+
+use raywright_bvh::{Aabb, Precision, Real, Surface, Vec3Of, Vector};
+
+pub use bounds::Bounds;
+pub use cone::Cone;
+pub use delta::DeltaLight;
+pub use emitters::{EmitterList, Emitters, Exit, Strategy};
+pub use grid::SphereGrid;
+pub use irradiance::Irradiance;
+pub use polygon::Polygon;
+pub use sky::Sky;
+pub(crate) use sky::prepare as prepare_sky;
+pub use sky_sampler::SkySampler;
+
+/// Which light of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LightId {
+    /// One without size, by its place in the scene's list.
+    Delta(u32),
+    /// An emissive shape or triangle, by its place in [`Emitters`].
+    Emitter(u32),
+    /// What surrounds the scene.
+    Sky,
+}
+
+/// Where a light was drawn or met: what a shadow ray aims at.
+#[derive(Clone, Copy, Debug)]
+pub enum Target<R: Real> {
+    /// Farther than everything.
+    Infinity,
+    /// A point that no ray can hit.
+    Point(R::Vec3),
+    /// A point of a surface, which must not be in its own light.
+    Surface(Surface<R>),
+}
+
+/// How densely a direction is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Density {
+    /// The light has no size: there is one direction and no other.
+    Delta,
+    /// Per steradian, the probability of having chosen the light included.
+    SolidAngle(f64),
+}
+
+/// A light as a point sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample<R: Real> {
+    /// Unit direction to it.
+    pub direction: R::Vec3,
+    /// What arrives on a surface that faces it, if nothing is in between, as an estimate of all that the light sends: radiance
+    /// over the density; irradiance where the light has no size.
+    pub arriving: R::Vec3,
+    /// How densely `direction` is drawn.
+    pub density: Density,
+    /// What a shadow ray aims at.
+    pub target: Target<R>,
+}
+
+/// Every light of a scene.
+#[derive(Clone, Debug)]
+pub struct Lights<P: Precision> {
+    /// Those without size, in scene order.
+    pub delta: Vec<DeltaLight<P::Real>>,
+    /// Emissive surfaces that light others.
+    pub emitters: Emitters<P>,
+    /// What a ray sees that hits nothing.
+    pub sky: Sky<P::Real>,
+    sky_sampler: Option<SkySampler>,
+    /// Half the diagonal of everything that has an end: how much of what comes from far away enters the scene.
+    reach: f64,
+}
+
+impl<P: Precision> Lights<P> {
+    /// From their tables, for a scene whose bounded part lies within `scene`.
+    pub fn new(delta: Vec<DeltaLight<P::Real>>, emitters: Emitters<P>, sky: Sky<P::Real>, scene: &Aabb) -> Self {
+        let reach = if scene.is_empty() { 0.0 } else { 0.5 * scene.extent().length() };
+        Self { delta, emitters, sky, sky_sampler: None, reach }
+    }
+
+    /// Builds what drawing the sky takes. Without it the sky has no power and is never drawn.
+    pub fn prepare_sky(&mut self) {
+        self.sky_sampler = SkySampler::new(&self.sky);
+    }
+
+    /// Every light, in the order of the tables.
+    pub fn ids(&self) -> impl Iterator<Item = LightId> {
+        let deltas = (0..self.delta.len()).map(|i| LightId::Delta(i as u32));
+        let emitters = (0..self.emitters.len()).map(|i| LightId::Emitter(i as u32));
+        deltas.chain(emitters).chain(self.sky_sampler.is_some().then_some(LightId::Sky))
+    }
+
+    /// Whether a light has no size.
+    pub fn is_delta(&self, light: LightId) -> bool {
+        matches!(light, LightId::Delta(_))
+    }
+
+    /// What a light sends into the scene: the flux of its three channels, summed. Through the sphere around the scene for what
+    /// does not weaken with distance, and for what is infinitely far.
+    pub fn power(&self, light: LightId) -> f64 {
+        match light {
+            LightId::Delta(i) => self.delta[i as usize].power(self.reach),
+            LightId::Emitter(i) => self.emitters.power(i),
+            LightId::Sky => {
+                let across = core::f64::consts::PI * self.reach * self.reach;
+                self.sky_sampler.as_ref().map_or(0.0, |sampler| sampler.flux() * across)
+            }
+        }
+    }
+
+    /// Where a light is and which way it shines; none for one that is infinitely far.
+    pub fn bounds(&self, light: LightId) -> Option<Bounds> {
+        match light {
+            LightId::Delta(i) => self.delta[i as usize].bounds(),
+            LightId::Emitter(i) => self.emitters.bounds(i),
+            LightId::Sky => None,
+        }
+    }
+
+    /// Draws a light that was chosen with a `probability`, as `from` sees it, for two numbers in [0, 1); none where it sends
+    /// nothing there.
+    pub fn sample(&self, light: LightId, from: Vec3Of<P>, position: [f32; 2], probability: f64) -> Option<LightSample<P::Real>> {
+        match light {
+            LightId::Delta(i) => {
+                let sample = self.delta[i as usize].sample(from)?;
+                Some(LightSample { arriving: sample.arriving * P::Real::from_f64(1.0 / probability), ..sample })
+            }
+            LightId::Emitter(i) => self.emitters.sample(i, from, position, probability),
+            LightId::Sky => self.sky_sampler.as_ref()?.sample(&self.sky, from, position, probability),
+        }
+    }
+
+    /// The density over solid angle with which [`Lights::sample`] draws what a ray from `from` met in a unit `direction`: a
+    /// point of an emitter, or the sky. Zero where it never does.
+    pub fn density(&self, light: LightId, from: Vec3Of<P>, direction: Vec3Of<P>, met: &Target<P::Real>, probability: f64) -> f64 {
+        match (light, met) {
+            (LightId::Emitter(i), Target::Surface(surface)) => self.emitters.density(i, from, surface, probability),
+            (LightId::Sky, Target::Infinity) => {
+                self.sky_sampler.as_ref().map_or(0.0, |sampler| sampler.density(direction.to_f64()) * probability)
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,83 @@
+//! The solid angle under which a triangle or a quad is seen, drawn evenly ("Stratified Sampling of Spherical Triangles", Arvo 1995).
+
+use glam::DVec3;
+
+/// Below so many steradians points are drawn by area: distances and slants differ too little to matter, and the angles of so
+/// small a triangle keep too few digits.
+const LEAST: f64 = 1e-3;
+
+/// A polygon of one or two triangles as a point sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygon {
+    parts: [Option<Part>; 2],
+    solid_angle: f64,
+}
+
+/// One triangle.
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    from: DVec3,
+    /// Directions to the corners.
+    corners: [DVec3; 3],
+    solid_angle: f64,
+    /// A corner's offset, and the normal of the plane, of any length.
+    offset: DVec3,
+    normal: DVec3,
+}
+
+impl Polygon {
+    /// Triangles as `from` sees them; none where they are small, and from their own plane.
+    pub fn new(triangles: impl IntoIterator<Item = [DVec3; 3]>, from: DVec3) -> Option<Self> {
+        let mut parts = [None; 2];
+        for (part, corners) in parts.iter_mut().zip(triangles) {
+            *part = Part::new(corners, from);
+        }
+        let solid_angle = parts.iter().flatten().map(|part| part.solid_angle).sum();
+        (solid_angle >= LEAST).then_some(Self { parts, solid_angle })
+    }
+
+    /// In steradians.
+    pub fn solid_angle(&self) -> f64 {
+        self.solid_angle
+    }
+
+    /// A point of it for two numbers in [0, 1).
+    pub fn point(&self, [u, v]: [f64; 2]) -> Option<DVec3> {
+        let at = u * self.solid_angle;
+        let first = self.parts[0].filter(|part| at < part.solid_angle || self.parts[1].is_none());
+        let before = if first.is_some() { 0.0 } else { self.parts[0].map_or(0.0, |part| part.solid_angle) };
+        first.or(self.parts[1])?.point([at - before, v])
+    }
+}
+
+impl Part {
+    fn new(corners: [DVec3; 3], from: DVec3) -> Option<Self> {
+        let offsets = corners.map(|p| p - from);
+        let [a, b, c] = offsets.map(DVec3::normalize);
+        let volume = a.dot(b.cross(c)).abs();
+        // "The Solid Angle of a Plane Triangle" (Van Oosterom, Strackee 1983).
+        let solid_angle = 2.0 * libm::atan2(volume, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        // Also false for NaN, from a corner. In the plane the three directions are dependent.
+        (volume > 1e-12).then_some(Self { from, corners: [a, b, c], solid_angle, offset: offsets[0], normal })
+    }
+
+    /// The point that leaves `area` steradians on one side of the arc from it to the second corner, and a share `v` of what is left
+    /// along that arc.
+    fn point(&self, [area, v]: [f64; 2]) -> Option<DVec3> {
+        let [a, b, c] = self.corners;
+        let (across_b, across_c) = (a.cross(b), a.cross(c));
+        let alpha = libm::atan2(across_b.cross(across_c).length(), across_b.dot(across_c));
+        let (sine, cosine) = (libm::sin(alpha), libm::cos(alpha));
+        let (s, t) = (libm::sin(area - alpha), libm::cos(area - alpha));
+        let (x, y) = (t - cosine, s + sine * a.dot(b));
+        // Where the area is nothing this is nothing by nothing, and the arc the side itself.
+        let q = ((y * t - x * s) * cosine - y) / ((y * s + x * t) * sine);
+        let q = if q.is_nan() { 1.0 } else { q.clamp(-1.0, 1.0) };
+        let on_side = a * q + (c - a * c.dot(a)).normalize_or_zero() * (1.0 - q * q).sqrt();
+        let h = v * (1.0 - on_side.dot(b));
+        let direction = b * (1.0 - h) + (on_side - b * on_side.dot(b)).normalize_or_zero() * (h * (2.0 - h)).max(0.0).sqrt();
+        let distance = self.normal.dot(self.offset) / self.normal.dot(direction);
+        (distance > 0.0 && distance.is_finite()).then(|| self.from + direction * distance)
+    }
+}

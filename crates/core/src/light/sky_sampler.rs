@@ -1,0 +1,175 @@
+//! Directions of the sky, drawn by how bright it is there.
+
+use core::f64::consts::{FRAC_1_PI, PI, TAU};
+
+use glam::DVec3;
+use raywright_bvh::{Real, Vector};
+
+use super::cdf::{pick, push_shares};
+use super::sky::{Kind, Map};
+use super::{Density, LightSample, Sky, SphereGrid, Target};
+
+/// How a sky is drawn.
+#[derive(Clone, Debug)]
+pub struct SkySampler {
+    form: Form,
+    flux: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Form {
+    /// Evenly over the sphere: an expression, of which nothing is known.
+    Even,
+    /// A sum of lobes in closed form, each in its share.
+    Lobes { lobes: Vec<Lobe>, shares: Vec<f64> },
+    /// A picture, cell by cell.
+    Grid(SphereGrid),
+}
+
+/// A part of a sky whose integral is known.
+#[derive(Clone, Copy, Debug)]
+enum Lobe {
+    /// Linear in the height of the direction, from nadir to zenith.
+    Linear { bottom: f64, top: f64 },
+    /// A power of the cosine to an axis.
+    Power { axis: DVec3, exponent: f64 },
+}
+
+fn sum<R: Real>(colour: R::Vec3) -> f64 {
+    let c = colour.to_f64();
+    (c.x + c.y + c.z).max(0.0)
+}
+
+impl SkySampler {
+    /// None where the sky is black.
+    pub fn new<R: Real>(sky: &Sky<R>) -> Option<Self> {
+        let linear = |bottom, top| (Lobe::Linear { bottom, top }, TAU * (bottom + top));
+        match &sky.kind {
+            Kind::None => None,
+            Kind::Constant(c) => Self::lobes([linear(sum::<R>(*c), sum::<R>(*c))]),
+            Kind::Gradient { bottom, top, suns } => {
+                let suns = suns.iter().map(|sun| {
+                    let (axis, exponent) = (sun.direction.to_f64().normalize(), f64::from(sun.exponent));
+                    (Lobe::Power { axis, exponent }, sum::<R>(sun.colour) * TAU / (exponent + 1.0))
+                });
+                Self::lobes(core::iter::once(linear(sum::<R>(*bottom), sum::<R>(*top))).chain(suns))
+            }
+            Kind::Expression(_) => Some(Self { form: Form::Even, flux: flux_by_quadrature(sky) }),
+            Kind::Map(map) => {
+                let grid = grid(map)?;
+                Some(Self { flux: grid.flux(), form: Form::Grid(grid) })
+            }
+        }
+    }
+
+    fn lobes(lobes: impl IntoIterator<Item = (Lobe, f64)>) -> Option<Self> {
+        let (lobes, fluxes): (Vec<Lobe>, Vec<f64>) = lobes.into_iter().unzip();
+        let mut shares = Vec::new();
+        let flux = push_shares(&mut shares, &fluxes);
+        (flux > 0.0).then_some(Self { form: Form::Lobes { lobes, shares }, flux })
+    }
+
+    /// Radiance of the three channels over all directions, summed.
+    pub fn flux(&self) -> f64 {
+        self.flux
+    }
+
+    /// Draws a direction for two numbers in [0, 1), as `from` sees it; none where the sky is black.
+    pub fn sample<R: Real>(&self, sky: &Sky<R>, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
+        let direction = R::Vec3::from_f64(self.direction(position.map(f64::from)));
+        // Of the direction as it is stored, so that a ray that finds the sky there hears the same.
+        let density = self.density(direction.to_f64()) * probability;
+        let arriving = sky.radiance(from, direction) * R::from_f64(1.0 / density);
+        (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(LightSample {
+            direction,
+            arriving,
+            density: Density::SolidAngle(density),
+            target: Target::Infinity,
+        })
+    }
+
+    fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
+        match &self.form {
+            Form::Even => at_height(2.0 * u - 1.0, v),
+            Form::Grid(grid) => grid.direction([u, v]),
+            Form::Lobes { lobes, shares } => {
+                let (index, _, rest) = pick(shares, u);
+                lobes[index].direction([rest, v])
+            }
+        }
+    }
+
+    /// The density over solid angle of drawing a direction.
+    pub fn density(&self, direction: DVec3) -> f64 {
+        match &self.form {
+            Form::Even => 0.25 * FRAC_1_PI,
+            Form::Grid(grid) => grid.density(direction),
+            Form::Lobes { lobes, shares } => {
+                let each = lobes.iter().enumerate();
+                each.map(|(i, lobe)| super::cdf::share(shares, i) * lobe.density(direction)).sum()
+            }
+        }
+    }
+}
+
+impl Lobe {
+    fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
+        match *self {
+            Self::Linear { bottom, top } => {
+                // The inverse of the integral of a linear density, without cancellation.
+                let root = (bottom * bottom * (1.0 - u) + top * top * u).sqrt();
+                at_height(2.0 * u * (bottom + top) / (bottom + root).max(f64::MIN_POSITIVE) - 1.0, v)
+            }
+            Self::Power { axis, exponent } => {
+                // 1 − cos, which keeps its digits where the lobe is narrow.
+                let h = -libm::expm1(libm::log1p(-u) / (exponent + 1.0));
+                let (ring, (x, y)) = ((h * (2.0 - h)).max(0.0).sqrt(), axis.any_orthonormal_pair());
+                axis * (1.0 - h) + (x * libm::cos(TAU * v) + y * libm::sin(TAU * v)) * ring
+            }
+        }
+    }
+
+    fn density(&self, direction: DVec3) -> f64 {
+        match *self {
+            Self::Linear { bottom, top } => {
+                let s = (0.5 * (direction.y + 1.0)).clamp(0.0, 1.0);
+                (bottom * (1.0 - s) + top * s) / (bottom + top).max(f64::MIN_POSITIVE) / TAU
+            }
+            Self::Power { axis, exponent } => {
+                let cosine = axis.dot(direction).clamp(0.0, 1.0);
+                (exponent + 1.0) / TAU * libm::pow(cosine, exponent)
+            }
+        }
+    }
+}
+
+fn at_height(y: f64, turn: f64) -> DVec3 {
+    let ring = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt();
+    DVec3::new(ring * libm::cos(TAU * turn), y.clamp(-1.0, 1.0), ring * libm::sin(TAU * turn))
+}
+
+/// By the midpoint rule in cells of equal solid angle.
+fn flux_by_quadrature<R: Real>(sky: &Sky<R>) -> f64 {
+    const ROWS: u32 = 32;
+    const COLUMNS: u32 = 64;
+    let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
+    let cells = (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (at(row, ROWS), at(column, COLUMNS))));
+    let seen = cells.map(|(u, v)| R::Vec3::from_f64(at_height(2.0 * u - 1.0, v)));
+    let total: f64 = seen.map(|d| sum::<R>(sky.radiance(R::Vec3::ZERO, d))).filter(|x| x.is_finite()).sum();
+    total * 4.0 * PI / f64::from(ROWS * COLUMNS)
+}
+
+/// The cells of a picture are its texels. Between their middles radiance is blended, so the mean of a cell has an eighth of each
+/// neighbour's in both axes, and a black texel beside a bright one is drawn.
+fn grid<R: Real>(map: &Map<R>) -> Option<SphereGrid> {
+    let (width, height) = (map.image.width as usize, map.image.height as usize);
+    let texels: Vec<f64> = (0..width * height).map(|i| sum::<R>(map.texel(i % width, i / width) * map.strength)).collect();
+    let blended = |before: f64, at: f64, after: f64| 0.125 * (before + after) + 0.75 * at;
+    let across = |x: usize, y: usize| {
+        let at = |x: usize| texels[y * width + x % width];
+        blended(at(x + width - 1), at(x), at(x + 1))
+    };
+    SphereGrid::new(width, height, map.turn.to_f64(), |x, y| {
+        blended(across(x, y.saturating_sub(1)), across(x, y), across(x, (y + 1).min(height - 1)))
+    })
+}

@@ -1,0 +1,101 @@
+//! Emitters as preparation finds them: their areas, their places, and the way back from a hit.
+
+use super::super::affine;
+use super::super::geometry::tests::glowing;
+use super::*;
+use crate::generate::expand;
+use crate::light::Emitters;
+use crate::prepare::build_geometry;
+use crate::scene::{Generator, GeneratorKind, Object, TransformStep};
+use raywright_bvh::{AcceleratorKind, Interval, Ray, Robust};
+use serde_json::json;
+
+fn found(scene: &Scene) -> Emitters<Robust> {
+    Emitters::new(emitters::<Robust>(scene, &Lookup::new(scene)))
+}
+
+/// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of emitters are no matter, and
+/// has the area and place of the one under a map.
+#[test]
+fn moved_emitters_need_no_map() {
+    let (material, object) = glowing(Shape::Sphere { centre: [1.0, 0.0, 0.0], radius: 0.5 }, Vec::new());
+    let kind = GeneratorKind::Scatter { count: 20_000, min: [-5.0; 3], max: [5.0; 3], seed: 3 };
+    let turned = TransformStep::Rotate { axis: [0.0, 1.0, 0.0], degrees: 90.0 };
+    let scene = Scene {
+        materials: vec![material],
+        objects: vec![Object { transform: vec![turned, TransformStep::Scale([2.0; 3])], ..object.clone() }],
+        generators: vec![Generator { kind, object }],
+        ..Scene::default()
+    };
+    let emitters = found(&scene);
+    assert_eq!((emitters.len(), emitters.under_maps()), (20_001, 1));
+    // A ball of radius 1/2 gives off π times its radiance, 3.5 in all, from an area of π.
+    let power = 3.5 * core::f64::consts::PI * core::f64::consts::PI;
+    assert!((emitters.power(0) / (4.0 * power) - 1.0).abs() < 1e-6, "{}", emitters.power(0));
+    for (i, object) in expand(&scene).iter().enumerate().skip(1) {
+        let place = affine(&object.transform).translation + DVec3::X;
+        let index = emitters.of(i as u32, 0).expect("each object has an emitter");
+        let bounds = emitters.bounds(index).expect("a ball has an end");
+        assert!((bounds.space.centre() - place).length() < 1e-5 && (emitters.power(index) / power - 1.0).abs() < 1e-6);
+    }
+}
+
+/// Protects: an area is taken over from the object before only where shape and map are the same.
+#[test]
+fn areas_are_each_emitters_own() {
+    let ball = |radius| Shape::Sphere { centre: [0.0; 3], radius };
+    let (material, object) = glowing(ball(1.0), Vec::new());
+    let scaled = |shape: Shape, factor: f64| {
+        let transform = vec![TransformStep::Scale([factor; 3]), TransformStep::Translate([factor, 0.0, 0.0])];
+        Object { shape, transform, ..object.clone() }
+    };
+    let objects = vec![object.clone(), scaled(ball(1.0), 1.0), scaled(ball(1.0), 2.0), scaled(ball(2.0), 2.0), object.clone()];
+    let scene = Scene { materials: vec![material], objects, ..Scene::default() };
+    let emitters = found(&scene);
+    let powers: Vec<f64> = (0..5).map(|i| emitters.power(i) / emitters.power(0)).collect();
+    let expected = [1.0, 1.0, 4.0, 16.0, 1.0];
+    assert!(powers.iter().zip(expected).all(|(a, b)| (a / b - 1.0).abs() < 1e-9), "{powers:?}");
+}
+
+/// Protects: a hit finds the emitter that it is, in meshes shown once and twice, behind objects that do not shine and behind
+/// triangles without area, and what does not shine has none.
+#[test]
+fn a_hit_finds_its_emitter() {
+    let strip = json!({ "name": "strip", "source": { "inline": {
+        "positions": [[0, 0, 0], [0.5, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], "indices": [[0, 1, 2], [0, 2, 3], [0, 3, 4]] } } });
+    let glow = json!({ "name": "glow", "model": { "classic": { "local": 0, "emission": 1 } } });
+    let dull = json!({ "name": "dull", "model": { "classic": {} } });
+    let mesh = |x: f64, material: &str| json!({ "shape": { "mesh": "strip" }, "material": material, "transform": [{ "translate": [x, 0, 0] }] });
+    let ball =
+        |x: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, 0.5], "radius": 0.5 } }, "material": material });
+    let once = json!({ "shape": { "mesh": "single" }, "material": "glow", "transform": [{ "translate": [10, 0, 0] }] });
+    let mut single = strip.clone();
+    single["name"] = json!("single");
+    let objects = [ball(0.5, "dull"), mesh(2.0, "glow"), ball(4.5, "glow"), mesh(6.0, "glow"), mesh(8.0, "dull"), once];
+    let scene: Scene = serde_json::from_value(json!({ "format": 1, "materials": [glow, dull], "meshes": [strip, single],
+        "objects": objects }))
+    .expect("a scene");
+    let (lookup, emitters) = (Lookup::new(&scene), found(&scene));
+    assert_eq!((emitters.len(), emitters.lit()), (10, 7));
+    let built = build_geometry::<Robust>(&scene, &lookup, AcceleratorKind::Linear).expect("it can be built");
+    let emitter_at = |x: f32, z: f32| {
+        let ray = Ray::new(glam::Vec3::new(x, 3.0, z), glam::Vec3::NEG_Y);
+        let hit = built.geometry.closest(&ray, Interval::positive(), &mut ()).expect("something lies below");
+        let object = built.object_of[hit.order() as usize];
+        let mesh = built.objects[object as usize].mesh.as_ref();
+        let primitive = mesh.map_or(0, |mesh| hit.primitive - mesh.first);
+        (emitters.of(object, primitive), built.geometry.surface(&ray, &hit).point)
+    };
+    let mut seen = Vec::new();
+    for (x, z) in [(2.8, 0.3), (2.2, 0.7), (4.5, 0.5), (6.8, 0.3), (6.2, 0.7), (10.8, 0.3), (10.2, 0.7)] {
+        let (index, point) = emitter_at(x, z);
+        let index = index.expect("it shines");
+        let space = emitters.bounds(index).expect("it has an end").space;
+        let (low, high) = (point.as_dvec3() + 1e-5, point.as_dvec3() - 1e-5);
+        assert!(space.min.cmple(low).all() && space.max.cmpge(high).all(), "({x}, {z}): {space:?}");
+        assert!(emitters.probability(index) > 0.0);
+        seen.push(index);
+    }
+    assert_eq!(seen, [1, 2, 3, 5, 6, 8, 9]);
+    assert_eq!((emitter_at(0.5, 0.5).0, emitter_at(8.5, 0.3).0, emitters.of(99, 0), emitters.of(2, 1)), (None, None, None, None));
+}
