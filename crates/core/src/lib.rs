@@ -37,6 +37,7 @@ pub mod expr;
 mod film;
 pub mod generate;
 mod integrator;
+mod interaction;
 pub mod ladder;
 pub mod lookup;
 pub mod metrics;

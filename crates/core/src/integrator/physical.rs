@@ -5,39 +5,28 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of, Vector};
 
-use super::{Arrival, Kernel, Leg, Next, Shading, Tracer};
+use super::{Arrival, Kernel, Leg, Next, Tracer};
 use crate::effects::MIRROR_ROUGHNESS;
-use crate::prepare::{Alpha, Physical};
+use crate::interaction::Interaction;
+use crate::prepare::{Alpha, Here, Physical};
 
 /// Least perceptual roughness of a local highlight: below it the lobe of a light without size is a spike.
 const LEAST_ROUGHNESS: f64 = 0.03;
 
 impl<R: Real> Physical<R> {
-    /// Base colour and alpha at a point.
-    fn base_at<P: Precision<Real = R>>(&self, shading: &Shading<P>) -> (R::Vec3, R) {
-        let mut colour = self.base.at(&shading.point);
-        let mut alpha = self.opacity;
-        if let Some(texture) = &self.base_texture {
-            let [r, g, b, a] = texture.texel(&shading.point);
-            colour *= R::Vec3::new(r, g, b);
-            alpha *= a;
-        }
-        if self.vertex_colours {
-            let [r, g, b, a] = shading.vertex_colour;
-            colour *= R::Vec3::new(r, g, b);
-            alpha *= a;
-        }
-        (colour, alpha)
-    }
-
     /// Base colour at a point.
-    pub fn albedo_at<P: Precision<Real = R>>(&self, shading: &Shading<P>) -> R::Vec3 {
-        self.base_at(shading).0
+    pub fn base_at(&self, here: &Here<'_, R>) -> R::Vec3 {
+        let colour = self.base.tint(here, R::Vec3::ONE);
+        let [r, g, b, _] = here.at.colour;
+        if self.vertex_colours { colour * R::Vec3::new(r, g, b) } else { colour }
     }
 
     /// Coverage at a point: 0 or 1 for a mask.
-    pub fn alpha_at<P: Precision<Real = R>>(&self, shading: &Shading<P>) -> R {
-        let alpha = || self.base_at(shading).1;
+    pub fn alpha_at(&self, here: &Here<'_, R>) -> R {
+        let alpha = || {
+            let alpha = self.opacity.number(here);
+            if self.vertex_colours { alpha * here.at.colour[3] } else { alpha }
+        };
         match self.alpha {
             Alpha::Opaque => R::ONE,
             Alpha::Mask(cutoff) if alpha() < cutoff => R::ZERO,
@@ -63,7 +52,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         &mut self,
         m: &Physical<P::Real>,
         leg: &Leg<P::Real>,
-        shading: &Shading<P>,
+        at: &Interaction<P::Real>,
         throughput: &mut Vec3Of<P>,
         radiance: &mut Vec3Of<P>,
         segments: u32,
@@ -71,11 +60,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if m.alpha == Alpha::Opaque {
             return None;
         }
-        let alpha = m.alpha_at(shading);
+        let alpha = m.alpha_at(&self.scene.sources.at(at));
         if alpha >= P::Real::ONE {
             return None;
         }
-        let behind = self.leave(shading, shading.inputs().d, -P::Real::ONE);
+        let behind = self.leave(at, at.direction, -P::Real::ONE);
         if alpha <= P::Real::ZERO {
             return Some(behind);
         }
@@ -92,64 +81,60 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         &mut self,
         m: &Physical<P::Real>,
         arrival: Arrival<'_, P>,
-        shading: &Shading<P>,
+        at: &Interaction<P::Real>,
         throughput: Vec3Of<P>,
         segments: u32,
         radiance: &mut Vec3Of<P>,
     ) -> Option<Next<P::Real>> {
-        let (one, base) = (P::Real::ONE, m.base_at(shading).0);
-        if let Some((factor, texture)) = &m.emission {
-            let texel = texture.as_ref().map_or(Vec3Of::<P>::ONE, |t| t.colour(&shading.point));
-            *radiance += throughput * *factor * texel;
+        let here = self.scene.sources.at(at);
+        let (one, base) = (P::Real::ONE, m.base_at(&here));
+        if let Some(emission) = &m.emission {
+            *radiance += emission.tint(&here, throughput);
         }
         if m.unlit {
             *radiance += throughput * base;
             return None;
         }
-        let (mut metallic, mut roughness) = (m.metallic, m.roughness);
-        if let Some(texture) = &m.metallic_roughness {
-            let [_, g, b, _] = texture.texel(&shading.point);
-            (metallic, roughness) = (metallic * b, roughness * g);
-        }
+        let (metallic, roughness) = (m.metallic.number(&here), m.roughness.number(&here));
         let through = if m.transmission.is_some() { one - metallic } else { P::Real::ZERO };
         let tint = m.transmission.map_or(P::Real::ZERO, |t| t.refracted_tint.max_element().min(one));
         let lobes = Lobes {
-            n: shading.inputs().n,
-            view: -shading.inputs().d,
+            n: at.normal,
+            view: -at.direction,
             albedo: base * ((one - metallic) * (one - through * tint)),
             f0: Vec3Of::<P>::splat(m.f0) * (one - metallic) + base * metallic,
             roughness,
         };
         let mirror = m.mirrors && roughness <= P::Real::from_f64(MIRROR_ROUGHNESS);
-        *radiance += throughput * self.lit(&lobes, shading, mirror);
+        *radiance += throughput * self.lit(&lobes, at, mirror);
         if let Some(transmission) = m.transmission.as_ref().filter(|_| through > P::Real::ZERO) {
-            return self.refract(transmission, arrival, shading, throughput * through, segments, radiance);
+            return self.refract(transmission, arrival, at, throughput * through, segments, radiance);
         }
         let facing = lobes.n.dot(lobes.view).max(P::Real::ZERO);
         let weight = throughput * schlick::<P>(lobes.f0, facing);
         (mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
-            Next::new(self.leave(shading, shading.inputs().r, one), weight)
+            Next::new(self.leave(at, at.mirrored(), one), weight)
         })
     }
 
     /// Light of the lights and of the sky's average, diffused and as rough highlights.
-    fn lit(&mut self, lobes: &Lobes<P::Real>, shading: &Shading<P>, mirror: bool) -> Vec3Of<P> {
+    fn lit(&mut self, lobes: &Lobes<P::Real>, at: &Interaction<P::Real>, mirror: bool) -> Vec3Of<P> {
         let scene = self.scene;
         let zero = P::Real::ZERO;
         let mut sum = Vec3Of::<P>::ZERO;
         for light in &scene.lights {
-            let Some(seen) = light.seen_from(shading.inputs().p) else { continue };
+            let Some(seen) = light.seen_from(at.surface.point) else { continue };
             let facing = lobes.n.dot(seen.direction);
             if facing <= zero {
                 continue;
             }
-            let share = if light.shadows { self.before(&seen, shading, false).share } else { P::Real::ONE };
+            let share = if light.shadows { self.before(&seen, at, false).share } else { P::Real::ONE };
             if share > zero {
                 sum += seen.colour * lobes.respond::<P>(seen.direction, facing, light.specular) * (facing * share);
             }
         }
-        if let Some((drawn, share)) = self.emitter(shading) {
+        if let Some((drawn, share)) = self.emitter(at) {
             let facing = lobes.n.dot(drawn.direction);
             sum += drawn.irradiance * lobes.respond::<P>(drawn.direction, facing, true) * (facing * share);
         }
@@ -158,7 +143,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let reflected = environment_reflectance::<P>(lobes.f0, lobes.roughness, facing);
             sum += lobes.albedo * (Vec3Of::<P>::ONE - reflected) * irradiance.at(lobes.n);
             if !mirror {
-                sum += reflected * irradiance.at(shading.inputs().r);
+                sum += reflected * irradiance.at(at.mirrored());
             }
         }
         sum

@@ -2,7 +2,8 @@
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vector};
 
-use super::{Kernel, Leg, Shading, Tracer};
+use super::{Kernel, Leg, Tracer};
+use crate::interaction::Interaction;
 use crate::prepare::{Alpha, Drawn, Material, Prepared, Seen, Spawn};
 use crate::sampler::{Purpose, pair_of};
 
@@ -18,17 +19,17 @@ pub(crate) struct Between<R> {
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// What lies between a surface and a light that it sees.
     #[inline]
-    pub(super) fn before(&mut self, light: &Seen<P::Real>, shading: &Shading<P>, want_distance: bool) -> Between<P::Real> {
+    pub(super) fn before(&mut self, light: &Seen<P::Real>, at: &Interaction<P::Real>, want_distance: bool) -> Between<P::Real> {
         let (l, rules) = (light.direction, &self.scene.rules);
         let towards = match (rules.spawn, light.position) {
-            (Spawn::ErrorBound, Some(position)) => shading.surface.spawn_to(position),
+            (Spawn::ErrorBound, Some(position)) => at.surface.spawn_to(position),
             (Spawn::ErrorBound, None) => {
                 let range = Interval { min: P::Real::ZERO, max: rules.shadow_max_distance };
-                Some((Ray::new(shading.surface.spawn(l), l), range))
+                Some((Ray::new(at.surface.spawn(l), l), range))
             }
             // The documented shaders measure from the surface, also where the ray starts off it.
             (Spawn::Constant { offset, shadow_min, .. }, position) => {
-                let p = shading.inputs().p;
+                let p = at.surface.point;
                 let max = position.map_or(rules.shadow_max_distance, |position| (position - p).length());
                 Some((Ray::new(p + l * offset, l), Interval { min: shadow_min, max }))
             }
@@ -41,16 +42,16 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
-    pub(super) fn emitter(&mut self, shading: &Shading<P>) -> Option<(Drawn<P::Real>, P::Real)> {
+    pub(super) fn emitter(&mut self, at: &Interaction<P::Real>) -> Option<(Drawn<P::Real>, P::Real)> {
         let area = self.scene.area_lights.as_ref()?;
         let pick = pair_of(self.address, Purpose::Emitter, self.turn);
         let position = pair_of(self.address, Purpose::EmitterPoint, self.turn);
         self.turn += 1;
-        let drawn = area.draw(shading.inputs().p, pick, position)?;
-        if shading.inputs().n.dot(drawn.direction) <= P::Real::ZERO {
+        let drawn = area.draw(at.surface.point, pick, position)?;
+        if at.normal.dot(drawn.direction) <= P::Real::ZERO {
             return None;
         }
-        let (ray, range) = shading.surface.spawn_to_surface(&drawn.surface)?;
+        let (ray, range) = at.surface.spawn_to_surface(&drawn.surface)?;
         let share = self.between(ray, range, false).share;
         (share > P::Real::ZERO).then_some((drawn, share))
     }
@@ -136,8 +137,8 @@ fn passes<P: Precision, K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit:
         && let Material::Physical(m) = material
         && m.alpha != Alpha::Opaque
     {
-        let shading = Shading::<P>::new::<K>(scene, &Leg::of(*ray), hit);
-        let alpha = m.alpha_at(&shading);
+        let at = Interaction::of::<P, K>(scene, &Leg::of(*ray), hit);
+        let alpha = m.alpha_at(&scene.sources.at(&at));
         return P::Real::ONE - alpha * (P::Real::ONE - material.shadow_transmittance());
     }
     material.shadow_transmittance()

@@ -2,8 +2,8 @@
 //! rendering may do none of these.
 
 mod area;
-mod colour;
 mod geometry;
+mod input;
 mod irradiance;
 mod light;
 mod material;
@@ -20,9 +20,9 @@ use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, Shado
 use crate::settings::{Background, Settings};
 
 pub(crate) use area::{AreaLights, Drawn};
-pub(crate) use colour::Point;
 pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
+pub(crate) use input::{Here, Sources};
 pub(crate) use irradiance::Irradiance;
 pub(crate) use light::{Light, Seen};
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
@@ -120,6 +120,8 @@ pub struct Prepared<P: Precision> {
     /// Object of each primitive, by [`raywright_bvh::Hit::order`].
     pub(crate) object_of: Vec<u32>,
     pub(crate) materials: Vec<Material<P::Real>>,
+    /// What the materials' inputs refer to.
+    pub(crate) sources: Sources<P::Real>,
     pub(crate) lights: Vec<Light<P::Real>>,
     /// Emissive surfaces that light others; none where no surface would answer to them.
     pub(crate) area_lights: Option<AreaLights<P>>,
@@ -171,10 +173,11 @@ impl<P: Precision> Prepared<P> {
         let mut built = geometry::build::<P>(scene, &lookup, settings.accelerator)?;
         let mut used = vec![false; scene.materials.len()];
         built.objects.iter().for_each(|object| used[object.material as usize] = true);
+        let mut inputs = input::Compiler::new(&names, &textures);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
             materials.push(if used[index] {
-                material::prepare(material, index, scene, &names, &textures, settings.without)?
+                material::prepare(material, index, scene, &mut inputs, settings.without)?
             } else {
                 Material::Unused
             });
@@ -183,10 +186,10 @@ impl<P: Precision> Prepared<P> {
             let index = object.material as usize;
             match &mut object.mesh {
                 Some(mesh) => mesh.further_sets = further_sets(&scene.materials[index]),
-                None => object.coordinates = materials[index].reads_coordinates(),
+                None => object.coordinates = materials[index].reads_coordinates(&inputs.sources),
             }
         }
-        let sky = sky::prepare::<P::Real>(scene, &lookup, &names, &textures)?;
+        let sky = sky::prepare::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !sky.is_black()).then(|| Irradiance::new(&sky));
@@ -204,6 +207,7 @@ impl<P: Precision> Prepared<P> {
             objects: built.objects,
             object_of: built.object_of,
             materials,
+            sources: inputs.sources,
             // A light that shows on nothing is not built: no loop turns for it.
             area_lights: AreaLights::new(emitters),
             lights: if lit { scene.lights.iter().map(|l| Light::new(l, casters)).collect() } else { Vec::new() },

@@ -8,11 +8,10 @@ use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Real, Vector};
 
 use super::PrepareError;
-use super::colour::{ColourSource, Point};
-use super::texture::{Textures, decoded};
-use crate::expr::{Inputs, Scope};
+use super::texture::decoded;
+use crate::expr::{Inputs, Program, Scope, compile};
 use crate::lookup::Lookup;
-use crate::scene::{ImageData, Pixels, Scene, Sky as SkyData};
+use crate::scene::{ColourInput, ImageData, Pixels, Scene, Sky as SkyData};
 
 /// What a ray sees that hits nothing.
 #[derive(Clone, Debug)]
@@ -25,7 +24,7 @@ pub(crate) enum Sky<R: Real> {
         top: R::Vec3,
         suns: Vec<Sun<R>>,
     },
-    Expression(ColourSource<R>),
+    Expression(Program),
     Map(Map<R>),
 }
 
@@ -49,7 +48,6 @@ pub(super) fn prepare<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
     names: &BTreeMap<String, f64>,
-    textures: &Textures<'_>,
 ) -> Result<Sky<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
     Ok(match &scene.sky {
@@ -63,10 +61,13 @@ pub(super) fn prepare<R: Real>(
             });
             Sky::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
         }
-        Some(SkyData::Expression(input)) => {
-            let path = || "sky.expression".to_owned();
-            Sky::Expression(ColourSource::new(input, Scope::Sky, names, textures, &path)?)
+        Some(SkyData::Expression(ColourInput::Expression(text))) => {
+            let failed = |source| PrepareError::Expression { path: "sky.expression".to_owned(), source };
+            Sky::Expression(compile(text, names, Scope::Sky).map_err(failed)?)
         }
+        Some(SkyData::Expression(ColourInput::Constant(c))) => Sky::Constant(v(*c)),
+        // Validation has said that a sky has no surface for these.
+        Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => Sky::None,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };
@@ -103,7 +104,7 @@ impl<R: Real> Sky<R> {
                 }
                 sky
             }
-            Self::Expression(source) => source.at(&Point::of(Inputs { d, o: origin, ..Inputs::default() })),
+            Self::Expression(program) => program.vector(&Inputs::<R> { d, o: origin, ..Inputs::default() }),
             Self::Map(map) => map.radiance(d),
         }
     }

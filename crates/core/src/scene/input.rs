@@ -1,6 +1,7 @@
 //! Inputs that are either a number, a colour, or something evaluated at each hit.
 
 use core::fmt;
+use core::marker::PhantomData;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{self, MapAccess, SeqAccess, Visitor};
@@ -55,18 +56,117 @@ fn one() -> f64 {
     1.0
 }
 
-/// A colour that may vary over a surface.
+/// A number or a colour that may vary over a surface.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum ColourInput {
-    /// The same everywhere: `[r, g, b]` or a number.
-    Constant(Colour),
-    /// Text of an expression with a vector value (a scalar one means grey).
+pub enum Input<T> {
+    /// The same everywhere.
+    Constant(T),
+    /// Text of an expression of the hit; where a colour is wanted, a number means grey.
     Expression(String),
-    /// An image texture: `{ texture = "name" }`.
+    /// An image texture: `{ texture = { name = "…" } }`.
     Texture(TextureInput),
-    /// A checkerboard in world x and z: `{ checker = { even, odd } }`.
+    /// A checkerboard in world x and z: `{ checker = { even, odd } }`; of a number, its red parts.
     Checker(CheckerInput),
+}
+
+/// A colour that may vary over a surface.
+pub type ColourInput = Input<Colour>;
+
+/// A number that may vary over a surface.
+pub type NumberInput = Input<f64>;
+
+/// What an [`Input`] is of: a number or a colour.
+pub trait Value: Copy + PartialEq + JsonSchema + Serialize + 'static {
+    /// Name in the schema.
+    const NAME: &'static str;
+    /// What may be written, for messages.
+    const EXPECTED: &'static str;
+    /// What is written as one number.
+    fn of_number(number: f64) -> Self;
+    /// What is written as three numbers; none where one is wanted.
+    fn of_colour(colour: Colour) -> Option<Self>;
+    /// As a colour; a number is grey.
+    fn colour(self) -> Colour;
+}
+
+impl Value for f64 {
+    const NAME: &'static str = "NumberInput";
+    const EXPECTED: &'static str = "a number, an expression in quotes, { texture = … } or { checker = … }";
+    fn of_number(number: f64) -> Self {
+        number
+    }
+    fn of_colour(_: Colour) -> Option<Self> {
+        None
+    }
+    fn colour(self) -> Colour {
+        Colour([self; 3])
+    }
+}
+
+impl Value for Colour {
+    const NAME: &'static str = "ColourInput";
+    const EXPECTED: &'static str = "[red, green, blue], a number, an expression in quotes, { texture = … } or { checker = … }";
+    fn of_number(number: f64) -> Self {
+        Self([number; 3])
+    }
+    fn of_colour(colour: Colour) -> Option<Self> {
+        Some(colour)
+    }
+    fn colour(self) -> Colour {
+        self
+    }
+}
+
+/// What may be asked of any input, whatever it is of, and of an image that multiplies one.
+pub trait Varying {
+    /// The use of a texture, and the key under which it is; empty where it is the input itself.
+    fn texture(&self) -> Option<(&'static str, &TextureRef)>;
+    /// The text of an expression, and whether it must be a number.
+    fn expression(&self) -> Option<(&str, bool)>;
+    /// The checkerboard.
+    fn checker(&self) -> Option<&Checker>;
+    /// Turns an image into its factor, a checkerboard into the mean of its colours.
+    fn flatten(&mut self, images: bool, checkers: bool);
+}
+
+impl<T: Value> Varying for Input<T> {
+    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
+        if let Self::Texture(input) = self { Some(("texture", &input.texture)) } else { None }
+    }
+    fn expression(&self) -> Option<(&str, bool)> {
+        if let Self::Expression(text) = self { Some((text, T::of_colour(Colour::BLACK).is_none())) } else { None }
+    }
+    fn checker(&self) -> Option<&Checker> {
+        if let Self::Checker(input) = self { Some(&input.checker) } else { None }
+    }
+    fn flatten(&mut self, images: bool, checkers: bool) {
+        let colour = match self {
+            Self::Texture(input) if images => input.texture.factor,
+            Self::Checker(CheckerInput { checker }) if checkers => {
+                Colour(core::array::from_fn(|i| 0.5 * (checker.even.0[i] + checker.odd.0[i])))
+            }
+            _ => return,
+        };
+        *self = Self::Constant(T::of_colour(colour).unwrap_or_else(|| T::of_number(colour.0[0])));
+    }
+}
+
+impl Varying for Option<TextureRef> {
+    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
+        self.as_ref().map(|texture| ("", texture))
+    }
+    fn expression(&self) -> Option<(&str, bool)> {
+        None
+    }
+    fn checker(&self) -> Option<&Checker> {
+        None
+    }
+    fn flatten(&mut self, images: bool, _: bool) {
+        if images {
+            *self = None;
+        }
+    }
 }
 
 /// The table form of a texture input.
@@ -83,15 +183,23 @@ pub struct CheckerInput {
     pub checker: Checker,
 }
 
-impl Default for ColourInput {
+impl<T: Value> Default for Input<T> {
+    /// One, or white.
     fn default() -> Self {
-        Self::Constant(Colour::WHITE)
+        Self::Constant(T::of_number(1.0))
     }
 }
 
-impl From<Colour> for ColourInput {
-    fn from(colour: Colour) -> Self {
-        Self::Constant(colour)
+impl<T: Value> From<T> for Input<T> {
+    fn from(value: T) -> Self {
+        Self::Constant(value)
+    }
+}
+
+impl<T: Value> Input<T> {
+    /// The value, where it is the same everywhere.
+    pub fn constant(&self) -> Option<T> {
+        if let Self::Constant(value) = self { Some(*value) } else { None }
     }
 }
 
@@ -173,47 +281,57 @@ impl<'de> Deserialize<'de> for Weight {
     }
 }
 
-struct ColourInputVisitor;
+struct InputVisitor<T>(PhantomData<T>);
 
-impl<'de> Visitor<'de> for ColourInputVisitor {
-    type Value = ColourInput;
+impl<'de, T: Value> Visitor<'de> for InputVisitor<T> {
+    type Value = Input<T>;
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("[red, green, blue], a number, an expression in quotes, { texture = … } or { checker = … }")
+        f.write_str(T::EXPECTED)
     }
-    fn visit_f64<E: de::Error>(self, v: f64) -> Result<ColourInput, E> {
-        ColourVisitor.visit_f64(v).map(ColourInput::Constant)
+    fn visit_f64<E: de::Error>(self, v: f64) -> Result<Input<T>, E> {
+        Ok(Input::Constant(T::of_number(v)))
     }
-    fn visit_i64<E: de::Error>(self, v: i64) -> Result<ColourInput, E> {
-        ColourVisitor.visit_i64(v).map(ColourInput::Constant)
+    fn visit_i64<E: de::Error>(self, v: i64) -> Result<Input<T>, E> {
+        self.visit_f64(v as f64)
     }
-    fn visit_u64<E: de::Error>(self, v: u64) -> Result<ColourInput, E> {
-        ColourVisitor.visit_u64(v).map(ColourInput::Constant)
+    fn visit_u64<E: de::Error>(self, v: u64) -> Result<Input<T>, E> {
+        self.visit_f64(v as f64)
     }
-    fn visit_str<E: de::Error>(self, v: &str) -> Result<ColourInput, E> {
-        Ok(ColourInput::Expression(v.to_owned()))
+    fn visit_str<E: de::Error>(self, v: &str) -> Result<Input<T>, E> {
+        Ok(Input::Expression(v.to_owned()))
     }
-    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<ColourInput, A::Error> {
-        triple(seq, &self).map(|v| ColourInput::Constant(Colour(v)))
+    fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Input<T>, A::Error> {
+        let colour = Colour(triple(seq, &self)?);
+        T::of_colour(colour).map(Input::Constant).ok_or_else(|| de::Error::invalid_type(de::Unexpected::Seq, &self))
     }
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ColourInput, A::Error> {
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, deserializer: D) -> Result<Input<T>, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Input<T>, A::Error> {
         const KEYS: &[&str] = &["texture", "checker"];
         let key: String = map.next_key()?.ok_or_else(|| de::Error::invalid_length(0, &self))?;
         let input = match key.as_str() {
-            "texture" => ColourInput::Texture(TextureInput { texture: map.next_value()? }),
-            "checker" => ColourInput::Checker(CheckerInput { checker: map.next_value()? }),
+            "texture" => Input::Texture(TextureInput { texture: map.next_value()? }),
+            "checker" => Input::Checker(CheckerInput { checker: map.next_value()? }),
             other => return Err(de::Error::unknown_field(other, KEYS)),
         };
         match map.next_key::<String>()? {
-            Some(extra) => Err(de::Error::custom(format!("a colour input has one key, `{key}`; `{extra}` is one too many"))),
+            Some(extra) => Err(de::Error::custom(format!("an input has one key, `{key}`; `{extra}` is one too many"))),
             None => Ok(input),
         }
     }
 }
 
-impl<'de> Deserialize<'de> for ColourInput {
+impl<'de, T: Value> Deserialize<'de> for Input<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(ColourInputVisitor)
+        deserializer.deserialize_any(InputVisitor(PhantomData))
     }
+}
+
+/// An input whose text is a number of the scene, evaluated once, wherever it asks nothing of the hit: then it is known before
+/// anything is rendered how smooth a surface is, or what light it gives off. The name tells the loader so.
+pub(super) fn early<'de, T: Value, D: Deserializer<'de>>(deserializer: D) -> Result<Input<T>, D::Error> {
+    deserializer.deserialize_newtype_struct("EarlyInput", InputVisitor(PhantomData))
 }
 
 impl JsonSchema for Colour {
@@ -253,18 +371,18 @@ impl JsonSchema for Weight {
     }
 }
 
-impl JsonSchema for ColourInput {
+impl<T: Value> JsonSchema for Input<T> {
     fn schema_name() -> std::borrow::Cow<'static, str> {
-        "ColourInput".into()
+        T::NAME.into()
     }
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let colour = generator.subschema_for::<Colour>();
+        let constant = generator.subschema_for::<T>();
         let texture = generator.subschema_for::<TextureRef>();
         let checker = generator.subschema_for::<Checker>();
         json_schema!({
-            "description": "A colour, the text of an expression evaluated at each hit, a texture or a checkerboard.",
+            "description": "A constant, the text of an expression evaluated at each hit, a texture or a checkerboard.",
             "anyOf": [
-                colour,
+                constant,
                 { "description": language(Scope::Surface), "type": "string" },
                 { "type": "object", "properties": { "texture": texture }, "required": ["texture"], "additionalProperties": false },
                 { "type": "object", "properties": { "checker": checker }, "required": ["checker"], "additionalProperties": false }
