@@ -40,6 +40,7 @@ mod integrator;
 mod interaction;
 pub mod ladder;
 pub mod lookup;
+pub mod material;
 pub mod metrics;
 pub mod noise;
 pub mod picture;

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use raywright_bvh::{Precision, Real, Vec3Of, Vector};
 
-use super::dielectric::Interface;
 use super::{Arrival, Kernel, Next, Tracer};
 use crate::interaction::{Beam, Interaction};
-use crate::prepare::{Classic, Here, Specular, Transmission};
+use crate::material::{Glass, Interface};
+use crate::prepare::{Classic, Here, Specular};
 use crate::scene::SpecularModel;
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
@@ -37,7 +37,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return None;
         }
         if let Some(transmission) = &m.transmission {
-            return self.refract(transmission, arrival, at, throughput, segments, radiance);
+            return self.refract(&transmission.glass, transmission.switch, arrival, at, throughput, segments, radiance);
         }
         let reflection = m.reflection.as_ref()?;
         let mut throughput = throughput * reflection.weight.number(&here);
@@ -150,7 +150,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
-        t: &Transmission<P::Real>,
+        glass: &Glass<P::Real>,
+        switch: Option<P::Real>,
         arrival: Arrival<'_, P>,
         at: &Interaction<P::Real>,
         throughput: Vec3Of<P>,
@@ -163,8 +164,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         // A normal that is not turned to the viewer points away from a ray inside.
         let side = if at.direction.dot(at.normal) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
         let [d, n] = self.directions(arrival, at, side);
-        let eta = if at.outside { 1.0 / t.ior } else { t.ior };
-        let interface = Interface::new(d, n, eta);
+        let interface = Interface::new(d, n, glass.eta(at.outside));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
             let stored = Vec3Of::<P>::from_f64(direction);
             let rest = Vec3Of::<P>::from_f64(direction - stored.to_f64());
@@ -175,26 +175,26 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             leaves(this, interface.reflected, side, throughput)
         };
         let Some(refracted) = interface.refracted else {
-            return Some(reflected(self, throughput * t.reflected_tint));
+            return Some(reflected(self, throughput * glass.reflected));
         };
         let onward = |this: &mut Self, throughput| {
             this.counters.refraction += 1;
             leaves(this, refracted, -side, throughput)
         };
-        if let Some(threshold) = t.switch {
+        if let Some(threshold) = switch {
             return Some(if P::Real::from_f64(interface.schlick()) > threshold {
-                reflected(self, throughput * t.reflected_tint)
+                reflected(self, throughput * glass.reflected)
             } else {
-                onward(self, throughput * t.refracted_tint)
+                onward(self, throughput * glass.transmitted)
             });
         }
         let fresnel = P::Real::from_f64(interface.fresnel());
-        let mirrored = throughput * t.reflected_tint * fresnel;
+        let mirrored = throughput * glass.reflected * fresnel;
         if mirrored != Vec3Of::<P>::ZERO {
             let next = reflected(self, mirrored);
             *radiance += self.follow(next, segments - 1, false).radiance;
         }
-        let through = throughput * t.refracted_tint * (P::Real::ONE - fresnel);
+        let through = throughput * glass.transmitted * (P::Real::ONE - fresnel);
         (through != Vec3Of::<P>::ZERO).then(|| onward(self, through))
     }
 }

@@ -4,7 +4,6 @@
 //! A path is a loop with a running throughput; only where a surface sends two rays does it call itself for one of them.
 
 mod classic;
-mod dielectric;
 mod kernel;
 mod physical;
 mod shadow;

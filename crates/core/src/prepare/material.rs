@@ -6,6 +6,7 @@ use super::PrepareError;
 use super::input::{Compiler, Input, Product, Sources};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::{Scope, Variable};
+use crate::material::Glass;
 use crate::scene::{
     AlphaMode, Channel, Classic as ClassicData, Colour, Material as MaterialData, Model, Physical as PhysicalData, Scene,
     SpecularModel, TransmissionChoice,
@@ -61,12 +62,9 @@ pub(crate) struct Reflection<R: Real> {
 /// Traced refraction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transmission<R: Real> {
-    /// Inside over outside; in f64, because refraction near the critical angle cancels.
-    pub ior: f64,
+    pub glass: Glass<R>,
     /// Schlick's reflectance above which one ray reflects; none: both rays, weighted.
     pub switch: Option<R>,
-    pub reflected_tint: R::Vec3,
-    pub refracted_tint: R::Vec3,
 }
 
 /// The metallic-roughness model.
@@ -78,7 +76,8 @@ pub(crate) struct Physical<R: Real> {
     pub roughness: Product<R>,
     /// Reflectance of the dielectric at normal incidence.
     pub f0: R,
-    pub transmission: Option<Transmission<R>>,
+    /// Where light passes through.
+    pub glass: Option<Glass<R>>,
     /// Radiance given off; none: nothing.
     pub emission: Option<Product<R>>,
     pub alpha: Alpha<R>,
@@ -119,7 +118,7 @@ impl<R: Real> Material<R> {
     pub fn shadow_transmittance(&self) -> R {
         match self {
             Self::Classic(m) => m.shadow_transmittance,
-            Self::Physical(m) => m.transmission.map_or(R::ZERO, |t| t.refracted_tint.dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))),
+            Self::Physical(m) => m.glass.map_or(R::ZERO, |glass| glass.transmitted.dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))),
             Self::Unused => R::ONE,
         }
     }
@@ -179,13 +178,11 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, inputs: &mut Compiler<'_, 
         specular,
         reflection,
         transmission: m.transmission.as_ref().map(|t| Transmission {
-            ior: t.ior,
+            glass: Glass { ior: t.ior, reflected: vector::<R>(t.reflected_tint), transmitted: vector::<R>(t.refracted_tint) },
             switch: match t.choice {
                 TransmissionChoice::Split => None,
                 TransmissionChoice::Switch { threshold } => Some(R::from_f64(threshold)),
             },
-            reflected_tint: vector::<R>(t.reflected_tint),
-            refracted_tint: vector::<R>(t.refracted_tint),
         }),
         emission: m.emission.as_ref().map(|e| inputs.input(e, "emission")).transpose()?,
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
@@ -216,12 +213,7 @@ fn physical<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>, without: Ef
         metallic,
         roughness,
         f0: R::from_f64(f0),
-        transmission: (m.transmission > 0.0).then_some(Transmission {
-            ior: m.ior,
-            switch: None,
-            reflected_tint: R::Vec3::ONE,
-            refracted_tint: tint,
-        }),
+        glass: (m.transmission > 0.0).then_some(Glass { ior: m.ior, reflected: R::Vec3::ONE, transmitted: tint }),
         emission,
         alpha: match m.alpha {
             AlphaMode::Opaque => Alpha::Opaque,

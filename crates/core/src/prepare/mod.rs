@@ -25,7 +25,7 @@ pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
 pub(crate) use irradiance::Irradiance;
 pub(crate) use light::{Light, Seen};
-pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
+pub(crate) use material::{Alpha, Classic, Material, Physical, Specular};
 pub(crate) use sky::Sky;
 
 /// Why a scene could not be prepared.
