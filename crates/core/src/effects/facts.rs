@@ -5,8 +5,8 @@ use std::collections::{BTreeSet, HashSet};
 use crate::generate::count_of;
 use crate::lookup::Lookup;
 use crate::scene::{
-    AlphaMode, Camera, Checker, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Model, Physical, Projection, Scene,
-    Shape, Sky, Weight,
+    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Model, Physical, Projection, Scene, Shape, Sky,
+    Varying, Weight,
 };
 
 /// Path of what calls for a thing; none where nothing does.
@@ -117,16 +117,10 @@ impl Facts {
         }
     }
 
-    fn colour(&mut self, input: &ColourInput, path: impl Fn() -> String) {
-        match input {
-            ColourInput::Constant(_) => {}
-            ColourInput::Expression(_) => note(&mut self.program, true, path),
-            ColourInput::Texture(_) => note(&mut self.image, true, path),
-            ColourInput::Checker(c) => {
-                let Checker { even, odd, .. } = &c.checker;
-                note(&mut self.checker, even != odd, path);
-            }
-        }
+    fn input(&mut self, input: &dyn Varying, path: impl Fn() -> String) {
+        note(&mut self.program, input.expression().is_some(), &path);
+        note(&mut self.image, input.texture().is_some(), &path);
+        note(&mut self.checker, input.checker().is_some_and(|c| c.even != c.odd), &path);
     }
 
     fn weight(&mut self, weight: &Weight, path: impl Fn() -> String) -> bool {
@@ -140,7 +134,7 @@ impl Facts {
         let passes_on = m.reflection.is_some() || m.transmission.is_some();
         let alone = passes_on && rules.depth_limit == DepthLimit::LocalOnly;
         let local = self.weight(&m.local, || at("local")) || alone;
-        self.colour(&m.colour, || at("colour"));
+        self.input(&m.colour, || at("colour"));
         let diffuse = self.weight(&m.diffuse, || at("diffuse"));
         note(&mut self.ambient, local && m.ambient.unwrap_or(rules.ambient) != Colour::BLACK, || match m.ambient {
             Some(_) => at("ambient"),
@@ -165,7 +159,7 @@ impl Facts {
             self.weight(shadow, || at("shadow"));
         }
         if let Some(emission) = &m.emission {
-            self.colour(emission, || at("emission"));
+            self.input(emission, || at("emission"));
             note(&mut self.emission, *emission != ColourInput::Constant(Colour::BLACK), || at("emission"));
         }
     }
@@ -173,26 +167,27 @@ impl Facts {
     fn physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
         note(&mut self.physical, true, || path.to_owned());
-        self.colour(&m.base_colour, || at("base_colour"));
-        note(&mut self.image, m.base_colour_texture.is_some(), || at("base_colour_texture"));
-        note(&mut self.image, m.metallic_roughness_texture.is_some(), || at("metallic_roughness_texture"));
+        m.inputs().into_iter().for_each(|(key, input)| self.input(input, || at(key)));
         note(&mut self.vertex_colours, m.vertex_colours, || at("vertex_colours"));
         note(&mut self.alpha, m.alpha != AlphaMode::Opaque, || at("alpha"));
-        note(&mut self.emission, m.emission != Colour::BLACK, || at("emission"));
+        note(&mut self.emission, m.emission != Colour::BLACK.into(), || at("emission"));
         note(&mut self.unlit, m.unlit, || at("unlit"));
         if m.unlit {
             return;
         }
         let textured = m.metallic_roughness_texture.is_some();
-        let smooth = m.roughness <= MIRROR_ROUGHNESS;
-        let clear = m.transmission > 0.0 && (m.metallic < 1.0 || textured);
+        // What varies may be anything somewhere.
+        let varies = textured || m.roughness.constant().is_none();
+        let smooth = m.roughness.constant().is_some_and(|roughness| roughness <= MIRROR_ROUGHNESS);
+        let plain = textured || m.metallic.constant().is_none_or(|metallic| metallic < 1.0);
+        let clear = m.transmission > 0.0 && plain;
         note(&mut self.lit, true, || path.to_owned());
         note(&mut self.lit_physical, true, || path.to_owned());
         note(&mut self.highlight, true, || at("roughness"));
-        note(&mut self.reflection, smooth || textured || clear, || at("roughness"));
+        note(&mut self.reflection, smooth || varies || clear, || at("roughness"));
         note(&mut self.rough_reflection, !smooth, || at("roughness"));
         note(&mut self.refraction, clear, || at("transmission"));
         note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
-        note(&mut self.diffuse_physical, (m.metallic < 1.0 || textured) && m.transmission < 1.0, || at("base_colour"));
+        note(&mut self.diffuse_physical, plain && m.transmission < 1.0, || at("base_colour"));
     }
 }

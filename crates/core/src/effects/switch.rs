@@ -3,9 +3,7 @@
 use std::sync::Arc;
 
 use super::{Effect, EffectSet};
-use crate::scene::{
-    AlphaMode, Camera, Classic, Colour, ColourInput, MeshSource, Model, Physical, Projection, Scene, Sky, TextureRef,
-};
+use crate::scene::{AlphaMode, Camera, Classic, Colour, MeshSource, Model, Physical, Projection, Scene, Sky, Varying};
 
 /// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
 pub const SWITCHABLE: EffectSet = EffectSet::of(&[
@@ -83,19 +81,13 @@ fn classic(m: &mut Classic, off: EffectSet) {
     if let Some(reflection) = &mut m.reflection {
         clear(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
     }
-    colour(&mut m.colour, off);
-    if let Some(emission) = &mut m.emission {
-        colour(emission, off);
-    }
+    core::iter::once(&mut m.colour).chain(&mut m.emission).for_each(|input| flatten(input, off));
 }
 
 fn physical(m: &mut Physical, off: EffectSet) {
-    colour(&mut m.base_colour, off);
-    let images: [&mut Option<TextureRef>; 3] =
-        [&mut m.base_colour_texture, &mut m.metallic_roughness_texture, &mut m.emission_texture];
-    images.into_iter().for_each(|image| clear(image, off.has(Effect::ImageTextures)));
+    m.inputs_mut().into_iter().for_each(|input| flatten(input, off));
     if off.has(Effect::Emission) {
-        m.emission = Colour::BLACK;
+        m.emission = Colour::BLACK.into();
     }
     if off.has(Effect::Refraction) {
         m.transmission = 0.0;
@@ -106,16 +98,8 @@ fn physical(m: &mut Physical, off: EffectSet) {
     m.vertex_colours &= !off.has(Effect::VertexColours);
 }
 
-/// An image becomes its factor, a checkerboard the mean of its colours.
-fn colour(input: &mut ColourInput, off: EffectSet) {
-    match input {
-        ColourInput::Texture(t) if off.has(Effect::ImageTextures) => *input = ColourInput::Constant(t.texture.factor),
-        ColourInput::Checker(c) if off.has(Effect::Checkerboard) => {
-            let (even, odd) = (c.checker.even.0, c.checker.odd.0);
-            *input = ColourInput::Constant(Colour(core::array::from_fn(|i| 0.5 * (even[i] + odd[i]))));
-        }
-        _ => {}
-    }
+fn flatten(input: &mut dyn Varying, off: EffectSet) {
+    input.flatten(off.has(Effect::ImageTextures), off.has(Effect::Checkerboard));
 }
 
 fn clear<T>(slot: &mut Option<T>, off: bool) {

@@ -3,9 +3,10 @@
 use glam::DVec3;
 use raywright_bvh::{Precision, Real, Vec3Of, Vector};
 
-use super::dielectric::Interface;
-use super::{Arrival, Kernel, Next, Shading, Tracer};
-use crate::prepare::{Classic, Specular, Transmission};
+use super::{Arrival, Kernel, Next, Tracer};
+use crate::interaction::{Beam, Interaction};
+use crate::material::{Glass, Interface};
+use crate::prepare::{Classic, Here, Specular};
 use crate::sampler::Branch;
 use crate::scene::SpecularModel;
 
@@ -16,128 +17,125 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         &mut self,
         m: &Classic<P::Real>,
         arrival: Arrival<'_, P>,
-        shading: &Shading<P>,
+        at: &Interaction<P::Real>,
         throughput: Vec3Of<P>,
         segments: u32,
         radiance: &mut Vec3Of<P>,
     ) -> Option<Next<P::Real>> {
-        let mut shading = *shading;
+        let mut here = self.scene.sources.at(at);
         let reflects = m.reflection.is_some() || m.transmission.is_some();
         let alone = reflects && segments == 1 && self.scene.rules.local_only_at_limit;
-        let colour = m.colour.at(&shading.point);
+        let colour = m.colour.colour(&here);
         if alone || !m.local.is_zero() {
-            let local = self.local(m, &mut shading, colour);
-            let weight = if alone { P::Real::ONE } else { m.local.at(&shading.point) };
+            let local = self.local(m, &mut here, colour);
+            let weight = if alone { P::Real::ONE } else { m.local.number(&here) };
             *radiance += throughput * local * weight;
         }
         if let Some(emission) = &m.emission {
-            *radiance += throughput * emission.at(&shading.point);
+            *radiance += throughput * emission.colour(&here);
         }
         if alone {
             return None;
         }
         if let Some(transmission) = &m.transmission {
-            return self.refract(transmission, arrival, &shading, throughput, segments, radiance);
+            return self.refract(&transmission.glass, transmission.switch, arrival, at, throughput, segments, radiance);
         }
         let reflection = m.reflection.as_ref()?;
-        let mut throughput = throughput * reflection.weight.at(&shading.point);
+        let mut throughput = throughput * reflection.weight.number(&here);
         if reflection.tinted {
             throughput *= colour;
         }
-        let mut direction = shading.inputs().r;
+        let mut direction = at.mirrored();
         if let Some((amount, rows)) = &reflection.fuzz {
-            let p = shading.inputs().p;
+            let p = at.surface.point;
             let wave = Vec3Of::<P>::new(rows[0].dot(p).sin(), rows[1].dot(p).sin(), rows[2].dot(p).sin());
             direction = (direction + wave * *amount).normalize();
         }
         if let Some(specular) = m.specular.as_ref().filter(|s| s.on_reflection) {
-            let highlight = self.highlights(specular, &shading);
+            let highlight = self.highlights(specular, &here);
             *radiance += throughput * highlight;
         }
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        Some(Next::new(self.leave(&shading, direction, P::Real::ONE), throughput))
+        Some(Next::new(self.leave(at, direction, P::Real::ONE), throughput))
     }
 
-    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow in the shading
-    /// point, where the expressions of reflection weights find them.
+    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
+    /// expressions of reflection weights find them.
     #[inline(always)]
-    fn local(&mut self, m: &Classic<P::Real>, shading: &mut Shading<P>, colour: Vec3Of<P>) -> Vec3Of<P> {
-        let scene = self.scene;
+    fn local(&mut self, m: &Classic<P::Real>, here: &mut Here<'_, P::Real>, colour: Vec3Of<P>) -> Vec3Of<P> {
+        let (scene, at) = (self.scene, here.at);
         let zero = P::Real::ZERO;
-        let n = shading.inputs().n;
+        let n = at.normal;
         let mut lit = m.ambient;
         let mut gloss = Vec3Of::<P>::ZERO;
         let specular = m.specular.as_ref().filter(|s| !s.on_reflection);
-        let before = shading.point.inputs;
         let mut first = None;
         for light in &scene.lights.delta {
-            let Some(seen) = light.sample(shading.inputs().p) else { continue };
-            shading.point.inputs.l = seen.direction;
+            let Some(seen) = light.sample(at.surface.point) else { continue };
+            here.beam.direction = seen.direction;
             let facing = n.dot(seen.direction).max(zero);
             let highlight = match specular {
-                Some(s) if light.specular => lobe::<P>(s, shading, seen.direction),
+                Some(s) if light.specular => lobe(s, at, seen.direction),
                 _ => zero,
             };
             let mut share = P::Real::ONE;
             if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
                 if light.shadows && m.asks_what_is_between {
-                    let between = self.before(&seen, shading, m.shadow.is_some());
-                    shading.point.inputs.occluder_distance = between.distance;
-                    shading.point.inputs.shadow = between.share;
+                    let between = self.before(&seen, at, m.shadow.is_some());
+                    (here.beam.occluder, here.beam.share) = (between.distance, between.share);
                 }
-                share = m.shadow.as_ref().map_or(shading.inputs().shadow, |s| s.at(&shading.point));
-                shading.point.inputs.shadow = share;
+                share = m.shadow.as_ref().map_or(here.beam.share, |s| s.number(here));
+                here.beam.share = share;
             }
-            lit += seen.arriving * (m.diffuse.at(&shading.point) * facing * share);
+            lit += seen.arriving * (m.diffuse.number(here) * facing * share);
             if let Some(s) = specular
                 && highlight > zero
             {
                 let tint = if s.lit { seen.arriving } else { Vec3Of::<P>::ONE };
                 let share = if s.shadowed { share } else { P::Real::ONE };
-                gloss += tint * (highlight * share * s.strength.at(&shading.point));
+                gloss += tint * (highlight * share * s.strength.number(here));
             }
-            first.get_or_insert(shading.point.inputs);
-            shading.point.inputs = before;
+            first.get_or_insert(here.beam);
+            here.beam = Beam::default();
         }
         if !m.diffuse.is_zero()
-            && let Some((drawn, share)) = self.emitter(shading)
+            && let Some((drawn, share)) = self.emitter(at)
         {
-            shading.point.inputs.l = drawn.direction;
-            shading.point.inputs.shadow = share;
+            (here.beam.direction, here.beam.share) = (drawn.direction, share);
             // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's: its colour over π.
             let facing = n.dot(drawn.direction) * share * P::Real::from_f64(core::f64::consts::FRAC_1_PI);
-            lit += drawn.arriving * (m.diffuse.at(&shading.point) * facing);
+            lit += drawn.arriving * (m.diffuse.number(here) * facing);
         }
-        shading.point.inputs = first.unwrap_or(before);
+        here.beam = first.unwrap_or_default();
         let mut local = colour * lit + gloss;
         if let Some((strength, exponent)) = &m.rim {
-            let k = n.dot(shading.inputs().d);
-            local += Vec3Of::<P>::splat(strength.at(&shading.point) * Real::powi(P::Real::ONE - k * k, *exponent));
+            let k = n.dot(at.direction);
+            local += Vec3Of::<P>::splat(strength.number(here) * Real::powi(P::Real::ONE - k * k, *exponent));
         }
         local
     }
 
     /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
-    fn highlights(&mut self, specular: &Specular<P::Real>, shading: &Shading<P>) -> Vec3Of<P> {
+    fn highlights(&mut self, specular: &Specular<P::Real>, here: &Here<'_, P::Real>) -> Vec3Of<P> {
         let mut sum = Vec3Of::<P>::ZERO;
         for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
-            let Some(seen) = light.sample(shading.inputs().p) else { continue };
-            let mut highlight = lobe::<P>(specular, shading, seen.direction);
+            let Some(seen) = light.sample(here.at.surface.point) else { continue };
+            let mut highlight = lobe(specular, here.at, seen.direction);
             if highlight > P::Real::ZERO && specular.shadowed && light.shadows {
-                highlight *= self.before(&seen, shading, false).share;
+                highlight *= self.before(&seen, here.at, false).share;
             }
             let tint = if specular.lit { seen.arriving } else { Vec3Of::<P>::ONE };
-            sum += tint * (highlight * specular.strength.at(&shading.point));
+            sum += tint * (highlight * specular.strength.number(here));
         }
         sum
     }
 
     /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
     /// geometric one from before it was stored.
-    fn directions(&self, (leg, hit): Arrival<'_, P>, shading: &Shading<P>, side: P::Real) -> [DVec3; 2] {
-        let (n, out) = (shading.inputs().n, shading.surface.normal);
+    fn directions(&self, (leg, hit): Arrival<'_, P>, at: &Interaction<P::Real>, side: P::Real) -> [DVec3; 2] {
+        let (n, out) = (at.normal, at.surface.normal);
         let known = || self.scene.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {
             known()
@@ -153,9 +151,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
-        t: &Transmission<P::Real>,
+        glass: &Glass<P::Real>,
+        switch: Option<P::Real>,
         arrival: Arrival<'_, P>,
-        shading: &Shading<P>,
+        at: &Interaction<P::Real>,
         throughput: Vec3Of<P>,
         segments: u32,
         radiance: &mut Vec3Of<P>,
@@ -163,56 +162,53 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if segments <= 1 {
             return None;
         }
-        let inputs = shading.inputs();
         // A normal that is not turned to the viewer points away from a ray inside.
-        let side = if inputs.d.dot(inputs.n) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
-        let [d, n] = self.directions(arrival, shading, side);
-        let eta = if shading.outside { 1.0 / t.ior } else { t.ior };
-        let interface = Interface::new(d, n, eta);
+        let side = if at.direction.dot(at.normal) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
+        let [d, n] = self.directions(arrival, at, side);
+        let interface = Interface::new(d, n, glass.eta(at.outside));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
             let stored = Vec3Of::<P>::from_f64(direction);
             let rest = Vec3Of::<P>::from_f64(direction - stored.to_f64());
-            Next { ray: this.leave(shading, stored, side), throughput, rest }
+            Next { ray: this.leave(at, stored, side), throughput, rest }
         };
         let reflected = |this: &mut Self, throughput| {
             this.counters.reflection += 1;
             leaves(this, interface.reflected, side, throughput)
         };
         let Some(refracted) = interface.refracted else {
-            return Some(reflected(self, throughput * t.reflected_tint));
+            return Some(reflected(self, throughput * glass.reflected));
         };
         let onward = |this: &mut Self, throughput| {
             this.counters.refraction += 1;
             leaves(this, refracted, -side, throughput)
         };
-        if let Some(threshold) = t.switch {
+        if let Some(threshold) = switch {
             return Some(if P::Real::from_f64(interface.schlick()) > threshold {
-                reflected(self, throughput * t.reflected_tint)
+                reflected(self, throughput * glass.reflected)
             } else {
-                onward(self, throughput * t.refracted_tint)
+                onward(self, throughput * glass.transmitted)
             });
         }
         let fresnel = P::Real::from_f64(interface.fresnel());
-        let mirrored = throughput * t.reflected_tint * fresnel;
+        let mirrored = throughput * glass.reflected * fresnel;
         if mirrored != Vec3Of::<P>::ZERO {
             let next = reflected(self, mirrored);
             *radiance += self.aside(next, segments - 1, Branch::Reflected);
         }
-        let through = throughput * t.refracted_tint * (P::Real::ONE - fresnel);
+        let through = throughput * glass.transmitted * (P::Real::ONE - fresnel);
         (through != Vec3Of::<P>::ZERO).then(|| onward(self, through))
     }
 }
 
 /// The shape of a highlight towards a light in unit direction `l`.
 #[inline(always)]
-fn lobe<P: Precision>(s: &Specular<P::Real>, shading: &Shading<P>, l: Vec3Of<P>) -> P::Real {
-    let inputs = shading.inputs();
+fn lobe<R: Real>(s: &Specular<R>, at: &Interaction<R>, l: R::Vec3) -> R {
     let cosine = match s.model {
-        SpecularModel::Blinn => inputs.n.dot((l - inputs.d).normalize()),
-        SpecularModel::BlinnReflected => inputs.n.dot((l - inputs.r).normalize()),
-        SpecularModel::Phong => inputs.r.dot(l),
-        SpecularModel::Grazing => inputs.d.dot(inputs.r),
+        SpecularModel::Blinn => at.normal.dot((l - at.direction).normalize()),
+        SpecularModel::BlinnReflected => at.normal.dot((l - at.mirrored()).normalize()),
+        SpecularModel::Phong => at.mirrored().dot(l),
+        SpecularModel::Grazing => at.direction.dot(at.mirrored()),
     };
     // Halfway between opposite directions there is none: NaN, and no highlight.
-    Real::powi(cosine.max(P::Real::ZERO), s.exponent)
+    Real::powi(cosine.max(R::ZERO), s.exponent)
 }

@@ -4,20 +4,20 @@
 //! A path is a loop with a running throughput; only where a surface sends two rays does it call itself for one of them.
 
 mod classic;
-mod dielectric;
 mod kernel;
 mod physical;
 mod shadow;
 mod surface;
 
 pub(crate) use kernel::{Analytic, General, Kernel};
-pub(crate) use surface::{Leg, Shading};
+pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
+use crate::interaction::Interaction;
 use crate::prepare::{Material, Prepared, Spawn};
 use crate::sampler::{Address, Branch};
 
@@ -125,14 +125,14 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
                 radiance += throughput * seen;
                 break;
             };
-            let shading = Shading::<P>::new::<K>(self.scene, &leg, &hit);
+            let at = Interaction::of::<P, K>(self.scene, &leg, &hit);
             if camera && self.keeps_first && self.first.is_none() {
                 self.first = Some(self.seen(&leg, &hit));
             }
-            let next = match &self.scene.materials[shading.material as usize] {
-                Material::Classic(m) => self.classic(m, (&leg, &hit), &shading, throughput, segments, &mut radiance),
+            let next = match &self.scene.materials[at.material as usize] {
+                Material::Classic(m) => self.classic(m, (&leg, &hit), &at, throughput, segments, &mut radiance),
                 Material::Physical(m) if K::PHYSICAL => {
-                    if let Some(behind) = self.cutout(m, &leg, &shading, &mut throughput, &mut radiance, segments) {
+                    if let Some(behind) = self.cutout(m, &leg, &at, &mut throughput, &mut radiance, segments) {
                         cutouts += 1;
                         if cutouts > MAX_CUTOUTS {
                             break;
@@ -141,7 +141,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
                         self.address.bounce += 1;
                         continue;
                     }
-                    self.physical(m, (&leg, &hit), &shading, throughput, segments, &mut radiance)
+                    self.physical(m, (&leg, &hit), &at, throughput, segments, &mut radiance)
                 }
                 Material::Physical(_) | Material::Unused => None,
             };
@@ -163,11 +163,11 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
     /// the side that the ray came from, −1 for the other.
     #[inline(always)]
-    fn leave(&self, shading: &Shading<P>, direction: Vec3Of<P>, side: P::Real) -> Ray<P::Real> {
+    fn leave(&self, at: &Interaction<P::Real>, direction: Vec3Of<P>, side: P::Real) -> Ray<P::Real> {
         let origin = match self.scene.rules.spawn {
-            Spawn::ErrorBound => shading.surface.spawn(direction),
-            Spawn::Constant { offset, along_ray: true, .. } => shading.inputs().p + direction * offset,
-            Spawn::Constant { offset, .. } => shading.inputs().p + shading.inputs().n * (offset * side),
+            Spawn::ErrorBound => at.surface.spawn(direction),
+            Spawn::Constant { offset, along_ray: true, .. } => at.surface.point + direction * offset,
+            Spawn::Constant { offset, .. } => at.surface.point + at.normal * (offset * side),
         };
         Ray::new(origin, direction)
     }
@@ -203,19 +203,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// its surface points stay in registers.
     #[inline(never)]
     fn seen(&self, leg: &Leg<P::Real>, hit: &Hit<P::Real>) -> FirstHit {
-        let shading = Shading::<P>::new::<K>(self.scene, leg, hit);
-        let albedo = match &self.scene.materials[shading.material as usize] {
-            Material::Classic(m) => m.colour.at(&shading.point),
-            Material::Physical(m) => m.albedo_at(&shading),
+        let at = Interaction::of::<P, K>(self.scene, leg, hit);
+        let here = self.scene.sources.at(&at);
+        let albedo = match &self.scene.materials[at.material as usize] {
+            Material::Classic(m) => m.colour.colour(&here),
+            Material::Physical(m) => m.base_at(&here),
             Material::Unused => Vector::ZERO,
         };
         FirstHit {
             albedo: albedo.to_f64().to_array(),
-            normal: shading.inputs().n.to_f64().to_array(),
-            position: shading.inputs().p.to_f64().to_array(),
-            distance: shading.inputs().distance.to_f64(),
-            object: shading.object,
-            material: shading.material,
+            normal: at.normal.to_f64().to_array(),
+            position: at.surface.point.to_f64().to_array(),
+            distance: at.distance.to_f64(),
+            object: at.object,
+            material: at.material,
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vector};
 
-use super::{Kernel, Leg, Shading, Tracer};
+use super::{Kernel, Leg, Tracer};
+use crate::interaction::Interaction;
 use crate::light::{LightSample, Target};
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
 use crate::sampler::{Purpose, pair};
@@ -22,8 +23,13 @@ pub(crate) struct Between<R> {
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// What lies between a surface and a light that it sees.
     #[inline]
-    pub(super) fn before(&mut self, light: &LightSample<P::Real>, shading: &Shading<P>, want_distance: bool) -> Between<P::Real> {
-        match self.towards(light, shading) {
+    pub(super) fn before(
+        &mut self,
+        light: &LightSample<P::Real>,
+        at: &Interaction<P::Real>,
+        want_distance: bool,
+    ) -> Between<P::Real> {
+        match self.towards(light, at) {
             Some((ray, range)) => self.between(ray, range, want_distance),
             // The light is where the ray would start: nothing is in between.
             None => Between { share: P::Real::ONE, distance: P::Real::INFINITY },
@@ -32,19 +38,19 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
     #[inline(always)]
-    fn towards(&self, light: &LightSample<P::Real>, shading: &Shading<P>) -> Option<ShadowRay<P::Real>> {
+    fn towards(&self, light: &LightSample<P::Real>, at: &Interaction<P::Real>) -> Option<ShadowRay<P::Real>> {
         let (l, rules) = (light.direction, &self.scene.rules);
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
-            (_, Target::Surface(surface)) => shading.surface.spawn_to_surface(surface),
-            (Spawn::ErrorBound, Target::Point(position)) => shading.surface.spawn_to(*position),
+            (_, Target::Surface(surface)) => at.surface.spawn_to_surface(surface),
+            (Spawn::ErrorBound, Target::Point(position)) => at.surface.spawn_to(*position),
             (Spawn::ErrorBound, Target::Infinity) => {
                 let range = Interval { min: P::Real::ZERO, max: rules.shadow_max_distance };
-                Some((Ray::new(shading.surface.spawn(l), l), range))
+                Some((Ray::new(at.surface.spawn(l), l), range))
             }
             // The documented shaders measure from the surface, also where the ray starts off it.
             (Spawn::Constant { offset, shadow_min, .. }, target) => {
-                let p = shading.inputs().p;
+                let p = at.surface.point;
                 let max = match target {
                     Target::Point(position) => (*position - p).length(),
                     _ => rules.shadow_max_distance,
@@ -55,7 +61,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
-    pub(super) fn emitter(&mut self, shading: &Shading<P>) -> Option<(LightSample<P::Real>, P::Real)> {
+    pub(super) fn emitter(&mut self, at: &Interaction<P::Real>) -> Option<(LightSample<P::Real>, P::Real)> {
         let emitters = &self.scene.lights.emitters;
         if emitters.is_empty() {
             return None;
@@ -63,11 +69,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let pick = pair(self.address, Purpose::Emitter);
         let position = pair(self.address, Purpose::EmitterPoint);
         let (index, probability) = emitters.choose(pick)?;
-        let drawn = emitters.sample(index, shading.inputs().p, position, probability)?;
-        if shading.inputs().n.dot(drawn.direction) <= P::Real::ZERO {
+        let drawn = emitters.sample(index, at.surface.point, position, probability)?;
+        if at.normal.dot(drawn.direction) <= P::Real::ZERO {
             return None;
         }
-        let (ray, range) = self.towards(&drawn, shading)?;
+        let (ray, range) = self.towards(&drawn, at)?;
         let share = self.between(ray, range, false).share;
         (share > P::Real::ZERO).then_some((drawn, share))
     }
@@ -153,8 +159,8 @@ fn passes<P: Precision, K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit:
         && let Material::Physical(m) = material
         && m.alpha != Alpha::Opaque
     {
-        let shading = Shading::<P>::new::<K>(scene, &Leg::of(*ray), hit);
-        let alpha = m.alpha_at(&shading);
+        let at = Interaction::of::<P, K>(scene, &Leg::of(*ray), hit);
+        let alpha = m.alpha_at(&scene.sources.at(&at));
         return P::Real::ONE - alpha * (P::Real::ONE - material.shadow_transmittance());
     }
     material.shadow_transmittance()

@@ -7,12 +7,11 @@ use glam::DVec3;
 use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Real, Vector};
 
-use crate::expr::{Inputs, Scope};
+use crate::expr::{Inputs, Program, Scope, compile};
 use crate::lookup::Lookup;
 use crate::prepare::PrepareError;
-use crate::prepare::colour::{ColourSource, Point};
-use crate::prepare::texture::{Textures, decoded};
-use crate::scene::{ImageData, Pixels, Scene, Sky as SkyData};
+use crate::prepare::texture::decoded;
+use crate::scene::{ColourInput, ImageData, Pixels, Scene, Sky as SkyData};
 
 /// What a ray sees that hits nothing.
 #[derive(Clone, Debug)]
@@ -30,7 +29,7 @@ pub(super) enum Kind<R: Real> {
         top: R::Vec3,
         suns: Vec<Sun<R>>,
     },
-    Expression(ColourSource<R>),
+    Expression(Program),
     Map(Map<R>),
 }
 
@@ -56,7 +55,6 @@ pub(crate) fn prepare<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
     names: &BTreeMap<String, f64>,
-    textures: &Textures<'_>,
 ) -> Result<Sky<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
     let kind = match &scene.sky {
@@ -70,10 +68,13 @@ pub(crate) fn prepare<R: Real>(
             });
             Kind::Gradient { bottom: v(*bottom), top: v(*top), suns: suns.collect() }
         }
-        Some(SkyData::Expression(input)) => {
-            let path = || "sky.expression".to_owned();
-            Kind::Expression(ColourSource::new(input, Scope::Sky, names, textures, &path)?)
+        Some(SkyData::Expression(ColourInput::Expression(text))) => {
+            let failed = |source| PrepareError::Expression { path: "sky.expression".to_owned(), source };
+            Kind::Expression(compile(text, names, Scope::Sky).map_err(failed)?)
         }
+        Some(SkyData::Expression(ColourInput::Constant(c))) => Kind::Constant(v(*c)),
+        // Validation has said that a sky has no surface for these.
+        Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => Kind::None,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };
@@ -111,7 +112,7 @@ impl<R: Real> Sky<R> {
                 }
                 sky
             }
-            Kind::Expression(source) => source.at(&Point::of(Inputs { d, o: origin, ..Inputs::default() })),
+            Kind::Expression(program) => program.vector(&Inputs::<R> { d, o: origin, ..Inputs::default() }),
             Kind::Map(map) => map.radiance(d),
         }
     }

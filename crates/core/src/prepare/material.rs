@@ -1,25 +1,22 @@
 //! Materials, prepared: the two families with their inputs compiled.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
 use raywright_bvh::{Real, Vector};
 
 use super::PrepareError;
-use super::colour::{ColourSource, Factor};
-use super::texture::{Sampler, Textures};
+use super::input::{Compiler, Input, Product, Sources};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::{Scope, Variable};
+use crate::material::Glass;
 use crate::scene::{
-    AlphaMode, Classic as ClassicData, Colour, Material as MaterialData, Model, Physical as PhysicalData, Scene, SpecularModel,
-    TextureRef, TransmissionChoice,
+    AlphaMode, Channel, Classic as ClassicData, Colour, Material as MaterialData, Model, Physical as PhysicalData, Scene,
+    SpecularModel, TransmissionChoice,
 };
 
 /// What a surface does to light.
 #[derive(Clone, Debug)]
 pub(crate) enum Material<R: Real> {
-    Classic(Box<Classic<R>>),
-    Physical(Box<Physical<R>>),
+    Classic(Classic<R>),
+    Physical(Physical<R>),
     /// No object has it, so nothing of it is prepared.
     Unused,
 }
@@ -27,17 +24,17 @@ pub(crate) enum Material<R: Real> {
 /// A local lighting model made of terms.
 #[derive(Clone, Debug)]
 pub(crate) struct Classic<R: Real> {
-    pub colour: ColourSource<R>,
-    pub local: Factor<R>,
+    pub colour: Input<R>,
+    pub local: Input<R>,
     pub ambient: R::Vec3,
-    pub diffuse: Factor<R>,
+    pub diffuse: Input<R>,
     pub specular: Option<Specular<R>>,
-    pub rim: Option<(Factor<R>, u32)>,
+    pub rim: Option<(Input<R>, u32)>,
     pub reflection: Option<Reflection<R>>,
     pub transmission: Option<Transmission<R>>,
-    pub emission: Option<ColourSource<R>>,
+    pub emission: Option<Input<R>>,
     pub shadow_transmittance: R,
-    pub shadow: Option<Factor<R>>,
+    pub shadow: Option<Input<R>>,
     /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
     pub asks_what_is_between: bool,
 }
@@ -47,7 +44,7 @@ pub(crate) struct Classic<R: Real> {
 pub(crate) struct Specular<R: Real> {
     pub model: SpecularModel,
     pub exponent: u32,
-    pub strength: Factor<R>,
+    pub strength: Input<R>,
     pub lit: bool,
     pub shadowed: bool,
     pub on_reflection: bool,
@@ -56,7 +53,7 @@ pub(crate) struct Specular<R: Real> {
 /// A traced mirror reflection.
 #[derive(Clone, Debug)]
 pub(crate) struct Reflection<R: Real> {
-    pub weight: Factor<R>,
+    pub weight: Input<R>,
     pub tinted: bool,
     /// Amount and the rows of frequencies.
     pub fuzz: Option<(R, [R::Vec3; 3])>,
@@ -65,33 +62,26 @@ pub(crate) struct Reflection<R: Real> {
 /// Traced refraction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Transmission<R: Real> {
-    /// Inside over outside; in f64, because refraction near the critical angle cancels.
-    pub ior: f64,
+    pub glass: Glass<R>,
     /// Schlick's reflectance above which one ray reflects; none: both rays, weighted.
     pub switch: Option<R>,
-    pub reflected_tint: R::Vec3,
-    pub refracted_tint: R::Vec3,
 }
-
-/// A texture that may be absent.
-type OptionalSampler<R> = Option<Arc<Sampler<R>>>;
 
 /// The metallic-roughness model.
 #[derive(Clone, Debug)]
 pub(crate) struct Physical<R: Real> {
-    pub base: ColourSource<R>,
-    pub base_texture: Option<Arc<Sampler<R>>>,
+    pub base: Product<R>,
     pub vertex_colours: bool,
-    pub metallic: R,
-    pub roughness: R,
-    pub metallic_roughness: Option<Arc<Sampler<R>>>,
+    pub metallic: Product<R>,
+    pub roughness: Product<R>,
     /// Reflectance of the dielectric at normal incidence.
     pub f0: R,
-    pub transmission: Option<Transmission<R>>,
-    /// Radiance given off, and what multiplies it; none: nothing.
-    pub emission: Option<(R::Vec3, OptionalSampler<R>)>,
+    /// Where light passes through.
+    pub glass: Option<Glass<R>>,
+    /// Radiance given off; none: nothing.
+    pub emission: Option<Product<R>>,
     pub alpha: Alpha<R>,
-    pub opacity: R,
+    pub opacity: Product<R>,
     pub unlit: bool,
     /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
     pub mirrors: bool,
@@ -107,21 +97,18 @@ pub(crate) enum Alpha<R> {
 
 impl<R: Real> Material<R> {
     /// Whether it depends on the texture coordinates of a surface.
-    pub fn reads_coordinates(&self) -> bool {
+    pub fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
+        let reads = |input: &Input<R>| input.reads_coordinates(sources);
         match self {
             Self::Classic(m) => {
-                let colours = [Some(&m.colour), m.emission.as_ref()];
                 let strength = m.specular.as_ref().map(|s| &s.strength);
                 let reflected = m.reflection.as_ref().map(|r| &r.weight);
-                let factors =
-                    [Some(&m.local), Some(&m.diffuse), strength, m.rim.as_ref().map(|r| &r.0), reflected, m.shadow.as_ref()];
-                colours.into_iter().flatten().any(ColourSource::reads_coordinates)
-                    || factors.into_iter().flatten().any(Factor::reads_coordinates)
+                let further = [m.emission.as_ref(), strength, m.rim.as_ref().map(|r| &r.0), reflected, m.shadow.as_ref()];
+                [&m.colour, &m.local, &m.diffuse].into_iter().chain(further.into_iter().flatten()).any(reads)
             }
             Self::Physical(m) => {
-                let textures = [&m.base_texture, &m.metallic_roughness];
-                let emission = m.emission.as_ref().is_some_and(|(_, texture)| texture.is_some());
-                m.base.reads_coordinates() || emission || textures.into_iter().any(Option::is_some)
+                let products = [&m.base, &m.metallic, &m.roughness, &m.opacity];
+                products.into_iter().chain(&m.emission).flat_map(Product::factors).any(reads)
             }
             Self::Unused => false,
         }
@@ -131,34 +118,27 @@ impl<R: Real> Material<R> {
     pub fn shadow_transmittance(&self) -> R {
         match self {
             Self::Classic(m) => m.shadow_transmittance,
-            Self::Physical(m) => m.transmission.map_or(R::ZERO, |t| t.refracted_tint.dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))),
+            Self::Physical(m) => m.glass.map_or(R::ZERO, |glass| glass.transmitted.dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))),
             Self::Unused => R::ONE,
         }
     }
-}
-
-struct Context<'a> {
-    names: &'a BTreeMap<String, f64>,
-    textures: &'a Textures<'a>,
-    path: String,
 }
 
 pub(super) fn prepare<R: Real>(
     material: &MaterialData,
     index: usize,
     scene: &Scene,
-    names: &BTreeMap<String, f64>,
-    textures: &Textures<'_>,
+    inputs: &mut Compiler<'_, R>,
     without: EffectSet,
 ) -> Result<Material<R>, PrepareError> {
     match &material.model {
         Model::Classic(m) => {
-            let context = Context { names, textures, path: format!("materials[{index}].model.classic") };
-            classic(m, scene.classic.ambient, &context).map(Box::new).map(Material::Classic)
+            inputs.path = format!("materials[{index}].model.classic");
+            classic(m, scene.classic.ambient, inputs).map(Material::Classic)
         }
         Model::Physical(m) => {
-            let context = Context { names, textures, path: format!("materials[{index}].model.physical") };
-            physical(m, &context, without).map(Box::new).map(Material::Physical)
+            inputs.path = format!("materials[{index}].model.physical");
+            physical(m, inputs, without).map(Material::Physical)
         }
     }
 }
@@ -167,89 +147,80 @@ fn vector<R: Real>(c: Colour) -> R::Vec3 {
     R::Vec3::from_f64(c.0.into())
 }
 
-fn classic<R: Real>(m: &ClassicData, ambient: Colour, context: &Context<'_>) -> Result<Classic<R>, PrepareError> {
-    let factor = |weight, scope, field: &str| Factor::new(weight, scope, context.names, &|| format!("{}.{field}", context.path));
-    let colour = |input, field: &str| {
-        ColourSource::new(input, Scope::Surface, context.names, context.textures, &|| format!("{}.{field}", context.path))
-    };
+fn classic<R: Real>(m: &ClassicData, ambient: Colour, inputs: &mut Compiler<'_, R>) -> Result<Classic<R>, PrepareError> {
     let specular = m.specular.as_ref().map(|s| {
         Ok(Specular {
             model: s.model,
             exponent: s.exponent,
-            strength: factor(&s.strength, Scope::Light, "specular.strength")?,
+            strength: inputs.weight(&s.strength, Scope::Light, "specular.strength")?,
             lit: s.lit,
             shadowed: s.shadowed,
             on_reflection: s.on_reflection,
         })
     });
+    let specular = specular.transpose()?;
     let reflection = m.reflection.as_ref().map(|r| {
         Ok(Reflection {
-            weight: factor(&r.weight, Scope::Light, "reflection.weight")?,
+            weight: inputs.weight(&r.weight, Scope::Light, "reflection.weight")?,
             tinted: r.tinted,
             fuzz: r.fuzz.as_ref().map(|f| (R::from_f64(f.amount), f.frequencies.map(|row| R::Vec3::from_f64(row.into())))),
         })
     });
-    let shadow = m.shadow.as_ref().map(|s| factor(s, Scope::Light, "shadow")).transpose()?;
-    let rim = m.rim.as_ref().map(|r| Ok((factor(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)));
+    let reflection = reflection.transpose()?;
+    let shadow = m.shadow.as_ref().map(|s| inputs.weight(s, Scope::Light, "shadow")).transpose()?;
+    let rim = m.rim.as_ref().map(|r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)));
     Ok(Classic {
-        colour: colour(&m.colour, "colour")?,
-        local: factor(&m.local, Scope::Surface, "local")?,
-        ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
-        diffuse: factor(&m.diffuse, Scope::Light, "diffuse")?,
-        specular: specular.transpose()?,
         rim: rim.transpose()?,
-        reflection: reflection.transpose()?,
+        colour: inputs.input(&m.colour, "colour")?,
+        local: inputs.weight(&m.local, Scope::Surface, "local")?,
+        ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
+        diffuse: inputs.weight(&m.diffuse, Scope::Light, "diffuse")?,
+        specular,
+        reflection,
         transmission: m.transmission.as_ref().map(|t| Transmission {
-            ior: t.ior,
+            glass: Glass { ior: t.ior, reflected: vector::<R>(t.reflected_tint), transmitted: vector::<R>(t.refracted_tint) },
             switch: match t.choice {
                 TransmissionChoice::Split => None,
                 TransmissionChoice::Switch { threshold } => Some(R::from_f64(threshold)),
             },
-            reflected_tint: vector::<R>(t.reflected_tint),
-            refracted_tint: vector::<R>(t.refracted_tint),
         }),
-        emission: m.emission.as_ref().map(|e| colour(e, "emission")).transpose()?,
+        emission: m.emission.as_ref().map(|e| inputs.input(e, "emission")).transpose()?,
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
-        asks_what_is_between: shadow.as_ref().is_none_or(|s| s.reads(&[Variable::Shadow, Variable::OccluderDistance])),
+        asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
         shadow,
     })
 }
 
-fn physical<R: Real>(m: &PhysicalData, context: &Context<'_>, without: EffectSet) -> Result<Physical<R>, PrepareError> {
-    let path = |field: &str| format!("{}.{field}", context.path);
-    let sampler = |reference: &Option<TextureRef>, field: &str| match reference {
-        Some(reference) => context.textures.sampler(reference, context.names, &|| path(field)),
-        None => Ok(None),
+fn physical<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>, without: EffectSet) -> Result<Physical<R>, PrepareError> {
+    let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
+    let base = inputs.product(&m.base_colour, image, "base_colour")?;
+    let opacity = inputs.product(&m.opacity, image.map(|image| image.channel(Channel::Alpha)), "opacity")?;
+    let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
+    let roughness = inputs.product(&m.roughness, image.map(|image| image.channel(Channel::Green)), "roughness")?;
+    let metallic = inputs.product(&m.metallic, image.map(|image| image.channel(Channel::Blue)), "metallic")?;
+    let emission = if m.emission == Colour::BLACK.into() {
+        None
+    } else {
+        let image = inputs.image(&m.emission_texture, "emission_texture")?;
+        Some(inputs.product(&m.emission, image, "emission")?)
     };
-    let base = ColourSource::new(&m.base_colour, Scope::Surface, context.names, context.textures, &|| path("base_colour"))?;
     let f0 = ((m.ior - 1.0) / (m.ior + 1.0)) * ((m.ior - 1.0) / (m.ior + 1.0));
     // A thin tint stands for what the base colour takes away on the way through.
-    let tint = match (&base, &m.transmission) {
-        (ColourSource::Constant(c), t) => *c * R::from_f64(*t),
-        (_, t) => R::Vec3::splat(R::from_f64(*t)),
-    };
-    let emission_texture = sampler(&m.emission_texture, "emission_texture")?;
+    let tint = base.constant().unwrap_or(R::Vec3::ONE) * R::from_f64(m.transmission);
     Ok(Physical {
         base,
-        base_texture: sampler(&m.base_colour_texture, "base_colour_texture")?,
         vertex_colours: m.vertex_colours,
-        metallic: R::from_f64(m.metallic),
-        roughness: R::from_f64(m.roughness),
-        metallic_roughness: sampler(&m.metallic_roughness_texture, "metallic_roughness_texture")?,
+        metallic,
+        roughness,
         f0: R::from_f64(f0),
-        transmission: (m.transmission > 0.0).then_some(Transmission {
-            ior: m.ior,
-            switch: None,
-            reflected_tint: R::Vec3::ONE,
-            refracted_tint: tint,
-        }),
-        emission: (m.emission != Colour::BLACK).then(|| (vector::<R>(m.emission), emission_texture)),
+        glass: (m.transmission > 0.0).then_some(Glass { ior: m.ior, reflected: R::Vec3::ONE, transmitted: tint }),
+        emission,
         alpha: match m.alpha {
             AlphaMode::Opaque => Alpha::Opaque,
             AlphaMode::Mask { cutoff } => Alpha::Mask(R::from_f64(cutoff)),
             AlphaMode::Blend => Alpha::Blend,
         },
-        opacity: R::from_f64(m.opacity),
+        opacity,
         unlit: m.unlit,
         mirrors: !without.has(Effect::MirrorReflection),
     })

@@ -1,9 +1,9 @@
 //! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
 //! rendering may do none of these.
 
-pub(crate) mod colour;
 mod emitters;
 mod geometry;
+mod input;
 mod material;
 pub(crate) mod texture;
 
@@ -17,10 +17,10 @@ use crate::lookup::Lookup;
 use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
-pub(crate) use colour::Point;
 pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
-pub(crate) use material::{Alpha, Classic, Material, Physical, Specular, Transmission};
+pub(crate) use input::{Here, Sources};
+pub(crate) use material::{Alpha, Classic, Material, Physical, Specular};
 
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -114,6 +114,8 @@ pub struct Prepared<P: Precision> {
     /// Object of each primitive, by [`raywright_bvh::Hit::order`].
     pub(crate) object_of: Vec<u32>,
     pub(crate) materials: Vec<Material<P::Real>>,
+    /// What the materials' inputs refer to.
+    pub(crate) sources: Sources<P::Real>,
     /// Lights, emissive surfaces and the sky; no table holds what no surface would answer to.
     pub lights: Lights<P>,
     /// What camera rays see that hit nothing; none: the sky.
@@ -163,10 +165,11 @@ impl<P: Precision> Prepared<P> {
         let mut built = geometry::build::<P>(scene, &lookup, settings.accelerator)?;
         let mut used = vec![false; scene.materials.len()];
         built.objects.iter().for_each(|object| used[object.material as usize] = true);
+        let mut inputs = input::Compiler::new(&names, &textures);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
             materials.push(if used[index] {
-                material::prepare(material, index, scene, &names, &textures, settings.without)?
+                material::prepare(material, index, scene, &mut inputs, settings.without)?
             } else {
                 Material::Unused
             });
@@ -175,10 +178,10 @@ impl<P: Precision> Prepared<P> {
             let index = object.material as usize;
             match &mut object.mesh {
                 Some(mesh) => mesh.further_sets = further_sets(&scene.materials[index]),
-                None => object.coordinates = materials[index].reads_coordinates(),
+                None => object.coordinates = materials[index].reads_coordinates(&inputs.sources),
             }
         }
-        let sky = prepare_sky::<P::Real>(scene, &lookup, &names, &textures)?;
+        let sky = prepare_sky::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !sky.is_black()).then(|| Irradiance::new(&sky));
@@ -200,6 +203,7 @@ impl<P: Precision> Prepared<P> {
             objects: built.objects,
             object_of: built.object_of,
             materials,
+            sources: inputs.sources,
             lights,
             backdrop,
             irradiance,

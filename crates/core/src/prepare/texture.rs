@@ -1,14 +1,12 @@
 //! Image textures: wrap modes, nearest and bilinear filtering, colour spaces.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
 use raywright_bvh::{Real, Vector};
 
-use super::PrepareError;
-use super::colour::{Factor, Point};
+use super::input::{Here, Input, Sources};
 use crate::display::curve::decode;
-use crate::expr::Scope;
 use crate::lookup::Lookup;
 use crate::scene::{ColourSpace, Filter, ImageData, Pixels, Scene, Texture, TextureRef, TransferCurve, Wrap};
 
@@ -41,23 +39,20 @@ impl<'a> Textures<'a> {
             .sum()
     }
 
+    /// The texture of a name.
+    pub fn named(&self, name: &str) -> Option<&'a Texture> {
+        self.lookup.texture(name)
+    }
+
     /// How to read a use of a texture; none when its image could not be had.
     pub fn sampler<R: Real>(
         &self,
+        texture: &Texture,
         reference: &TextureRef,
-        names: &BTreeMap<String, f64>,
-        path: &dyn Fn() -> String,
-    ) -> Result<Option<Arc<Sampler<R>>>, PrepareError> {
-        let Some(texture) = self.lookup.texture(&reference.name) else {
-            return Err(PrepareError::Missing { path: path(), kind: "texture", name: reference.name.clone() });
-        };
-        let Some(image) = self.image(texture) else { return Ok(None) };
-        let coordinates = match &reference.uv {
-            None => None,
-            Some([u, v]) => Some([Factor::new(u, Scope::Surface, names, path)?, Factor::new(v, Scope::Surface, names, path)?]),
-        };
-        Ok(Some(Arc::new(Sampler {
-            image: Arc::clone(image),
+        coordinates: Option<[Input<R>; 2]>,
+    ) -> Option<Sampler<R>> {
+        Some(Sampler {
+            image: Arc::clone(self.image(texture)?),
             srgb: texture.colour_space == ColourSpace::Srgb,
             filter: texture.filter,
             wrap: [texture.wrap_u, texture.wrap_v],
@@ -65,7 +60,7 @@ impl<'a> Textures<'a> {
             coordinates,
             transform: reference.uv_transform.map(|m| m.map(|row| row.map(R::from_f64))),
             factor: R::Vec3::from_f64(reference.factor.0.into()),
-        })))
+        })
     }
 }
 
@@ -79,35 +74,28 @@ pub(crate) struct Sampler<R: Real> {
     /// Of a mesh's sets of texture coordinates.
     set: usize,
     /// Expressions in place of the surface's own coordinates.
-    coordinates: Option<[Factor<R>; 2]>,
+    coordinates: Option<[Input<R>; 2]>,
     transform: Option<[[R; 3]; 2]>,
     factor: R::Vec3,
 }
 
 impl<R: Real> Sampler<R> {
     /// Whether it depends on the surface's own texture coordinates.
-    pub fn reads_coordinates(&self) -> bool {
-        self.coordinates.as_ref().is_none_or(|own| own.iter().any(Factor::reads_coordinates))
-    }
-
-    /// Linear colour at a point, with the factor.
-    pub fn colour(&self, point: &Point<R>) -> R::Vec3 {
-        let [r, g, b, _] = self.texel(point);
-        R::Vec3::new(r, g, b)
+    pub fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
+        self.coordinates.is_none_or(|own| own.iter().any(|input| input.reads_coordinates(sources)))
     }
 
     /// The filtered texel: linear red, green, blue, with the factor, and alpha.
-    pub fn texel(&self, point: &Point<R>) -> [R; 4] {
-        let [r, g, b, a] = self.filtered(point);
+    pub fn texel(&self, here: &Here<'_, R>) -> [R; 4] {
+        let coordinates = match &self.coordinates {
+            Some(own) => own.map(|input| input.number(here)),
+            None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
+        };
+        let [r, g, b, a] = self.filtered(coordinates);
         [r * self.factor.x(), g * self.factor.y(), b * self.factor.z(), a]
     }
 
-    fn filtered(&self, point: &Point<R>) -> [R; 4] {
-        let [mut u, mut v] = match &self.coordinates {
-            Some([u, v]) => [u.at(point), v.at(point)],
-            None if self.set == 0 => [point.inputs.u, point.inputs.v],
-            None => point.further_uv.get(self.set - 1).copied().unwrap_or([R::ZERO; 2]),
-        };
+    fn filtered(&self, [mut u, mut v]: [R; 2]) -> [R; 4] {
         if let Some([[a, b, c], [d, e, f]]) = self.transform {
             (u, v) = (a * u + b * v + c, d * u + e * v + f);
         }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::input::{Colour, ColourInput, Weight};
+use super::input::{Colour, ColourInput, NumberInput, Varying, Weight, early};
 
 /// A named material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -20,36 +20,27 @@ impl Material {
     pub fn emits(&self) -> bool {
         match &self.model {
             Model::Classic(m) => m.emission.as_ref().is_some_and(|e| *e != ColourInput::Constant(Colour::BLACK)),
-            Model::Physical(m) => m.emission != Colour::BLACK,
+            Model::Physical(m) => m.emission != Colour::BLACK.into(),
         }
     }
 
     /// Radiance that the whole surface gives off evenly; none where it gives off none or it varies.
     pub fn even_emission(&self) -> Option<Colour> {
         let emission = match &self.model {
-            Model::Classic(m) => match &m.emission {
-                Some(ColourInput::Constant(c)) => *c,
-                _ => Colour::BLACK,
-            },
-            Model::Physical(m) if m.emission_texture.is_none() => m.emission,
-            Model::Physical(_) => Colour::BLACK,
+            Model::Classic(m) => m.emission.as_ref(),
+            Model::Physical(m) => Some(&m.emission).filter(|_| m.emission_texture.is_none()),
         };
-        (emission != Colour::BLACK).then_some(emission)
+        emission.and_then(ColourInput::constant).filter(|emission| *emission != Colour::BLACK)
     }
 
     /// Sets of texture coordinates that its textures read, ascending, each once.
     pub fn uv_sets(&self) -> Vec<u32> {
-        fn of(input: &ColourInput) -> Option<&TextureRef> {
-            if let ColourInput::Texture(input) = input { Some(&input.texture) } else { None }
-        }
-        let textures = match &self.model {
-            Model::Classic(m) => [of(&m.colour), m.emission.as_ref().and_then(of), None, None],
-            Model::Physical(m) => {
-                let own = [&m.base_colour_texture, &m.metallic_roughness_texture, &m.emission_texture].map(Option::as_ref);
-                [of(&m.base_colour), own[0], own[1], own[2]]
-            }
+        let inputs: Vec<&dyn Varying> = match &self.model {
+            Model::Classic(m) => core::iter::once(&m.colour).chain(&m.emission).map(|input| input as &dyn Varying).collect(),
+            Model::Physical(m) => m.inputs().into_iter().map(|(_, input)| input).collect(),
         };
-        let mut sets: Vec<u32> = textures.into_iter().flatten().filter(|t| t.uv.is_none()).map(|t| t.uv_set).collect();
+        let textures = inputs.into_iter().filter_map(Varying::texture).map(|(_, texture)| texture);
+        let mut sets: Vec<u32> = textures.filter(|t| t.uv.is_none()).map(|t| t.uv_set).collect();
         sets.sort_unstable();
         sets.dedup();
         sets
@@ -221,9 +212,11 @@ pub struct Physical {
     /// Whether the colours of the mesh's vertices multiply the base colour.
     pub vertex_colours: bool,
     /// 0 dielectric to 1 metal.
-    pub metallic: f64,
+    #[serde(deserialize_with = "early")]
+    pub metallic: NumberInput,
     /// Perceptual roughness, 0 mirror to 1 matte; the microfacet α is its square.
-    pub roughness: f64,
+    #[serde(deserialize_with = "early")]
+    pub roughness: NumberInput,
     /// Image with roughness in green and metalness in blue.
     pub metallic_roughness_texture: Option<TextureRef>,
     /// Index of refraction, at least 1.
@@ -231,13 +224,15 @@ pub struct Physical {
     /// Share of light that passes through the surface instead of being diffused, 0 to 1.
     pub transmission: f64,
     /// Radiance given off.
-    pub emission: Colour,
+    #[serde(deserialize_with = "early")]
+    pub emission: ColourInput,
     /// Image that multiplies the emission.
     pub emission_texture: Option<TextureRef>,
     /// What the alpha of the base colour means.
     pub alpha: AlphaMode,
     /// Alpha that multiplies the texture's.
-    pub opacity: f64,
+    #[serde(deserialize_with = "early")]
+    pub opacity: NumberInput,
     /// Whether the base colour is shown as it is, without light.
     pub unlit: bool,
 }
@@ -248,19 +243,37 @@ impl Default for Physical {
             base_colour: ColourInput::default(),
             base_colour_texture: None,
             vertex_colours: false,
-            metallic: 0.0,
-            roughness: 1.0,
+            metallic: 0.0.into(),
+            roughness: 1.0.into(),
             metallic_roughness_texture: None,
             ior: 1.5,
             transmission: 0.0,
-            emission: Colour::BLACK,
+            emission: Colour::BLACK.into(),
             emission_texture: None,
             alpha: AlphaMode::Opaque,
-            opacity: 1.0,
+            opacity: 1.0.into(),
             unlit: false,
         }
     }
 }
+
+/// The inputs by their keys, for whatever is asked of all of them.
+macro_rules! inputs {
+    ($($key:ident),*) => {
+        impl Physical {
+            /// Every input, and every image that multiplies one, with its key.
+            pub fn inputs(&self) -> Vec<(&'static str, &dyn Varying)> {
+                vec![$((stringify!($key), &self.$key)),*]
+            }
+
+            /// The same, to be changed.
+            pub fn inputs_mut(&mut self) -> Vec<&mut dyn Varying> {
+                vec![$(&mut self.$key),*]
+            }
+        }
+    };
+}
+inputs!(base_colour, base_colour_texture, metallic, roughness, metallic_roughness_texture, emission, emission_texture, opacity);
 
 /// What the alpha channel of a base colour means.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -296,4 +309,21 @@ pub struct TextureRef {
     /// Factor on the texel.
     #[serde(default = "white")]
     pub factor: Colour,
+    /// The one channel that is read; none: of a number's texture red, of a colour's all.
+    #[serde(default)]
+    pub channel: Option<Channel>,
+}
+
+/// A channel of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Channel {
+    /// The first.
+    Red = 0,
+    /// The second.
+    Green = 1,
+    /// The third.
+    Blue = 2,
+    /// Coverage, on which no factor counts.
+    Alpha = 3,
 }

@@ -16,11 +16,11 @@ mod object;
 mod render;
 
 pub use camera::{Camera, Pinhole, Pose, Projection};
-pub use input::{Checker, CheckerInput, Colour, ColourInput, TextureInput, Weight};
+pub use input::{Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, Value, Varying, Weight};
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Sun};
 pub use material::{
-    AlphaMode, Classic, Fuzz, Material, Model, Physical, Reflection, Rim, Specular, SpecularModel, TextureRef, Transmission,
-    TransmissionChoice,
+    AlphaMode, Channel, Classic, Fuzz, Material, Model, Physical, Reflection, Rim, Specular, SpecularModel, TextureRef,
+    Transmission, TransmissionChoice,
 };
 pub use mesh::{ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, Pixels, Texture, Wrap};
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};

@@ -2,7 +2,9 @@
 
 use super::check::Check;
 use crate::expr::Scope;
-use crate::scene::{AlphaMode, Classic, ColourInput, MOST_UV_SETS, Model, Physical, TextureRef, TransmissionChoice, Weight};
+use crate::scene::{
+    AlphaMode, Classic, ColourInput, MOST_UV_SETS, Model, Physical, TextureRef, TransmissionChoice, Varying, Weight,
+};
 
 pub(super) fn model(check: &mut Check<'_>, model: &Model) {
     match model {
@@ -71,25 +73,25 @@ fn traced(check: &mut Check<'_>, material: &Classic) {
 }
 
 fn physical(check: &mut Check<'_>, material: &Physical) {
-    check.inside("base_colour", |check| colour_input(check, &material.base_colour));
-    check.within("metallic", material.metallic, 0.0, 1.0);
-    check.within("roughness", material.roughness, 0.0, 1.0);
+    for (key, input) in material.inputs() {
+        check.inside(key, |check| varying(check, input));
+    }
+    if let Some(colour) = material.base_colour.constant() {
+        check.colour("base_colour", colour);
+    }
+    if let Some(colour) = material.emission.constant() {
+        check.light("emission", colour);
+    }
+    let shares = [("metallic", &material.metallic), ("roughness", &material.roughness), ("opacity", &material.opacity)];
+    for (key, share) in shares {
+        if let Some(share) = share.constant() {
+            check.within(key, share, 0.0, 1.0);
+        }
+    }
     check.within("ior", material.ior, 1.0, 1e3);
     check.within("transmission", material.transmission, 0.0, 1.0);
-    check.light("emission", material.emission);
-    check.within("opacity", material.opacity, 0.0, 1.0);
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
-    }
-    let textures = [
-        ("base_colour_texture", &material.base_colour_texture),
-        ("metallic_roughness_texture", &material.metallic_roughness_texture),
-        ("emission_texture", &material.emission_texture),
-    ];
-    for (key, texture) in textures {
-        if let Some(texture) = texture {
-            check.inside(key, |check| texture_ref(check, texture));
-        }
     }
 }
 
@@ -101,15 +103,30 @@ fn weight(check: &mut Check<'_>, weight: &Weight, scope: Scope) {
 }
 
 fn colour_input(check: &mut Check<'_>, input: &ColourInput) {
-    match input {
-        ColourInput::Constant(colour) => check.colour("", *colour),
-        ColourInput::Expression(source) => check.expression(source, Scope::Surface),
-        ColourInput::Texture(input) => check.inside("texture", |check| texture_ref(check, &input.texture)),
-        ColourInput::Checker(input) => check.inside("checker", |check| {
-            check.colour("even", input.checker.even);
-            check.colour("odd", input.checker.odd);
-            check.length("size", input.checker.size);
-        }),
+    varying(check, input);
+    if let Some(colour) = input.constant() {
+        check.colour("", colour);
+    }
+}
+
+/// What holds for every input that is not the same everywhere.
+fn varying(check: &mut Check<'_>, input: &dyn Varying) {
+    match input.expression() {
+        Some((source, true)) => check.number_expression(source, Scope::Surface),
+        Some((source, false)) => check.expression(source, Scope::Surface),
+        None => {}
+    }
+    match input.texture() {
+        Some(("", texture)) => texture_ref(check, texture),
+        Some((key, texture)) => check.inside(key, |check| texture_ref(check, texture)),
+        None => {}
+    }
+    if let Some(checker) = input.checker() {
+        check.inside("checker", |check| {
+            check.colour("even", checker.even);
+            check.colour("odd", checker.odd);
+            check.length("size", checker.size);
+        });
     }
 }
 

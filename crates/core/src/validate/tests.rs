@@ -9,7 +9,8 @@ const ABOVE: [f64; 3] = [0.0, 1.0, 0.0];
 
 /// A scene with one of everything, without problems.
 fn sound() -> Scene {
-    let texture = || TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, uv: None, factor: Colour::WHITE };
+    let texture =
+        || TextureRef { name: "wood".into(), uv_set: 0, uv_transform: None, uv: None, factor: Colour::WHITE, channel: None };
     let material = Material { name: "red".into(), model: Model::Classic(Box::default()) };
     let physical = Material {
         name: "oak".into(),
@@ -228,9 +229,9 @@ fn materials_have_ranges_and_expressions_that_compile() {
         classic(Classic { reflection, transmission: transmission(1.5), ..Classic::default() })
             .contains("cannot have `reflection` too")
     );
-    assert!(physical(Physical { roughness: -0.1, ..Physical::default() }).contains("`roughness` must be from 0 to 1"));
+    assert!(physical(Physical { roughness: (-0.1).into(), ..Physical::default() }).contains("`roughness` must be from 0 to 1"));
     assert!(physical(Physical { ior: 0.5, ..Physical::default() }).contains("`ior` must be from 1 to"));
-    assert!(physical(Physical { emission: Colour([-1.0; 3]), ..Physical::default() }).contains("no negative part"));
+    assert!(physical(Physical { emission: Colour([-1.0; 3]).into(), ..Physical::default() }).contains("no negative part"));
 }
 
 #[test]

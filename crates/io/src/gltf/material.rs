@@ -37,13 +37,13 @@ impl Import<'_> {
         };
         let label = index.map_or_else(|| "the default material".to_owned(), |i| format!("materials[{i}]"));
         let model = self.physical(source, &label).map_err(|fault| fault.at(&label))?;
-        let textures = [&model.base_colour_texture, &model.metallic_roughness_texture, &model.emission_texture];
+        let textures = model.inputs().into_iter().filter_map(|(_, input)| input.texture());
         let used = UsedMaterial {
             name: self.names.materials.unique(source.name.as_deref().unwrap_or("default")),
             place: self.scene.materials.len(),
             // Rays must be able to leave what they entered.
             two_sided: source.double_sided || model.transmission > 0.0,
-            uv_sets: textures.into_iter().flatten().map(|texture| texture.uv_set).collect(),
+            uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
         self.scene.materials.push(Material { name: used.name.clone(), model: Model::Physical(Box::new(model)) });
         self.materials.insert(index, used.clone());
@@ -65,12 +65,12 @@ impl Import<'_> {
         let mut out = Physical {
             base_colour: Colour([r, g, b].map(|c| self.unit(c, label, "baseColorFactor"))).into(),
             base_colour_texture: self.texture(pbr.base_color_texture.as_ref(), Use::Colour)?,
-            metallic: self.unit(pbr.metallic_factor.0.into(), label, "metallicFactor"),
-            roughness: self.unit(pbr.roughness_factor.0.into(), label, "roughnessFactor"),
+            metallic: self.unit(pbr.metallic_factor.0.into(), label, "metallicFactor").into(),
+            roughness: self.unit(pbr.roughness_factor.0.into(), label, "roughnessFactor").into(),
             metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
-            emission: self.emission(source, label),
+            emission: self.emission(source, label).into(),
             emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
-            opacity: self.unit(a, label, "baseColorFactor alpha"),
+            opacity: self.unit(a, label, "baseColorFactor alpha").into(),
             unlit: extensions.unlit.is_some(),
             ..Physical::default()
         };

@@ -24,9 +24,9 @@ pub(super) fn convert(source: &PbrSpecularGlossiness, out: &mut Physical) {
         unit_f64(from_diffuse * (1.0 - share) + from_specular * share)
     };
     out.base_colour = Colour([channel(0), channel(1), channel(2)]).into();
-    out.metallic = metallic;
-    out.roughness = 1.0 - unit(source.glossiness_factor.0);
-    out.opacity = alpha;
+    out.metallic = metallic.into();
+    out.roughness = (1.0 - unit(source.glossiness_factor.0)).into();
+    out.opacity = alpha.into();
 }
 
 /// The m of c·(1−m) = d and 0.04·(1−m) + c·m = s: with c taken from the first, 0.04·m² + (d + s − 0.08)·m + 0.04 − s = 0.
@@ -66,9 +66,9 @@ mod tests {
         };
         let mut out = Physical::default();
         convert(&source, &mut out);
-        assert_eq!(out.roughness, 0.75);
+        assert_eq!(out.roughness, 0.75.into());
         let ColourInput::Constant(Colour(base)) = out.base_colour else { panic!("a constant colour") };
-        (base, out.metallic)
+        (base, out.metallic.constant().expect("a number"))
     }
 
     /// The two ends that have an exact counterpart: a plain dielectric and a pure metal.

@@ -33,7 +33,14 @@ impl Import<'_> {
                 .add(format!("textures[{index}]: used with TEXCOORD_{uv_set}; sets from {MOST_UV_SETS} on are not read"));
             return Ok(None);
         }
-        Ok(Some(TextureRef { name, uv_set, uv_transform: transform.map(uv_rows), uv: None, factor: Colour::WHITE }))
+        Ok(Some(TextureRef {
+            name,
+            uv_set,
+            uv_transform: transform.map(uv_rows),
+            uv: None,
+            factor: Colour::WHITE,
+            channel: None,
+        }))
     }
 
     /// The scene's texture for one of the file's, made when it is first used.

@@ -251,11 +251,15 @@ impl<'a> Deserializer<'a> for Reader<'a> {
     }
 
     /// A colour may be one number, and so an expression; inputs of the hit read through [`Self::deserialize_any`] and
-    /// keep their text.
+    /// keep their text, some of them only where it is no number of the scene.
     fn deserialize_newtype_struct<V: Visitor<'a>>(self, name: &'static str, visitor: V) -> Result<V::Value, Failure> {
         match (name, &self.node.value) {
             ("Colour", Value::Text(_)) => self.deserialize_f64(visitor),
             ("Colour", _) => self.deserialize_any(visitor),
+            ("EarlyInput", Value::Text(text)) => match expr::evaluate(text, self.context.names) {
+                Ok(number) => self.place(visitor.visit_f64(number)),
+                Err(_) => self.deserialize_any(visitor),
+            },
             _ => visitor.visit_newtype_struct(self),
         }
     }

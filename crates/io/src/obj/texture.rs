@@ -153,7 +153,7 @@ impl<'f> Textures<'f> {
             name
         });
         let name = name.clone();
-        Ok(Some(TextureRef { name, uv_set: 0, uv: None, uv_transform: map.rows(), factor: Colour::WHITE }))
+        Ok(Some(TextureRef { name, uv_set: 0, uv: None, uv_transform: map.rows(), factor: Colour::WHITE, channel: None }))
     }
 
     fn image(&self, path: &str, scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Option<String>> {

@@ -45,7 +45,7 @@ fn duck() {
     assert_eq!((texture.colour_space, texture.filter, texture.wrap_u), (ColourSpace::Srgb, Filter::Bilinear, Wrap::Repeat));
     let material = physical(&duck, &duck.scene.objects[0].material);
     assert_eq!(material.base_colour_texture.as_ref().map(|t| t.name.as_str()), Some(texture.name.as_str()));
-    assert_eq!(material.metallic, 0.0);
+    assert_eq!(material.metallic, 0.0.into());
     // The root scales by 0.01: without it, the duck would be 166 units high.
     let height = world_triangles(&duck, &duck.scene.objects[0]).0.as_flattened().iter().map(|p| p.y).fold(0.0, f64::max);
     assert!((1.5..1.7).contains(&height), "{height}");
@@ -62,7 +62,7 @@ fn cornell() {
         .materials
         .iter()
         .filter_map(|m| match &m.model {
-            Model::Physical(p) if p.emission != Colour::BLACK => Some(p.emission),
+            Model::Physical(p) => p.emission.constant().filter(|emission| *emission != Colour::BLACK),
             _ => None,
         })
         .collect();
@@ -252,7 +252,7 @@ fn emissive_strength_multiplies() {
     for strength in ["0.25", "1", "4", "16"] {
         let s: f64 = strength.parse().unwrap();
         let [plain, textured] = [0, 1].map(|row| physical(&file, &format!("e{strength}_{row}")));
-        assert_eq!(plain.emission, Colour([s, 0.5 * s, 0.25 * s]));
+        assert_eq!(plain.emission, Colour([s, 0.5 * s, 0.25 * s]).into());
         assert_eq!(textured.emission, plain.emission);
         assert!(plain.emission_texture.is_none() && textured.emission_texture.is_some());
     }

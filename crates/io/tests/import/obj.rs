@@ -37,7 +37,7 @@ fn cornell_room() {
     let room = load(&path);
     let names: Vec<_> = room.scene.meshes.iter().map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["white", "red", "green", "lamp", "blue"]);
-    assert_eq!(physical(&room, "lamp").emission, Colour([15.0, 12.0, 9.0]));
+    assert_eq!(physical(&room, "lamp").emission, Colour([15.0, 12.0, 9.0]).into());
     // Floor, ceiling and back wall of 2 x 2, and the L: 0.6 x 0.4 and 0.2 x 0.7.
     let (_, white) = areas(mesh(&room, "white"));
     assert!((white - (12.0 + 0.24 + 0.14)).abs() < 1e-6, "{white}");
@@ -52,10 +52,10 @@ fn glass_and_mirror() {
     let Some(path) = assets("obj/crafted/glass_and_mirror.obj") else { return };
     let file = load(&path);
     let glass = physical(&file, "glass");
-    assert_eq!((glass.transmission, glass.ior, glass.roughness), (1.0, 1.5, 0.0));
-    assert_eq!((glass.alpha, glass.opacity), (AlphaMode::Opaque, 1.0), "what is refracted is not also faded");
+    assert_eq!((glass.transmission, glass.ior, &glass.roughness), (1.0, 1.5, &0.0.into()));
+    assert_eq!((glass.alpha, &glass.opacity), (AlphaMode::Opaque, &1.0.into()), "what is refracted is not also faded");
     let mirror = physical(&file, "mirror");
-    assert_eq!((mirror.metallic, mirror.roughness, mirror.transmission), (1.0, 0.0, 0.0));
+    assert_eq!((&mirror.metallic, &mirror.roughness, mirror.transmission), (&1.0.into(), &0.0.into(), 0.0));
 }
 
 /// A smoothing group shares a normal along its edge; without one, facets stay flat.
@@ -169,7 +169,7 @@ fn missing_things_are_warnings() {
     let file = load(&path);
     let material = physical(&file, "m");
     assert!(material.base_colour_texture.is_none() && material.emission_texture.is_none());
-    assert_eq!(material.emission, Colour::BLACK);
+    assert_eq!(material.emission, Colour::BLACK.into());
     let text = format!("{:?}", file.warnings);
     for words in ["../x.mtl", "/etc/passwd", "gone.png"] {
         assert!(text.contains(words), "nothing about {words} in {text}");

@@ -60,7 +60,7 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
         let map = crate::scene::SkyMap { image: "stars".to_owned(), rotation, strength: 1.0 };
         let scene = Scene { images: vec![image.clone()], sky: Some(SkyData::Map(map)), ..Scene::default() };
         let lookup = Lookup::new(&scene);
-        let sky = prepare::<f64>(&scene, &lookup, &BTreeMap::new(), &Textures::new(&scene, &lookup));
+        let sky = prepare::<f64>(&scene, &lookup, &BTreeMap::new());
         sky.expect("the image is there").radiance(DVec3::ZERO, d).x
     };
     // A direction lies between two columns, whose numbers are blended.

@@ -5,7 +5,7 @@ use crate::scene::{Colour, Generator, GeneratorKind, Material, Model, Physical};
 use raywright_bvh::Robust;
 
 pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -> (Material, Object) {
-    let physical = Physical { emission: Colour([2.0, 1.0, 0.5]), ..Physical::default() };
+    let physical = Physical { emission: Colour([2.0, 1.0, 0.5]).into(), ..Physical::default() };
     let material = Material { name: "glow".to_owned(), model: Model::Physical(Box::new(physical)) };
     let object = Object {
         name: String::new(),

@@ -1,7 +1,6 @@
 //! Texels against an oracle in whole numbers: which ones a coordinate means, how they are blended, what their codes stand for.
 
 use super::*;
-use crate::expr::Inputs;
 
 /// Columns and rows of the picture under test; neither a power of two nor alike.
 const SIZE: [u32; 2] = [5, 2];
@@ -26,7 +25,7 @@ fn numbered<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
 }
 
 fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
-    sampler.texel(&Point::of(Inputs { u, v, ..Inputs::default() }))[0].to_f64()
+    sampler.filtered([u, v])[0].to_f64()
 }
 
 /// ⌊u·n⌋ without rounding: a double is a whole number times a power of two.
@@ -135,10 +134,9 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
         let pixels = || Pixels::Codes(vec![[code; 4]]);
         let read = Sampler { srgb: true, ..sampler::<f64>(pixels(), [1, 1], Filter::Nearest, [Wrap::Repeat; 2]) };
         let plain = Sampler { srgb: false, ..read.clone() };
-        let point = Point::of(Inputs::default());
         let share = f64::from(code) / 255.0;
-        let [r, _, b, a] = read.texel(&point);
+        let [r, _, b, a] = read.filtered([0.0; 2]);
         assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");
-        assert_eq!(([a, plain.texel(&point)[1]]), [share; 2]);
+        assert_eq!(([a, plain.filtered([0.0; 2])[1]]), [share; 2]);
     }
 }

@@ -5,7 +5,8 @@
 //! vectors, which are one but for their rounding, nor a sum in f32 may enter.
 
 use glam::DVec3;
-use raywright_bvh::Real;
+
+use super::fresnel;
 
 /// A ray at an interface, from the side it arrives on.
 #[derive(Clone, Copy, Debug)]
@@ -38,25 +39,15 @@ impl Interface {
         Self { reflected, refracted: Some(refracted), cos_incident, cos_transmitted, eta }
     }
 
-    /// Schlick's reflectance at the *incident* angle, whichever side that is ("An Inexpensive BRDF Model for Physically-based
-    /// Rendering", 1994).
+    /// Schlick's reflectance at the *incident* angle, whichever side that is.
     pub fn schlick(&self) -> f64 {
         let r0 = ((1.0 - self.eta) / (1.0 + self.eta)).powi(2);
-        r0 + (1.0 - r0) * Real::powi(1.0 - self.cos_incident, 5)
+        r0 + (1.0 - r0) * fresnel::towards_grazing(self.cos_incident)
     }
 
-    /// Exact unpolarised reflectance of a dielectric (Fresnel's equations); 1 under total reflection.
+    /// Exact unpolarised reflectance; 1 under total reflection.
     pub fn fresnel(&self) -> f64 {
-        if self.refracted.is_none() {
-            return 1.0;
-        }
-        let (ci, ct, eta) = (self.cos_incident.clamp(0.0, 1.0), self.cos_transmitted, self.eta);
-        if ci + ct == 0.0 {
-            return 1.0;
-        }
-        let perpendicular = (eta * ci - ct) / (eta * ci + ct);
-        let parallel = (eta * ct - ci) / (eta * ct + ci);
-        (0.5 * (perpendicular * perpendicular + parallel * parallel)).clamp(0.0, 1.0)
+        fresnel::dielectric(self.cos_incident, self.refracted.map(|_| self.cos_transmitted), self.eta)
     }
 }
 

@@ -1,0 +1,213 @@
+//! Sampling against the density that it claims, densities against one, values against reciprocity and the energy that came in.
+
+use super::*;
+use glam::DVec3;
+
+/// Numbers in [0, 1), each a function of its place (SplitMix64).
+fn numbers(index: u64) -> [f64; 3] {
+    [0, 1, 2].map(|k| {
+        let mut z = (3 * index + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    })
+}
+
+/// A direction by its height over the plane across `n` and its turn.
+fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
+    let [x, y] = tangents::<f64>(n);
+    let across = (1.0 - height * height).sqrt();
+    x * (across * turn.cos()) + y * (across * turn.sin()) + n * height
+}
+
+const NORMAL: DVec3 = DVec3::new(0.48, -0.64, 0.6);
+const WHITE: DVec3 = DVec3::ONE;
+
+fn diffuse() -> Lobe<f64> {
+    Lobe::Diffuse { albedo: WHITE, f0: DVec3::splat(0.04) }
+}
+
+fn glossy(roughness: f64, f0: f64) -> Lobe<f64> {
+    Lobe::Glossy { f0: DVec3::splat(f0), roughness }
+}
+
+/// Each lobe that has a density, alone, and a surface of all of them with a mirror.
+fn surfaces() -> Vec<(&'static str, Bsdf<f64>)> {
+    let of = |lobe| Bsdf::<f64>::new(NORMAL).with(lobe);
+    let mirror = Lobe::Mirror { f0: DVec3::splat(0.3), f90: WHITE };
+    vec![
+        ("diffuse", of(diffuse())),
+        ("glossy", of(glossy(0.5, 0.04))),
+        ("rough metal", of(glossy(0.9, 1.0))),
+        ("shiny metal", of(glossy(0.3, 1.0))),
+        ("all", of(diffuse()).with(glossy(0.6, 0.5)).with(mirror)),
+    ]
+}
+
+const HEIGHTS: [f64; 3] = [1.0, 0.7, 0.2];
+
+/// Sums the density over cells of the hemisphere above the normal, `rows` of equal height and `columns`, each by a midpoint
+/// rule of its own.
+fn expected(bsdf: &Bsdf<f64>, wo: DVec3, [rows, columns]: [usize; 2]) -> Vec<f64> {
+    const STEPS: usize = 12;
+    let cell = core::f64::consts::TAU / (rows * columns * STEPS * STEPS) as f64;
+    let part = |cell: usize, step: usize, cells: usize| (cell as f64 + (step as f64 + 0.5) / STEPS as f64) / cells as f64;
+    let sum = |row: usize, column: usize| -> f64 {
+        let steps = (0..STEPS * STEPS).map(|step| (step / STEPS, step % STEPS));
+        let at = |(i, j)| towards(NORMAL, part(row, i, rows), part(column, j, columns) * core::f64::consts::TAU);
+        steps.map(|step| bsdf.pdf(wo, at(step)) * cell).sum()
+    };
+    (0..rows * columns).map(|index| sum(index / columns, index % columns)).collect()
+}
+
+/// Protects: directions are drawn with the density that `pdf` states, by χ² over cells of the hemisphere; what the cells lack of
+/// all samples is what lies below the surface or comes from a delta lobe.
+#[test]
+fn samples_follow_their_density() {
+    const COUNT: u64 = 60_000;
+    const CELLS: [usize; 2] = [20, 24];
+    for (name, bsdf) in surfaces() {
+        for height in HEIGHTS {
+            let wo = towards(NORMAL, height, 0.4);
+            let expected = expected(&bsdf, wo, CELLS);
+            let total: f64 = expected.iter().sum();
+            assert!(total <= 1.0 + 2e-3, "{name} at {height}: the density sums to {total}");
+            let mut found = vec![0.0; expected.len()];
+            let [x, y] = tangents::<f64>(NORMAL);
+            for sampled in (0..COUNT).filter_map(|i| bsdf.sample(wo, numbers(i))).filter(|sampled| !sampled.delta) {
+                let d = sampled.direction;
+                assert!((d.length() - 1.0).abs() < 1e-12 && (sampled.density / bsdf.pdf(wo, d) - 1.0).abs() < 1e-12);
+                let turn = (libm::atan2(d.dot(y), d.dot(x)) / core::f64::consts::TAU).rem_euclid(1.0);
+                let place = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
+                found[place(d.dot(NORMAL), CELLS[0]) * CELLS[1] + place(turn, CELLS[1])] += 1.0;
+            }
+            // Cells in which less than five are expected count together.
+            let (mut statistic, mut freedom, mut rest) = (0.0, 0.0, [0.0; 2]);
+            let mut count = |found: f64, expected: f64| {
+                statistic += (found - expected) * (found - expected) / expected;
+                freedom += 1.0;
+            };
+            for (&found, expected) in found.iter().zip(expected.iter().map(|share| share * COUNT as f64)) {
+                if expected >= 5.0 {
+                    count(found, expected);
+                } else {
+                    rest = [rest[0] + found, rest[1] + expected];
+                }
+            }
+            if rest[1] >= 5.0 {
+                count(rest[0], rest[1]);
+            }
+            // Mean and deviation of χ² are its freedom and √(2·freedom); four of them.
+            assert!(
+                statistic <= freedom + 4.0 * (2.0_f64 * freedom).sqrt(),
+                "{name} at {height}: χ² {statistic} for {freedom} cells"
+            );
+        }
+    }
+}
+
+/// Protects: the same light goes either way.
+#[test]
+fn values_are_reciprocal() {
+    for (name, bsdf) in surfaces() {
+        for i in 0..200 {
+            let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
+            let [wo, wi] = [towards(NORMAL, 0.01 + 0.99 * a, 6.28 * b), towards(NORMAL, 0.01 + 0.99 * c, 6.28 * d)];
+            let (there, back) = (bsdf.eval(wo, wi), bsdf.eval(wi, wo));
+            assert!((there - back).length() <= 1e-9 * there.length(), "{name}: {there} and {back}");
+        }
+    }
+}
+
+/// Protects: no lobe sends back more than came in (the white furnace), and the weights of samples have the mean that the values
+/// have by quadrature.
+#[test]
+fn no_lobe_makes_light() {
+    const COUNT: u64 = 20_000;
+    let glass = Lobe::Dielectric { eta: 1.0 / 1.5, share: 1.0, reflected: WHITE, transmitted: WHITE };
+    let mirror = Lobe::Mirror { f0: DVec3::splat(0.5), f90: WHITE };
+    let lobes = [diffuse(), glossy(0.3, 1.0), glossy(0.5, 0.04), glossy(0.9, 1.0), mirror, glass];
+    for lobe in lobes {
+        let bsdf = Bsdf::<f64>::new(NORMAL).with(lobe);
+        for height in HEIGHTS {
+            let wo = towards(NORMAL, height, 0.4);
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for weight in (0..COUNT).filter_map(|i| bsdf.sample(wo, numbers(i))).map(|sampled| sampled.weight.x) {
+                (sum, squares) = (sum + weight, squares + weight * weight);
+            }
+            let mean = sum / COUNT as f64;
+            let deviation = ((squares / COUNT as f64 - mean * mean).max(0.0) / COUNT as f64).sqrt();
+            assert!(mean <= 1.0 + 3.0 * deviation + 1e-12, "{lobe:?} at {height}: {mean} ± {deviation}");
+            if lobe.is_delta() {
+                continue;
+            }
+            let (rows, columns) = (600, 240);
+            let cells = (0..rows * columns).map(|i| {
+                let (z, turn) = (((i / columns) as f64 + 0.5) / f64::from(rows), f64::from(i % columns) + 0.5);
+                bsdf.eval(wo, towards(NORMAL, z, turn / f64::from(columns) * core::f64::consts::TAU)).x * z
+            });
+            let albedo = cells.sum::<f64>() * core::f64::consts::TAU / f64::from(rows * columns);
+            let off = (mean - albedo).abs();
+            assert!(off <= 4.0 * deviation + 2e-3, "{lobe:?} at {height}: {mean} ± {deviation}, not {albedo}");
+        }
+    }
+}
+
+/// Protects: single values by hand. Head-on α² = 1/16, D = 1/(π·α²), shadowing leaves 1/4; below it albedo·(1 − f0)/π.
+#[test]
+fn values_head_on() {
+    let bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse()).with(glossy(0.5, 0.04));
+    let pi = core::f64::consts::PI;
+    let (below, above) = (0.96 / pi, 0.04 * 16.0 / (4.0 * pi));
+    assert!((bsdf.eval(NORMAL, NORMAL).x - below - above).abs() < 1e-12);
+    assert!((bsdf.diffuse(NORMAL, NORMAL).x - below).abs() < 1e-12);
+    // Chosen by 1 : 0.04, of densities cos/π and D/4.
+    let density = (1.0 / pi + 0.04 * 16.0 / (4.0 * pi)) / 1.04;
+    assert!((bsdf.pdf(NORMAL, NORMAL) - density).abs() < 1e-12);
+}
+
+/// Protects: delta lobes are flagged, have no value and no density, go where mirrors and Snell's law say, and glass divides its
+/// light by Fresnel's share.
+#[test]
+fn delta_lobes_are_kept_apart() {
+    let wo = towards(NORMAL, 0.6, 1.0);
+    let mirrored = NORMAL * (2.0 * 0.6) - wo;
+    let mirror = Bsdf::<f64>::new(NORMAL).with(Lobe::Mirror { f0: DVec3::splat(0.25), f90: WHITE });
+    let glass = Bsdf::<f64>::new(NORMAL).with(Lobe::Dielectric {
+        eta: 1.0 / 1.5,
+        share: 0.5,
+        reflected: WHITE,
+        transmitted: WHITE * 0.5,
+    });
+    for bsdf in [&mirror, &glass] {
+        assert_eq!((bsdf.eval(wo, mirrored), bsdf.pdf(wo, mirrored)), (DVec3::ZERO, 0.0));
+    }
+    let sampled = mirror.sample(wo, [0.3; 3]).expect("it reflects");
+    assert!(sampled.delta && sampled.density == 0.0 && (sampled.direction - mirrored).length() < 1e-12);
+    let schlick = 0.25 + 0.75 * 0.4_f64.powi(5);
+    assert!((sampled.weight.x - schlick).abs() < 1e-12);
+    let share = dielectric(0.6, Some((1.0 - 0.64 / 2.25_f64).sqrt()), 1.0 / 1.5);
+    for (u, factor, upwards) in [(share - 1e-9, 1.0, true), (share + 1e-9, 0.5, false)] {
+        let sampled = glass.sample(wo, [0.0, u, 0.0]).expect("it sends all on");
+        assert!(sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12, "{sampled:?}");
+        assert_eq!(sampled.direction.dot(NORMAL) > 0.0, upwards);
+        let sine = sampled.direction.cross(NORMAL).length();
+        assert!((sine - if upwards { 0.8 } else { 0.8 / 1.5 }).abs() < 1e-9, "{sine}");
+    }
+}
+
+/// Protects: a metal diffuses nothing and reflects its colour, a dielectric the other way round, and glass takes its share.
+#[test]
+fn lobes_of_the_metallic_roughness_model() {
+    let base = DVec3::new(0.8, 0.4, 0.2);
+    let of = |metallic, glass| MetallicRoughness { base, metallic, roughness: 0.5, dielectric: 0.04, glass };
+    let (metal, matte) = (of(1.0, None), of(0.0, None));
+    assert_eq!((metal.albedo(), metal.f0(), matte.albedo(), matte.f0()), (DVec3::ZERO, base, base, DVec3::splat(0.04)));
+    let glass = Some(Glass { ior: 1.5, reflected: WHITE, transmitted: DVec3::splat(0.5) });
+    let half = of(0.5, glass);
+    assert_eq!((half.through(), half.albedo()), (0.5, base * (0.5 * 0.75)));
+    assert_eq!(half.bsdf(NORMAL, true).lobes().len(), 3);
+    assert_eq!(of(1.0, glass).bsdf(NORMAL, true).lobes().len(), 2);
+    let Some(Lobe::Dielectric { eta, share, .. }) = half.bsdf(NORMAL, false).lobes().last().copied() else { panic!("glass") };
+    assert_eq!((eta, share), (1.5, 0.5));
+}

@@ -1,0 +1,241 @@
+//! Inputs that may vary over a surface, prepared: constants stay constants, everything else is evaluated where a ray hit. What
+//! they refer to lies in flat tables, so an input is a number or two itself.
+
+use core::cell::Cell;
+use std::collections::BTreeMap;
+
+use raywright_bvh::{Real, Vector};
+
+use super::PrepareError;
+use super::texture::{Sampler, Textures};
+use crate::expr::{Program, Scope, Variable, compile};
+use crate::interaction::{Beam, Interaction};
+use crate::scene::{Channel, Input as InputData, TextureRef, Value, Weight};
+
+/// The tables that inputs refer to by index.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sources<R: Real> {
+    programs: Vec<Program>,
+    samplers: Vec<Sampler<R>>,
+}
+
+impl<R: Real> Sources<R> {
+    /// Reads inputs at an interaction.
+    #[inline(always)]
+    pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> Here<'a, R> {
+        Here { sources: self, at, beam: Beam::default(), last: Cell::new(None) }
+    }
+}
+
+/// Where inputs are read, and of what light where one is weighed.
+pub(crate) struct Here<'a, R: Real> {
+    sources: &'a Sources<R>,
+    pub at: &'a Interaction<R>,
+    pub beam: Beam<R>,
+    /// The use of a texture that was read last and its texel: several inputs may read channels of one.
+    last: Cell<Option<(u32, [R; 4])>>,
+}
+
+impl<R: Real> Here<'_, R> {
+    fn texel(&self, sampler: u32) -> [R; 4] {
+        match self.last.get() {
+            Some((last, texel)) if last == sampler => texel,
+            _ => {
+                let texel = self.sources.samplers[sampler as usize].texel(self);
+                self.last.set(Some((sampler, texel)));
+                texel
+            }
+        }
+    }
+}
+
+/// A number or a colour of a material.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Input<R: Real> {
+    /// The same everywhere; a number in every component.
+    Constant(R::Vec3),
+    /// Two colours in cells of world x and z.
+    Checker {
+        even: R::Vec3,
+        odd: R::Vec3,
+        frequency: R,
+    },
+    Program(u32),
+    /// A use of a texture, and which of its channels; none: the colour.
+    Texture(u32, Option<Channel>),
+}
+
+impl<R: Real> Input<R> {
+    /// Its value as a colour.
+    #[inline(always)]
+    pub fn colour(&self, here: &Here<'_, R>) -> R::Vec3 {
+        match *self {
+            Self::Constant(c) => c,
+            Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point),
+            Self::Program(program) => here.sources.programs[program as usize].vector(&here.at.inputs(&here.beam)),
+            Self::Texture(sampler, None) => {
+                let [r, g, b, _] = here.texel(sampler);
+                R::Vec3::new(r, g, b)
+            }
+            Self::Texture(sampler, Some(channel)) => R::Vec3::splat(here.texel(sampler)[channel as usize]),
+        }
+    }
+
+    /// Its value as a number; of a colour the red part.
+    #[inline(always)]
+    pub fn number(&self, here: &Here<'_, R>) -> R {
+        match *self {
+            Self::Constant(c) => c.x(),
+            Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point).x(),
+            Self::Program(program) => here.sources.programs[program as usize].scalar(&here.at.inputs(&here.beam)),
+            Self::Texture(sampler, channel) => here.texel(sampler)[channel.unwrap_or(Channel::Red) as usize],
+        }
+    }
+
+    /// Zero everywhere.
+    #[inline(always)]
+    pub fn is_zero(&self) -> bool {
+        matches!(self, Self::Constant(c) if *c == R::Vec3::ZERO)
+    }
+
+    /// Another channel of the same texture; any other input is itself.
+    pub fn channel(self, channel: Channel) -> Self {
+        if let Self::Texture(sampler, _) = self { Self::Texture(sampler, Some(channel)) } else { self }
+    }
+
+    /// Whether it depends on one of these variables by an expression.
+    pub fn reads(&self, sources: &Sources<R>, variables: &[Variable]) -> bool {
+        match self {
+            Self::Program(program) => variables.iter().any(|&variable| sources.programs[*program as usize].uses(variable)),
+            _ => false,
+        }
+    }
+
+    /// Whether it depends on the surface's own texture coordinates.
+    pub fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
+        match self {
+            Self::Texture(sampler, _) => sources.samplers[*sampler as usize].reads_coordinates(sources),
+            _ => self.reads(sources, &[Variable::U, Variable::V]),
+        }
+    }
+}
+
+fn checker<R: Real>(even: R::Vec3, odd: R::Vec3, frequency: R, p: R::Vec3) -> R::Vec3 {
+    let cell = (p.x() * frequency).floor() + (p.z() * frequency).floor();
+    let half = cell * R::from_f64(0.5);
+    if half.floor() == half { even } else { odd }
+}
+
+/// An input, and the image of a key of its own that multiplies it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Product<R: Real> {
+    own: Input<R>,
+    image: Option<Input<R>>,
+}
+
+impl<R: Real> Product<R> {
+    /// The value as a number.
+    #[inline(always)]
+    pub fn number(&self, here: &Here<'_, R>) -> R {
+        let own = self.own.number(here);
+        self.image.map_or(own, |image| own * image.number(here))
+    }
+
+    /// A colour times the value.
+    #[inline(always)]
+    pub fn tint(&self, here: &Here<'_, R>, colour: R::Vec3) -> R::Vec3 {
+        let own = colour * self.own.colour(here);
+        self.image.map_or(own, |image| own * image.colour(here))
+    }
+
+    /// The value where no image and no hit changes it.
+    pub fn constant(&self) -> Option<R::Vec3> {
+        match self.own {
+            Input::Constant(c) => Some(c),
+            _ => None,
+        }
+    }
+
+    /// Both factors.
+    pub fn factors(&self) -> impl Iterator<Item = &Input<R>> {
+        [Some(&self.own), self.image.as_ref()].into_iter().flatten()
+    }
+}
+
+/// Prepares the inputs of materials, one material after the other, into tables that all of them share.
+pub(super) struct Compiler<'a, R: Real> {
+    names: &'a BTreeMap<String, f64>,
+    textures: &'a Textures<'a>,
+    /// The place in the scene of the material at hand.
+    pub path: String,
+    pub sources: Sources<R>,
+}
+
+impl<'a, R: Real> Compiler<'a, R> {
+    pub fn new(names: &'a BTreeMap<String, f64>, textures: &'a Textures<'a>) -> Self {
+        Self { names, textures, path: String::new(), sources: Sources { programs: Vec::new(), samplers: Vec::new() } }
+    }
+
+    fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
+        let failed = |source| PrepareError::Expression { path: format!("{}.{field}", self.path), source };
+        let program = compile(text, self.names, scope).map_err(failed)?;
+        self.sources.programs.push(program);
+        Ok(Input::Program(self.sources.programs.len() as u32 - 1))
+    }
+
+    /// A weight of a classic material, or a texture coordinate.
+    pub fn weight(&mut self, weight: &Weight, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
+        match weight {
+            Weight::Number(v) => Ok(Input::Constant(R::Vec3::splat(R::from_f64(*v)))),
+            Weight::Expression(text) => self.program(text, scope, field),
+        }
+    }
+
+    /// A use of a texture; none when its image could not be had.
+    pub fn texture(&mut self, reference: &TextureRef, field: &str) -> Result<Option<Input<R>>, PrepareError> {
+        let Some(texture) = self.textures.named(&reference.name) else {
+            let path = format!("{}.{field}", self.path);
+            return Err(PrepareError::Missing { path, kind: "texture", name: reference.name.clone() });
+        };
+        let coordinates = match &reference.uv {
+            None => None,
+            Some([u, v]) => Some([self.weight(u, Scope::Surface, field)?, self.weight(v, Scope::Surface, field)?]),
+        };
+        let Some(sampler) = self.textures.sampler(texture, reference, coordinates) else { return Ok(None) };
+        self.sources.samplers.push(sampler);
+        Ok(Some(Input::Texture(self.sources.samplers.len() as u32 - 1, reference.channel)))
+    }
+
+    /// An image that multiplies an input, if there is one.
+    pub fn image(&mut self, reference: &Option<TextureRef>, field: &str) -> Result<Option<Input<R>>, PrepareError> {
+        reference.as_ref().map_or(Ok(None), |reference| self.texture(reference, field))
+    }
+
+    /// A number or a colour that may vary over the surface.
+    pub fn input<T: Value>(&mut self, input: &InputData<T>, field: &str) -> Result<Input<R>, PrepareError> {
+        let colour = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
+        Ok(match input {
+            InputData::Constant(value) => Input::Constant(colour(value.colour())),
+            InputData::Expression(text) => self.program(text, Scope::Surface, field)?,
+            InputData::Checker(c) => {
+                let checker = &c.checker;
+                Input::Checker {
+                    even: colour(checker.even),
+                    odd: colour(checker.odd),
+                    frequency: R::from_f64(1.0 / checker.size),
+                }
+            }
+            InputData::Texture(t) => self.texture(&t.texture, field)?.unwrap_or(Input::Constant(colour(t.texture.factor))),
+        })
+    }
+
+    /// An input, with the image that multiplies it.
+    pub fn product<T: Value>(
+        &mut self,
+        input: &InputData<T>,
+        image: Option<Input<R>>,
+        field: &str,
+    ) -> Result<Product<R>, PrepareError> {
+        Ok(Product { own: self.input(input, field)?, image })
+    }
+}
