@@ -70,7 +70,7 @@ impl<R: Real> Ellipsoid<R> {
         let (f, r) = (offset * per_unit, s * per_unit);
         let gradient = CoreVec::<P>::new(f.x() / (r.x() * r.x()), f.y() / (r.y() * r.y()), f.z() / (r.z() * r.z()));
         let scale = scale + centre.abs().max_element() + s.max_element();
-        Located { point, normal: gradient.normalize(), error: slack(scale) }
+        Located::new(point, gradient.normalize(), slack(scale))
     }
 }
 

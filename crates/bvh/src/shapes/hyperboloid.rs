@@ -76,7 +76,7 @@ impl<R: Real> Hyperboloid<R> {
         let (across, up) = (slope * per_unit * (slope * per_unit), waist * per_unit * (waist * per_unit));
         let gradient = CoreVec::<P>::new(offset.x() * across, -offset.y() * up, offset.z() * across);
         let scale = scale + centre.abs().max_element() + point.abs().max_element() + waist;
-        Located { point, normal: gradient.normalize(), error: slack(scale) }
+        Located::new(point, gradient.normalize(), slack(scale))
     }
 
     /// Distance from the axis at a height above the centre, in f64.

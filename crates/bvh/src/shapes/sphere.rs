@@ -81,7 +81,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
         // diameter.
         let way = probe.origin - centre;
         let scale = centre.abs().max_element() + radius + way.dot(way) / radius;
-        Located { point: raw, normal: f.normalize(), error: slack(scale) }
+        Located::new(raw, f.normalize(), slack(scale))
     }
 
     /// u runs about +y from the −x side, to the right as seen from outside, v from the top: an image wraps around as a map does
@@ -116,7 +116,7 @@ impl<R: Real> Sphere<R> {
     #[inline(always)]
     fn at<P: Precision<Real = R>>(&self, normal: CoreVec<P>) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
-        Located { point: centre + normal * radius, normal, error: slack(centre.abs().max_element() + radius) }
+        Located::new(centre + normal * radius, normal, slack(centre.abs().max_element() + radius))
     }
 }
 
