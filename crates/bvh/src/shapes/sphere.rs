@@ -40,7 +40,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
         let r = convert::<R, P::Core>(self.radius);
         let (b, room) = (f.dot(probe.direction), r * r);
         let discriminant = if P::ROBUST && !has_wider_core::<P>() {
-            self.from_close_by(probe)
+            self.near_discriminant(probe)
         } else {
             let outside = f.dot(f) - room;
             let may_meet = !P::ROBUST || b * b - outside * probe.shortened >= P::Core::ZERO;
@@ -48,7 +48,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
                 return None;
             }
             if P::ROBUST && outside > room * num(FAR * FAR) {
-                self.from_far(probe)
+                self.far_discriminant(probe)
             } else {
                 b * b - outside * probe.length_squared
             }
@@ -99,7 +99,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
 impl<R: Real> Sphere<R> {
     /// A quarter of the discriminant from the perpendicular distance of the centre to the ray.
     #[inline(always)]
-    fn from_close_by<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> P::Core {
+    fn near_discriminant<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> P::Core {
         let (f, r) = (probe.origin - wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
         let l = f - probe.direction * (f.dot(probe.direction) * probe.inverse_length_squared);
         (r * r - l.dot(l)) * probe.length_squared
@@ -108,8 +108,8 @@ impl<R: Real> Sphere<R> {
     /// The same out of line, as few rays come from so far, and with nothing handed over that others would have to store.
     #[cold]
     #[inline(never)]
-    fn from_far<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> P::Core {
-        self.from_close_by(probe)
+    fn far_discriminant<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> P::Core {
+        self.near_discriminant(probe)
     }
 
     /// The surface in a direction from the centre; in the core's scalar, so that only the rounding to storage is left.
