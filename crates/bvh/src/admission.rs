@@ -12,8 +12,11 @@
 //! can beat it, because a scan would have found that too. An any-hit query keeps its far end, and the same holds of every
 //! hit. A primitive offers its nearest root within the range; moved or not, that does not depend on the far end either.
 //!
-//! Hits of `robust` and `reference` need none of this: decided in f64, they lie within a few units in the last place of f32
-//! from where the ray meets the shape, for which boxes are padded and exits widened.
+//! Hits of `robust` and `reference` need none of this. Their roots are decided in f64, and from beyond 1024 sizes measured from
+//! close by, so that a ray which is exact, as along an axis, misses a ball by the distance's rounding in f64 and not by its
+//! square: at 10⁸ radii that is 10⁻⁸ of the radius, less than a box is padded by. Otherwise a hit lies within a few units in the
+//! last place of f32 from where the ray meets the shape, for which boxes are padded and exits widened. Tests pass balls by a
+//! hair from 10⁴ to 10⁸ radii away and ask every accelerator.
 
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Ray};

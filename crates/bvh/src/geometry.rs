@@ -104,7 +104,7 @@ impl<P: Precision> Geometry<P> {
     }
 
     /// The nearest hit with `range.min < t < range.max`; of hits at the same distance the one of lowest id.
-    #[inline]
+    #[inline(always)]
     pub fn closest<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
         self.closest_probe::<T, false>(&Probe::new(*ray), range, tally)
     }

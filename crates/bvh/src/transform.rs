@@ -49,9 +49,10 @@ impl<C: Real> Transform<C> {
         let there = times::<C>(self.columns, s.point);
         let point = there + self.translation;
         let there_and_back = times::<C>(sizes, times::<C>(self.inverse_columns.map(Vector::abs), there.abs()));
-        let magnitude = times::<C>(sizes, s.point.abs()) + there_and_back + self.translation.abs();
+        let magnitude = times::<C>(sizes, s.point.abs().max(s.start.abs())) + there_and_back + self.translation.abs();
         Located {
             point,
+            start: times::<C>(self.columns, s.start) + self.translation,
             normal: self.normal_to_world(s.normal).normalize(),
             error: s.error * times::<C>(sizes, C::Vec3::ONE).max_element()
                 + magnitude.max_element() * (C::ROUNDOFF * C::from_f64(16.0)),

@@ -118,7 +118,7 @@ impl<R: Real> Cone<R> {
         let taper = convert::<R, P::Core>(self.top_radius) - convert::<R, P::Core>(self.radius);
         let point = wide::<P>(self.base) + axis * along + out * self.radius_at::<P>(along);
         let normal = if has_side { out * height - axis * (taper / height) } else { axis * P::Core::ONE.copysign(-taper) };
-        Located { point, normal: normal.normalize(), error: slack(self.scale::<P>(point)) }
+        Located::new(point, normal.normalize(), slack(self.scale::<P>(point)))
     }
 
     /// The point of an end at an offset from its centre.
@@ -126,7 +126,7 @@ impl<R: Real> Cone<R> {
         let axis = wide::<P>(self.axis);
         let (end, normal) = if part == TOP { (P::Core::ONE, axis.normalize()) } else { (P::Core::ZERO, -axis.normalize()) };
         let point = wide::<P>(self.base) + axis * end + offset;
-        Located { point, normal, error: slack(self.scale::<P>(point)) }
+        Located::new(point, normal, slack(self.scale::<P>(point)))
     }
 }
 
@@ -160,16 +160,21 @@ impl<R: Real> Shape<R> for Cone<R> {
             _ => convert(hit.t),
         };
         let raw = probe.origin + probe.direction * t;
-        let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
+        let (along, out) = split::<P>(raw - wide::<P>(self.base), self.axis);
+        let on_part = |part, along, out| if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) };
         if P::ROBUST {
             // Kept away from the seams by what a ray that starts there may be moved by.
             let radii = [self.radius, self.top_radius].map(convert::<R, P::Core>);
             let end = (part != WALL).then(|| radii[usize::from(part == TOP)]);
             let drift = Drift::around::<P>(maps, raw, slack(self.scale::<P>(raw)));
             let kept = drift.off_seams(wide::<P>(self.axis), radii, end, (along, out));
-            (along, out, part) = (kept.along, kept.out, if kept.on_wall { WALL } else { part });
+            // Under maps only the start is moved, if it stays on its part: there what is little to a start is much to a point.
+            let met = (maps.is_some() && kept.on_wall == (part == WALL)).then_some((along, out));
+            part = if kept.on_wall { WALL } else { part };
+            let located = on_part(part, kept.along, kept.out);
+            return met.map_or(located, |(along, out)| Located { start: located.point, ..on_part(part, along, out) });
         }
-        if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) }
+        on_part(part, along, out)
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.

@@ -98,9 +98,11 @@ impl<R: Real> Cuboid<R> {
         let normal = Self::face::<CoreVec<P>, P::Core>(axis, sign);
         if P::ROBUST {
             let drift = maps.map(|_| Drift::around::<P>(maps, raw, slack(size)));
-            return Located { point: self.on_face::<P>(raw, axis, greater, drift), normal, error: slack(size) };
+            let located = Located::new(self.on_face::<P>(raw, axis, greater, None), normal, slack(size));
+            let Some(drift) = drift else { return located };
+            return Located { start: self.on_face::<P>(raw, axis, greater, Some(drift)), ..located };
         }
-        Located { point: raw, normal, error: slack(size + scale) }
+        Located::new(raw, normal, slack(size + scale))
     }
 }
 
@@ -186,7 +188,7 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         place[along_v] += s[along_v] * v.to_f64();
         let raw = CoreVec::<P>::from_f64(place);
         let point = self.on_face::<P>(raw, axis, greater, None);
-        let on_face = Located { point, ..self.located::<P>(raw, P::Core::ZERO, (axis, greater), None) };
+        let on_face = Located { point, start: point, ..self.located::<P>(raw, P::Core::ZERO, (axis, greater), None) };
         (on_face, num(1.0 / self.area()))
     }
 

@@ -114,7 +114,7 @@ impl<R: Real> Cylinder<R> {
     fn on_wall<P: Precision<Real = R>>(&self, along: P::Core, out: CoreVec<P>) -> Located<P::Core> {
         let normal = out.normalize();
         let point = wide::<P>(self.base) + wide::<P>(self.axis) * along + normal * convert::<R, P::Core>(self.radius);
-        Located { point, normal, error: slack(self.scale::<P>(point)) }
+        Located::new(point, normal, slack(self.scale::<P>(point)))
     }
 
     /// The point of a cap at an offset from its centre.
@@ -122,7 +122,7 @@ impl<R: Real> Cylinder<R> {
         let axis = wide::<P>(self.axis);
         let (end, normal) = if part == TOP { (P::Core::ONE, axis.normalize()) } else { (P::Core::ZERO, -axis.normalize()) };
         let point = wide::<P>(self.base) + axis * end + offset;
-        Located { point, normal, error: slack(self.scale::<P>(point)) }
+        Located::new(point, normal, slack(self.scale::<P>(point)))
     }
 }
 
@@ -159,14 +159,20 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         let mut part = hit.u.to_f64() as u8;
         let raw = self.raw(probe, hit);
         let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
+        let on_part = |part, along, out| if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) };
         if P::ROBUST && self.ends == Ends::Capped && maps.is_some() {
             let radius = convert::<R, P::Core>(self.radius);
             let drift = Drift::around::<P>(maps, raw, slack(self.scale::<P>(raw)));
             let end = (part != WALL).then_some(radius);
             let kept = drift.off_seams(wide::<P>(self.axis), [radius; 2], end, (along, out));
-            (along, out, part) = (kept.along, kept.out, if kept.on_wall { WALL } else { part });
+            // Only the start is moved, if it stays on its part: under maps what is little to a start is much to a point.
+            let met = (kept.on_wall == (part == WALL)).then_some((along, out));
+            part = if kept.on_wall { WALL } else { part };
+            let located = on_part(part, kept.along, kept.out);
+            return met.map_or(located, |(along, out)| Located { start: located.point, ..on_part(part, along, out) });
         } else if P::ROBUST && self.ends == Ends::Capped {
-            // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam by what rounding the point may move it, for rays that start inside.
+            // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam
+            // by what rounding the point may move it, for rays that start inside.
             let reach = self.scale::<P>(raw) * convert::<R, P::Core>(R::ROUNDOFF) * num(4.0);
             let margin = (reach / wide::<P>(self.axis).length()).min(num(0.5));
             along = along.max(margin).min(P::Core::ONE - margin);
@@ -175,7 +181,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
                 out *= rim.max(P::Core::ZERO) / distance;
             }
         }
-        if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) }
+        on_part(part, along, out)
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite one in its own units from the

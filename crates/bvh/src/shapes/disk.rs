@@ -53,7 +53,7 @@ impl<R: Real> Shape<R> for Disk<R> {
         };
         let way = (point - probe.origin).abs().max_element();
         let error = slack(point.abs().max_element() + centre.abs().max_element() + way);
-        Located { point, normal: normal.normalize(), error }
+        Located::new(point, normal.normalize(), error)
     }
 
     /// u turns about the normal, v runs from the centre to the rim.
@@ -74,7 +74,7 @@ impl<R: Real> SampleArea<R> for Disk<R> {
         let radius = convert::<R, P::Core>(self.radius);
         let point = centre + spoke::<P>(self.normal, u) * (radius * convert::<R, P::Core>(v).sqrt());
         let error = slack(centre.abs().max_element() + radius);
-        (Located { point, normal: wide::<P>(self.normal).normalize(), error }, num(1.0 / self.area()))
+        (Located::new(point, wide::<P>(self.normal).normalize(), error), num(1.0 / self.area()))
     }
 
     fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {

@@ -64,7 +64,7 @@ impl<'a, C: Real> Drift<'a, C> {
     #[inline(always)]
     pub fn around<P: Precision<Core = C>>(maps: Option<Maps<'a, C>>, point: CoreVec<P>, error: C) -> Self {
         // Only the place and the bound matter.
-        let own = Located { point, normal: C::Vec3::ONE, error };
+        let own = Located::new(point, C::Vec3::ONE, error);
         let located = maps.map_or(own, |maps| maps.to_world(&own));
         let rounding = located.point.abs().max_element() * convert::<P::Real, C>(P::Real::ROUNDOFF);
         Self { by: (located.error + rounding) * num(5.0), maps }

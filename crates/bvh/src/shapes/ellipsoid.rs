@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
+use super::probe::FAR;
+use super::quadratic::{Crossings, Quadratic, always_close, approach, point_at};
 use super::sample::area_by_quadrature;
 use super::sphere::{on_globe, sphere_direction};
 use super::unit::unit_of;
@@ -37,7 +38,11 @@ impl<R: Real> Ellipsoid<R> {
         let (d, f, radius) = (probe.direction * scale, f * per_unit * scale, s.x() * s.y() * s.z());
         let (a, b) = (d.dot(d), d.dot(f));
         if !close {
-            return Quadratic::new(a, b, f.dot(f) - radius * radius).roots::<P>().map(|r| r.in_units_of(unit));
+            let (squared, room) = (f.dot(f), radius * radius);
+            if P::ROBUST && squared > room * num(FAR * FAR) {
+                return self.far_crossings(probe);
+            }
+            return Quadratic::new(a, b, squared - room).roots::<P>().map(|r| r.in_units_of(unit));
         }
         // As for the sphere: how far the line passes from the centre, without cancellation.
         let middle = -b / a;
@@ -50,6 +55,13 @@ impl<R: Real> Ellipsoid<R> {
         })
     }
 
+    /// From so many of its sizes away, out of line: few rays come from there.
+    #[cold]
+    #[inline(never)]
+    fn far_crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+        self.crossings(probe, true)
+    }
+
     /// Normal and error bound at a point near the surface.
     fn at<P: Precision<Real = R>>(&self, point: CoreVec<P>, scale: P::Core) -> Located<P::Core> {
         let (centre, s) = (wide::<P>(self.centre), wide::<P>(self.semi_axes));
@@ -58,7 +70,7 @@ impl<R: Real> Ellipsoid<R> {
         let (f, r) = (offset * per_unit, s * per_unit);
         let gradient = CoreVec::<P>::new(f.x() / (r.x() * r.x()), f.y() / (r.y() * r.y()), f.z() / (r.z() * r.z()));
         let scale = scale + centre.abs().max_element() + s.max_element();
-        Located { point, normal: gradient.normalize(), error: slack(scale) }
+        Located::new(point, gradient.normalize(), slack(scale))
     }
 }
 
@@ -69,9 +81,7 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
 
     #[inline]
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let s = self.semi_axes;
-        let least = s.x().min(s.y()).min(s.z());
-        self.crossings(probe, tests_close(probe, self.centre, least))?.nearest(range, side, |_| true)
+        self.crossings(probe, always_close::<P>())?.nearest(range, side, |_| true)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {

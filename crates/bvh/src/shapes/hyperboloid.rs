@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, length, turn};
-use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
+use super::probe::FAR;
+use super::quadratic::{Crossings, Quadratic, always_close, approach, point_at};
 use super::unit::unit_of;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide};
 use crate::ray::{Interval, Side};
@@ -48,12 +49,22 @@ impl<R: Real> Hyperboloid<R> {
         let (a, b) = (form(d, d), form(d, f));
         let quadratic = Quadratic::new(a, b, form(f, f) - unit);
         if !close {
+            if P::ROBUST && f.dot(f) > unit * num(FAR * FAR) {
+                return self.far_crossings(probe);
+            }
             return quadratic.roots::<P>().map(|r| r.in_units_of(size));
         }
         // b² − a·c by the minors of (d, f), as |d × f|² is for a sphere.
         let m = d.cross(f);
         let discriminant = unit * a + (m.x() * m.x() + m.z() * m.z() - m.y() * m.y());
         Quadratic { discriminant, ..quadratic }.roots::<P>().map(|r| r.moved(ahead))
+    }
+
+    /// From so many of its sizes away, out of line: few rays come from there.
+    #[cold]
+    #[inline(never)]
+    fn far_crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossings<P::Core>> {
+        self.crossings(probe, true)
     }
 
     /// The surface at a point near it.
@@ -65,7 +76,7 @@ impl<R: Real> Hyperboloid<R> {
         let (across, up) = (slope * per_unit * (slope * per_unit), waist * per_unit * (waist * per_unit));
         let gradient = CoreVec::<P>::new(offset.x() * across, -offset.y() * up, offset.z() * across);
         let scale = scale + centre.abs().max_element() + point.abs().max_element() + waist;
-        Located { point, normal: gradient.normalize(), error: slack(scale) }
+        Located::new(point, gradient.normalize(), slack(scale))
     }
 
     /// Distance from the axis at a height above the centre, in f64.
@@ -90,7 +101,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         if half_height == P::Core::ZERO {
             return None;
         }
-        self.crossings(probe, tests_close(probe, self.centre, self.waist))?.nearest(range, side, clipped)
+        self.crossings(probe, always_close::<P>())?.nearest(range, side, clipped)
     }
 
     fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {

@@ -53,7 +53,7 @@ impl<R: Real> Paraboloid<R> {
         let (steep, room) = ((height + height) * per_unit, radius * per_unit * (radius * per_unit));
         let gradient = CoreVec::<P>::new(offset.x() * steep, -room, offset.z() * steep);
         let scale = scale + apex.abs().max_element() + point.abs().max_element() + radius + height;
-        Located { point, normal: gradient.normalize(), error: slack(scale) }
+        Located::new(point, gradient.normalize(), slack(scale))
     }
 }
 

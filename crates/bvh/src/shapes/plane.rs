@@ -53,7 +53,7 @@ impl<R: Real> Shape<R> for Plane<R> {
         };
         let way = (point - probe.origin).abs().max_element();
         let error = slack(point.abs().max_element() + through.abs().max_element() + way);
-        Located { point, normal, error }
+        Located::new(point, normal, error)
     }
 
     /// u along the tangent, v across it, from the plane's point; for a floor, world x and z.

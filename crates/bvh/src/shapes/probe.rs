@@ -22,6 +22,9 @@ pub struct Probe<P: Precision> {
     pub mapped: bool,
     /// Squared length of `direction`.
     pub length_squared: P::Core,
+    /// The same, less by more than the rounding of any sum of a few products with it: a discriminant made with it is never
+    /// below zero where one from the same coefficients, or from the exact ones, is not.
+    pub shortened: P::Core,
     /// One over it.
     pub inverse_length_squared: P::Core,
     /// Two vectors across the direction, such that (first, second, direction) is right-handed: they span the plane onto
@@ -49,7 +52,9 @@ impl<P: Precision> Probe<P> {
     fn with(ray: Ray<P::Real>, origin: CoreVec<P>, direction: CoreVec<P>, mapped: bool) -> Self {
         let length_squared = direction.dot(direction);
         let inverse_length_squared = P::Core::ONE / length_squared;
-        Self { ray, origin, direction, mapped, length_squared, inverse_length_squared, across: across::<P>(direction) }
+        let shortened = length_squared * (P::Core::ONE - P::Core::ROUNDOFF * num(64.0));
+        let across = across::<P>(direction);
+        Self { ray, origin, direction, mapped, length_squared, shortened, inverse_length_squared, across }
     }
 
     /// Whether a point made from a stored distance could lie beside the hit by as much as 2⁻¹⁴ of a shape of this size. Such

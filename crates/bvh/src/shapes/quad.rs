@@ -131,7 +131,7 @@ impl<R: Real> Shape<R> for Quad<R> {
             };
             (u, v) = (keep(u, b - a), keep(v, d - a));
         }
-        Located { point: self.point::<P>([u, v]), normal, error: self.error::<P>() }
+        Located::new(self.point::<P>([u, v]), normal, self.error::<P>())
     }
 
     /// u along the first edge, v along the second.
@@ -149,7 +149,7 @@ impl<R: Real> SampleArea<R> for Quad<R> {
 
     fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
         let point = self.point::<P>([convert(u), convert(v)]);
-        let located = Located { point, normal: self.normal::<P>(), error: self.error::<P>() };
+        let located = Located::new(point, self.normal::<P>(), self.error::<P>());
         (located, num(1.0 / self.area()))
     }
 

@@ -98,6 +98,12 @@ pub(crate) fn approach<P: Precision>(probe: &Probe<P>, centre: CoreVec<P>, close
     (ahead, f + probe.direction * ahead)
 }
 
+/// Whether tests measure from close by whatever the distance: where the core is no wider than what is stored.
+#[inline(always)]
+pub(crate) fn always_close<P: Precision>() -> bool {
+    P::ROBUST && !has_wider_core::<P>()
+}
+
 /// Whether a test of a shape of this size at `centre` measures from close by: in a wider core, where both are right, the
 /// shorter way is taken up to [`FAR`] sizes away.
 #[inline(always)]
@@ -106,7 +112,7 @@ pub(crate) fn tests_close<P: Precision>(probe: &Probe<P>, centre: Vec3Of<P>, siz
         let (f, size) = (probe.origin - wide::<P>(centre), convert::<P::Real, P::Core>(size));
         f.dot(f) > size * size * num(FAR * FAR)
     };
-    P::ROBUST && (!has_wider_core::<P>() || far())
+    always_close::<P>() || P::ROBUST && far()
 }
 
 /// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance where the precision asks for it.

@@ -8,6 +8,9 @@ use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
 pub struct Located<C: Real> {
     /// The hit point, moved onto the surface where the precision asks for it.
     pub point: C::Vec3,
+    /// Where rays that leave start, before they are lifted off the surface: the point, or, beside an edge that a map makes
+    /// sharp, another of the same face, as far from the edge as a start may come to lie beside its place.
+    pub start: C::Vec3,
     /// Geometric unit normal, pointing outwards whichever side was hit.
     pub normal: C::Vec3,
     /// Bound on the distance, in each axis, of `point` from the surface, and of the surface from where another test of it
@@ -16,6 +19,12 @@ pub struct Located<C: Real> {
 }
 
 impl<C: Real> Located<C> {
+    /// A surface from whose point rays may start as it is.
+    #[inline(always)]
+    pub fn new(point: C::Vec3, normal: C::Vec3, error: C) -> Self {
+        Self { point, start: point, normal, error }
+    }
+
     /// Rounded to the stored scalar, the bound grown by that rounding.
     #[inline(always)]
     pub fn stored<P: Precision<Core = C>>(&self) -> Surface<P::Real> {
@@ -23,6 +32,7 @@ impl<C: Real> Located<C> {
         let error = self.error + self.point.abs().max_element() * rounding;
         Surface {
             point: convert_vec::<C, P::Real>(self.point),
+            start: convert_vec::<C, P::Real>(self.start),
             // The factor covers the rounding of the bound itself.
             error: convert::<C, P::Real>(error * (C::ONE + rounding * C::from_f64(4.0))),
             normal: convert_vec::<C, P::Real>(self.normal),
@@ -35,6 +45,8 @@ impl<C: Real> Located<C> {
 pub struct Surface<R: Real> {
     /// The hit point, moved onto the surface where the precision asks for it.
     pub point: R::Vec3,
+    /// Where rays that leave start, before they are lifted off: as [`Located::start`].
+    pub start: R::Vec3,
     /// Bound on the distance, in each axis, of `point` from the exact surface, including the error of the test that may
     /// meet the surface again ("Managing Rounding Error", Physically Based Rendering, 4th edition, 6.8).
     pub error: R,
@@ -85,7 +97,7 @@ impl<R: Real> Surface<R> {
         let inward = self.normal.to_f64().dot(direction.to_f64()) < 0.0;
         let normal = if inward { -self.normal } else { self.normal };
         let size = normal.abs();
-        let moved = self.point + normal * ((size.x() + size.y() + size.z()) * error);
+        let moved = self.start + normal * ((size.x() + size.y() + size.z()) * error);
         R::Vec3::new(outward(moved.x(), normal.x()), outward(moved.y(), normal.y()), outward(moved.z(), normal.z()))
     }
 }

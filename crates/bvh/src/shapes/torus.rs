@@ -128,7 +128,7 @@ impl<R: Real> Torus<R> {
     fn on_tube<P: Precision<Real = R>>(&self, spoke: CoreVec<P>, normal: CoreVec<P>) -> Located<P::Core> {
         let (major, minor) = (convert::<R, P::Core>(self.major_radius), convert::<R, P::Core>(self.minor_radius));
         let point = wide::<P>(self.centre) + spoke * major + normal * minor;
-        Located { point, normal, error: slack(self.scale::<P>(point)) }
+        Located::new(point, normal, slack(self.scale::<P>(point)))
     }
 }
 
@@ -163,7 +163,7 @@ impl<R: Real> Shape<R> for Torus<R> {
             return self.on_tube::<P>(spoke, off.normalize());
         }
         let error = slack(self.scale::<P>(probe.origin) + convert::<R, P::Core>(hit.t));
-        Located { point: raw, normal: off.normalize(), error }
+        Located::new(raw, off.normalize(), error)
     }
 
     /// u turns about the axis, v about the tube from its inner side, down on the outer one.

@@ -111,7 +111,7 @@ impl<R: Real> Triangle<R> {
         let longest = p.dot(p).max(q.dot(q)).max(r.dot(r));
         let inverse = P::Core::ONE / normal.length();
         let error = corner_slack(scale, longest, inverse);
-        Located { point: a + ab * u + ac * v, normal: normal * inverse, error }
+        Located::new(a + ab * u + ac * v, normal * inverse, error)
     }
 
     /// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997). Leaks at shared edges.

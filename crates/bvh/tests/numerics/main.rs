@@ -6,6 +6,7 @@ mod borders;
 mod closed;
 mod far;
 mod lit;
+mod magnified;
 mod mapped;
 mod planes;
 mod quadrics;

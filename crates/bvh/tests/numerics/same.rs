@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Sphere, Torus};
+use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere, Torus};
 use raywright_bvh::{
     AcceleratorKind, BuildQuality, Fast, Geometry, Group, Interval, Precision, Ray, Real, Reference, Robust, Visibility,
 };
@@ -160,4 +160,38 @@ fn every_shape_is_the_same_for_every_accelerator() {
     family_agrees::<Fast>();
     family_agrees::<Robust>();
     family_agrees::<Reference>();
+}
+
+fn grazing_agrees<P: Precision>() {
+    let real = P::Real::from_f64;
+    for exponent in 4..=8 {
+        let far = 10_f64.powi(exponent);
+        // Four of a kind, so that there is a tree; two kinds, as a sphere's test is its own.
+        let mut group = Group::<P>::default();
+        let centres = [DVec3::ZERO, DVec3::X * 8.0, DVec3::Y * 8.0, DVec3::Z * 8.0];
+        for &centre in &centres {
+            let ball = Sphere { centre: stored::<P>(centre), radius: real(1.0) };
+            group.sphere(ball, Visibility::default()).expect("finite");
+            let egg = Ellipsoid { centre: stored::<P>(centre + DVec3::splat(4.0)), semi_axes: stored::<P>(DVec3::ONE) };
+            group.shape(egg.into(), Visibility::default()).expect("finite");
+        }
+        agree::<P>(&format!("balls grazed from {far:e}"), &group, 40_000, |random| {
+            let axis = (random.bits() % 3) as usize;
+            let (side, across) = ((axis + 1) % 3, (axis + 2) % 3);
+            let mut start = random.pick(&centres) + DVec3::splat(4.0) * f64::from(random.bits() as u32 % 2);
+            start[side] += random.sign() * (1.0 + 10_f64.powf(random.between(-9.0, -2.0)) * random.sign());
+            start[across] += 10_f64.powf(random.between(-9.0, -1.0)) * random.sign();
+            let mut direction = DVec3::ZERO;
+            direction[axis] = random.sign();
+            Ray::new(stored::<P>(start - direction * far), stored::<P>(direction))
+        });
+    }
+}
+
+/// Protects: hits that are decided in f64 lie within the boxes by which a tree culls, also of rays that graze a ball along an
+/// axis from up to 10⁸ radii away, which are as exact there as close by.
+#[test]
+fn grazed_balls_are_the_same_for_every_accelerator() {
+    grazing_agrees::<Robust>();
+    grazing_agrees::<Reference>();
 }

@@ -254,7 +254,8 @@ fn starts_beside_seams_are_on_the_right_side() {
     check::<Reference>();
 }
 
-/// Protects: bounds far from the origin count the centre: a start outside a ball or a ring is outside, in f64 too.
+/// Protects: starts far from the origin: one outside a ball or a ring is outside, in f64 too. That the bound counts the centre
+/// is judged before storage, whose rounding is as large, by `stated_bounds_hold_far_from_the_origin`.
 #[test]
 fn far_starts_are_outside() {
     fn check<P: Precision>() {
@@ -293,8 +294,8 @@ fn far_starts_are_outside() {
     check::<Reference>();
 }
 
-/// Protects: rays from the outside of a map's image do not meet it again: the error bound counts the way there and back, which
-/// an ill-conditioned map magnifies.
+/// Protects: rays from the outside of a map's image do not meet it again, however the map is conditioned. That the bound counts
+/// the way back is judged by `bounds_count_the_way_back`: under most maps the normal hides it.
 #[test]
 fn starts_under_ill_conditioned_maps_are_clear() {
     fn check<P: Precision>() {
