@@ -152,6 +152,7 @@ fn images_are_decoded_and_broken_ones_shown_at_their_place() {
     assert!(message.contains("`wood.png` is a broken picture") && message.contains("--> x.scene.toml:4:8"), "{message}");
     place.put("wood.png", &png());
     assert_eq!(place.fails(&limits(Limits { image_pixels: 0, ..Limits::default() })).0, ErrorKind::Limit);
+    assert!(place.load_with(&limits(Limits { image_pixels: 1, ..Limits::default() })).is_ok(), "as many as are allowed");
 }
 
 #[test]
@@ -330,4 +331,19 @@ fn an_unknown_preset_is_a_usage_error_with_a_suggestion() {
     assert_eq!(error.kind(), ErrorKind::Usage);
     let wanted = format!("error: there is no preset `{mistyped}`\nhelp: did you mean `preset:{}`?", preset.name);
     assert_eq!(error.to_string(), wanted);
+}
+
+/// Protects: endings of any case say what a file is, and are no part of its stem, after which the picture is named.
+#[test]
+fn endings_count_in_any_case() {
+    let place = Place::new("");
+    let model = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (name, bytes, expected) in [
+        ("A.Scene.TOML", b"format = 1".as_slice(), (Format::Native(Notation::Toml), "A")),
+        ("B.JSON", b"{\"format\": 1}", (Format::Native(Notation::Json), "B")),
+        ("C.OBJ", model, (Format::Obj, "C")),
+    ] {
+        let source = load(&Input::Path(place.put(name, bytes)), &LoadOptions::default()).expect("a scene").source;
+        assert_eq!((source.format, source.stem.as_str()), expected, "{name}");
+    }
 }

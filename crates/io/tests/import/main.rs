@@ -5,4 +5,5 @@ mod gltf;
 mod hostile;
 mod malformed;
 mod obj;
+mod samplers;
 mod shared;

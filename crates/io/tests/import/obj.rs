@@ -189,3 +189,18 @@ fn malformed_files_get_their_verdict() {
         assert!(!loaded.warnings.is_empty(), "{file}");
     }
 }
+
+/// Protects: where only the later faces of a material have texture coordinates, these stay with their own corners, v counted from
+/// the top, and the corners before them have (0, 0).
+#[test]
+fn coordinates_stay_with_their_corners() {
+    let (_folder, path) = write("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.25 0.125\nvt 1 0\nvt 0 1\nf 1 2 3\nf 1/1 2/2 3/3\n");
+    let loaded = load(&path);
+    let mut found = Vec::new();
+    for object in &loaded.scene.objects {
+        let data = mesh_of(&loaded, object);
+        let uv = |corner: u32| data.uvs.first().map_or([0.0; 2], |set| set[corner as usize]);
+        found.extend(data.indices.iter().map(|face| face.map(uv)));
+    }
+    assert_eq!(found, [[[0.0; 2]; 3], [[0.25, 0.875], [1.0, 1.0], [0.0, 0.0]]]);
+}
