@@ -63,7 +63,7 @@ impl<C: Real> Transform<C> {
     pub fn located_to_object(&self, s: &Located<C>) -> Located<C> {
         let [x, y, z] = self.columns;
         let normal = C::Vec3::new(x.dot(s.normal), y.dot(s.normal), z.dot(s.normal)).normalize();
-        Located { point: times::<C>(self.inverse_columns, s.point - self.translation), normal, error: C::ZERO }
+        Located::new(times::<C>(self.inverse_columns, s.point - self.translation), normal, C::ZERO)
     }
 
     /// A normal by the inverse transpose, not brought to unit length.

@@ -241,11 +241,11 @@ impl<P: Precision> Emitters<P> {
         if let Some(whole) = self.whole(emitter, from) {
             return probability / whole.solid_angle();
         }
-        let point = Located {
-            point: convert_vec::<P::Real, P::Core>(surface.point),
-            normal: convert_vec::<P::Real, P::Core>(surface.normal),
-            error: convert::<P::Real, P::Core>(surface.error),
-        };
+        let point = Located::new(
+            convert_vec::<P::Real, P::Core>(surface.point),
+            convert_vec::<P::Real, P::Core>(surface.normal),
+            convert::<P::Real, P::Core>(surface.error),
+        );
         let by_area = match &emitter.form {
             Form::Plain(shape) => shape.density::<P>(&point),
             Form::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),

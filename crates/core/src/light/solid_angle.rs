@@ -48,7 +48,7 @@ impl<R: Real> Whole<R> {
             Self::Polygon(polygon) => {
                 // Normal and bound are the same all over a flat shape.
                 let (anywhere, _) = shape.sample_area::<P>(R::from_f64(0.5), R::from_f64(0.5))?;
-                Some(Located { point: Vector::from_f64(polygon.point(position)?), ..anywhere })
+                Some(Located::new(Vector::from_f64(polygon.point(position)?), anywhere.normal, anywhere.error))
             }
         }
     }
