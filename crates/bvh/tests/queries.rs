@@ -1,7 +1,7 @@
 //! The tree, for every builder preset, and both scans answer every query with the same bits.
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_bvh::shapes::{Plane, Sphere};
+use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere, Triangle};
 use raywright_bvh::{
     AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Interval, Precision, Ray, Robust, Visibility,
 };
@@ -166,4 +166,25 @@ fn instances_of_instances_are_refused() {
     let middle = Arc::new(Geometry::new(middle, AcceleratorKind::default()));
     let refused = Group::<Robust>::default().instance(middle, DAffine3::IDENTITY, Visibility::default());
     assert_eq!(refused, Err(GeometryError::Nested));
+}
+
+/// Protects: the bytes that are reported hold every kind of primitive: each takes its own size and what every primitive takes.
+#[test]
+fn bytes_count_every_primitive() {
+    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+    let more = |add: &dyn Fn(&mut Group<Robust>) -> Result<u32, GeometryError>| {
+        let bytes = |count: usize| {
+            let mut group = Group::default();
+            assert!((0..count).all(|_| add(&mut group).is_ok()));
+            Geometry::new(group, AcceleratorKind::Linear).bytes()
+        };
+        bytes(9) - bytes(8)
+    };
+    let own = [
+        more(&|g| g.sphere(ball, Visibility::default())) - size_of::<Sphere<f32>>(),
+        more(&|g| g.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default())) - size_of::<Triangle<f32>>(),
+        more(&|g| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())) - size_of::<Plane<f32>>(),
+        more(&|g| g.shape(Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into(), Visibility::default())) - size_of::<AnyShape<f32>>(),
+    ];
+    assert!(own[0] > 0 && own == [own[0]; 4], "{own:?}");
 }

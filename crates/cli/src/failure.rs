@@ -75,3 +75,20 @@ impl From<Error> for Failure {
         Self { exit: error.kind().into(), message: error.to_string() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: the exit codes of the command line's contract, by what went wrong.
+    #[test]
+    fn each_failure_has_its_code() {
+        let code = |error: Error| Failure::from(error).exit as u8;
+        assert_eq!(code(Error::usage("x")), 2);
+        assert_eq!(code(Error::input("x", "y")), 3);
+        assert_eq!(code(Error::read(std::path::Path::new("x"), &io::Error::other("y"))), 4);
+        assert_eq!(code(Error::limit("x", "y")), 5);
+        assert_eq!(Failure::stdout(&io::Error::other("y")).exit as u8, 4);
+        assert_eq!((Exit::Done as u8, Exit::Failed as u8, Exit::Interrupted as u8), (0, 1, 130));
+    }
+}

@@ -270,4 +270,15 @@ mod tests {
         assert_eq!(std::fs::read(at("a.partial.png")).expect("a file"), b"mine");
         assert!(kept.exists());
     }
+
+    /// Protects: the size that is reported is that of what was rendered, and one sample is not several.
+    #[test]
+    fn the_size_told_is_the_crops() {
+        use raywright_core::scene::Pattern;
+        use raywright_core::settings::{Crop, Sampling};
+        let whole = Settings { size: [8, 6], sampling: Sampling::Pattern(Pattern::Centre), ..Settings::of(&Scene::default()) };
+        assert_eq!(described(&whole), "8x6, 1 sample");
+        let crop = Some(Crop { x: 1, y: 2, width: 3, height: 4 });
+        assert_eq!(described(&Settings { crop, sampling: Sampling::Pattern(Pattern::Corners), ..whole }), "3x4, 4 samples");
+    }
 }

@@ -46,10 +46,11 @@ fn twice(ladder: Ladder, flag: &str) -> Failure {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
     use raywright_core::ladder::Choice;
 
     use super::*;
-    use crate::args::{LightArgs, Precision};
+    use crate::args::{Arguments, Command, LightArgs, Precision};
 
     fn rungs(list: &[&str]) -> ChoiceArgs {
         let choice = |text: &&str| Choice::parse(text).expect("a rung");
@@ -75,5 +76,24 @@ mod tests {
         let with = |list: &[&str]| RenderArgs { choices: rungs(list), light: light.clone(), ..RenderArgs::default() };
         assert!(refuse_two_words(&with(&["precision=fast"])).is_err());
         assert!(refuse_two_words(&with(&["samples=4", "path-length=2"])).is_ok());
+    }
+
+    /// Protects: every flag contradicts the rungs of what it says, and no others.
+    #[test]
+    fn each_flag_has_its_ladders() {
+        let refused = |flag: &[&str]| {
+            ["precision=fast", "samples=4", "path-length=2", "accelerator=linear", "build=fast", "shadows=off"].map(|rung| {
+                let words = [&["raywright", "render", "--rung", rung], flag].concat();
+                let Ok(Arguments { command: Some(Command::Render(args)) }) = Arguments::try_parse_from(words) else {
+                    panic!("a right command line")
+                };
+                u8::from(refuse_two_words(&args).is_err())
+            })
+        };
+        assert_eq!(refused(&["--precision", "fast"]), [1, 0, 0, 0, 0, 0]);
+        assert_eq!(refused(&["--spp", "4"]), [0, 1, 0, 0, 0, 0]);
+        assert_eq!(refused(&["--max-depth", "2"]), [0, 0, 1, 0, 0, 0]);
+        assert_eq!(refused(&["--accel", "bvh"]), [0, 0, 0, 1, 1, 0]);
+        assert_eq!(refused(&[]), [0; 6]);
     }
 }

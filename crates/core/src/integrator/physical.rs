@@ -98,7 +98,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         *radiance += throughput * self.lit(&model, at, mirror);
         let through = model.through();
         if let Some(glass) = model.glass.as_ref().filter(|_| through > P::Real::ZERO) {
-            return self.refract(glass, None, arrival, at, throughput * through, segments, radiance);
+            return self.refract((glass, None), arrival, at, throughput * through, segments, radiance);
         }
         let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
         (mirror && segments > 1).then(|| {

@@ -112,3 +112,16 @@ fn shadow_rays_are_asked_where_they_matter() {
     bare.objects[0].casts_shadow = false;
     assert_eq!(count(&bare), 0);
 }
+
+/// Protects: a material's own `shadow` counts for every light that casts shadows, also where nothing is there to cast one, and for
+/// no other.
+#[test]
+fn a_materials_own_shadow_needs_no_occluder() {
+    for (shadows, expected) in [(true, 0.25), (false, 1.0)] {
+        let mut light = sun([0.0, 1.0, 0.0]);
+        light["shadows"] = json!(shadows);
+        let mut scene = floor(classic(json!({ "shadow": 0.25 })), json!({ "lights": [light] }));
+        scene.objects[0].casts_shadow = false;
+        sees(&scene, SLANTED, [expected; 3]);
+    }
+}
