@@ -37,7 +37,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return None;
         }
         if let Some(transmission) = &m.transmission {
-            return self.refract(&transmission.glass, transmission.switch, arrival, at, throughput, segments, radiance);
+            return self.refract((&transmission.glass, transmission.switch), arrival, at, throughput, segments, radiance);
         }
         let reflection = m.reflection.as_ref()?;
         let mut throughput = throughput * reflection.weight.number(&here);
@@ -150,8 +150,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
-        glass: &Glass<P::Real>,
-        switch: Option<P::Real>,
+        (glass, switch): (&Glass<P::Real>, Option<P::Real>),
         arrival: Arrival<'_, P>,
         at: &Interaction<P::Real>,
         throughput: Vec3Of<P>,
