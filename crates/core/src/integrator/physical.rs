@@ -12,6 +12,7 @@ use crate::sampler::Branch;
 
 impl<R: Real> Physical<R> {
     /// Base colour at a point.
+    #[inline]
     pub fn base_at(&self, here: &Here<'_, R>) -> R::Vec3 {
         let colour = self.base.tint(here, R::Vec3::ONE);
         let [r, g, b, _] = here.at.colour;
@@ -19,6 +20,7 @@ impl<R: Real> Physical<R> {
     }
 
     /// What the model's inputs are at a point.
+    #[inline(always)]
     fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
         MetallicRoughness {
             base: self.base_at(here),
@@ -76,6 +78,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Adds what a physical surface sends back by itself to `radiance` and returns the ray to follow.
+    #[inline(always)]
     pub(super) fn physical(
         &mut self,
         m: &Physical<P::Real>,
@@ -110,7 +113,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Light of the lights and of the sky's average, diffused and as rough highlights.
     fn lit(&mut self, model: &MetallicRoughness<P::Real>, at: &Interaction<P::Real>, mirror: bool) -> Vec3Of<P> {
         let (scene, normal, view) = (self.scene, at.normal, -at.direction);
-        let bsdf = model.bsdf(normal, at.outside);
+        let bsdf = model.answer(normal);
         let zero = P::Real::ZERO;
         let mut sum = Vec3Of::<P>::ZERO;
         for light in &scene.lights.delta {

@@ -78,7 +78,13 @@ impl<R: Real> Bsdf<R> {
     #[inline(always)]
     fn sum(&self, wo: R::Vec3, wi: R::Vec3, counts: impl Fn(&Lobe<R>) -> bool) -> R::Vec3 {
         let pair = Pair::new(self.normal, wo, wi);
-        self.lobes().iter().filter(|lobe| counts(lobe)).fold(R::Vec3::ZERO, |sum, lobe| sum + lobe.value(&pair))
+        let mut sum = R::Vec3::ZERO;
+        for lobe in self.lobes() {
+            if counts(lobe) {
+                sum += lobe.value(&pair);
+            }
+        }
+        sum
     }
 
     /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes nothing.
@@ -118,7 +124,7 @@ impl<R: Real> Bsdf<R> {
         }
         let mut left = choice * total;
         let within = |lobe: &&Lobe<R>| {
-            left = left - lobe.importance(cosine);
+            left -= lobe.importance(cosine);
             left < R::ZERO
         };
         // Rounding may leave a rest behind the last one.
@@ -231,13 +237,19 @@ impl<R: Real> MetallicRoughness<R> {
         Lobe::Mirror { f0: self.f0(), f90: R::Vec3::ONE }
     }
 
-    /// Its lobes: diffuse, glossy, and the boundary of glass.
+    /// The lobes that answer to a light: diffuse and glossy. How many is known when this is compiled, so nothing is left of
+    /// the list.
+    #[inline(always)]
+    pub fn answer(&self, normal: R::Vec3) -> Bsdf<R> {
+        let f0 = self.f0();
+        let diffuse = Lobe::Diffuse { albedo: self.albedo(), f0 };
+        Bsdf::new(normal).with(diffuse).with(Lobe::Glossy { f0, roughness: self.roughness })
+    }
+
+    /// All its lobes: those of [`Self::answer`], and the boundary of glass.
     #[inline(always)]
     pub fn bsdf(&self, normal: R::Vec3, outside: bool) -> Bsdf<R> {
-        let f0 = self.f0();
-        let bsdf = Bsdf::new(normal)
-            .with(Lobe::Diffuse { albedo: self.albedo(), f0 })
-            .with(Lobe::Glossy { f0, roughness: self.roughness });
+        let bsdf = self.answer(normal);
         let (share, Some(glass)) = (self.through(), self.glass) else { return bsdf };
         let (eta, reflected, transmitted) = (glass.eta(outside), glass.reflected, glass.transmitted);
         if share > R::ZERO { bsdf.with(Lobe::Dielectric { eta, share, reflected, transmitted }) } else { bsdf }

@@ -112,7 +112,10 @@ fn values_are_reciprocal() {
     for (name, bsdf) in surfaces() {
         for i in 0..200 {
             let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
-            let [wo, wi] = [towards(NORMAL, 0.01 + 0.99 * a, 6.28 * b), towards(NORMAL, 0.01 + 0.99 * c, 6.28 * d)];
+            let [wo, wi] = [
+                towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b),
+                towards(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d),
+            ];
             let (there, back) = (bsdf.eval(wo, wi), bsdf.eval(wi, wo));
             assert!((there - back).length() <= 1e-9 * there.length(), "{name}: {there} and {back}");
         }

@@ -138,14 +138,14 @@ impl<R: Real> Product<R> {
     #[inline(always)]
     pub fn number(&self, here: &Here<'_, R>) -> R {
         let own = self.own.number(here);
-        self.image.map_or(own, |image| own * image.number(here))
+        if let Some(image) = &self.image { own * image.number(here) } else { own }
     }
 
     /// A colour times the value.
     #[inline(always)]
     pub fn tint(&self, here: &Here<'_, R>, colour: R::Vec3) -> R::Vec3 {
         let own = colour * self.own.colour(here);
-        self.image.map_or(own, |image| own * image.colour(here))
+        if let Some(image) = &self.image { own * image.colour(here) } else { own }
     }
 
     /// The value where no image and no hit changes it.

@@ -25,6 +25,7 @@ const BLEND: &str = "blend";
 fn panes_cover_by_their_alpha() {
     sees(&above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 1), DOWN, [0.25, 0.125, 0.75]);
     sees(&above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2), DOWN, [0.4375, 0.21875, 0.5625]);
+    sees(&above_blue(json!({ "opacity": "abs(d.y) / 4", "alpha": BLEND }), 1), DOWN, [0.25, 0.125, 0.75]);
     sees(&above_blue(json!({ "opacity": 0.25 }), 1), DOWN, [1.0, 0.5, 0.0]);
     sees(&above_blue(json!({ "opacity": 0, "alpha": BLEND }), 1), DOWN, [0.0, 0.0, 1.0]);
     sees(&above_blue(json!({ "opacity": 1, "alpha": BLEND }), 1), DOWN, [1.0, 0.5, 0.0]);

@@ -38,6 +38,18 @@ fn inputs_of_the_hit_keep_their_text_and_colours_do_not() {
     assert_eq!(classic.ambient, Some(Colour([5.0; 3])));
 }
 
+/// Protects: an input of the physical model whose text asks nothing of the hit is a number before anything is rendered, so that
+/// an emission by the time still lights others; one that does keeps its text.
+#[test]
+fn inputs_that_ask_nothing_of_the_hit_are_numbers() {
+    let classic = r#"{ classic = { colour = [1, "a / 10", 0], diffuse = "1 - u", ambient = "a" } }"#;
+    let physical = r#"{ physical = { metallic = "a / 10", roughness = "u / a", emission = "2 * a" } }"#;
+    let text = BALL.replace(classic, physical);
+    let Model::Physical(physical) = &good(&text).materials[0].model else { panic!("a physical material") };
+    assert_eq!((physical.metallic.constant(), physical.emission.constant()), (Some(0.5), Some(Colour([10.0; 3]))));
+    assert_eq!(physical.roughness, raywright_core::scene::Input::Expression("u / a".to_owned()));
+}
+
 #[test]
 fn overrides_stand_in_place_of_the_file_and_reach_later_parameters() {
     let overrides = Overrides { at: Some(1.0), set: vec![("z".to_owned(), 10.0)] };
