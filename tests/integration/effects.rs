@@ -142,7 +142,8 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
         (ready.render(&()), ready.effects().clone())
     };
     let (as_it_is, _) = render(&whole, EffectSet::EMPTY);
-    let hand: [(Effect, &dyn Fn(&mut Scene)); 4] = [
+    type ByHand<'a> = (Effect, &'a dyn Fn(&mut Scene));
+    let hand: [ByHand<'_>; 4] = [
         (Effect::Shadows, &|s| s.lights[0].shadows = false),
         (Effect::DirectLight, &|s| s.lights.clear()),
         (Effect::Sky, &|s| s.sky = None),
