@@ -27,7 +27,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     /// b² − a·c as in every textbook, and no form is faster: in a core wider than what is stored it is wrong by 2⁻³⁰ of r² up
-    /// to [`FAR`] radii away. From farther, where it would lose the square of the distance (all digits at 10⁸ radii), and
+    /// to 1024 radii away. From farther, where it would lose the square of the distance (all digits at 10⁸ radii), and
     /// without a wider core, from the perpendicular distance of the centre to the ray, which loses only the distance
     /// ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7).
     ///
