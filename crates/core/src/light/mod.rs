@@ -10,7 +10,7 @@
 //! Whitted shading is a client: it asks every light without size in scene order, and one emitter chosen by power. It asks for no
 //! way to draw the sky, so none is built; an integrator that does calls [`Lights::prepare_sky`].
 //!
-//! The tables are flat arrays of plain data, made by [`crate::prepare`] and only read while rendering.
+//! The tables are flat arrays of plain data, made by preparation and only read while rendering.
 
 mod bounds;
 mod cdf;
