@@ -14,6 +14,9 @@ pub enum GeometryError {
     /// An instance of a geometry that holds instances itself: there are two levels.
     #[error("an instance of something that holds instances itself")]
     Nested,
+    /// An instance of a part that was not taken in.
+    #[error("an instance of a part that the group does not have")]
+    NoPart,
     /// More primitives than a tree can address.
     #[error("more than {MAX_PRIMITIVES} primitives in one set")]
     TooMany,

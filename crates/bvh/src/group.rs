@@ -1,23 +1,20 @@
-//! Primitives as they are collected, and the tests of each.
+//! Primitives as they are collected, object by object.
 
 use core::mem::take;
-use std::sync::Arc;
 
 use glam::DAffine3;
 
 use crate::aabb::Aabb;
-use crate::admission::admitted;
 use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::instance::Instance;
-use crate::ray::{Hit, Interval, Visibility};
+use crate::ray::Visibility;
 use crate::scalar::{Precision, Vec3Of, Vector};
-use crate::shapes::{AnyShape, Located, Maps, Parameters, Placed, Plane, Probe, Shape, ShapeHit, Sphere, Triangle};
-use crate::tally::Tally;
+use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
 use crate::tree::MAX_PRIMITIVES;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(crate) enum Kind {
     Sphere,
     Triangle,
     Plane,
@@ -26,65 +23,86 @@ enum Kind {
     Instance,
 }
 
-/// One primitive: its kind, its flags, and its place in the array of that kind.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    kind: Kind,
-    visibility: Visibility,
-    index: u32,
-}
-
-/// A primitive in the order of queries, with all that leads to its data: entries by id are for whoever has a hit.
+/// One primitive: whose it is, its kind, how it takes part, and its place in the array of that kind. Objects and their
+/// primitives are counted in the order in which they were added, so these two are the order of ties too.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
-    id: u32,
-    entry: Entry,
+    pub object: u32,
+    pub primitive: u32,
+    pub index: u32,
+    pub kind: Kind,
+    pub visibility: Visibility,
 }
 
-/// Primitives in the order of their ids.
+impl Slot {
+    /// What decides between hits at one distance: the lowest wins.
+    #[inline(always)]
+    pub fn order(&self) -> (u32, u32) {
+        (self.object, self.primitive)
+    }
+}
+
+/// Primitives by kind, and what shows them. An object is a shape, a mesh or an instance.
 #[derive(Clone, Debug)]
 pub struct Group<P: Precision> {
-    entries: Vec<Entry>,
-    spheres: Vec<Sphere<P::Real>>,
-    triangles: Vec<Triangle<P::Real>>,
-    planes: Vec<Plane<P::Real>>,
+    /// As they were added; once there is an accelerator, in its order.
+    pub(crate) slots: Vec<Slot>,
+    objects: u32,
+    pub(crate) spheres: Vec<Sphere<P::Real>>,
+    pub(crate) triangles: Vec<Triangle<P::Real>>,
+    pub(crate) planes: Vec<Plane<P::Real>>,
     /// The rarer shapes.
-    shapes: Vec<AnyShape<P::Real>>,
-    placed: Vec<Placed<P>>,
-    instances: Vec<Instance<P>>,
+    pub(crate) shapes: Vec<AnyShape<P::Real>>,
+    pub(crate) placed: Vec<Placed<P>>,
+    pub(crate) instances: Vec<Instance<P>>,
+    /// What instances show.
+    pub(crate) parts: Vec<Geometry<P>>,
 }
 
 impl<P: Precision> Default for Group<P> {
     fn default() -> Self {
-        let (entries, spheres, triangles, planes) = Default::default();
-        Self { entries, spheres, triangles, planes, shapes: vec![], placed: vec![], instances: vec![] }
+        let (slots, spheres, triangles, planes) = Default::default();
+        let (shapes, placed, instances, parts) = Default::default();
+        Self { slots, objects: 0, spheres, triangles, planes, shapes, placed, instances, parts }
     }
 }
 
 impl<P: Precision> Group<P> {
-    /// Number of primitives; the next one's id.
+    /// Number of primitives, an instance counting as one.
     pub fn len(&self) -> usize {
-        self.entries.len()
+        self.slots.len()
     }
 
     /// Whether there is no primitive.
     pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
+        self.slots.is_empty()
     }
 
-    fn push(&mut self, kind: Kind, visibility: Visibility, index: usize) -> Result<u32, GeometryError> {
-        if self.entries.len() >= MAX_PRIMITIVES {
+    /// Number of objects; the next one's id.
+    pub fn objects(&self) -> usize {
+        self.objects as usize
+    }
+
+    /// Ends an object of one primitive and returns its id.
+    fn single(&mut self, kind: Kind, visibility: Visibility, index: usize) -> Result<u32, GeometryError> {
+        self.push(kind, visibility, 0, index)?;
+        self.objects += 1;
+        Ok(self.objects - 1)
+    }
+
+    fn push(&mut self, kind: Kind, visibility: Visibility, primitive: usize, index: usize) -> Result<(), GeometryError> {
+        if self.slots.len() >= MAX_PRIMITIVES {
             return Err(GeometryError::TooMany);
         }
-        self.entries.push(Entry { kind, visibility, index: index as u32 });
-        Ok(self.entries.len() as u32 - 1)
+        self.slots.push(Slot { object: self.objects, primitive: primitive as u32, index: index as u32, kind, visibility });
+        Ok(())
     }
 
-    /// Adds a sphere and returns its id.
+    /// Adds a sphere and returns its id, as of any object.
     pub fn sphere(&mut self, sphere: Sphere<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
         check_bounds(sphere.bounds())?;
         self.spheres.push(sphere);
-        self.push(Kind::Sphere, visibility, self.spheres.len() - 1)
+        self.single(Kind::Sphere, visibility, self.spheres.len() - 1)
     }
 
     /// Adds a plane and returns its id.
@@ -93,18 +111,40 @@ impl<P: Precision> Group<P> {
             return Err(GeometryError::NotFinite);
         }
         self.planes.push(plane);
-        self.push(Kind::Plane, visibility, self.planes.len() - 1)
+        self.single(Kind::Plane, visibility, self.planes.len() - 1)
     }
 
-    /// Adds a triangle and returns its id.
+    /// Adds a single triangle and returns its id.
     pub fn triangle(&mut self, vertices: [Vec3Of<P>; 3], visibility: Visibility) -> Result<u32, GeometryError> {
-        let triangle = Triangle::new(vertices);
-        check_bounds(triangle.bounds())?;
-        self.triangles.push(triangle);
-        self.push(Kind::Triangle, visibility, self.triangles.len() - 1)
+        self.mesh([vertices], visibility)
     }
 
-    /// The triangles added one by one, in their order.
+    /// Adds any number of triangles as one object, none included, and returns its id. They are its primitives, in their order.
+    ///
+    /// # Errors
+    /// Where one is refused, none of them is added.
+    pub fn mesh(
+        &mut self,
+        triangles: impl IntoIterator<Item = [Vec3Of<P>; 3]>,
+        visibility: Visibility,
+    ) -> Result<u32, GeometryError> {
+        let before = (self.slots.len(), self.triangles.len());
+        for (primitive, vertices) in triangles.into_iter().enumerate() {
+            let triangle = Triangle::new(vertices);
+            self.triangles.push(triangle);
+            let added = check_bounds(triangle.bounds())
+                .and_then(|()| self.push(Kind::Triangle, visibility, primitive, self.triangles.len() - 1));
+            if let Err(refused) = added {
+                self.slots.truncate(before.0);
+                self.triangles.truncate(before.1);
+                return Err(refused);
+            }
+        }
+        self.objects += 1;
+        Ok(self.objects - 1)
+    }
+
+    /// The triangles of meshes, in the order in which they were added.
     pub fn triangles(&self) -> &[Triangle<P::Real>] {
         &self.triangles
     }
@@ -118,7 +158,7 @@ impl<P: Precision> Group<P> {
             shape if !shape.is_finite() => Err(GeometryError::NotFinite),
             shape => {
                 self.shapes.push(shape);
-                self.push(Kind::Shape, visibility, self.shapes.len() - 1)
+                self.single(Kind::Shape, visibility, self.shapes.len() - 1)
             }
         }
     }
@@ -134,44 +174,46 @@ impl<P: Precision> Group<P> {
         let placed = Placed::new(shape, to_world).ok_or(GeometryError::Singular)?;
         check_bounds(placed.bounds())?;
         self.placed.push(placed);
-        self.push(Kind::Placed, visibility, self.placed.len() - 1)
+        self.single(Kind::Placed, visibility, self.placed.len() - 1)
     }
 
-    /// Adds another geometry, which holds no instances itself, under an affine map and returns its id.
-    pub fn instance(
-        &mut self,
-        geometry: Arc<Geometry<P>>,
-        to_world: DAffine3,
-        visibility: Visibility,
-    ) -> Result<u32, GeometryError> {
-        self.instances.push(Instance::new(geometry, to_world)?);
-        self.push(Kind::Instance, visibility, self.instances.len() - 1)
+    /// Takes in a geometry for instances to show, and returns its number for [`Group::instance`].
+    ///
+    /// # Errors
+    /// [`GeometryError::Nested`] where it holds instances itself: a hit names one instance, so there would be no way back to
+    /// what was hit.
+    pub fn part(&mut self, geometry: Geometry<P>) -> Result<u32, GeometryError> {
+        if geometry.instance_count() > 0 {
+            return Err(GeometryError::Nested);
+        }
+        self.parts.push(geometry);
+        Ok(self.parts.len() as u32 - 1)
     }
 
-    /// All primitives with their boxes; none where one has no bounds.
-    pub(crate) fn slots(&self) -> impl Iterator<Item = (Slot, Option<Aabb>)> {
-        self.entries.iter().enumerate().map(|(id, &entry)| (Slot { id: id as u32, entry }, self.bounds(entry)))
+    /// Shows a part under an affine map, as one object, and returns its id. How it takes part in any-hit queries is told by
+    /// the instance, whatever the objects in the part say; which sides can be hit, by those.
+    pub fn instance(&mut self, part: u32, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
+        let shown = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?;
+        self.instances.push(Instance::new(part, shown.bounds(), to_world)?);
+        self.single(Kind::Instance, visibility, self.instances.len() - 1)
     }
 
-    /// How many instances there are.
-    pub(crate) fn instance_count(&self) -> usize {
-        self.instances.len()
-    }
-
-    /// Bytes of primitives.
+    /// Bytes of primitives and of what instances show.
     pub(crate) fn bytes(&self) -> usize {
-        size_of_val(self.entries.as_slice())
+        size_of_val(self.slots.as_slice())
             + size_of_val(self.spheres.as_slice())
             + size_of_val(self.triangles.as_slice())
             + size_of_val(self.planes.as_slice())
             + size_of_val(self.shapes.as_slice())
             + size_of_val(self.placed.as_slice())
             + size_of_val(self.instances.as_slice())
+            + self.parts.iter().map(|part| size_of::<Geometry<P>>() + part.bytes()).sum::<usize>()
     }
 
-    fn bounds(&self, entry: Entry) -> Option<Aabb> {
-        let index = entry.index as usize;
-        match entry.kind {
+    /// The box of a primitive; none where it has no bounds.
+    pub(crate) fn bounds(&self, slot: &Slot) -> Option<Aabb> {
+        let index = slot.index as usize;
+        match slot.kind {
             Kind::Sphere => Shape::bounds(&self.spheres[index]),
             Kind::Triangle => Shape::bounds(&self.triangles[index]),
             Kind::Plane => None,
@@ -181,111 +223,33 @@ impl<P: Precision> Group<P> {
         }
     }
 
-    /// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is.
-    pub(crate) fn few(&self) -> usize {
+    /// Whether there is a face whose test asks for the plane across the ray.
+    pub(crate) fn has_faces(&self) -> bool {
+        let is_face = |shape: &AnyShape<P::Real>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
+        !self.triangles.is_empty() || self.shapes.iter().any(is_face) || self.placed.iter().any(|p| is_face(p.shape()))
+    }
+
+    /// How many of `count` primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is.
+    pub(crate) fn few(&self, count: usize) -> usize {
         const SPHERES: usize = 14;
         const OTHERS: usize = 2;
-        if self.entries.len() == self.spheres.len() + self.planes.len() { SPHERES } else { OTHERS }
+        if count == self.spheres.len() + self.planes.len() { SPHERES } else { OTHERS }
     }
 
-    /// Puts the primitives that come in great numbers into the order of queries, so that what is tested one after the other
-    /// lies side by side. Each of them has a slot, because none without a box was let in.
-    pub(crate) fn follow(&mut self, slots: &mut [Slot]) {
+    /// Takes over the order of queries, and puts the primitives that come in great numbers into it, so that what is tested one
+    /// after the other lies side by side.
+    pub(crate) fn follow(&mut self, slots: Vec<Slot>) {
         let (spheres, triangles) = (take(&mut self.spheres), take(&mut self.triangles));
-        for slot in slots {
-            let index = slot.entry.index as usize;
-            let moved = match slot.entry.kind {
-                Kind::Sphere => append(&mut self.spheres, spheres[index]),
-                Kind::Triangle => append(&mut self.triangles, triangles[index]),
-                _ => continue,
-            };
-            slot.entry.index = moved;
-            self.entries[slot.id as usize].index = moved;
-        }
-    }
-
-    /// The nearest hit of one primitive.
-    #[inline(always)]
-    pub(crate) fn test<T: Tally>(
-        &self,
-        slot: &Slot,
-        probe: &Probe<P>,
-        range: Interval<P::Real>,
-        tally: &mut T,
-    ) -> Option<Hit<P::Real>> {
-        let Slot { id, entry } = *slot;
-        let (index, side) = (entry.index as usize, entry.visibility.side);
-        tally.primitive();
-        let hit = match entry.kind {
-            Kind::Sphere => self.spheres[index].intersect(probe, range, side),
-            Kind::Triangle => self.triangles[index].intersect(probe, range, side),
-            Kind::Plane => self.planes[index].intersect(probe, range, side),
-            Kind::Shape => self.shapes[index].intersect(probe, range, side),
-            Kind::Placed => self.placed[index].intersect(probe, range, side),
-            Kind::Instance => {
-                let hit = self.instances[index].closest(probe, range, id, tally)?;
-                return self.admit(entry, probe, range, hit);
+        self.spheres.reserve_exact(spheres.len());
+        self.triangles.reserve_exact(triangles.len());
+        self.slots = slots;
+        for slot in &mut self.slots {
+            let index = slot.index as usize;
+            match slot.kind {
+                Kind::Sphere => slot.index = append(&mut self.spheres, spheres[index]),
+                Kind::Triangle => slot.index = append(&mut self.triangles, triangles[index]),
+                _ => {}
             }
-        };
-        let ShapeHit { t, u, v } = hit?;
-        self.admit(entry, probe, range, Hit { t, u, v, primitive: id, instance: Hit::<P::Real>::NO_INSTANCE })
-    }
-
-    /// The hit where and if it counts; see [`crate::admission`].
-    #[inline(always)]
-    fn admit(&self, entry: Entry, probe: &Probe<P>, range: Interval<P::Real>, hit: Hit<P::Real>) -> Option<Hit<P::Real>> {
-        if P::ROBUST {
-            return Some(hit);
-        }
-        admitted(self.bounds(entry), &probe.ray, range, hit.t).map(|t| Hit { t, ..hit })
-    }
-
-    /// Shows one primitive's hit to an any-hit query; true when the query is over.
-    #[inline(always)]
-    pub(crate) fn offer<T: Tally>(
-        &self,
-        slot: &Slot,
-        probe: &Probe<P>,
-        range: Interval<P::Real>,
-        accept: &mut impl FnMut(&Hit<P::Real>) -> bool,
-        tally: &mut T,
-    ) -> bool {
-        let entry = slot.entry;
-        if !entry.visibility.casts_shadow {
-            return false;
-        }
-        if entry.kind == Kind::Instance {
-            let mut accept = |hit: &Hit<P::Real>| self.admit(entry, probe, range, *hit).is_some_and(|hit| accept(&hit));
-            return self.instances[entry.index as usize].any(probe, range, slot.id, &mut accept, tally);
-        }
-        self.test(slot, probe, range, tally).is_some_and(|hit| accept(&hit))
-    }
-
-    pub(crate) fn locate(&self, probe: &Probe<P>, hit: &Hit<P::Real>, maps: Option<Maps<'_, P::Core>>) -> Located<P::Core> {
-        let entry = self.entries[hit.order() as usize];
-        let index = entry.index as usize;
-        let local = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
-        match entry.kind {
-            Kind::Sphere => self.spheres[index].locate_under(probe, local, maps),
-            Kind::Triangle => self.triangles[index].locate_under(probe, local, maps),
-            Kind::Plane => self.planes[index].locate_under(probe, local, maps),
-            Kind::Shape => self.shapes[index].locate_under(probe, local, maps),
-            Kind::Placed => self.placed[index].locate_under(probe, local, maps),
-            Kind::Instance => self.instances[index].locate(probe, hit),
-        }
-    }
-
-    pub(crate) fn parameters(&self, probe: &Probe<P>, hit: &Hit<P::Real>) -> Parameters<P::Real> {
-        let entry = self.entries[hit.order() as usize];
-        let index = entry.index as usize;
-        let local = ShapeHit { t: hit.t, u: hit.u, v: hit.v };
-        match entry.kind {
-            Kind::Sphere => self.spheres[index].parameters(probe, local),
-            Kind::Triangle => self.triangles[index].parameters(probe, local),
-            Kind::Plane => self.planes[index].parameters(probe, local),
-            Kind::Shape => self.shapes[index].parameters(probe, local),
-            Kind::Placed => self.placed[index].parameters(probe, local),
-            Kind::Instance => self.instances[index].parameters(probe, hit),
         }
     }
 }

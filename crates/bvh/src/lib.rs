@@ -9,17 +9,17 @@
 //! use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Robust, Visibility};
 //!
 //! let mut group = Group::<Robust>::default();
-//! let floor = group.shape(AnyShape::Disk(Disk::new(DVec3::ZERO, DVec3::Y, 10.0)), Visibility::default())?;
+//! group.shape(AnyShape::Disk(Disk::new(DVec3::ZERO, DVec3::Y, 10.0)), Visibility::default())?;
 //! let ball = group.sphere(Sphere { centre: Vec3::new(0.0, 1.0, 0.0), radius: 1.0 }, Visibility::default())?;
 //! let geometry = Geometry::new(group, AcceleratorKind::default());
 //!
 //! let down = Ray::new(Vec3::new(0.0, 5.0, 0.0), Vec3::NEG_Y);
 //! let hit = geometry.closest(&down, Interval::positive(), &mut ()).expect("the ball is below");
-//! assert_eq!((hit.primitive, hit.t), (ball, 3.0));
+//! assert_eq!((hit.object, hit.t), (ball, 3.0));
 //! assert_eq!(geometry.surface(&down, &hit).normal, Vec3::Y);
 //!
-//! // Any hit: is the floor in the way, whatever else is?
-//! assert!(geometry.any(&down, Interval::positive(), |hit| hit.primitive == floor, &mut ()));
+//! // Any hit: both are opaque, so something is in the way whatever would be said of it.
+//! assert!(geometry.any(&down, Interval::positive(), &mut |_| false, &mut ()));
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
@@ -33,10 +33,12 @@ mod admission;
 mod boxes;
 mod build;
 mod error;
-pub mod geometry;
+mod geometry;
 mod group;
 mod instance;
 mod lanes;
+mod locate;
+mod query;
 pub mod ray;
 pub mod scalar;
 pub mod shapes;
@@ -45,9 +47,12 @@ mod tally;
 pub mod transform;
 mod tree;
 pub use aabb::{Aabb, PaddedBox};
+pub use accelerator::AcceleratorKind;
 pub use build::{BuildQuality, BuildWork};
-pub use geometry::{AcceleratorKind, Geometry, GeometryError, Group, Visibility};
-pub use ray::{Hit, Interval, Ray, Side};
+pub use error::GeometryError;
+pub use geometry::Geometry;
+pub use group::Group;
+pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};
 pub use shapes::{Located, Parameters, Probe, Shape, ShapeHit, Surface};
 pub use tally::{Tally, Visits};

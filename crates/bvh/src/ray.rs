@@ -79,23 +79,29 @@ impl Side {
     }
 }
 
-/// How a primitive takes part, besides its shape.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What any-hit queries make of an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Occlusion {
+    /// Nothing: it is not there for them.
+    None,
+    /// A hit of it ends the query, and nobody is asked.
+    #[default]
+    Opaque,
+    /// The caller is asked about each hit.
+    Ask,
+}
+
+/// How an object takes part, besides its shape.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Visibility {
     /// Which sides can be hit.
     pub side: Side,
-    /// Whether any-hit queries see it.
-    pub casts_shadow: bool,
+    /// What it is to any-hit queries.
+    pub occlusion: Occlusion,
 }
 
-impl Default for Visibility {
-    fn default() -> Self {
-        Self { side: Side::Both, casts_shadow: true }
-    }
-}
-
-/// The closest intersection: small on purpose. The surface point is made once, afterwards.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// An intersection, and whose it is: small on purpose. The surface point is made once, afterwards.
+#[derive(Clone, Copy, Debug)]
 pub struct Hit<R> {
     /// Distance along the unit direction.
     pub t: R,
@@ -103,19 +109,46 @@ pub struct Hit<R> {
     pub u: R,
     /// Second one: a barycentric coordinate, or whether the ray leaves a body.
     pub v: R,
-    /// Index of the primitive in its set; the order of ties.
+    /// The object that was hit, in the set where it lies: the scene's own, or what the instance shows.
+    pub object: u32,
+    /// Which of the object's primitives: the triangle of a mesh, 0 for a shape.
     pub primitive: u32,
-    /// Index of the instance that holds the set, or [`Hit::NO_INSTANCE`].
+    /// The object of the scene's own set that is an instance and shows it, or [`Hit::NO_INSTANCE`].
     pub instance: u32,
+    /// The way to the primitive's data: its slot, and in an instance the slot in what that shows.
+    pub(crate) slots: [u32; 2],
 }
 
 impl<R> Hit<R> {
     /// The hit lies in the scene's own set, not in an instance.
     pub const NO_INSTANCE: u32 = u32::MAX;
 
-    /// Position of the hit object in the scene's own order: the primitive, or the instance that holds it.
+    /// The object of the scene's own set: the one that was hit, or the instance that shows it.
     #[inline(always)]
-    pub fn order(&self) -> u32 {
-        if self.instance == Self::NO_INSTANCE { self.primitive } else { self.instance }
+    pub fn outermost(&self) -> u32 {
+        if self.instance == Self::NO_INSTANCE { self.object } else { self.instance }
     }
+
+    /// What decides between hits at one distance: the lowest wins.
+    #[inline(always)]
+    pub fn order(&self) -> [u32; 3] {
+        [self.outermost(), self.object, self.primitive]
+    }
+}
+
+/// Hits are the same whatever structure found them; where that keeps the primitive is its own affair.
+impl<R: PartialEq> PartialEq for Hit<R> {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.t, &self.u, &self.v) == (&other.t, &other.u, &other.v)
+            && (self.object, self.primitive, self.instance) == (other.object, other.primitive, other.instance)
+    }
+}
+
+/// A ray with the distances at which hits count: what one query asks.
+#[derive(Clone, Copy, Debug)]
+pub struct Query<R: Real> {
+    /// The ray.
+    pub ray: Ray<R>,
+    /// Where hits count.
+    pub range: Interval<R>,
 }

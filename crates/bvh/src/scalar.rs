@@ -64,8 +64,6 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// Largest integer not above.
-    fn floor(self) -> Self;
     /// The larger one; the other one where one of them is NaN.
     fn max(self, other: Self) -> Self;
     /// The smaller one; the other one where one of them is NaN.
@@ -113,6 +111,18 @@ pub trait Real:
             exponent >>= 1;
         }
         result
+    }
+
+    /// Largest whole number not above; never −0. Where the processor may lack an instruction for it, the library's is a call,
+    /// and this is not.
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on. To add that much to a smaller number rounds it.
+        let all_whole = Self::from_f64(0.5) / Self::ROUNDOFF;
+        let magnitude = self.abs();
+        let nearest = ((magnitude + all_whole) - all_whole).copysign(self);
+        let below = if nearest > self { nearest - Self::ONE } else { nearest };
+        if magnitude < all_whole { below + Self::ZERO } else { self }
     }
 
     /// `min` where below, `max` where above.
@@ -205,8 +215,6 @@ macro_rules! real {
             fn sqrt(self) -> Self { $t::sqrt(self) }
             #[inline(always)]
             fn abs(self) -> Self { $t::abs(self) }
-            #[inline(always)]
-            fn floor(self) -> Self { $t::floor(self) }
             #[inline(always)]
             fn max(self, other: Self) -> Self { $t::max(self, other) }
             #[inline(always)]

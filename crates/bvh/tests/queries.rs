@@ -3,9 +3,9 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere, Triangle};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Interval, Precision, Ray, Robust, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Hit, Interval, Occlusion, Precision, Query, Ray, Robust, Side,
+    Visibility,
 };
-use std::sync::Arc;
 
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
 struct Random(u64);
@@ -26,12 +26,15 @@ impl Random {
     }
 }
 
+/// Every hit is shown to the caller.
+const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };
+
 fn triangles(random: &mut Random, count: usize) -> Group<Robust> {
     let mut group = Group::default();
     for _ in 0..count {
         let a = random.point();
         let vertices = [a, a + random.direction() * 2.0, a + random.direction() * 2.0];
-        group.triangle(vertices, Visibility::default()).unwrap();
+        group.triangle(vertices, ASKED).unwrap();
     }
     group
 }
@@ -39,22 +42,23 @@ fn triangles(random: &mut Random, count: usize) -> Group<Robust> {
 /// Spheres, triangles (many of them doubled, so that ties occur), a plane and instances.
 fn mixed(seed: u64, count: usize) -> Group<Robust> {
     let random = &mut Random(seed);
-    let shared = Arc::new(Geometry::new(triangles(random, 20), AcceleratorKind::default()));
+    let shared = Geometry::new(triangles(random, 20), AcceleratorKind::default());
     let mut group = triangles(random, count);
+    let shared = group.part(shared).unwrap();
     for i in 0..count {
-        let visibility = Visibility { casts_shadow: i % 3 != 0, ..Visibility::default() };
+        let visibility = if i % 3 == 0 { Visibility { occlusion: Occlusion::None, ..ASKED } } else { ASKED };
         let sphere = Sphere { centre: random.point(), radius: 0.1 + random.unit() };
         group.sphere(sphere, visibility).unwrap();
         if i % 4 == 0 {
             group.sphere(sphere, visibility).unwrap();
         }
     }
-    group.plane(Plane::new(Vec3::new(0.0, -9.0, 0.0), Vec3::Y), Visibility::default()).unwrap();
+    group.plane(Plane::new(Vec3::new(0.0, -9.0, 0.0), Vec3::Y), ASKED).unwrap();
     for _ in 0..count / 10 {
         let map = DAffine3::from_translation(random.point().as_dvec3() * 3.0)
             * DAffine3::from_axis_angle(random.direction().as_dvec3(), f64::from(random.unit()) * 6.0)
             * DAffine3::from_scale(DVec3::new(0.5, 2.0, -0.7));
-        group.instance(Arc::clone(&shared), map, Visibility::default()).unwrap();
+        group.instance(shared, map, ASKED).unwrap();
     }
     group
 }
@@ -77,11 +81,11 @@ fn tree_equals_scan() {
                 let expected = scan.closest(&ray, range, &mut ());
                 assert_eq!(tree.closest(&ray, range, &mut ()), expected, "{kind:?} seed {seed} {ray:?} {range:?}");
                 let lowest = |g: &Geometry<Robust>| {
-                    let mut lowest = u32::MAX;
+                    let mut lowest = [u32::MAX; 3];
                     g.any(
                         &ray,
                         range,
-                        |h| {
+                        &mut |h| {
                             lowest = lowest.min(h.order());
                             false
                         },
@@ -105,7 +109,7 @@ fn coincident_primitives() {
     let tree = Geometry::new(group, AcceleratorKind::default());
     let ray = Ray::new(Vec3::new(0.25, 0.25, 3.0), Vec3::NEG_Z);
     let hit = tree.closest(&ray, Interval::positive(), &mut ()).unwrap();
-    assert_eq!((hit.primitive, hit.t), (0, 3.0));
+    assert_eq!((hit.object, hit.t), (0, 3.0));
 }
 
 /// Protects: a primitive with a coordinate that is not finite is refused with a typed error, before any build.
@@ -160,12 +164,13 @@ fn precisions_agree() {
 /// Protects: a third level, whose hits nobody could locate, is refused and not walked.
 #[test]
 fn instances_of_instances_are_refused() {
-    let leaf = Arc::new(Geometry::new(triangles(&mut Random(3), 5), AcceleratorKind::default()));
     let mut middle = Group::<Robust>::default();
+    let leaf = middle.part(Geometry::new(triangles(&mut Random(3), 5), AcceleratorKind::default())).unwrap();
     middle.instance(leaf, DAffine3::IDENTITY, Visibility::default()).unwrap();
-    let middle = Arc::new(Geometry::new(middle, AcceleratorKind::default()));
-    let refused = Group::<Robust>::default().instance(middle, DAffine3::IDENTITY, Visibility::default());
-    assert_eq!(refused, Err(GeometryError::Nested));
+    let mut outer = Group::default();
+    assert_eq!(outer.part(Geometry::new(middle, AcceleratorKind::default())), Err(GeometryError::Nested));
+    assert_eq!(outer.instance(0, DAffine3::IDENTITY, Visibility::default()), Err(GeometryError::NoPart));
+    assert!(outer.is_empty());
 }
 
 /// Protects: the bytes that are reported hold every kind of primitive: each takes its own size and what every primitive takes.
@@ -187,4 +192,90 @@ fn bytes_count_every_primitive() {
         more(&|g| g.shape(Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into(), Visibility::default())) - size_of::<AnyShape<f32>>(),
     ];
     assert!(own[0] > 0 && own == [own[0]; 4], "{own:?}");
+}
+
+/// Protects: an opaque object ends a query and nobody is asked about it, one to ask about is shown hit by hit, and one that is
+/// nothing to such queries is not there; of an instance it is the instance that says so.
+#[test]
+fn occlusion_belongs_to_objects() {
+    let flat = |z: f32| [Vec3::new(-4.0, -4.0, z), Vec3::new(4.0, -4.0, z), Vec3::new(0.0, 4.0, z)];
+    let being = |occlusion| Visibility { occlusion, ..Visibility::default() };
+    let all = [Occlusion::None, Occlusion::Opaque, Occlusion::Ask];
+    for (own, instanced) in all.into_iter().flat_map(|own| all.map(|instanced| (own, instanced))) {
+        for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
+            let mut inner = Group::<Robust>::default();
+            inner.mesh([flat(3.0), flat(4.0)], being(Occlusion::None)).unwrap();
+            let mut group = Group::<Robust>::default();
+            let part = group.part(Geometry::new(inner, kind)).unwrap();
+            group.mesh([flat(1.0), flat(2.0)], being(own)).unwrap();
+            group.instance(part, DAffine3::IDENTITY, being(instanced)).unwrap();
+            let geometry = Geometry::new(group, kind);
+            let mut asked = Vec::new();
+            let mut ask = |hit: &Hit<f32>| {
+                asked.push((hit.outermost(), hit.t));
+                false
+            };
+            let found = geometry.any(&Ray::new(Vec3::ZERO, Vec3::Z), Interval::positive(), &mut ask, &mut ());
+            asked.sort_by(|a, b| a.1.total_cmp(&b.1));
+            assert_eq!(found, own == Occlusion::Opaque || instanced == Occlusion::Opaque, "{own:?} {instanced:?}");
+            if !found {
+                let shown = |occlusion, hits| if occlusion == Occlusion::Ask { hits } else { Vec::new() };
+                let expected = [shown(own, vec![(0, 1.0), (0, 2.0)]), shown(instanced, vec![(1, 3.0), (1, 4.0)])].concat();
+                assert_eq!(asked, expected, "{own:?} {instanced:?}");
+            }
+        }
+    }
+}
+
+/// Protects: a hit names its object, the object's primitive and the instance, whatever was added before, between and after, and
+/// however the tree has ordered it.
+#[test]
+fn hits_name_their_objects() {
+    let at = |x: f32, z: f32| [Vec3::new(x, 0.0, z), Vec3::new(x + 0.5, 0.0, z), Vec3::new(x, 0.5, z)];
+    let row = |x: f32| (0..5).map(move |i| at(x, 5.0 - i as f32));
+    for kind in kinds().chain([AcceleratorKind::Linear]) {
+        let mut inner = Group::<Robust>::default();
+        inner.mesh(row(0.0), Visibility::default()).unwrap();
+        inner.mesh(row(1.0), Visibility::default()).unwrap();
+        let mut group = Group::<Robust>::default();
+        group.mesh(row(10.0), Visibility::default()).unwrap();
+        group.mesh([], Visibility::default()).unwrap();
+        let ball = group.sphere(Sphere { centre: Vec3::new(-3.0, 0.0, 0.0), radius: 1.0 }, Visibility::default()).unwrap();
+        let part = group.part(Geometry::new(inner, kind)).unwrap();
+        let moved = DAffine3::from_translation(DVec3::new(20.0, 0.0, 0.0));
+        let instance = group.instance(part, moved, Visibility::default()).unwrap();
+        let last = group.mesh(row(30.0), Visibility::default()).unwrap();
+        assert_eq!((ball, instance, last, group.objects(), group.len()), (2, 3, 4, 5, 12));
+        let geometry = Geometry::new(group, kind);
+        let name = |x: f32, z: f32| {
+            let ray = Ray::new(Vec3::new(x, 0.1, z + 0.5), Vec3::NEG_Z);
+            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+            (hit.instance, hit.object, hit.primitive)
+        };
+        let none = Hit::<f32>::NO_INSTANCE;
+        for i in 0..5 {
+            let z = 5.0 - i as f32;
+            assert_eq!(name(10.1, z), (none, 0, i), "{kind:?}");
+            assert_eq!(name(20.1, z), (instance, 0, i), "{kind:?}");
+            assert_eq!(name(21.1, z), (instance, 1, i), "{kind:?}");
+            assert_eq!(name(30.1, z), (none, last, i), "{kind:?}");
+        }
+        assert_eq!(name(-3.0, 3.0), (none, ball, 0), "{kind:?}");
+    }
+}
+
+/// Protects: a slice of queries has the answers of one after the other, in their order.
+#[test]
+fn many_queries_are_single_ones() {
+    let geometry = Geometry::new(mixed(11, 200), AcceleratorKind::default());
+    let random = &mut Random(5);
+    let query = |random: &mut Random| {
+        let max = if random.unit() < 0.5 { f32::INFINITY } else { 8.0 * random.unit() };
+        Query { ray: Ray::new(random.point(), random.direction()), range: Interval { min: 0.0, max } }
+    };
+    let queries: Vec<_> = (0..500).map(|_| query(random)).collect();
+    let mut hits = vec![None; 3];
+    geometry.closest_each(&queries, &mut hits);
+    let one_by_one: Vec<_> = queries.iter().map(|q| geometry.closest(&q.ray, q.range, &mut ())).collect();
+    assert!(hits == one_by_one && hits.iter().any(Option::is_some) && hits.iter().any(Option::is_none));
 }

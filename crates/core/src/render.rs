@@ -201,16 +201,18 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let mut dropped = 0;
         let mut firsts = FirstHits::new(self.plan);
         let mut pixel = G::default();
-        for y in 0..self.area.height as usize {
-            for x in 0..self.area.width as usize {
-                let top = y * row + x;
-                for at in [top + row, top + row + 1, top, top + 1] {
-                    let (radiance, hit) = lattice[at];
+        for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
+            let lower = &lattice[(y + 1) * row..][..row];
+            for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {
+                for &(radiance, hit) in [&bottom[0], &bottom[1], &top[0], &top[1]] {
                     dropped += u64::from(!pixel.add(radiance, hit));
-                    firsts.add(hits.get(at).and_then(Option::as_ref));
                 }
                 finish(plane, pixel.finish());
-                firsts.push(plane, 4);
+                if !hits.is_empty() {
+                    let top = y * row + x;
+                    [top + row, top + row + 1, top, top + 1].into_iter().for_each(|at| firsts.add(hits[at].as_ref()));
+                    firsts.push(plane, 4);
+                }
             }
         }
         dropped

@@ -27,7 +27,7 @@ pub(crate) fn read(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) 
 fn merged(scene: &Scene) -> MeshData {
     let lookup = Lookup::new(scene);
     let shown = scene.objects.iter().filter_map(|object| match &object.shape {
-        Shape::Mesh(name) => lookup.mesh_data(name).map(|part| (&**part, affine(&object.transform))),
+        Shape::Mesh(name) => lookup.mesh_data(name).map(|(_, part)| (&**part, affine(&object.transform))),
         _ => None,
     });
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();

@@ -36,24 +36,30 @@ impl<P: Precision> Probe<P> {
     /// Prepares a ray.
     #[inline(always)]
     pub fn new(ray: Ray<P::Real>) -> Self {
+        Self::of(ray, true)
+    }
+
+    /// Prepares a ray, for triangles and quads too or not.
+    #[inline(always)]
+    pub(crate) fn of(ray: Ray<P::Real>, faces: bool) -> Self {
         let origin = convert_vec::<P::Real, P::Core>(ray.origin);
         let direction = convert_vec::<P::Real, P::Core>(ray.direction);
-        Self::with(ray, origin, direction, false)
+        Self::with(ray, origin, direction, false, faces)
     }
 
     /// Prepares a ray of a mapped space, in the core's scalar and of any length: distances are in units of that length.
     #[inline(always)]
     pub fn from_core(origin: CoreVec<P>, direction: CoreVec<P>) -> Self {
         let ray = Ray::new(convert_vec::<P::Core, P::Real>(origin), convert_vec::<P::Core, P::Real>(direction));
-        Self::with(ray, origin, direction, true)
+        Self::with(ray, origin, direction, true, true)
     }
 
     #[inline(always)]
-    fn with(ray: Ray<P::Real>, origin: CoreVec<P>, direction: CoreVec<P>, mapped: bool) -> Self {
+    fn with(ray: Ray<P::Real>, origin: CoreVec<P>, direction: CoreVec<P>, mapped: bool, faces: bool) -> Self {
         let length_squared = direction.dot(direction);
         let inverse_length_squared = P::Core::ONE / length_squared;
         let shortened = length_squared * (P::Core::ONE - P::Core::ROUNDOFF * num(64.0));
-        let across = across::<P>(direction);
+        let across = if faces { across::<P>(direction) } else { [Vector::ZERO; 2] };
         Self { ray, origin, direction, mapped, length_squared, shortened, inverse_length_squared, across }
     }
 

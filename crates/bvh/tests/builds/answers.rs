@@ -1,13 +1,12 @@
 //! Random scenes of everything: every structure answers as the scan does, bit for bit.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Group, Interval, Precision, Ray, Real, Reference, Robust, Vector, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Group, Interval, Occlusion, Precision, Ray, Real, Reference, Robust, Vector,
+    Visibility,
 };
 
 use crate::families::Random;
@@ -59,19 +58,25 @@ fn map(random: &mut Random) -> DAffine3 {
 }
 
 fn visibility(random: &mut Random) -> Visibility {
-    Visibility { casts_shadow: random.below(4) > 0, ..Visibility::default() }
+    let occlusion = [Occlusion::None, Occlusion::Ask, Occlusion::Ask, Occlusion::Ask][random.below(4)];
+    Visibility { occlusion, ..Visibility::default() }
 }
 
 /// The same scene for the same seed: some of each shape, as it is, mapped, doubled, and instances of a mesh.
 fn scene<P: Precision>(seed: u64, kind: AcceleratorKind) -> Geometry<P> {
     let random = &mut Random(seed);
     let mut mesh = Group::<P>::default();
-    for _ in 0..30 {
-        let AnyShape::Triangle(triangle) = shape::<P>(random, SHAPES - 1) else { continue };
-        mesh.triangle(triangle.vertices, Visibility::default()).unwrap();
+    for i in 0..30 {
+        // Some as objects of their own, some as one object of two.
+        let mut corners = || match shape::<P>(random, SHAPES - 1) {
+            AnyShape::Triangle(triangle) => triangle.vertices,
+            _ => unreachable!("the last shape is a triangle"),
+        };
+        let count = 1 + i % 2;
+        mesh.mesh((0..count).map(|_| corners()), Visibility::default()).unwrap();
     }
-    let mesh = Arc::new(Geometry::new(mesh, kind));
     let mut group = Group::default();
+    let mesh = group.part(Geometry::new(mesh, kind)).unwrap();
     for i in 0..10 + random.below(150) {
         // A few without bounds, so that there is something to hit besides them.
         let unbounded = i % 50 == 0;
@@ -80,7 +85,7 @@ fn scene<P: Precision>(seed: u64, kind: AcceleratorKind) -> Geometry<P> {
         let shape = shape::<P>(random, which);
         match random.below(5) {
             0 => group.placed(shape, map(random), own),
-            1 => group.instance(Arc::clone(&mesh), map(random), own),
+            1 => group.instance(mesh, map(random), own),
             2 => group.shape(shape, own).and_then(|_| group.shape(shape, own)),
             _ => group.shape(shape, own),
         }
@@ -90,13 +95,13 @@ fn scene<P: Precision>(seed: u64, kind: AcceleratorKind) -> Geometry<P> {
 }
 
 /// All hits that an any-hit query offers, in an order of their own.
-fn offered<P: Precision>(geometry: &Geometry<P>, ray: &Ray<P::Real>, range: Interval<P::Real>) -> Vec<(u32, u32, u64)> {
+fn offered<P: Precision>(geometry: &Geometry<P>, ray: &Ray<P::Real>, range: Interval<P::Real>) -> Vec<([u32; 3], u32, u64)> {
     let mut all = Vec::new();
     geometry.any(
         ray,
         range,
-        |hit| {
-            all.push((hit.primitive, hit.instance, hit.t.to_f64().to_bits()));
+        &mut |hit| {
+            all.push((hit.order(), hit.instance, hit.t.to_f64().to_bits()));
             false
         },
         &mut (),

@@ -39,7 +39,7 @@ fn s04_thin_gap() {
         };
         let ray = towards::<Robust>(at + turn * from, at + turn * target);
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
-        if (hit.primitive == 0) != lower {
+        if (hit.object == 0) != lower {
             return Verdict::Skip;
         }
         let surface = geometry.surface(&ray, &hit);
@@ -53,8 +53,8 @@ fn s04_thin_gap() {
         };
         let light = at + turn * light;
         let Some((shadow, range)) = surface.spawn_to(light.as_vec3()) else { return Verdict::Wrong("no shadow ray".into()) };
-        let got = geometry.any(&shadow, range, |_| true, &mut ());
-        Verdict::holds(got == dark, || format!("shadow {got} on sheet {}{}", hit.primitive, hex::<Robust>(&shadow)))
+        let got = geometry.any(&shadow, range, &mut |_| true, &mut ());
+        Verdict::holds(got == dark, || format!("shadow {got} on sheet {}{}", hit.object, hex::<Robust>(&shadow)))
     })
     .expect_right(300_000);
 }
@@ -90,13 +90,13 @@ fn s04_thin_shell() {
         }
         let (mut ray, mut met) = (ray, vec![]);
         while let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) {
-            met.push(hit.primitive);
+            met.push(hit.object);
             if met.len() > wanted.len() {
                 break;
             }
             let surface = geometry.surface(&ray, &hit);
             let d = ray.direction.as_dvec3().normalize();
-            let onward = if bends { bend(d, surface.normal.as_dvec3(), hit.primitive, ETA) } else { d };
+            let onward = if bends { bend(d, surface.normal.as_dvec3(), hit.object, ETA) } else { d };
             ray = Ray::new(surface.spawn(onward.as_vec3()), onward.as_vec3());
         }
         Verdict::holds(met == wanted, || format!("met {met:?}, not {wanted:?}, impact {impact}{}", hex::<Robust>(&ray)))

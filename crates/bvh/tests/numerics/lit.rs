@@ -67,7 +67,7 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
             let Some((ray, range)) = receiver.spawn_to_surface(&target) else {
                 return Verdict::Wrong(format!("no shadow ray from {:?} to {:?}", receiver.point, target.point));
             };
-            let blocked = room.geometry.any(&ray, range, |_| true, &mut ());
+            let blocked = room.geometry.any(&ray, range, &mut |_| true, &mut ());
             Verdict::holds(!blocked, || format!("shadowed at {place:?}, {:?}{}", target.point, hex::<Robust>(&ray)))
         })
         .expect_right(390_000);
@@ -107,7 +107,7 @@ fn s06_irradiance_is_the_form_factor() {
                 if distance >= 0.1 {
                     let target = drawn(&room, random.unit(), random.unit());
                     let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return f64::NAN };
-                    let seen = !room.geometry.any(&ray, range, |_| true, &mut ());
+                    let seen = !room.geometry.any(&ray, range, &mut |_| true, &mut ());
                     let across = target.point.as_dvec3() - p;
                     let cosines = normal.dot(across) * -target.normal.as_dvec3().dot(across).abs() / across.length().powi(4);
                     return if seen { cosines.abs() / PI } else { 0.0 };
@@ -117,7 +117,7 @@ fn s06_irradiance_is_the_form_factor() {
                 let d = x * (r * angle.cos()) + z * (r * angle.sin()) + facing * (1.0 - r * r).max(0.0).sqrt();
                 let start = receiver.spawn(d.as_vec3());
                 let hit = room.geometry.closest(&Ray::new(start, d.as_vec3()), Interval::positive(), &mut ());
-                f64::from(u8::from(hit.is_some_and(|hit| hit.primitive == LIGHT)))
+                f64::from(u8::from(hit.is_some_and(|hit| hit.object == LIGHT)))
             };
             const SAMPLES: u32 = 100_000;
             let (mut sum, mut squares) = (0.0, 0.0);
@@ -177,7 +177,7 @@ fn a_distant_lamp_is_not_in_its_own_light() {
         let receiver = Surface { point, start: point, error: 0.0, normal: (-out).as_vec3() };
         let target = lamp.sample_area::<Robust>(random.unit() as f32, random.unit() as f32).0.stored::<Robust>();
         let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return Verdict::Wrong("no ray".into()) };
-        let dark = geometry.any(&ray, range, |_| true, &mut ());
+        let dark = geometry.any(&ray, range, &mut |_| true, &mut ());
         Verdict::holds(!dark, || format!("its own shadow from {distance:e}{}", hex::<Robust>(&ray)))
     })
     .expect_right(50_000);

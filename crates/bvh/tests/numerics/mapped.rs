@@ -1,7 +1,5 @@
 //! P23: shapes under affine maps, hit in their own space and shaded in the world.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Ends, Placed, Quad, Sphere, Torus, Triangle};
 use raywright_bvh::{
@@ -184,8 +182,8 @@ fn p23_mapped_shapes() {
 fn instance(shape: AnyShape<f32>, map: DAffine3) -> Geometry<Robust> {
     let mut inner = Group::<Robust>::default();
     inner.shape(shape, Visibility::default()).expect("finite");
-    let inner = Arc::new(Geometry::new(inner, AcceleratorKind::default()));
     let mut group = Group::<Robust>::default();
+    let inner = group.part(Geometry::new(inner, AcceleratorKind::default())).expect("no instances in it");
     group.instance(inner, map, Visibility::default()).expect("an invertible map");
     Geometry::new(group, AcceleratorKind::default())
 }

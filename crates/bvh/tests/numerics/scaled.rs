@@ -94,7 +94,7 @@ fn powers_of_two_change_no_bit_of_a_tree() {
                 let found = |geometry: &Geometry<P>, size: f64| {
                     let ray = Ray::new(stored::<P>(o * size), stored::<P>(d));
                     let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
-                    Some((hit.primitive, [hit.t.to_f64() / size, hit.u.to_f64(), hit.v.to_f64()].map(f64::to_bits)))
+                    Some((hit.object, [hit.t.to_f64() / size, hit.u.to_f64(), hit.v.to_f64()].map(f64::to_bits)))
                 };
                 let (wanted, got) = (found(&plain, 1.0), found(&scaled, size));
                 Verdict::holds(wanted == got, || format!("{got:?} instead of {wanted:?}"))

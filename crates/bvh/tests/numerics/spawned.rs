@@ -223,7 +223,7 @@ fn ball_shadows<P: Precision>(s: f64, start: Start) -> Outcome {
         above.y = above.y.abs() + 0.01 * s;
         let light = exact(above);
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
-        let (wanted, margin) = hidden(met(o, d, hit.primitive, s), light, hit.primitive, s);
+        let (wanted, margin) = hidden(met(o, d, hit.object, s), light, hit.object, s);
         let scale = o.length().max(light.length());
         if margin <= 16.0 * U * (scale + o.abs().max_element()) {
             return Verdict::Band;
@@ -241,9 +241,9 @@ fn ball_shadows<P: Precision>(s: f64, start: Start) -> Outcome {
         let Some((shadow, range)) = shadow else { return Verdict::Wrong(format!("no shadow ray{}", hex::<P>(&ray))) };
         // A face turned away from the light is dark without a ray.
         let turned = surface.normal.to_f64().dot(light - surface.point.to_f64()) < 0.0;
-        let got = turned || geometry.any(&shadow, range, |_| true, &mut ());
+        let got = turned || geometry.any(&shadow, range, &mut |_| true, &mut ());
         let what = if got { "acne" } else { "leak" };
-        Verdict::holds(got == wanted, || format!("{what} on {} by {margin:e}{}", hit.primitive, hex::<P>(&ray)))
+        Verdict::holds(got == wanted, || format!("{what} on {} by {margin:e}{}", hit.object, hex::<P>(&ray)))
     })
 }
 
@@ -282,13 +282,13 @@ fn s03_contact_shadow() {
             let origin = target + DVec3::new(away.x, random.between(0.05, 0.2) * reach / s, away.z) * s;
             let ray = towards::<Robust>(origin, target);
             let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
-            if hit.primitive != 0 {
+            if hit.object != 0 {
                 return Verdict::Skip;
             }
             let surface = geometry.surface(&ray, &hit);
             let light = Vec3::new(0.0, (10.0 * s) as f32, 0.0);
             let Some((shadow, range)) = surface.spawn_to(light) else { return Verdict::Wrong("no shadow ray".into()) };
-            let dark = geometry.any(&shadow, range, |_| true, &mut ());
+            let dark = geometry.any(&shadow, range, &mut |_| true, &mut ());
             Verdict::holds(dark, || format!("lit at {:e} from the contact{}", reach / s, hex::<Robust>(&shadow)))
         })
         .expect_right(50_000);

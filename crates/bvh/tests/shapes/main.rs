@@ -6,3 +6,4 @@ mod bounds;
 mod gallery;
 mod hits;
 mod parameters;
+mod scalar;

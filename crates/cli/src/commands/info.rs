@@ -162,7 +162,7 @@ fn generated(scene: &Scene) -> String {
 /// Triangles of the meshes, each counted once, and as often as objects show them where that differs.
 fn triangles(scene: &Scene) -> String {
     let lookup = Lookup::new(scene);
-    let of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
+    let of = |name: &str| lookup.mesh_data(name).map(|(_, data)| data.indices.len());
     let meshes: Vec<usize> = scene.meshes.iter().filter_map(|mesh| of(&mesh.name)).collect();
     let stored: usize = meshes.iter().sum();
     let shown = scene.objects.iter().filter_map(|object| match &object.shape {

@@ -53,9 +53,9 @@ fn measured(
         }
         let rays = camera_rays(&tree.geometry, settings);
         let contest = Contest {
-            scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.bytes },
-            simd_scan: Contestant { geometry: &simd_scan.geometry, build: simd_scan_build, bytes: simd_scan.bytes },
-            tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.bytes },
+            scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.geometry.bytes() },
+            simd_scan: Contestant { geometry: &simd_scan.geometry, build: simd_scan_build, bytes: simd_scan.geometry.bytes() },
+            tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.geometry.bytes() },
         };
         let camera = row(&contest, &rays, method)?;
         on_row(&camera);

@@ -148,7 +148,7 @@ impl<'a> Challenger<'a> {
 
     /// Hits are compared bit for bit: distance, parameters, primitive and instance.
     fn compare(&self, tree: &Geometry<Robust>) -> Result<(), Disagreement> {
-        let bits = |hit: &Option<Hit<f32>>| hit.map(|h| [h.t.to_bits(), h.u.to_bits(), h.v.to_bits(), h.primitive, h.instance]);
+        let bits = |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
         for (index, ray) in self.sample.iter().flat_map(Sample::rays).enumerate() {
             let (a, b) = (closest(self.who.geometry, ray), closest(tree, ray));
             if bits(&a) != bits(&b) {

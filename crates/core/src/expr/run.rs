@@ -7,7 +7,7 @@ use raywright_bvh::scalar::{Real, Vector};
 
 use super::operation::Operation;
 use super::scope::Inputs;
-use super::semantics::{floor, fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth};
+use super::semantics::{fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth};
 use crate::noise;
 
 /// Four registers of numbers, or one of a vector in its first three places.
@@ -176,10 +176,10 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
             Operation::Sqrt => self.one(step, R::sqrt),
             Operation::Abs => self.one(step, R::abs),
             Operation::Sign => self.one(step, sign),
-            Operation::Floor => self.one(step, floor),
-            Operation::Ceil => self.one(step, |a| -floor(-a)),
+            Operation::Floor => self.one(step, Real::floor),
+            Operation::Ceil => self.one(step, |a| -(-a).floor()),
             Operation::Fract => self.one(step, fraction),
-            Operation::Round => self.one(step, |a| floor(a + R::from_f32(0.5))),
+            Operation::Round => self.one(step, |a| (a + R::from_f32(0.5)).floor()),
             Operation::Add => self.two(step, |a, b| a + b),
             Operation::Subtract => self.two(step, |a, b| a - b),
             Operation::Multiply => self.two(step, |a, b| a * b),

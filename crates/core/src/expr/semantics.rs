@@ -39,24 +39,11 @@ pub(super) fn sign<R: Real>(x: R) -> R {
     }
 }
 
-/// The largest whole number not above x, as [`Real::floor`] but for the sign of a zero: where the processor may lack an
-/// instruction for it, that is a call, and this is not.
-#[inline(always)]
-pub(super) fn floor<R: Real>(x: R) -> R {
-    // From 2²³ on, every f32 is whole; so is every f64 from 2⁵² on. To add that much to a smaller number rounds it.
-    let all_whole =
-        if size_of::<R>() == size_of::<f32>() { R::from_f32(8_388_608.0) } else { R::from_f64(4_503_599_627_370_496.0) };
-    let magnitude = x.abs();
-    let nearest = ((magnitude + all_whole) - all_whole).copysign(x);
-    let below = if nearest > x { nearest - R::ONE } else { nearest };
-    if magnitude < all_whole { below + R::ZERO } else { x }
-}
-
 /// x − ⌊x⌋, below one: where the difference rounds to one, the number before it.
 #[inline(always)]
 pub(super) fn fraction<R: Real>(x: R) -> R {
     let below_one = R::ONE - R::ROUNDOFF;
-    let fraction = x - floor(x);
+    let fraction = x - x.floor();
     if fraction > below_one { below_one } else { fraction }
 }
 
@@ -64,7 +51,7 @@ pub(super) fn fraction<R: Real>(x: R) -> R {
 /// the wrong side, and the difference may round to b.
 #[inline(always)]
 pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
-    let rest = a - b * floor(a / b);
+    let rest = a - b * (a / b).floor();
     let (low, high) = if b > R::ZERO { (R::ZERO, b.next_down()) } else { (b.next_up(), R::ZERO) };
     let wrong_side = if b > R::ZERO { rest < R::ZERO } else { rest > R::ZERO };
     let rest = if wrong_side { rest + b } else { rest };
@@ -81,9 +68,9 @@ pub(super) fn remainder<R: Real>(a: R, b: R) -> R {
 /// Whether ⌊x⌋ + ⌊y⌋ is odd.
 #[inline(always)]
 pub(super) fn odd<R: Real>(x: R, y: R) -> bool {
-    let half = (floor(x) + floor(y)) * R::from_f32(0.5);
+    let half = (x.floor() + y.floor()) * R::from_f32(0.5);
     // Infinities and NaN count as even.
-    half - floor(half) > R::ZERO
+    half - half.floor() > R::ZERO
 }
 
 /// [`Real::powi`] bit for bit, without the squaring whose result is not used: it may underflow, which is slow. `limit` is

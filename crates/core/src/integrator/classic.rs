@@ -83,7 +83,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let mut share = P::Real::ONE;
             if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
                 if light.shadows && m.asks_what_is_between {
-                    let between = self.before(&seen, at, m.shadow.is_some());
+                    let between = self.before(&seen, at, m.asks_how_far);
                     (here.beam.occluder, here.beam.share) = (between.distance, between.share);
                 }
                 share = m.shadow.as_ref().map_or(here.beam.share, |s| s.number(here));

@@ -89,7 +89,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             scene.geometry.any(
                 &ray,
                 range,
-                |hit| {
+                &mut |hit| {
                     nearest = nearest.min(hit.t);
                     if first.is_none_or(|f| hit.order() < f.order()) {
                         first = Some(*hit);
@@ -102,17 +102,18 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return Between { share, distance: nearest };
         }
         let mut product = Product::default();
-        scene.geometry.any(
+        let blocked = scene.geometry.any(
             &ray,
             range,
-            |hit| {
+            &mut |hit| {
                 nearest = nearest.min(hit.t);
                 product.factor(passes::<P, K>(scene, &ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
         );
-        Between { share: P::Real::from_f64(product.value()), distance: nearest }
+        let share = if blocked { P::Real::ZERO } else { P::Real::from_f64(product.value()) };
+        Between { share, distance: nearest }
     }
 }
 
@@ -153,8 +154,7 @@ impl Product {
 /// Share of light that one occluder lets through.
 #[inline]
 fn passes<P: Precision, K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> P::Real {
-    let object = scene.object_of[hit.order() as usize];
-    let material = &scene.materials[scene.objects[object as usize].material as usize];
+    let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];
     if K::PHYSICAL
         && let Material::Physical(m) = material
         && m.alpha != Alpha::Opaque

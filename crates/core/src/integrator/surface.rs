@@ -35,7 +35,7 @@ impl<R: Real> Interaction<R> {
     pub fn of<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
         let ray = &leg.ray;
         let surface = scene.geometry.surface(ray, hit);
-        let object = scene.object_of[hit.order() as usize];
+        let object = hit.outermost();
         let record = &scene.objects[object as usize];
         let direction = ray.direction;
         let outside = direction.dot(surface.normal) < R::ZERO;
@@ -60,7 +60,7 @@ impl<R: Real> Interaction<R> {
             at.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
         if K::MESHES {
-            at.attributes(record, hit);
+            at.attributes(scene, record, hit);
         }
         if record.face_viewer && !outside {
             at.normal = -at.normal;
@@ -72,10 +72,10 @@ impl<R: Real> Interaction<R> {
     }
 
     /// Interpolates what the mesh's vertices carry.
-    fn attributes(&mut self, record: &ObjectRecord<R>, hit: &Hit<R>) {
+    fn attributes<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, record: &ObjectRecord<R>, hit: &Hit<R>) {
         let Some(mesh) = &record.mesh else { return };
-        let data = &mesh.data;
-        let [a, b, c] = data.indices[(hit.primitive - mesh.first) as usize].map(|i| i as usize);
+        let data = &scene.meshes[mesh.mesh as usize];
+        let [a, b, c] = data.indices[hit.primitive as usize].map(|i| i as usize);
         let (b, c) = if mesh.flipped { (c, b) } else { (b, c) };
         let (u, v) = (hit.u, hit.v);
         let w = R::ONE - u - v;
@@ -95,11 +95,17 @@ impl<R: Real> Interaction<R> {
             let at = |k: usize| real(set[a][k]) * w + real(set[b][k]) * u + real(set[c][k]) * v;
             Some([at(0), at(1)])
         };
-        // Without a set, the weights of the second and the third corner of the file's own order.
-        self.uv[0] = uv(0).unwrap_or(if mesh.flipped { [v, u] } else { [u, v] });
-        for &set in &mesh.further_sets {
+        let mut sets = mesh.sets;
+        if sets & 1 != 0 {
+            // Without a set, the weights of the second and the third corner of the file's own order.
+            self.uv[0] = uv(0).unwrap_or(if mesh.flipped { [v, u] } else { [u, v] });
+            sets &= !1;
+        }
+        while sets != 0 {
+            let set = sets.trailing_zeros() as usize;
             // What a shader reads of an attribute that a mesh does not have.
             self.uv[set] = uv(set).unwrap_or([R::ZERO; 2]);
+            sets &= sets - 1;
         }
         if !data.colours.is_empty() {
             let at = |k: usize| real(data.colours[a][k]) * w + real(data.colours[b][k]) * u + real(data.colours[c][k]) * v;

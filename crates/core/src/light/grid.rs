@@ -4,6 +4,7 @@
 use core::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use raywright_bvh::Real;
 use raywright_bvh::shapes::equirectangular;
 
 use super::cdf::{pick, push_shares, share};
@@ -62,7 +63,7 @@ impl SphereGrid {
     pub fn density(&self, direction: DVec3) -> f64 {
         let [u, v] = equirectangular::<f64>(direction);
         let (height, u) = (self.rows.len(), u - self.turn);
-        let column = (((u - u.floor()) * self.width as f64) as usize).min(self.width - 1);
+        let column = (((u - Real::floor(u)) * self.width as f64) as usize).min(self.width - 1);
         let row = ((v * height as f64) as usize).min(height - 1);
         let probability = share(&self.rows, row) * share(self.columns_of(row), column);
         probability / solid_angle(self.width, height, row)

@@ -28,7 +28,7 @@ fn alone<P: Precision>(list: EmitterList<P>, strategy: Strategy) -> Lights<P> {
 /// One shape of radiance one that shines outwards, also as what rays can hit.
 fn surface<P: Precision>(shape: AnyShape<P::Real>, map: Option<DAffine3>, strategy: Strategy) -> (Lights<P>, Geometry<P>) {
     let (mut list, mut group) = (EmitterList::default(), Group::default());
-    let visibility = Visibility { side: Side::Outside, casts_shadow: true };
+    let visibility = Visibility { side: Side::Outside, ..Visibility::default() };
     list.next_object();
     match map {
         None => {

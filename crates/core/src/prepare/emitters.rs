@@ -23,7 +23,7 @@ pub(super) fn emitters<P: Precision>(scene: &Scene, lookup: &Lookup<'_>) -> Emit
         let (radiance, side) = (Vector::from_f64(radiance.0.into()), side_of(object.side));
         let map = shown.map();
         if let Shape::Mesh(name) = &object.shape {
-            if let Some(data) = lookup.mesh_data(name) {
+            if let Some((_, data)) = lookup.mesh_data(name) {
                 mesh(&mut list, data, map, radiance, side);
             }
             continue;

@@ -2,13 +2,15 @@
 //! often as instances of one shared geometry, generators as the objects they stand for.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::collections::hash_map::Entry;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, GeometryError, Group, Occlusion, Precision, Real, Side, Vec3Of, Vector, Visibility,
+};
 
 use super::PrepareError;
 use crate::generate::{Shown, all};
@@ -17,7 +19,7 @@ use crate::scene::{MeshData, Object, Scene, Shape, SideRule, TransformStep, Trip
 use crate::validate::collapses;
 
 /// What shading needs of an object.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectRecord<R: Real> {
     pub material: u32,
     pub face_viewer: bool,
@@ -27,24 +29,33 @@ pub(crate) struct ObjectRecord<R: Real> {
 }
 
 /// How an object shows its mesh.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshUse<R: Real> {
-    pub data: Arc<MeshData>,
-    /// Id of its first triangle in the scene's own set; zero for an instance, whose triangles count from zero.
-    pub first: u32,
+    /// Which of the scene's meshes.
+    pub mesh: u32,
     /// Columns of the inverse transpose: object normals to world normals, not normalised.
     pub normals: [R::Vec3; 3],
     /// The triangles were turned over because the transform mirrors.
     pub flipped: bool,
-    /// Sets of texture coordinates besides the first that the material reads: empty for most, and then none is interpolated.
-    pub further_sets: Vec<usize>,
+    /// Sets of texture coordinates that the material reads, a bit each.
+    pub sets: u8,
 }
 
 pub(crate) struct Built<P: Precision> {
     pub geometry: Geometry<P>,
+    /// By the geometry's objects, which are the scene's.
     pub objects: Vec<ObjectRecord<P::Real>>,
-    pub object_of: Vec<u32>,
-    pub bytes: usize,
+}
+
+/// What geometry asks of a material.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facet {
+    /// What its objects are to shadow rays, if they cast shadows.
+    pub occlusion: Occlusion,
+    /// Whether it reads the texture coordinates of a shape.
+    pub coordinates: bool,
+    /// Sets of a mesh's texture coordinates that it reads, a bit each.
+    pub sets: u8,
 }
 
 /// The affine map of the steps, the first one applied first.
@@ -73,24 +84,43 @@ pub(super) fn side_of(rule: SideRule) -> Side {
     }
 }
 
-fn visibility(object: &Object) -> Visibility {
-    Visibility { side: side_of(object.side), casts_shadow: object.casts_shadow }
+fn visibility(object: &Object, facet: &Facet) -> Visibility {
+    let occlusion = if object.casts_shadow { facet.occlusion } else { Occlusion::None };
+    Visibility { side: side_of(object.side), occlusion }
 }
 
-/// Builds everything that can be hit.
-pub(crate) fn build<P: Precision>(scene: &Scene, lookup: &Lookup<'_>, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
-    let mut builder = Builder::<P>::new(scene, lookup, kind);
-    for (index, shown) in all(scene).enumerate() {
-        let (material, _) = lookup.material(&shown.object.material).ok_or_else(|| PrepareError::Missing {
+/// The material of each object, by index.
+pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, PrepareError> {
+    let material = |(index, shown): (usize, Shown<'_>)| match lookup.material(&shown.object.material) {
+        Some((material, _)) => Ok(material as u32),
+        None => Err(PrepareError::Missing {
             path: format!("objects[{index}].material"),
             kind: "material",
             name: shown.object.material.clone(),
-        })?;
-        builder.add(index, &shown, material as u32)?;
+        }),
+    };
+    all(scene).enumerate().map(material).collect()
+}
+
+/// Builds everything that can be hit, for whoever asks nothing of materials.
+pub(crate) fn build<P: Precision>(scene: &Scene, lookup: &Lookup<'_>, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
+    let facet = Facet { occlusion: Occlusion::Opaque, coordinates: false, sets: 0 };
+    build_with(scene, lookup, kind, &materials(scene, lookup)?, &vec![facet; scene.materials.len()])
+}
+
+/// Builds everything that can be hit, each object with its material and what geometry asks of that.
+pub(super) fn build_with<P: Precision>(
+    scene: &Scene,
+    lookup: &Lookup<'_>,
+    kind: AcceleratorKind,
+    materials: &[u32],
+    facets: &[Facet],
+) -> Result<Built<P>, PrepareError> {
+    let mut builder = Builder::<P>::new(scene, lookup, kind);
+    for (index, (shown, &material)) in all(scene).zip(materials).enumerate() {
+        builder.add(index, &shown, material, &facets[material as usize])?;
     }
-    let geometry = Geometry::new(builder.group, kind);
-    let bytes = geometry.bytes() + builder.instanced.values().sum::<usize>();
-    Ok(Built { geometry, objects: builder.records, object_of: builder.object_of, bytes })
+    Ok(Built { geometry: Geometry::new(builder.group, kind), objects: builder.records })
 }
 
 struct Builder<'a, P: Precision> {
@@ -98,11 +128,9 @@ struct Builder<'a, P: Precision> {
     lookup: &'a Lookup<'a>,
     uses: HashMap<(&'a str, SideRule), usize>,
     group: Group<P>,
-    shared: HashMap<(&'a str, SideRule), Arc<Geometry<P>>>,
-    /// Bytes of each geometry that instances show, by its address: what is there, not what was meant to be shared.
-    instanced: HashMap<*const Geometry<P>, usize>,
+    /// Parts of the group that instances show.
+    shared: HashMap<(&'a str, SideRule), u32>,
     records: Vec<ObjectRecord<P::Real>>,
-    object_of: Vec<u32>,
 }
 
 impl<'a, P: Precision> Builder<'a, P> {
@@ -113,68 +141,61 @@ impl<'a, P: Precision> Builder<'a, P> {
                 *uses.entry((name.as_str(), object.side)).or_insert(0) += 1;
             }
         }
-        Self {
-            kind,
-            lookup,
-            uses,
-            group: Group::default(),
-            shared: HashMap::new(),
-            instanced: HashMap::new(),
-            records: Vec::new(),
-            object_of: Vec::new(),
-        }
+        Self { kind, lookup, uses, group: Group::default(), shared: HashMap::new(), records: Vec::new() }
     }
 
-    fn add(&mut self, index: usize, shown: &Shown<'a>, material: u32) -> Result<(), PrepareError> {
-        let object = shown.object;
-        let mesh = match &object.shape {
-            Shape::Mesh(name) => Some(self.mesh(index, shown, name)?),
+    fn add(&mut self, index: usize, shown: &Shown<'a>, material: u32, facet: &Facet) -> Result<(), PrepareError> {
+        let visibility = visibility(shown.object, facet);
+        let mesh = match &shown.object.shape {
+            Shape::Mesh(name) => Some(self.mesh(index, shown, name, visibility, facet)?),
             shape => {
-                self.shape(index, shape, shown)?;
+                self.shape(index, shape, shown, visibility)?;
                 None
             }
         };
-        self.object_of.resize(self.group.len(), index as u32);
-        self.records.push(ObjectRecord { material, face_viewer: object.face_viewer, coordinates: false, mesh });
+        let (face_viewer, coordinates) = (shown.object.face_viewer, mesh.is_none() && facet.coordinates);
+        self.records.push(ObjectRecord { material, face_viewer, coordinates, mesh });
         Ok(())
     }
 
-    fn mesh(&mut self, index: usize, shown: &Shown<'a>, name: &'a str) -> Result<MeshUse<P::Real>, PrepareError> {
+    fn mesh(
+        &mut self,
+        index: usize,
+        shown: &Shown<'a>,
+        name: &'a str,
+        visibility: Visibility,
+        facet: &Facet,
+    ) -> Result<MeshUse<P::Real>, PrepareError> {
         let missing =
             || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };
-        let data = Arc::clone(self.lookup.mesh_data(name).ok_or_else(missing)?);
+        let (mesh, data) = self.lookup.mesh_data(name).ok_or_else(missing)?;
         let refused = |source| PrepareError::Geometry { object: index, source };
-        let (object, map) = (shown.object, shown.map());
-        let mut first = self.group.len() as u32;
+        let map = shown.map();
         let mut flipped = false;
         // Which side can be hit is told by each triangle, so only objects that show the same side share them.
-        let key = (name, object.side);
+        let key = (name, shown.object.side);
         if self.uses.get(&key).is_some_and(|&n| n > 1) {
-            let shared = match self.shared.get(&key) {
-                Some(shared) => Arc::clone(shared),
-                None => {
+            let part = match self.shared.entry(key) {
+                Entry::Occupied(shared) => *shared.get(),
+                Entry::Vacant(shared) => {
                     let mut group = Group::default();
-                    triangles(&mut group, &data, None, Visibility { casts_shadow: true, ..visibility(object) })
-                        .map_err(refused)?;
-                    let shared = Arc::new(Geometry::new(group, self.kind));
-                    self.shared.insert(key, Arc::clone(&shared));
-                    shared
+                    triangles(&mut group, data, None, visibility).map_err(refused)?;
+                    *shared.insert(self.group.part(Geometry::new(group, self.kind)).map_err(refused)?)
                 }
             };
-            self.instanced.entry(Arc::as_ptr(&shared)).or_insert_with(|| shared.bytes());
-            self.group.instance(shared, map, visibility(object)).map_err(refused)?;
-            first = 0;
+            self.group.instance(part, map, visibility).map_err(refused)?;
         } else {
             flipped = map.matrix3.determinant() < 0.0;
-            triangles(&mut self.group, &data, Some((map, flipped)), visibility(object)).map_err(refused)?;
+            triangles(&mut self.group, data, Some((map, flipped)), visibility).map_err(refused)?;
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
-        Ok(MeshUse { data, first, normals: columns.map(Vector::from_f64), flipped, further_sets: Vec::new() })
+        Ok(MeshUse { mesh: mesh as u32, normals: columns.map(Vector::from_f64), flipped, sets: facet.sets })
     }
 }
 
-/// Adds the triangles of a mesh, mapped where a map is given; a mirroring map turns them over so that outside stays outside.
+/// Adds the triangles of a mesh as one object, mapped where a map is given; a mirroring map turns them over so that outside
+/// stays outside.
 pub(super) fn triangles<P: Precision>(
     group: &mut Group<P>,
     data: &MeshData,
@@ -185,11 +206,9 @@ pub(super) fn triangles<P: Precision>(
         let p = DVec3::from(data.positions[i as usize].map(f64::from));
         Vector::from_f64(map.map_or(p, |(m, _)| m.transform_point3(p)))
     };
-    for &[a, b, c] in &data.indices {
-        let (b, c) = if map.is_some_and(|(_, flipped)| flipped) { (c, b) } else { (b, c) };
-        group.triangle([position(a), position(b), position(c)], visibility)?;
-    }
-    Ok(())
+    let flipped = map.is_some_and(|(_, flipped)| flipped);
+    let corners = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(position);
+    group.mesh(data.indices.iter().map(corners), visibility).map(drop)
 }
 
 impl<P: Precision> Builder<'_, P> {
@@ -198,8 +217,8 @@ impl<P: Precision> Builder<'_, P> {
     ///
     /// # Errors
     /// A shape of which storing leaves nothing, or that the geometry refuses.
-    fn shape(&mut self, index: usize, shape: &Shape, shown: &Shown<'_>) -> Result<(), PrepareError> {
-        let (map, visibility) = (shown.map(), visibility(shown.object));
+    fn shape(&mut self, index: usize, shape: &Shape, shown: &Shown<'_>, visibility: Visibility) -> Result<(), PrepareError> {
+        let map = shown.map();
         let moved_only = map.matrix3 == DMat3::IDENTITY;
         let offset = if moved_only { map.translation } else { DVec3::ZERO };
         if collapses(shape, offset, |x| P::Real::from_f64(x).to_f64()) {

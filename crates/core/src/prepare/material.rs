@@ -37,6 +37,8 @@ pub(crate) struct Classic<R: Real> {
     pub shadow: Option<Input<R>>,
     /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
     pub asks_what_is_between: bool,
+    /// Whether some weight depends on the distance of the nearest occluder.
+    pub asks_how_far: bool,
 }
 
 /// A highlight.
@@ -114,6 +116,20 @@ impl<R: Real> Material<R> {
         }
     }
 
+    /// Whether nothing passes, wherever it is the occluder.
+    pub fn is_opaque(&self) -> bool {
+        let solid = match self {
+            Self::Classic(_) | Self::Unused => true,
+            Self::Physical(m) => m.alpha == Alpha::Opaque,
+        };
+        solid && self.shadow_transmittance() == R::ZERO
+    }
+
+    /// Whether it weighs light by how far away the nearest occluder is.
+    pub fn asks_how_far(&self) -> bool {
+        matches!(self, Self::Classic(m) if m.asks_how_far)
+    }
+
     /// Share of light that passes when this is the occluder, where it is the same everywhere.
     pub fn shadow_transmittance(&self) -> R {
         match self {
@@ -167,14 +183,18 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, inputs: &mut Compiler<'_, 
         })
     });
     let reflection = reflection.transpose()?;
+    let diffuse = inputs.weight(&m.diffuse, Scope::Light, "diffuse")?;
     let shadow = m.shadow.as_ref().map(|s| inputs.weight(s, Scope::Light, "shadow")).transpose()?;
+    let further = [specular.as_ref().map(|s: &Specular<R>| &s.strength), reflection.as_ref().map(|r: &Reflection<R>| &r.weight)];
+    let weights = [Some(&diffuse), shadow.as_ref()].into_iter().chain(further).flatten();
+    let asks_how_far = weights.into_iter().any(|w| w.reads(&inputs.sources, &[Variable::OccluderDistance]));
     let rim = m.rim.as_ref().map(|r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)));
     Ok(Classic {
         rim: rim.transpose()?,
         colour: inputs.input(&m.colour, "colour")?,
         local: inputs.weight(&m.local, Scope::Surface, "local")?,
         ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
-        diffuse: inputs.weight(&m.diffuse, Scope::Light, "diffuse")?,
+        diffuse,
         specular,
         reflection,
         transmission: m.transmission.as_ref().map(|t| Transmission {
@@ -188,6 +208,7 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, inputs: &mut Compiler<'_, 
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
         asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
         shadow,
+        asks_how_far,
     })
 }
 

@@ -1,22 +1,25 @@
 //! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
 //! rendering may do none of these.
 
+use std::sync::Arc;
+
 mod emitters;
 mod geometry;
 mod input;
 mod material;
 pub(crate) mod texture;
 
-use raywright_bvh::{Aabb, Geometry, GeometryError, Precision, Real, Vector};
+use raywright_bvh::{Aabb, Geometry, GeometryError, Occlusion, Precision, Real, Vector};
 
 use crate::camera::{Camera, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, prepare_sky};
 use crate::lookup::Lookup;
-use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
+use crate::scene::{self, ClassicRules, DepthLimit, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
+use geometry::Facet;
 pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
@@ -111,8 +114,8 @@ pub struct Prepared<P: Precision> {
     pub(crate) geometry: Geometry<P>,
     /// By index of the scene's objects, generated ones last.
     pub(crate) objects: Vec<ObjectRecord<P::Real>>,
-    /// Object of each primitive, by [`raywright_bvh::Hit::order`].
-    pub(crate) object_of: Vec<u32>,
+    /// By index of the scene's meshes; empty ones for those that are in files of their own.
+    pub(crate) meshes: Vec<Arc<MeshData>>,
     pub(crate) materials: Vec<Material<P::Real>>,
     /// What the materials' inputs refer to.
     pub(crate) sources: Sources<P::Real>,
@@ -162,9 +165,9 @@ impl<P: Precision> Prepared<P> {
         let names = names(scene);
         let lookup = Lookup::new(scene);
         let textures = texture::Textures::new(scene, &lookup);
-        let mut built = geometry::build::<P>(scene, &lookup, settings.accelerator)?;
+        let shown = geometry::materials(scene, &lookup)?;
         let mut used = vec![false; scene.materials.len()];
-        built.objects.iter().for_each(|object| used[object.material as usize] = true);
+        shown.iter().for_each(|&material| used[material as usize] = true);
         let mut inputs = input::Compiler::new(&names, &textures);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
@@ -174,13 +177,8 @@ impl<P: Precision> Prepared<P> {
                 Material::Unused
             });
         }
-        for object in &mut built.objects {
-            let index = object.material as usize;
-            match &mut object.mesh {
-                Some(mesh) => mesh.further_sets = further_sets(&scene.materials[index]),
-                None => object.coordinates = materials[index].reads_coordinates(&inputs.sources),
-            }
-        }
+        let facets = facets(scene, &materials, &inputs.sources);
+        let built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, &shown, &facets)?;
         let sky = prepare_sky::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
@@ -199,9 +197,10 @@ impl<P: Precision> Prepared<P> {
         };
         let camera = Camera::towards(&camera, settings.size, &built.geometry.bounded_part());
         Ok(Self {
+            geometry_bytes: built.geometry.bytes(),
             geometry: built.geometry,
             objects: built.objects,
-            object_of: built.object_of,
+            meshes: scene.meshes.iter().map(|mesh| mesh.data().cloned().unwrap_or_default()).collect(),
             materials,
             sources: inputs.sources,
             lights,
@@ -210,7 +209,6 @@ impl<P: Precision> Prepared<P> {
             camera,
             rules: Rules::new(&scene.classic),
             veil: Vector::from_f64(scene.render.veil.0.into()),
-            geometry_bytes: built.bytes,
             texture_bytes: textures.bytes(),
         })
     }
@@ -235,9 +233,20 @@ impl<P: Precision> Prepared<P> {
     }
 }
 
-/// Sets of texture coordinates besides the first that a material reads.
-fn further_sets(material: &scene::Material) -> Vec<usize> {
-    material.uv_sets().into_iter().map(|set| set as usize).filter(|set| (1..scene::MOST_UV_SETS).contains(set)).collect()
+/// What geometry asks of each material. An occluder that lets nothing through needs no question, unless somewhere more is
+/// asked than whether light arrives: which occluder is the first, or how far away the nearest is.
+fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R>) -> Vec<Facet> {
+    let asks = scene.classic.shadow == ShadowRule::FirstInOrder || materials.iter().any(Material::asks_how_far);
+    let facet = |(material, data): (&Material<R>, &scene::Material)| {
+        let coordinates = material.reads_coordinates(sources);
+        let sets = data.uv_sets().into_iter().filter(|&set| (set as usize) < scene::MOST_UV_SETS);
+        Facet {
+            occlusion: if material.is_opaque() && !asks { Occlusion::Opaque } else { Occlusion::Ask },
+            coordinates,
+            sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
+        }
+    };
+    materials.iter().zip(&scene.materials).map(facet).collect()
 }
 
 /// Time and parameters, as expressions see them.

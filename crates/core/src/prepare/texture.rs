@@ -104,10 +104,10 @@ impl<R: Real> Sampler<R> {
         let column = |x: f64| index(x, self.image.width, self.wrap[0]);
         let row = |y: f64| index(y, self.image.height, self.wrap[1]);
         match self.filter {
-            Filter::Nearest => self.fetch(column(x.floor()), row(y.floor())),
+            Filter::Nearest => self.fetch(column(Real::floor(x)), row(Real::floor(y))),
             Filter::Bilinear => {
                 let (x, y) = (x - 0.5, y - 0.5);
-                let (x0, y0) = (x.floor(), y.floor());
+                let (x0, y0) = (Real::floor(x), Real::floor(y));
                 let (fx, fy) = (R::from_f64(x - x0), R::from_f64(y - y0));
                 let (left, right) = (column(x0), column(x0 + 1.0));
                 let (top, bottom) = (row(y0), row(y0 + 1.0));
@@ -153,7 +153,7 @@ fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
 
 /// What is left without the whole turns; below one, where the difference would round to it.
 fn fraction(u: f64) -> f64 {
-    (u - u.floor()).min(1.0_f64.next_down())
+    (u - Real::floor(u)).min(1.0_f64.next_down())
 }
 
 /// The texel that a whole coordinate means. Whatever the rounding before, it lies in the image.

@@ -18,6 +18,16 @@ pub struct Mesh {
     pub source: MeshSource,
 }
 
+impl Mesh {
+    /// Its arrays; none where they are still in a file of their own.
+    pub fn data(&self) -> Option<&Arc<MeshData>> {
+        match &self.source {
+            MeshSource::Inline(data) => Some(data),
+            MeshSource::File(_) => None,
+        }
+    }
+}
+
 /// Where a mesh's triangles are. The loader replaces files by their data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]

@@ -18,7 +18,7 @@ pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io
     let mut encoder = Encoder::new(&mut bytes, picture.width, picture.height);
     encoder.set_color(if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(BitDepth::Eight);
-    encoder.set_compression(Compression::Balanced);
+    encoder.set_compression(Compression::Fast);
     // The specification wants this gamma beside an sRGB chunk too, for readers that do not know it.
     let gamma_times_100_000 = if display.curve == TransferCurve::None { 100_000 } else { 45_455 };
     encoder.set_source_gamma(ScaledFloat::from_scaled(gamma_times_100_000));

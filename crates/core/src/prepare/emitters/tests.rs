@@ -81,10 +81,7 @@ fn a_hit_finds_its_emitter() {
     let emitter_at = |x: f32, z: f32| {
         let ray = Ray::new(glam::Vec3::new(x, 3.0, z), glam::Vec3::NEG_Y);
         let hit = built.geometry.closest(&ray, Interval::positive(), &mut ()).expect("something lies below");
-        let object = built.object_of[hit.order() as usize];
-        let mesh = built.objects[object as usize].mesh.as_ref();
-        let primitive = mesh.map_or(0, |mesh| hit.primitive - mesh.first);
-        (emitters.of(object, primitive), built.geometry.surface(&ray, &hit).point)
+        (emitters.of(hit.outermost(), hit.primitive), built.geometry.surface(&ray, &hit).point)
     };
     let mut seen = Vec::new();
     for (x, z) in [(2.8, 0.3), (2.2, 0.7), (4.5, 0.5), (6.8, 0.3), (6.2, 0.7), (10.8, 0.3), (10.2, 0.7)] {

@@ -1,0 +1,76 @@
+//! What is at a hit: the surface and its texture coordinates, made once the hit is known.
+
+use crate::geometry::Geometry;
+use crate::group::Kind;
+use crate::ray::{Hit, Ray};
+use crate::scalar::Precision;
+use crate::shapes::{Located, Maps, Parameters, Probe, Shape, ShapeHit, Surface};
+
+impl<P: Precision> Geometry<P> {
+    /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
+    #[inline]
+    pub fn located(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Located<P::Core> {
+        self.locate(&self.probe(*ray), own(hit), hit.slots, None)
+    }
+
+    /// The surface at a hit that this geometry returned for the same ray.
+    #[inline]
+    pub fn surface(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Surface<P::Real> {
+        self.located(ray, hit).stored::<P>()
+    }
+
+    /// Texture coordinates at a hit that this geometry returned for the same ray.
+    #[inline]
+    pub fn parameters(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Parameters<P::Real> {
+        self.parameters_at(&self.probe(*ray), own(hit), hit.slots)
+    }
+
+    /// For a probe of this geometry's own space, which is under these maps.
+    fn locate(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<P::Real>,
+        [slot, inner]: [u32; 2],
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
+        let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
+        let index = slot.index as usize;
+        match slot.kind {
+            Kind::Sphere => group.spheres[index].locate_under(probe, hit, maps),
+            Kind::Triangle => group.triangles[index].locate_under(probe, hit, maps),
+            Kind::Plane => group.planes[index].locate_under(probe, hit, maps),
+            Kind::Shape => group.shapes[index].locate_under(probe, hit, maps),
+            Kind::Placed => group.placed[index].locate_under(probe, hit, maps),
+            Kind::Instance => {
+                let instance = &group.instances[index];
+                let (part, transform) = (&group.parts[instance.part as usize], &instance.transform);
+                let maps = Maps::new(transform, None);
+                transform.located_to_world(&part.locate(&transform.probe_to_object(probe), hit, [inner, inner], Some(maps)))
+            }
+        }
+    }
+
+    fn parameters_at(&self, probe: &Probe<P>, hit: ShapeHit<P::Real>, [slot, inner]: [u32; 2]) -> Parameters<P::Real> {
+        let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
+        let index = slot.index as usize;
+        match slot.kind {
+            Kind::Sphere => group.spheres[index].parameters(probe, hit),
+            Kind::Triangle => group.triangles[index].parameters(probe, hit),
+            Kind::Plane => group.planes[index].parameters(probe, hit),
+            Kind::Shape => group.shapes[index].parameters(probe, hit),
+            Kind::Placed => group.placed[index].parameters(probe, hit),
+            Kind::Instance => {
+                let instance = &group.instances[index];
+                let (part, transform) = (&group.parts[instance.part as usize], &instance.transform);
+                let there = part.parameters_at(&transform.probe_to_object(probe), hit, [inner, inner]);
+                transform.parameters_to_world(&there)
+            }
+        }
+    }
+}
+
+/// The hit as a shape knows it.
+#[inline(always)]
+fn own<R: crate::scalar::Real>(hit: &Hit<R>) -> ShapeHit<R> {
+    ShapeHit { t: hit.t, u: hit.u, v: hit.v }
+}

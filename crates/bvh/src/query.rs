@@ -1,0 +1,263 @@
+//! The narrow interface: closest hit and any hit over a set of primitives, whatever structure answers, with the same bits.
+//!
+//! Queries are functions of their own, one set a precision, so that whoever asks has a call in its loop and not a copy of every
+//! primitive's test. While they look, a hit is known by its slot; it gets its names once it is the answer.
+
+use core::ops::{ControlFlow, Range};
+
+use crate::admission::admitted;
+use crate::geometry::Geometry;
+use crate::group::{Kind, Slot};
+use crate::ray::{Hit, Interval, Occlusion, Query, Ray};
+use crate::scalar::{Precision, Real, convert};
+use crate::shapes::{Probe, Shape, ShapeHit};
+use crate::tally::Tally;
+
+/// No slot of a part: the hit lies in the scene's own set.
+const NO_PART: u32 = u32::MAX;
+
+/// A hit by its slot, and in an instance by the slot in what that shows.
+#[derive(Clone, Copy)]
+struct Found<R> {
+    t: R,
+    u: R,
+    v: R,
+    slot: u32,
+    inner: u32,
+}
+
+impl<P: Precision> Geometry<P> {
+    /// The nearest hit with `range.min < t < range.max`; of hits at the same distance the one of the lowest object, and of
+    /// those the lowest primitive.
+    #[inline(never)]
+    pub fn closest<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
+        self.nearest::<T, false>(&self.probe(*ray), range, tally).map(|found| self.named(&found))
+    }
+
+    /// The nearest hit of each query, in their order, in place of what `hits` held.
+    #[inline(never)]
+    pub fn closest_each(&self, queries: &[Query<P::Real>], hits: &mut Vec<Option<Hit<P::Real>>>) {
+        hits.clear();
+        hits.extend(queries.iter().map(|query| self.closest(&query.ray, query.range, &mut ())));
+    }
+
+    /// Whether something lies in the way: a hit with `range.min < t < range.max` of an opaque object, or one that `ask` says
+    /// yes to of an object about which it is asked. The order of calls is free; a hit that is refused does not stop the
+    /// search. A primitive of the scene's own set is shown once, at its nearest hit; of an instance, each primitive in it.
+    #[inline(never)]
+    pub fn any<T: Tally>(
+        &self,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let probe = self.probe(*ray);
+        let mut blocks = |slot: (u32, &Slot), tally: &mut T| self.blocks(slot, &probe, range, ask, tally);
+        if self.unbounded().any(|slot| blocks(slot, tally)) {
+            return true;
+        }
+        let mut blocked = false;
+        self.accelerator.walk(&probe.ray, range, tally, |places, far, tally| {
+            blocked = self.bounded(places).any(|slot| blocks(slot, tally));
+            if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
+        });
+        blocked
+    }
+
+    /// The slots that every query tests.
+    #[inline(always)]
+    fn unbounded(&self) -> impl Iterator<Item = (u32, &Slot)> {
+        (0..).zip(&self.group.slots[..self.unbounded])
+    }
+
+    /// The slots of the accelerator's places.
+    #[inline(always)]
+    fn bounded(&self, places: Range<usize>) -> impl Iterator<Item = (u32, &Slot)> {
+        let range = self.unbounded + places.start..self.unbounded + places.end;
+        (range.start as u32..).zip(&self.group.slots[range])
+    }
+
+    /// `INNER`: inside an instance. There the probe's stored copy was rounded once more, far from the object even by more
+    /// than the boxes are padded, so the tree is walked with the core's copy.
+    #[inline(always)]
+    fn nearest<T: Tally, const INNER: bool>(
+        &self,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Found<P::Real>> {
+        let mut best = Nearest { range, found: None };
+        for slot in self.unbounded() {
+            best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
+        }
+        if INNER {
+            let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
+            self.accelerator.walk(&ray, widened::<P>(best.range), tally, |places, _, tally| {
+                for slot in self.bounded(places) {
+                    best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
+                }
+                ControlFlow::Continue(convert(best.range.max))
+            });
+        } else {
+            self.accelerator.walk(&probe.ray, best.range, tally, |places, _, tally| {
+                for slot in self.bounded(places) {
+                    best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
+                }
+                ControlFlow::Continue(best.range.max)
+            });
+        }
+        best.found
+    }
+
+    /// The nearest hit of one primitive.
+    #[inline(always)]
+    fn test<T: Tally, const INNER: bool>(
+        &self,
+        (slot, own): (u32, &Slot),
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Found<P::Real>> {
+        let (index, side) = (own.index as usize, own.visibility.side);
+        tally.primitive();
+        let hit = match own.kind {
+            Kind::Sphere => self.group.spheres[index].intersect(probe, range, side),
+            Kind::Triangle => self.group.triangles[index].intersect(probe, range, side),
+            Kind::Plane => self.group.planes[index].intersect(probe, range, side),
+            Kind::Shape => self.group.shapes[index].intersect(probe, range, side),
+            Kind::Placed => self.group.placed[index].intersect(probe, range, side),
+            // What an instance shows holds none.
+            Kind::Instance if INNER => None,
+            Kind::Instance => {
+                let found = self.nearest_in(index, probe, range, tally)?;
+                return self.admit(slot, probe, range, Found { slot, inner: found.slot, ..found });
+            }
+        };
+        let ShapeHit { t, u, v } = hit?;
+        self.admit(slot, probe, range, Found { t, u, v, slot, inner: NO_PART })
+    }
+
+    #[inline(never)]
+    fn nearest_in<T: Tally>(
+        &self,
+        instance: usize,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Found<P::Real>> {
+        let instance = &self.group.instances[instance];
+        let inner = instance.transform.probe_to_object(probe);
+        self.group.parts[instance.part as usize].nearest::<T, true>(&inner, range, tally)
+    }
+
+    /// A ray with what the tests of these primitives need.
+    #[inline(always)]
+    pub(crate) fn probe(&self, ray: Ray<P::Real>) -> Probe<P> {
+        Probe::of(ray, self.faces)
+    }
+
+    /// The hit where and if it counts; see [`crate::admission`].
+    #[inline(always)]
+    fn admit(&self, slot: u32, probe: &Probe<P>, range: Interval<P::Real>, found: Found<P::Real>) -> Option<Found<P::Real>> {
+        if P::ROBUST {
+            return Some(found);
+        }
+        let bounds = self.group.bounds(&self.group.slots[slot as usize]);
+        admitted(bounds, &probe.ray, range, found.t).map(|t| Found { t, ..found })
+    }
+
+    /// Whether one primitive ends an any-hit query.
+    #[inline(always)]
+    fn blocks<T: Tally>(
+        &self,
+        (slot, own): (u32, &Slot),
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let opaque = match own.visibility.occlusion {
+            Occlusion::None => return false,
+            Occlusion::Opaque => true,
+            Occlusion::Ask => false,
+        };
+        let mut counts = |found: &Found<P::Real>| opaque || ask(&self.named(found));
+        if own.kind == Kind::Instance {
+            let mut counts = |found: Found<P::Real>| {
+                let found = Found { slot, inner: found.slot, ..found };
+                self.admit(slot, probe, range, found).is_some_and(|found| counts(&found))
+            };
+            return self.blocks_in(own.index as usize, probe, range, &mut counts, tally);
+        }
+        self.test::<T, true>((slot, own), probe, range, tally).is_some_and(|found| counts(&found))
+    }
+
+    /// Shows the hits in an instance until one counts.
+    #[inline(never)]
+    fn blocks_in<T: Tally>(
+        &self,
+        instance: usize,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        counts: &mut dyn FnMut(Found<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let instance = &self.group.instances[instance];
+        let (part, probe) = (&self.group.parts[instance.part as usize], instance.transform.probe_to_object(probe));
+        let mut blocks =
+            |slot: (u32, &Slot), tally: &mut T| part.test::<T, true>(slot, &probe, range, tally).is_some_and(&mut *counts);
+        if part.unbounded().any(|slot| blocks(slot, tally)) {
+            return true;
+        }
+        let mut blocked = false;
+        let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
+        part.accelerator.walk(&ray, widened::<P>(range), tally, |places, far, tally| {
+            blocked = part.bounded(places).any(|slot| blocks(slot, tally));
+            if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
+        });
+        blocked
+    }
+
+    /// The hit with its names.
+    #[inline(always)]
+    fn named(&self, &Found { t, u, v, slot, inner }: &Found<P::Real>) -> Hit<P::Real> {
+        let own = &self.group.slots[slot as usize];
+        let slots = [slot, inner];
+        if inner == NO_PART {
+            let (object, primitive) = own.order();
+            return Hit { t, u, v, object, primitive, instance: Hit::<P::Real>::NO_INSTANCE, slots };
+        }
+        let part = &self.group.parts[self.group.instances[own.index as usize].part as usize];
+        let (object, primitive) = part.group.slots[inner as usize].order();
+        Hit { t, u, v, object, primitive, instance: own.object, slots }
+    }
+}
+
+/// A range of stored distances in the core's scalar.
+fn widened<P: Precision>(range: Interval<P::Real>) -> Interval<P::Core> {
+    Interval { min: convert(range.min), max: convert(range.max) }
+}
+
+/// The running answer of a closest-hit query. `range.max` is kept one step above the best distance, so that a hit at exactly
+/// the same distance is still seen and the lower one can win.
+struct Nearest<R: Real> {
+    range: Interval<R>,
+    found: Option<Found<R>>,
+}
+
+impl<R: Real> Nearest<R> {
+    #[inline(always)]
+    fn consider<P: Precision<Real = R>>(&mut self, geometry: &Geometry<P>, candidate: Option<Found<R>>) {
+        let Some(candidate) = candidate else { return };
+        let order = |found: &Found<R>| geometry.group.slots[found.slot as usize].order();
+        let better = match &self.found {
+            None => true,
+            Some(best) => candidate.t < best.t || (candidate.t == best.t && order(&candidate) < order(best)),
+        };
+        if better {
+            self.range.max = candidate.t.next_up();
+            self.found = Some(candidate);
+        }
+    }
+}
