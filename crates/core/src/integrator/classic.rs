@@ -1,33 +1,33 @@
 //! The classic material model: its terms, in the order in which the documented shaders add them.
 
 use glam::DVec3;
-use raywright_bvh::{Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
 
-use super::{Arrival, Kernel, Next, Tracer};
+use super::{Kernel, Leaving, Leg, Next, Path, Tracer};
 use crate::interaction::{Beam, Interaction};
 use crate::material::{Glass, Interface};
 use crate::prepare::{Classic, Here, Specular};
-use crate::sampler::Branch;
+use crate::sampler::Address;
 use crate::scene::SpecularModel;
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// Adds the local term of a classic surface to `radiance` and returns the ray to follow.
+    /// Adds the local term of a classic surface to what the path brings and returns the rays that leave.
     #[inline(always)]
     pub(super) fn classic(
         &mut self,
         m: &Classic<P::Real>,
-        arrival: Arrival<'_, P>,
+        path: &mut Path<P::Real>,
+        hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
-        throughput: Vec3Of<P>,
-        segments: u32,
-        radiance: &mut Vec3Of<P>,
-    ) -> Option<Next<P::Real>> {
+    ) -> Leaving<P::Real> {
+        let Path { throughput, segments, address, .. } = *path;
+        let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
         let reflects = m.reflection.is_some() || m.transmission.is_some();
         let alone = reflects && segments == 1 && self.scene.rules.local_only_at_limit;
         let colour = m.colour.colour(&here);
         if alone || !m.local.is_zero() {
-            let local = self.local(m, &mut here, colour);
+            let local = self.local(m, &mut here, colour, address);
             let weight = if alone { P::Real::ONE } else { m.local.number(&here) };
             *radiance += throughput * local * weight;
         }
@@ -35,12 +35,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             *radiance += throughput * emission.colour(&here);
         }
         if alone {
-            return None;
+            return Leaving::NONE;
         }
         if let Some(transmission) = &m.transmission {
-            return self.refract((&transmission.glass, transmission.switch), arrival, at, throughput, segments, radiance);
+            return self.refract((&transmission.glass, transmission.switch), path, hit, at, throughput);
         }
-        let reflection = m.reflection.as_ref()?;
+        let Some(reflection) = &m.reflection else { return Leaving::NONE };
         let mut throughput = throughput * reflection.weight.number(&here);
         if reflection.tinted {
             throughput *= colour;
@@ -58,13 +58,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        Some(Next::new(self.leave(at, direction, P::Real::ONE), throughput))
+        Leaving::one(Some(Next::new(self.leave(at, direction, P::Real::ONE), throughput)))
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
     /// expressions of reflection weights find them.
     #[inline(always)]
-    fn local(&mut self, m: &Classic<P::Real>, here: &mut Here<'_, P::Real>, colour: Vec3Of<P>) -> Vec3Of<P> {
+    fn local(&mut self, m: &Classic<P::Real>, here: &mut Here<'_, P::Real>, colour: Vec3Of<P>, address: Address) -> Vec3Of<P> {
         let (scene, at) = (self.scene, here.at);
         let zero = P::Real::ZERO;
         let n = at.normal;
@@ -101,7 +101,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             here.beam = Beam::default();
         }
         if !m.diffuse.is_zero()
-            && let Some((drawn, share)) = self.emitter(at)
+            && let Some((drawn, share)) = self.emitter(at, address)
         {
             (here.beam.direction, here.beam.share) = (drawn.direction, share);
             // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's: its colour over π.
@@ -134,7 +134,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
     /// geometric one from before it was stored.
-    fn directions(&self, (leg, hit): Arrival<'_, P>, at: &Interaction<P::Real>, side: P::Real) -> [DVec3; 2] {
+    fn directions(&self, leg: &Leg<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, side: P::Real) -> [DVec3; 2] {
         let (n, out) = (at.normal, at.surface.normal);
         let known = || self.scene.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {
@@ -152,18 +152,17 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     pub(super) fn refract(
         &mut self,
         (glass, switch): (&Glass<P::Real>, Option<P::Real>),
-        arrival: Arrival<'_, P>,
+        path: &Path<P::Real>,
+        hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
         throughput: Vec3Of<P>,
-        segments: u32,
-        radiance: &mut Vec3Of<P>,
-    ) -> Option<Next<P::Real>> {
-        if segments <= 1 {
-            return None;
+    ) -> Leaving<P::Real> {
+        if path.segments <= 1 {
+            return Leaving::NONE;
         }
         // A normal that is not turned to the viewer points away from a ray inside.
         let side = if at.direction.dot(at.normal) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
-        let [d, n] = self.directions(arrival, at, side);
+        let [d, n] = self.directions(&path.leg, hit, at, side);
         let interface = Interface::new(d, n, glass.eta(at.outside));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
             let stored = Vec3Of::<P>::from_f64(direction);
@@ -175,27 +174,26 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             leaves(this, interface.reflected, side, throughput)
         };
         let Some(refracted) = interface.refracted else {
-            return Some(reflected(self, throughput * glass.reflected));
+            return Leaving::one(Some(reflected(self, throughput * glass.reflected)));
         };
         let onward = |this: &mut Self, throughput| {
             this.counters.refraction += 1;
             leaves(this, refracted, -side, throughput)
         };
         if let Some(threshold) = switch {
-            return Some(if P::Real::from_f64(interface.schlick()) > threshold {
+            return Leaving::one(Some(if P::Real::from_f64(interface.schlick()) > threshold {
                 reflected(self, throughput * glass.reflected)
             } else {
                 onward(self, throughput * glass.transmitted)
-            });
+            }));
         }
         let fresnel = P::Real::from_f64(interface.fresnel());
         let mirrored = throughput * glass.reflected * fresnel;
-        if mirrored != Vec3Of::<P>::ZERO {
-            let next = reflected(self, mirrored);
-            *radiance += self.aside(next, segments - 1, Branch::Reflected);
-        }
         let through = throughput * glass.transmitted * (P::Real::ONE - fresnel);
-        (through != Vec3Of::<P>::ZERO).then(|| onward(self, through))
+        Leaving {
+            aside: (mirrored != Vec3Of::<P>::ZERO).then(|| reflected(self, mirrored)),
+            onward: (through != Vec3Of::<P>::ZERO).then(|| onward(self, through)),
+        }
     }
 }
 

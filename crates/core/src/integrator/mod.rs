@@ -1,31 +1,31 @@
 //! Whitted ray tracing: local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model for
 //! Shaded Display", 1980), for both families of materials.
 //!
-//! A path is a loop with a running throughput; only where a surface sends two rays does it call itself for one of them.
+//! A path has a running throughput; where a surface sends two rays, one of them is a path of its own, followed before this one
+//! goes on.
 
 mod classic;
 mod kernel;
+mod path;
 mod physical;
 mod shadow;
 mod surface;
 
 pub(crate) use kernel::{Analytic, General, Kernel};
+use path::{Leaving, Next, Path, Step};
 pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;
 
-use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Interval, Precision, Query, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
 use crate::interaction::Interaction;
-use crate::prepare::{Material, Prepared, Spawn};
-use crate::sampler::{Address, Branch};
+use crate::prepare::{Alpha, Material, Prepared, Spawn};
+use crate::sampler::Address;
 
 /// Surfaces that a ray may pass through because they are absent there (alpha below a cutoff) before it is given up.
 const MAX_CUTOUTS: u32 = 256;
-
-/// The ray that came to a surface and the hit that it was.
-type Arrival<'a, P> = (&'a Leg<<P as Precision>::Real>, &'a Hit<<P as Precision>::Real>);
 
 /// What a ray brought back.
 pub(crate) struct Brought<R: Real> {
@@ -34,29 +34,12 @@ pub(crate) struct Brought<R: Real> {
     pub hit: bool,
 }
 
-/// A ray to follow, with what it counts.
-pub(crate) struct Next<R: Real> {
-    pub ray: Ray<R>,
-    pub throughput: R::Vec3,
-    /// What storing took from the direction. Only the next interface asks for it: leaving glass near the critical angle
-    /// magnifies it thousands of times, and a slab then turns a ray that it should only move.
-    pub rest: R::Vec3,
-}
-
-impl<R: Real> Next<R> {
-    /// A ray whose stored direction is all there is to know.
-    #[inline(always)]
-    pub fn new(ray: Ray<R>, throughput: R::Vec3) -> Self {
-        Self { ray, throughput, rest: Vector::ZERO }
-    }
-}
-
 /// Follows rays through a prepared scene; one a worker.
 pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     pub scene: &'a Prepared<P>,
     pub counters: Counters,
-    /// Vertex in the making, for random numbers.
-    address: Address,
+    /// Paths that wait for their side branches; empty between camera rays.
+    waiting: Vec<Path<P::Real>>,
     /// Whether the first hits of camera rays are kept, and the one of the ray followed last.
     keeps_first: bool,
     first: Option<FirstHit>,
@@ -76,7 +59,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         Self {
             scene,
             counters: Counters::default(),
-            address: Address::default(),
+            waiting: Vec::new(),
             keeps_first,
             first: None,
             max_depth,
@@ -89,75 +72,64 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// Radiance that arrives along a camera ray.
     #[inline]
     pub fn camera_ray(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
-        self.address = address;
+        let mut path = self.camera_path(ray, address);
+        self.follow(&mut path);
+        Brought { radiance: path.radiance + self.scene.veil, hit: path.hit }
+    }
+
+    /// The path of a camera ray before its first segment.
+    #[inline(always)]
+    fn camera_path(&mut self, ray: Ray<P::Real>, address: Address) -> Path<P::Real> {
         self.first = None;
         self.counters.camera += 1;
-        let mut brought = self.follow(Next::new(ray, Vector::ONE), self.max_depth, true);
-        brought.radiance += self.scene.veil;
-        brought
-    }
-
-    /// What a ray of a side branch brings; what is drawn on it has addresses of its own.
-    fn aside(&mut self, next: Next<P::Real>, segments: u32, branch: Branch) -> Vec3Of<P> {
-        let here = self.address;
-        self.address = here.aside(branch);
-        let radiance = self.follow(next, segments, false).radiance;
-        self.address = here;
-        radiance
-    }
-
-    /// Follows a ray for up to `segments` segments, itself included.
-    fn follow(&mut self, first: Next<P::Real>, mut segments: u32, from_camera: bool) -> Brought<P::Real> {
         // What a camera that is far away has of the way behind it lies before the ray's origin.
-        let ahead = if from_camera { self.scene.camera.ahead() } else { P::Real::ZERO };
-        let mut leg = Leg { ray: first.ray, rest: first.rest, ahead };
-        let mut throughput = first.throughput;
-        let mut radiance = Vec3Of::<P>::ZERO;
-        let mut camera = from_camera;
-        let mut hit_anything = false;
-        let mut cutouts = 0;
-        loop {
-            let min = if camera { self.camera_min - leg.ahead } else { self.secondary_min };
-            let range = Interval { min, max: P::Real::INFINITY };
-            let Some(hit) = self.scene.geometry.closest(&leg.ray, range, &mut ()) else {
-                let backdrop = if camera { self.scene.backdrop } else { None };
-                let seen = backdrop.unwrap_or_else(|| self.scene.lights.sky.radiance(leg.start(), leg.ray.direction));
-                radiance += throughput * seen;
-                break;
-            };
-            let at = Interaction::of::<P, K>(self.scene, &leg, &hit);
-            if camera && self.keeps_first && self.first.is_none() {
-                self.first = Some(self.seen(&leg, &hit));
-            }
-            let next = match &self.scene.materials[at.material as usize] {
-                Material::Classic(m) => self.classic(m, (&leg, &hit), &at, throughput, segments, &mut radiance),
-                Material::Physical(m) if K::PHYSICAL => {
-                    if let Some(behind) = self.cutout(m, &leg, &at, &mut throughput, &mut radiance, segments) {
-                        cutouts += 1;
-                        if cutouts > MAX_CUTOUTS {
-                            break;
-                        }
-                        (leg.ray, leg.ahead) = (behind, P::Real::ZERO);
-                        self.address.bounce += 1;
-                        continue;
-                    }
-                    self.physical(m, (&leg, &hit), &at, throughput, segments, &mut radiance)
-                }
-                Material::Physical(_) | Material::Unused => None,
-            };
-            hit_anything = true;
-            self.address.bounce += 1;
-            segments -= 1;
-            match next {
-                Some(next) if segments > 0 => {
-                    leg = Leg { ray: next.ray, rest: next.rest, ahead: P::Real::ZERO };
-                    throughput = next.throughput;
-                    camera = false;
-                }
-                _ => break,
-            }
+        let ahead = self.scene.camera.ahead();
+        Path {
+            leg: Leg { ray, rest: Vector::ZERO, ahead },
+            throughput: Vector::ONE,
+            radiance: Vector::ZERO,
+            address,
+            segments: self.max_depth,
+            cutouts: 0,
+            camera: true,
+            hit: false,
+            met: None,
         }
-        Brought { radiance, hit: hit_anything }
+    }
+
+    /// What a path asks next.
+    #[inline(always)]
+    fn query(&self, path: &Path<P::Real>) -> Query<P::Real> {
+        let min = if path.camera { self.camera_min - path.leg.ahead } else { self.secondary_min };
+        Query { ray: path.leg.ray, range: Interval { min, max: P::Real::INFINITY } }
+    }
+
+    /// What one more segment makes of a path: it has met this, or nothing.
+    #[inline(always)]
+    fn advance(&mut self, path: &mut Path<P::Real>, hit: Option<&Hit<P::Real>>) -> Step<P::Real> {
+        let Some(hit) = hit else {
+            let backdrop = if path.camera { self.scene.backdrop } else { None };
+            let seen = backdrop.unwrap_or_else(|| self.scene.lights.sky.radiance(path.leg.start(), path.leg.ray.direction));
+            path.radiance += path.throughput * seen;
+            return Step::Ended;
+        };
+        let at = Interaction::of::<P, K>(self.scene, &path.leg, hit);
+        if path.camera && self.keeps_first && self.first.is_none() {
+            self.first = Some(self.seen(&path.leg, hit));
+        }
+        let leaving = match &self.scene.materials[at.material as usize] {
+            Material::Classic(m) => self.classic(m, path, hit, &at),
+            Material::Physical(m) if K::PHYSICAL => {
+                if m.alpha != Alpha::Opaque
+                    && let Some(step) = self.cutout(m, path, hit, &at)
+                {
+                    return step;
+                }
+                self.physical(m, path, hit, &at)
+            }
+            Material::Physical(_) | Material::Unused => Leaving::NONE,
+        };
+        path.leave(leaving)
     }
 
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for

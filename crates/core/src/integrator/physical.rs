@@ -1,14 +1,14 @@
 //! Whitted shading of a physical material: base colour lit by the lights and by the sky's cosine-weighted average, smooth
 //! reflection and refraction traced, rough lobes as local highlights.
 
-use raywright_bvh::{Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
 
-use super::{Arrival, Kernel, Leg, Next, Tracer};
+use super::{Kernel, Leaving, MAX_CUTOUTS, Next, Path, Step, Tracer};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
 use crate::prepare::{Alpha, Here, Physical};
-use crate::sampler::Branch;
+use crate::sampler::{Address, Branch};
 
 impl<R: Real> Physical<R> {
     /// Base colour at a point.
@@ -47,18 +47,16 @@ impl<R: Real> Physical<R> {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// Where the surface does not cover what is behind it: the ray that goes on. A half-transparent one adds what is behind
-    /// and lowers `throughput` to its own share.
+    /// Where the surface does not cover all of what is behind it: the path goes on there, or, where it covers some, waits for
+    /// the path that shows the rest. None where it covers everything, and where the path has waited.
     pub(super) fn cutout(
         &mut self,
         m: &Physical<P::Real>,
-        leg: &Leg<P::Real>,
+        path: &mut Path<P::Real>,
+        hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
-        throughput: &mut Vec3Of<P>,
-        radiance: &mut Vec3Of<P>,
-        segments: u32,
-    ) -> Option<Ray<P::Real>> {
-        if m.alpha == Alpha::Opaque {
+    ) -> Option<Step<P::Real>> {
+        if path.met.take().is_some() {
             return None;
         }
         let alpha = m.alpha_at(&self.scene.sources.at(at));
@@ -67,51 +65,63 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         let behind = self.leave(at, at.direction, -P::Real::ONE);
         if alpha <= P::Real::ZERO {
-            return Some(behind);
+            path.cutouts += 1;
+            if path.cutouts > MAX_CUTOUTS {
+                return Some(Step::Ended);
+            }
+            (path.leg.ray, path.leg.ahead) = (behind, P::Real::ZERO);
+            path.address.bounce += 1;
+            return Some(Step::Onward);
         }
-        if segments > 1 {
-            let next = Next { ray: behind, throughput: *throughput * (P::Real::ONE - alpha), rest: leg.rest };
-            *radiance += self.aside(next, segments - 1, Branch::Behind);
-        }
-        *throughput *= alpha;
-        None
+        let next = Next { ray: behind, throughput: path.throughput * (P::Real::ONE - alpha), rest: path.leg.rest };
+        path.throughput *= alpha;
+        (path.segments > 1).then(|| {
+            path.met = Some(*hit);
+            Step::Aside(path.branch(&next, Branch::Behind))
+        })
     }
 
-    /// Adds what a physical surface sends back by itself to `radiance` and returns the ray to follow.
+    /// Adds what a physical surface sends back by itself to what the path brings and returns the rays that leave.
     #[inline(always)]
     pub(super) fn physical(
         &mut self,
         m: &Physical<P::Real>,
-        arrival: Arrival<'_, P>,
+        path: &mut Path<P::Real>,
+        hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
-        throughput: Vec3Of<P>,
-        segments: u32,
-        radiance: &mut Vec3Of<P>,
-    ) -> Option<Next<P::Real>> {
+    ) -> Leaving<P::Real> {
+        let Path { throughput, segments, address, .. } = *path;
+        let radiance = &mut path.radiance;
         let here = self.scene.sources.at(at);
         if let Some(emission) = &m.emission {
             *radiance += emission.tint(&here, throughput);
         }
         if m.unlit {
             *radiance += throughput * m.base_at(&here);
-            return None;
+            return Leaving::NONE;
         }
         let model = m.model_at(&here);
         let mirror = m.mirrors && model.roughness <= P::Real::from_f64(MIRROR_ROUGHNESS);
-        *radiance += throughput * self.lit(&model, at, mirror);
+        *radiance += throughput * self.lit(&model, at, mirror, address);
         let through = model.through();
         if let Some(glass) = model.glass.as_ref().filter(|_| through > P::Real::ZERO) {
-            return self.refract((glass, None), arrival, at, throughput * through, segments, radiance);
+            return self.refract((glass, None), path, hit, at, throughput * through);
         }
         let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
-        (mirror && segments > 1).then(|| {
+        Leaving::one((mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
             Next::new(self.leave(at, at.mirrored(), P::Real::ONE), weight)
-        })
+        }))
     }
 
     /// Light of the lights and of the sky's average, diffused and as rough highlights.
-    fn lit(&mut self, model: &MetallicRoughness<P::Real>, at: &Interaction<P::Real>, mirror: bool) -> Vec3Of<P> {
+    fn lit(
+        &mut self,
+        model: &MetallicRoughness<P::Real>,
+        at: &Interaction<P::Real>,
+        mirror: bool,
+        address: Address,
+    ) -> Vec3Of<P> {
         let (scene, normal, view) = (self.scene, at.normal, -at.direction);
         let bsdf = model.answer(normal);
         let zero = P::Real::ZERO;
@@ -129,7 +139,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 sum += seen.arriving * answer * (facing * share);
             }
         }
-        if let Some((drawn, share)) = self.emitter(at) {
+        if let Some((drawn, share)) = self.emitter(at, address) {
             let facing = normal.dot(drawn.direction);
             sum += drawn.arriving * bsdf.eval(view, drawn.direction) * (facing * share);
         }

@@ -6,7 +6,7 @@ use super::{Kernel, Leg, Tracer};
 use crate::interaction::Interaction;
 use crate::light::{LightSample, Target};
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
-use crate::sampler::{Purpose, pair};
+use crate::sampler::{Address, Purpose, pair};
 
 /// A ray towards a light and the range before it.
 type ShadowRay<R> = (Ray<R>, Interval<R>);
@@ -61,13 +61,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
-    pub(super) fn emitter(&mut self, at: &Interaction<P::Real>) -> Option<(LightSample<P::Real>, P::Real)> {
+    pub(super) fn emitter(&mut self, at: &Interaction<P::Real>, address: Address) -> Option<(LightSample<P::Real>, P::Real)> {
         let emitters = &self.scene.lights.emitters;
         if emitters.is_empty() {
             return None;
         }
-        let pick = pair(self.address, Purpose::Emitter);
-        let position = pair(self.address, Purpose::EmitterPoint);
+        let pick = pair(address, Purpose::Emitter);
+        let position = pair(address, Purpose::EmitterPoint);
         let (index, probability) = emitters.choose(pick)?;
         let drawn = emitters.sample(index, at.surface.point, position, probability)?;
         if at.normal.dot(drawn.direction) <= P::Real::ZERO {

@@ -8,6 +8,7 @@ use crate::prepare::{ObjectRecord, Prepared};
 use crate::scene::MOST_UV_SETS;
 
 /// A ray as a path came along it.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Leg<R: Real> {
     pub ray: Ray<R>,
     /// What storing took from the direction.

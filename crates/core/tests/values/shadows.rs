@@ -113,6 +113,20 @@ fn shadow_rays_are_asked_where_they_matter() {
     assert_eq!(count(&bare), 0);
 }
 
+/// Protects: whatever weight reads how far the nearest occluder is gets the nearest one's distance, not that of the first opaque one
+/// that a ray happened to meet.
+#[test]
+fn distances_are_of_the_nearest_occluder() {
+    for heights in [[(9.0, "solid"), (3.0, "solid")], [(3.0, "solid"), (9.0, "solid")]] {
+        let mut scene = under(json!({}), veils(), &heights);
+        let specular = json!({ "model": "phong", "exponent": 0, "strength": "occluder_distance / 10", "shadowed": false });
+        let raywright_core::scene::Model::Classic(floor) = &mut scene.materials[0].model else { panic!("a classic floor") };
+        floor.specular = Some(serde_json::from_value(specular).expect("a highlight"));
+        // The ball begins 2.5 above the floor, which is in its shadow.
+        sees(&scene, SLANTED, [0.25; 3]);
+    }
+}
+
 /// Protects: a material's own `shadow` counts for every light that casts shadows, also where nothing is there to cast one, and for
 /// no other.
 #[test]

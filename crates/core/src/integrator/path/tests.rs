@@ -1,0 +1,104 @@
+//! Paths that are under way together.
+
+use raywright_bvh::{Hit, Robust};
+use serde_json::json;
+
+use super::super::General;
+use super::*;
+use crate::effects::EffectSet;
+use crate::prepare::Prepared;
+use crate::scene::Scene;
+use crate::settings::Settings;
+
+/// Glass that sends two rays from every hit, a half-transparent sheet, a mask, mirrors, and a lamp whose points are drawn.
+fn everything() -> Scene {
+    let ball = |x: f64, z: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, z], "radius": 0.9 } }, "material": material });
+    let quad = |z: f64, material: &str| {
+        let shape = json!({ "quad": { "corner": [-3, -2, z], "edge_u": [6, 0, 0], "edge_v": [0, 4, 0] } });
+        json!({ "shape": shape, "material": material })
+    };
+    let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
+    let classic = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "classic": terms } });
+    serde_json::from_value(json!({
+        "format": 1,
+        "camera": { "position": [0, 0.4, 6], "target": [0, 0, 0], "vertical_fov": 50 },
+        "sky": { "constant": [0.2, 0.3, 0.5] },
+        "materials": [
+            physical("glass", json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
+            physical("sheet", json!({ "alpha": "blend", "opacity": 0.4, "roughness": 0, "metallic": 0.5 })),
+            physical("mask", json!({ "alpha": { "mask": { "cutoff": 0.5 } }, "opacity": "p.x > 0 ? 1 : 0" })),
+            classic("mirror", json!({ "reflection": { "weight": 0.6 } })),
+            classic("lamp", json!({ "local": 0, "emission": 4 })),
+        ],
+        "objects": [ball(-1.0, 0.0, "glass"), ball(1.0, 0.0, "mirror"), quad(1.5, "sheet"), quad(2.5, "mask"), quad(-3.0, "mirror"),
+            { "shape": { "sphere": { "centre": [0, 3, 3], "radius": 0.5 } }, "material": "lamp" }],
+    }))
+    .expect("a scene")
+}
+
+/// A path with the ones that wait for it.
+struct Way {
+    path: Path<f32>,
+    waiting: Vec<Path<f32>>,
+    ended: bool,
+}
+
+/// Protects: paths that are advanced together, one segment each, in another order at every turn and with their rays asked as
+/// one slice, bring the bits and trace the rays of paths that are followed one by one.
+#[test]
+fn together_or_one_by_one() {
+    let scene = everything();
+    let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
+    let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL).expect("it can be prepared");
+    let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false);
+    let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
+    let begin = |tracer: &mut Tracer<'_, Robust, General>, pixel: [u32; 2]| {
+        let ray = prepared.camera.ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
+        tracer.camera_path(ray, Address { pixel, ..Address::default() })
+    };
+    let single: Vec<_> = pixels()
+        .map(|pixel| {
+            let mut path = begin(&mut tracer, pixel);
+            tracer.follow(&mut path);
+            path.radiance
+        })
+        .collect();
+    let alone = core::mem::take(&mut tracer.counters);
+    let start = |pixel| Way { path: begin(&mut tracer, pixel), waiting: Vec::new(), ended: false };
+    let mut ways: Vec<Way> = pixels().map(start).collect();
+    let (mut turns, mut hits): (usize, Vec<Option<Hit<f32>>>) = (0, Vec::new());
+    loop {
+        let mut active: Vec<usize> = (0..ways.len()).filter(|&i| !ways[i].ended).collect();
+        if active.is_empty() {
+            break;
+        }
+        let turn = turns % active.len();
+        active.rotate_left(turn);
+        active.reverse();
+        let queries: Vec<_> = active.iter().map(|&i| tracer.query(&ways[i].path)).collect();
+        prepared.geometry.closest_each(&queries, &mut hits);
+        for (&i, hit) in active.iter().zip(&hits) {
+            let way = &mut ways[i];
+            let met = way.path.met.or(*hit);
+            let mut step = tracer.advance(&mut way.path, met.as_ref());
+            if let Step::Aside(aside) = step {
+                way.waiting.push(core::mem::replace(&mut way.path, aside));
+                continue;
+            }
+            while matches!(step, Step::Ended) {
+                let Some(before) = way.waiting.pop() else {
+                    way.ended = true;
+                    break;
+                };
+                let brought = core::mem::replace(&mut way.path, before).radiance;
+                way.path.radiance += brought;
+                step = if way.path.segments == 0 { Step::Ended } else { Step::Onward };
+            }
+        }
+        turns += 1;
+    }
+    let together: Vec<_> = ways.iter().map(|way| way.path.radiance).collect();
+    assert_eq!(together, single);
+    assert_eq!(tracer.counters, alone);
+    assert!(alone.refraction > 100 && alone.reflection > 300 && alone.shadow > 300 && turns > 10, "{alone:?} {turns}");
+}
