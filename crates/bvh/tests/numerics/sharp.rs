@@ -29,11 +29,12 @@ pub fn is_thin<P: Precision>(ball: f64, by: f64, point: DVec3, way: f64) -> bool
     by * ball < STORED * stored * point.abs().max_element() + MAPPED * core * (1.0 + way) / by
 }
 
-/// A start moves by up to 5.5 roundings in each of three axes, and the middle of a body may be twice as near to its faces as
-/// that of the ball: 5.5·√3·2 and some.
+/// A start is lifted and rounded by up to five and a half roundings in each of three axes, about ten together, and a tip has
+/// two walls at once. Where a ball is smaller, some bodies around it hold no start that is safe.
 const STORED: f64 = 16.0;
 
-/// The same of bounds that count sixteen roundings of each of nine products, but are not all at their worst together.
+/// The same of the core's roundings: a bound counts sixteen of each of nine products on the way there and back, and a start moves
+/// by several bounds.
 const MAPPED: f64 = 2048.0;
 
 /// Rays from hits beside edges, to both sides, under maps that flatten by a factor; as it is without one.
