@@ -149,10 +149,8 @@ fn far_starts_are_outside() {
 #[test]
 fn starts_under_ill_conditioned_maps_are_clear() {
     fn check<P: Precision>() {
-        for edged in edged::<P>()
-            .into_iter()
-            .filter(|e| !matches!(e.name, "hyperboloid" | "paraboloid" | "needle of a cone" | "flat cone"))
-        {
+        // A straight line may well leave a hyperboloid and meet it again.
+        for edged in edged::<P>().into_iter().filter(|e| e.name != "hyperboloid") {
             judge(&format!("rays that leave the {} in {:?}", edged.name, P::default()), 423, 20_000, |random| {
                 let by = 10_f64.powf(random.between(-6.0, -3.0));
                 let map = flattening(random, by);
