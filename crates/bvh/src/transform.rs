@@ -11,6 +11,7 @@ pub struct Transform<C: Real> {
     columns: [C::Vec3; 3],
     inverse_columns: [C::Vec3; 3],
     translation: C::Vec3,
+    magnification: C,
 }
 
 /// A matrix by its columns, times a vector.
@@ -29,6 +30,7 @@ impl<C: Real> Transform<C> {
             columns: columns(matrix),
             inverse_columns: columns(inverse),
             translation: C::Vec3::from_f64(to_world.translation),
+            magnification: C::from_f64(inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length()),
         })
     }
 
@@ -49,10 +51,12 @@ impl<C: Real> Transform<C> {
         let there = times::<C>(self.columns, s.point);
         let point = there + self.translation;
         let there_and_back = times::<C>(sizes, times::<C>(self.inverse_columns.map(Vector::abs), there.abs()));
-        let magnitude = times::<C>(sizes, s.point.abs().max(s.start.abs())) + there_and_back + self.translation.abs();
+        let magnitude =
+            times::<C>(sizes, s.point.abs().max(s.above.abs()).max(s.below.abs())) + there_and_back + self.translation.abs();
         Located {
             point,
-            start: times::<C>(self.columns, s.start) + self.translation,
+            above: times::<C>(self.columns, s.above) + self.translation,
+            below: times::<C>(self.columns, s.below) + self.translation,
             normal: self.normal_to_world(s.normal).normalize(),
             error: s.error * times::<C>(sizes, C::Vec3::ONE).max_element()
                 + magnitude.max_element() * (C::ROUNDOFF * C::from_f64(16.0)),
@@ -70,6 +74,11 @@ impl<C: Real> Transform<C> {
     pub fn normal_to_world(&self, normal: C::Vec3) -> C::Vec3 {
         let [x, y, z] = self.inverse_columns;
         C::Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal))
+    }
+
+    /// How long in object space at most is what is one in each axis of the world.
+    pub fn magnification(&self) -> C {
+        self.magnification
     }
 
     /// Texture coordinates of object space in the world: the derivative turns with the map.

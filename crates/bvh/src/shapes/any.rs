@@ -93,10 +93,6 @@ impl<R: Real> Shape<R> for AnyShape<R> {
         each!(self, shape => shape.intersect(probe, range, side))
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        each!(self, shape => shape.locate(probe, hit))
-    }
-
     fn locate_under<P: Precision<Real = R>>(
         &self,
         probe: &Probe<P>,

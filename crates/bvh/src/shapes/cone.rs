@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::drift::Drift;
 use super::frame::{disk_support, length, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, slab, tests_close};
+use super::turned::{BASE, TOP, Turned, WALL};
 use super::unit::unit_of;
 use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
@@ -22,11 +23,6 @@ pub struct Cone<R: Real> {
     /// Radius of the other end, not below zero; one of the two is above.
     pub top_radius: R,
 }
-
-/// Parts, as a hit's first number.
-const WALL: u8 = 0;
-const BASE: u8 = 1;
-const TOP: u8 = 2;
 
 impl<R: Real> Cone<R> {
     /// From the centre of the base, the direction of the axis with any length above zero, the two radii and the height.
@@ -143,17 +139,13 @@ impl<R: Real> Shape<R> for Cone<R> {
         self.span(probe, tests_close(probe, self.base, self.radius.max(self.top_radius)))?.nearest(range, side)
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        self.locate_under(probe, hit, None)
-    }
-
     fn locate_under<P: Precision<Real = R>>(
         &self,
         probe: &Probe<P>,
         hit: ShapeHit<R>,
         maps: Option<Maps<'_, P::Core>>,
     ) -> Located<P::Core> {
-        let mut part = hit.u.to_f64() as u8;
+        let part = hit.u.to_f64() as u8;
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
         let t = match self.span(probe, P::ROBUST) {
             Some(span) if P::ROBUST => span.unrounded(hit),
@@ -161,20 +153,13 @@ impl<R: Real> Shape<R> for Cone<R> {
         };
         let raw = probe.origin + probe.direction * t;
         let (along, out) = split::<P>(raw - wide::<P>(self.base), self.axis);
-        let on_part = |part, along, out| if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) };
-        if P::ROBUST {
-            // Kept away from the seams by what a ray that starts there may be moved by.
-            let radii = [self.radius, self.top_radius].map(convert::<R, P::Core>);
-            let end = (part != WALL).then(|| radii[usize::from(part == TOP)]);
-            let drift = Drift::around::<P>(maps, raw, slack(self.scale::<P>(raw)));
-            let kept = drift.off_seams(wide::<P>(self.axis), radii, end, (along, out));
-            // Under maps only the start is moved, if it stays on its part: there what is little to a start is much to a point.
-            let met = (maps.is_some() && kept.on_wall == (part == WALL)).then_some((along, out));
-            part = if kept.on_wall { WALL } else { part };
-            let located = on_part(part, kept.along, kept.out);
-            return met.map_or(located, |(along, out)| Located { start: located.point, ..on_part(part, along, out) });
+        let located = if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) };
+        if !P::ROBUST {
+            return located;
         }
-        on_part(part, along, out)
+        let solid = Turned { axis: wide::<P>(self.axis), radii: [self.radius, self.top_radius].map(convert::<R, P::Core>) };
+        let drift = Drift::around::<P>(maps, located.point, located.error);
+        Located { below: located.point + solid.inwards(part, (along, out), drift), ..located }
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::drift::{Drift, MOST_MOVED};
+use super::drift::Drift;
 use super::quadratic::Span;
 use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::aabb::Aabb;
@@ -57,52 +57,60 @@ impl<R: Real> Cuboid<R> {
         Some(span)
     }
 
-    /// The point, kept on its face and away from the face's border by what rounding may move it.
+    /// The point, kept on its face and within its border by the rounding to storage.
     #[inline(always)]
-    fn on_face<P: Precision<Real = R>>(
-        &self,
-        raw: CoreVec<P>,
-        axis: usize,
-        greater: bool,
-        drift: Option<Drift<'_, P::Core>>,
-    ) -> CoreVec<P> {
+    fn on_face<P: Precision<Real = R>>(&self, raw: CoreVec<P>, axis: usize, greater: bool) -> CoreVec<P> {
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i), self.max.axis(i));
             if i == axis {
                 return convert::<R, P::Core>(if greater { max } else { min });
             }
-            // Faces at right angles, and a start in this space: then only the rounding moves it, to the next number.
-            let (mut low, mut high): (P::Core, P::Core) = (convert(min.next_up()), convert(max.next_down()));
-            if let Some(drift) = drift {
-                let margin = drift.along(Self::face(i, P::Core::ONE));
-                // Thinner than that there is no inside to start in, and the point stays.
-                if margin <= (high - low) * num(MOST_MOVED) {
-                    (low, high) = (low + margin, high - margin);
-                }
-            }
-            raw.axis(i).min(high).max(low)
+            raw.axis(i).min(convert(max.next_down())).max(convert(min.next_up()))
         };
         CoreVec::<P>::new(at(0), at(1), at(2))
     }
 
     /// The surface at a point near a face that came from numbers up to `scale`.
+    #[inline(always)]
     fn located<P: Precision<Real = R>>(
         &self,
         raw: CoreVec<P>,
         scale: P::Core,
         (axis, greater): (usize, bool),
-        maps: Option<Maps<'_, P::Core>>,
     ) -> Located<P::Core> {
         let size = wide::<P>(self.min.abs().max(self.max.abs())).max_element();
         let sign = if greater { P::Core::ONE } else { -P::Core::ONE };
         let normal = Self::face::<CoreVec<P>, P::Core>(axis, sign);
         if P::ROBUST {
-            let drift = maps.map(|_| Drift::around::<P>(maps, raw, slack(size)));
-            let located = Located::new(self.on_face::<P>(raw, axis, greater, None), normal, slack(size));
-            let Some(drift) = drift else { return located };
-            return Located { start: self.on_face::<P>(raw, axis, greater, Some(drift)), ..located };
+            return Located::new(self.on_face::<P>(raw, axis, greater), normal, slack(size));
         }
         Located::new(raw, normal, slack(size + scale))
+    }
+
+    /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it may drift against each. What
+    /// lies above the face is outside anyway; without maps faces are at right angles, and the point is far enough from the others.
+    #[inline(never)]
+    fn inwards<P: Precision<Real = R>>(
+        &self,
+        located: &Located<P::Core>,
+        (axis, greater): (usize, bool),
+        maps: Maps<'_, P::Core>,
+    ) -> CoreVec<P> {
+        let drift = Drift::around::<P>(Some(maps), located.point, located.error);
+        let at = |i: usize| {
+            let (min, max) = (convert::<R, P::Core>(self.min.axis(i)), convert::<R, P::Core>(self.max.axis(i)));
+            let (x, margin) = (located.point.axis(i), drift.along(Self::face(i, P::Core::ONE)));
+            let (low, high) = (min + margin, max - margin);
+            // What is thinner than its points are exact has no inside.
+            if low < high {
+                if i != axis {
+                    return x.max(low).min(high);
+                }
+                return if greater { x.max(low) } else { x.min(high) };
+            }
+            x
+        };
+        CoreVec::<P>::new(at(0), at(1), at(2))
     }
 }
 
@@ -127,10 +135,6 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         self.span(probe)?.nearest(range, side)
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        self.locate_under(probe, hit, None)
-    }
-
     fn locate_under<P: Precision<Real = R>>(
         &self,
         probe: &Probe<P>,
@@ -141,7 +145,11 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         let span = if P::ROBUST && probe.mapped { self.span(probe) } else { None };
         let t = span.map_or_else(|| convert(hit.t), |span| span.unrounded(hit));
         let scale = probe.origin.abs().max_element() + t * probe.length_squared.sqrt();
-        self.located::<P>(probe.origin + probe.direction * t, scale, (axis, greater), maps)
+        let located = self.located::<P>(probe.origin + probe.direction * t, scale, (axis, greater));
+        match maps {
+            Some(maps) if P::ROBUST => Located { below: self.inwards::<P>(&located, (axis, greater), maps), ..located },
+            _ => located,
+        }
     }
 
     /// Each face has u and v in [0, 1], u to the right and v down as it is seen from outside: upright ones with +y up, the top
@@ -187,9 +195,8 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
         place[along_v] += s[along_v] * v.to_f64();
         let raw = CoreVec::<P>::from_f64(place);
-        let point = self.on_face::<P>(raw, axis, greater, None);
-        let on_face = Located { point, start: point, ..self.located::<P>(raw, P::Core::ZERO, (axis, greater), None) };
-        (on_face, num(1.0 / self.area()))
+        let located = self.located::<P>(raw, P::Core::ZERO, (axis, greater));
+        (Located::new(self.on_face::<P>(raw, axis, greater), located.normal, located.error), num(1.0 / self.area()))
     }
 
     fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {

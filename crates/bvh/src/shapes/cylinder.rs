@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::drift::Drift;
+use super::drift::{Drift, off_bends};
 use super::frame::{disk_support, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab, tests_close};
+use super::turned::{BASE, TOP, Turned, WALL};
 use super::unit::unit_of;
 use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
@@ -34,11 +35,6 @@ pub struct Cylinder<R: Real> {
     /// How it ends.
     pub ends: Ends,
 }
-
-/// Parts of a capped one, as a hit's first number.
-const WALL: u8 = 0;
-const BASE: u8 = 1;
-const TOP: u8 = 2;
 
 impl<R: Real> Cylinder<R> {
     /// From a point of the axis, its direction of any length above zero, radius, and the height unless infinite.
@@ -146,31 +142,16 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
-        self.locate_under(probe, hit, None)
-    }
-
     fn locate_under<P: Precision<Real = R>>(
         &self,
         probe: &Probe<P>,
         hit: ShapeHit<R>,
         maps: Option<Maps<'_, P::Core>>,
     ) -> Located<P::Core> {
-        let mut part = hit.u.to_f64() as u8;
+        let part = hit.u.to_f64() as u8;
         let raw = self.raw(probe, hit);
         let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
-        let on_part = |part, along, out| if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) };
-        if P::ROBUST && self.ends == Ends::Capped && maps.is_some() {
-            let radius = convert::<R, P::Core>(self.radius);
-            let drift = Drift::around::<P>(maps, raw, slack(self.scale::<P>(raw)));
-            let end = (part != WALL).then_some(radius);
-            let kept = drift.off_seams(wide::<P>(self.axis), [radius; 2], end, (along, out));
-            // Only the start is moved, if it stays on its part: under maps what is little to a start is much to a point.
-            let met = (kept.on_wall == (part == WALL)).then_some((along, out));
-            part = if kept.on_wall { WALL } else { part };
-            let located = on_part(part, kept.along, kept.out);
-            return met.map_or(located, |(along, out)| Located { start: located.point, ..on_part(part, along, out) });
-        } else if P::ROBUST && self.ends == Ends::Capped {
+        if P::ROBUST && self.ends == Ends::Capped && maps.is_none() {
             // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam
             // by what rounding the point may move it, for rays that start inside.
             let reach = self.scale::<P>(raw) * convert::<R, P::Core>(R::ROUNDOFF) * num(4.0);
@@ -181,7 +162,17 @@ impl<R: Real> Shape<R> for Cylinder<R> {
                 out *= rim.max(P::Core::ZERO) / distance;
             }
         }
-        on_part(part, along, out)
+        let located = if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) };
+        let radius = convert::<R, P::Core>(self.radius);
+        if self.ends != Ends::Capped {
+            return off_bends::<P>(located, maps, || [P::Core::INFINITY, radius]);
+        }
+        if !P::ROBUST || maps.is_none() {
+            return located;
+        }
+        let solid = Turned { axis: wide::<P>(self.axis), radii: [radius; 2] };
+        let drift = Drift::around::<P>(maps, located.point, located.error);
+        Located { below: located.point + solid.inwards(part, (along, out), drift), ..located }
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite one in its own units from the

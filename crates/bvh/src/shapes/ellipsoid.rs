@@ -2,12 +2,13 @@
 
 use glam::DVec3;
 
+use super::drift::Drift;
 use super::probe::FAR;
 use super::quadratic::{Crossings, Quadratic, always_close, approach, point_at};
 use super::sample::area_by_quadrature;
 use super::sphere::{on_globe, sphere_direction};
 use super::unit::unit_of;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector};
 
@@ -72,6 +73,19 @@ impl<R: Real> Ellipsoid<R> {
         let scale = scale + centre.abs().max_element() + s.max_element();
         Located::new(point, gradient.normalize(), slack(scale))
     }
+
+    /// From a point to where a ray starts that goes in: as on the unit sphere of which this is an image, for which see
+    /// [`super::drift::off_bends`].
+    #[inline(never)]
+    fn inwards<P: Precision<Real = R>>(&self, located: &Located<P::Core>, maps: Maps<'_, P::Core>) -> CoreVec<P> {
+        let (zero, one, s) = (P::Core::ZERO, P::Core::ONE, wide::<P>(self.semi_axes));
+        let drift = Drift::around::<P>(Some(maps), located.point, located.error);
+        let x = drift.along(CoreVec::<P>::new(one / s.x(), zero, zero));
+        let y = drift.along(CoreVec::<P>::new(zero, one / s.y(), zero));
+        let z = drift.along(CoreVec::<P>::new(zero, zero, one / s.z()));
+        let share = x * x + y * y + z * z;
+        if share < one { (wide::<P>(self.centre) - located.point) * share } else { CoreVec::<P>::ZERO }
+    }
 }
 
 impl<R: Real> Shape<R> for Ellipsoid<R> {
@@ -84,11 +98,20 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         self.crossings(probe, always_close::<P>())?.nearest(range, side, |_| true)
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit);
         let way = (probe.origin - point).abs().max_element();
-        self.at::<P>(point, way + point.abs().max_element())
+        let located = self.at::<P>(point, way + point.abs().max_element());
+        match maps {
+            Some(maps) if P::ROBUST => Located { below: located.point + self.inwards::<P>(&located, maps), ..located },
+            _ => located,
+        }
     }
 
     /// Those of the sphere of which it is the image.

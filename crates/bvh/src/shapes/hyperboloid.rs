@@ -2,11 +2,14 @@
 
 use glam::DVec3;
 
+use super::drift::off_bends;
 use super::frame::{disk_support, length, turn};
 use super::probe::FAR;
 use super::quadratic::{Crossings, Quadratic, always_close, approach, point_at};
 use super::unit::unit_of;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide};
+use super::{
+    CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -104,10 +107,20 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         self.crossings(probe, always_close::<P>())?.nearest(range, side, clipped)
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit);
-        self.at::<P>(point, (probe.origin - point).abs().max_element())
+        let located = self.at::<P>(point, (probe.origin - point).abs().max_element());
+        off_bends::<P>(located, maps, || {
+            // Outside it is the profile that bends, most at the waist; inside, and there most as well, the circle.
+            let (waist, slope) = (convert::<R, P::Core>(self.waist), convert::<R, P::Core>(self.slope));
+            [slope * (slope / waist), waist]
+        })
     }
 
     /// u turns about the axis, v runs from the upper rim to the lower.

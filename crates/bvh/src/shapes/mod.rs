@@ -5,6 +5,7 @@
 //! texture coordinates only for who asks.
 
 mod any;
+mod border;
 mod cone;
 mod cuboid;
 mod cylinder;
@@ -26,6 +27,7 @@ mod sphere;
 mod surface;
 mod torus;
 mod triangle;
+mod turned;
 mod unit;
 
 pub use any::AnyShape;
@@ -127,19 +129,20 @@ pub trait Shape<R: Real> {
     /// The nearest hit within `range` (open at both ends) on an accepted side.
     fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>>;
 
-    /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is rounded to the stored scalar.
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core>;
-
-    /// The same for a ray that comes from the world by the inverses of these maps. A shape with edges keeps the point away from
-    /// them by what may happen to a ray's start in the world.
-    #[inline(always)]
+    /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is rounded to the stored scalar. A
+    /// ray that comes from the world by the inverses of maps brings them: what may happen to the start of a ray there decides
+    /// how far from edges and bends starts have to be.
     fn locate_under<P: Precision<Real = R>>(
         &self,
         probe: &Probe<P>,
         hit: ShapeHit<R>,
-        _: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
-        self.locate(probe, hit)
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core>;
+
+    /// The same for a ray of the shape's own space.
+    #[inline(always)]
+    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+        self.locate_under(probe, hit, None)
     }
 
     /// Texture coordinates at a hit that [`Shape::intersect`] returned for the same ray.

@@ -2,10 +2,13 @@
 
 use glam::DVec3;
 
+use super::drift::off_bends;
 use super::frame::{length, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::unit::unit_of;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide};
+use super::{
+    CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide,
+};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -78,10 +81,20 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
             .nearest(range, side, |t| above + probe.direction.y() * t <= height)
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit);
-        self.at::<P>(point, (probe.origin - point).abs().max_element())
+        let located = self.at::<P>(point, (probe.origin - point).abs().max_element());
+        off_bends::<P>(located, maps, || {
+            // It bends most at the apex.
+            let (radius, height) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.height));
+            [P::Core::INFINITY, radius * (radius / height) * num(0.5)]
+        })
     }
 
     /// u turns about the axis, v runs down with the height, from 0 at the rim to 1 at the apex.

@@ -1,8 +1,11 @@
 //! The sphere.
 
+use super::drift::off_bends;
 use super::probe::FAR;
 use super::quadratic::{Crossings, approach};
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide};
+use super::{
+    CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide,
+};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
@@ -63,14 +66,21 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     #[inline]
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
         if probe.needs_unrounded(hit.t, self.radius) {
             // From the roots again, as the rounding of the stored distance may be large in the map's space, or for the sphere.
             let (ahead, l) = approach(probe, centre, true);
             let half = ((radius * radius - l.dot(l)).max(P::Core::ZERO) * probe.inverse_length_squared).sqrt();
             let t = Crossings { enter: ahead - half, leave: ahead + half }.unrounded(hit);
-            return self.at::<P>((l + probe.direction * (t - ahead)).normalize());
+            let located = self.at::<P>((l + probe.direction * (t - ahead)).normalize());
+            // In a map's space it is always here.
+            return off_bends::<P>(located, maps, || [P::Core::INFINITY, radius]);
         }
         let raw = probe.at(hit.t);
         let f = raw - centre;

@@ -8,9 +8,11 @@ use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
 pub struct Located<C: Real> {
     /// The hit point, moved onto the surface where the precision asks for it.
     pub point: C::Vec3,
-    /// Where rays that leave start, before they are lifted off the surface: the point, or, beside an edge that a map makes
-    /// sharp, another of the same face, as far from the edge as a start may come to lie beside its place.
-    pub start: C::Vec3,
+    /// Where rays to the outer side start, before they are lifted off the surface: the point, or one beside it from which a
+    /// start comes to lie on that side of everything there, wherever rounding moves it.
+    pub above: C::Vec3,
+    /// The same for rays to the inner side.
+    pub below: C::Vec3,
     /// Geometric unit normal, pointing outwards whichever side was hit.
     pub normal: C::Vec3,
     /// Bound on the distance, in each axis, of `point` from the surface, and of the surface from where another test of it
@@ -22,7 +24,7 @@ impl<C: Real> Located<C> {
     /// A surface from whose point rays may start as it is.
     #[inline(always)]
     pub fn new(point: C::Vec3, normal: C::Vec3, error: C) -> Self {
-        Self { point, start: point, normal, error }
+        Self { point, above: point, below: point, normal, error }
     }
 
     /// Rounded to the stored scalar, the bound grown by that rounding.
@@ -32,7 +34,8 @@ impl<C: Real> Located<C> {
         let error = self.error + self.point.abs().max_element() * rounding;
         Surface {
             point: convert_vec::<C, P::Real>(self.point),
-            start: convert_vec::<C, P::Real>(self.start),
+            above: convert_vec::<C, P::Real>(self.above),
+            below: convert_vec::<C, P::Real>(self.below),
             // The factor covers the rounding of the bound itself.
             error: convert::<C, P::Real>(error * (C::ONE + rounding * C::from_f64(4.0))),
             normal: convert_vec::<C, P::Real>(self.normal),
@@ -45,8 +48,10 @@ impl<C: Real> Located<C> {
 pub struct Surface<R: Real> {
     /// The hit point, moved onto the surface where the precision asks for it.
     pub point: R::Vec3,
-    /// Where rays that leave start, before they are lifted off: as [`Located::start`].
-    pub start: R::Vec3,
+    /// Where rays to the outer side start, before they are lifted off: as [`Located::above`].
+    pub above: R::Vec3,
+    /// Where rays to the inner side start, before they are lifted off: as [`Located::below`].
+    pub below: R::Vec3,
     /// Bound on the distance, in each axis, of `point` from the exact surface, including the error of the test that may
     /// meet the surface again ("Managing Rounding Error", Physically Based Rendering, 4th edition, 6.8).
     pub error: R,
@@ -95,9 +100,9 @@ impl<R: Real> Surface<R> {
     fn lifted(&self, direction: R::Vec3, error: R) -> R::Vec3 {
         // In f64, where products of f32 are exact: a tangent must not be taken for a ray that goes in.
         let inward = self.normal.to_f64().dot(direction.to_f64()) < 0.0;
-        let normal = if inward { -self.normal } else { self.normal };
+        let (from, normal) = if inward { (self.below, -self.normal) } else { (self.above, self.normal) };
         let size = normal.abs();
-        let moved = self.start + normal * ((size.x() + size.y() + size.z()) * error);
+        let moved = from + normal * ((size.x() + size.y() + size.z()) * error);
         R::Vec3::new(outward(moved.x(), normal.x()), outward(moved.y(), normal.y()), outward(moved.z(), normal.z()))
     }
 }

@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
+use super::drift::off_bends;
 use super::frame::{disk_support, split, spoke, turn};
 use super::quartic::Quartic;
 use super::unit::unit_of;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -147,7 +148,12 @@ impl<R: Real> Shape<R> for Torus<R> {
         })
     }
 
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let (centre, major) = (wide::<P>(self.centre), convert::<R, P::Core>(self.major_radius));
         // From the nearest point of the circle.
         let tube = |offset: CoreVec<P>| {
@@ -160,7 +166,8 @@ impl<R: Real> Shape<R> for Torus<R> {
         let raw = exact.map_or_else(|| probe.at(hit.t), |t| probe.origin + probe.direction * t);
         let (spoke, off) = tube(raw - centre);
         if P::ROBUST {
-            return self.on_tube::<P>(spoke, off.normalize());
+            let minor = convert::<R, P::Core>(self.minor_radius);
+            return off_bends::<P>(self.on_tube::<P>(spoke, off.normalize()), maps, || [major - minor, minor]);
         }
         let error = slack(self.scale::<P>(probe.origin) + convert::<R, P::Core>(hit.t));
         Located::new(raw, off.normalize(), error)

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
+use super::border::{Face, off_border};
 use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross};
 use super::unit::{unit_of, unit_of_both};
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -52,13 +53,23 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 
     #[inline]
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(
+        &self,
+        probe: &Probe<P>,
+        hit: ShapeHit<R>,
+        maps: Option<Maps<'_, P::Core>>,
+    ) -> Located<P::Core> {
         let [a, b, c] = self.vertices.map(wide::<P>);
         // The rounding of stored weights moves the point along the plane only, but in a map's space that may be far.
         let again = if P::ROBUST && probe.mapped { self.crossing(probe) } else { None };
         let weights = again.map_or_else(|| [convert(hit.u), convert(hit.v)], |crossing| crossing.weights);
         // From the weights it lies in the triangle's plane whatever the ray's distance was.
-        Self::at::<P>([a, b, c], inside::<P>([a, b, c], weights))
+        let weights = inside::<P>([a, b, c], weights);
+        let located = Self::at::<P>([a, b, c], weights);
+        match maps {
+            Some(maps) if P::ROBUST => off_border::<P>(located, Face::Triangle, [b - a, c - a], weights, maps),
+            _ => located,
+        }
     }
 
     fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {

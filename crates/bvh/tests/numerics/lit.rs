@@ -174,7 +174,7 @@ fn a_distant_lamp_is_not_in_its_own_light() {
         group.shape(lamp.into(), Visibility::default()).expect("finite");
         let geometry = Geometry::new(group, AcceleratorKind::default());
         let point = (out * distance).as_vec3();
-        let receiver = Surface { point, start: point, error: 0.0, normal: (-out).as_vec3() };
+        let receiver = Surface { point, above: point, below: point, error: 0.0, normal: (-out).as_vec3() };
         let target = lamp.sample_area::<Robust>(random.unit() as f32, random.unit() as f32).0.stored::<Robust>();
         let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return Verdict::Wrong("no ray".into()) };
         let dark = geometry.any(&ray, range, &mut |_| true, &mut ());

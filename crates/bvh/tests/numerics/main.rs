@@ -4,10 +4,12 @@
 
 mod borders;
 mod closed;
+mod edged;
 mod far;
 mod lit;
 mod magnified;
 mod mapped;
+mod meshes;
 mod planes;
 mod quadrics;
 mod same;

@@ -1,0 +1,106 @@
+//! Starts beside the border of a flat face under maps: kept from it, so that a ray starts on its own side of the faces that
+//! join there.
+//!
+//! A face can't know what joins it. Its starts are clear of all that meet it at no less than half a right angle, in the space
+//! that is mapped. They go there the shortest way in the world: a face may be a million times as long as it is wide. One that
+//! is smaller than its points are exact has no such place, and they stay.
+
+use super::drift::Drift;
+use super::{CoreVec, Located, Maps, num};
+use crate::scalar::{Precision, Real, Vector};
+
+/// What is spanned by two edges.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Face {
+    Triangle,
+    Parallelogram,
+}
+
+/// The shares of the two edges at a point, their gradients in the world, and the least that a share may be at a start, that of
+/// the third corner last.
+struct Shares<C: Real> {
+    at: [C; 2],
+    gradients: [C::Vec3; 2],
+    least: [C; 3],
+}
+
+/// A face spanned by two edges, met at their shares `at`, with its starts away from the border.
+#[inline(never)]
+pub(super) fn off_border<P: Precision>(
+    located: Located<P::Core>,
+    face: Face,
+    [ab, ac]: [CoreVec<P>; 2],
+    at: [P::Core; 2],
+    maps: Maps<'_, P::Core>,
+) -> Located<P::Core> {
+    let ([u, v], one, normal) = (at, P::Core::ONE, ab.cross(ac));
+    let inverse = one / normal.dot(normal);
+    let (by_u, by_v) = (ac.cross(normal) * inverse, normal.cross(ab) * inverse);
+    let by_both = by_u + by_v;
+    let drift = Drift::around::<P>(Some(maps), located.point, located.error);
+    let reach = drift.reach() * num(2.0);
+    let is_far =
+        |share: P::Core, gradient: CoreVec<P>| share > P::Core::ZERO && share * share > reach * reach * gradient.dot(gradient);
+    let opposite =
+        if face == Face::Triangle { is_far(one - u - v, by_both) } else { is_far(one - u, by_u) && is_far(one - v, by_v) };
+    if is_far(u, by_u) && is_far(v, by_v) && opposite {
+        return located;
+    }
+    // As far off the edge as a start may drift off its own face, too: then it is still behind one that leans over it.
+    let lean = drift.along(located.normal);
+    let least = [by_u, by_v, by_both].map(|gradient| drift.along(gradient) + lean * gradient.length());
+    let shares = Shares { at, gradients: [drift.in_world(by_u), drift.in_world(by_v)], least };
+    let kept = if face == Face::Triangle { shares.within_triangle() } else { shares.within_parallelogram() };
+    let start = located.point + ab * (kept[0] - u) + ac * (kept[1] - v);
+    Located { above: start, below: start, ..located }
+}
+
+impl<C: Real> Shares<C> {
+    /// The nearest ones in the world that are not below the least.
+    fn within_triangle(&self) -> [C; 2] {
+        let ([u, v], [by_u, by_v], least) = (self.at, self.gradients, self.least);
+        let gradients = [by_u, by_v, -(by_u + by_v)];
+        let mut shares = [u, v, C::ONE - u - v];
+        let lack = |shares: &[C; 3], i: usize| least[i] - shares[i];
+        let mut near = 0;
+        for i in 1..3 {
+            near = if lack(&shares, i) > lack(&shares, near) { i } else { near };
+        }
+        let lacks = lack(&shares, near);
+        let has_room = least[0] + least[1] + least[2] < C::ONE;
+        if !has_room || lacks <= C::ZERO {
+            return self.at;
+        }
+        // Straight away from that edge.
+        let step = lacks / gradients[near].dot(gradients[near]);
+        for i in 0..3 {
+            shares[i] += gradients[i].dot(gradients[near]) * step;
+        }
+        for i in (0..3).filter(|&i| i != near) {
+            if lack(&shares, i) > C::ZERO {
+                // Beside a corner: as far as it has to be from both edges there.
+                (shares[near], shares[i]) = (least[near], least[i]);
+                shares[3 - near - i] = C::ONE - least[near] - least[i];
+                break;
+            }
+        }
+        [shares[0], shares[1]]
+    }
+
+    /// The same with the sides opposite each edge.
+    fn within_parallelogram(&self) -> [C; 2] {
+        let ([u, v], [by_u, by_v], [least_u, least_v, _]) = (self.at, self.gradients, self.least);
+        let half: C = num(0.5);
+        let has_room = least_u < half && least_v < half;
+        if !has_room {
+            return self.at;
+        }
+        let kept = |share: C, least: C| share.max(least).min(C::ONE - least);
+        let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
+        // Straight away from one side the other share changes with it.
+        let both = by_u.dot(by_v);
+        let with_u = if to_v == C::ZERO { to_u * (both / by_u.dot(by_u)) } else { to_v };
+        let with_v = if to_u == C::ZERO { to_v * (both / by_v.dot(by_v)) } else { to_u };
+        [kept(u + with_v, least_u), kept(v + with_u, least_v)]
+    }
+}

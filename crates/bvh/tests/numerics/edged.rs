@@ -1,0 +1,177 @@
+//! Shapes with edges, and round ones that a map gives some: each beside a formula of its own for which side a point is on.
+
+use glam::DVec3;
+use raywright_bvh::shapes::{
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Quad, Sphere, Torus, Triangle,
+};
+use raywright_bvh::{Precision, Real};
+
+use crate::borders::depth;
+use crate::support::{Random, stored};
+
+type Height = Box<dyn Fn(DVec3) -> f64 + Sync>;
+type Edge = Box<dyn Fn(&mut Random) -> DVec3 + Sync>;
+
+/// A shape, a function that is positive outside of it (on its outer side, of an open one), by a formula of its own, and points
+/// of its edges.
+pub struct Edged<P: Precision> {
+    pub name: &'static str,
+    pub shape: AnyShape<P::Real>,
+    pub height: Height,
+    pub edge: Edge,
+    /// Radius of a ball that it holds; infinite where there is no inside to be thin.
+    pub ball: f64,
+}
+
+/// A point of the circle at an offset along an axis.
+fn rim(random: &mut Random, centre: DVec3, axis: DVec3, radius: f64) -> DVec3 {
+    centre + random.disc(axis.normalize(), 1.0).normalize() * radius
+}
+
+fn turned<P: Precision>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) -> Edged<P> {
+    let base = DVec3::new(0.25, -0.5, 0.125);
+    let (b, a) = (stored::<P>(base), stored::<P>(axis));
+    let [low, high] = radii.map(P::Real::from_f64);
+    let shape = if low == high {
+        Cylinder { base: b, axis: a, radius: low, ends: Ends::Capped }.into()
+    } else {
+        Cone { base: b, axis: a, radius: low, top_radius: high }.into()
+    };
+    let edge = move |random: &mut Random| {
+        if random.sign() > 0.0 { rim(random, base + axis, axis, radii[1]) } else { rim(random, base, axis, radii[0]) }
+    };
+    let height = Box::new(move |p| -depth(p, base, axis, radii));
+    Edged { name, shape, height, edge: Box::new(edge), ball }
+}
+
+/// A point of the border of a polygon.
+fn border(corners: &[DVec3], random: &mut Random) -> DVec3 {
+    let i = (random.bits() % corners.len() as u64) as usize;
+    let share = if random.unit() < 0.3 { 0.0 } else { random.unit() };
+    corners[i] + (corners[(i + 1) % corners.len()] - corners[i]) * share
+}
+
+fn flat<P: Precision>(name: &'static str, corners: &[DVec3]) -> Edged<P> {
+    let (a, normal) = (corners[0], (corners[1] - corners[0]).cross(corners[2] - corners[0]));
+    let shape = match *corners {
+        [a, b, c] => Triangle { vertices: [a, b, c].map(stored::<P>) }.into(),
+        _ => Quad { corners: core::array::from_fn(|i| stored::<P>(corners[i])) }.into(),
+    };
+    let corners = corners.to_vec();
+    Edged {
+        name,
+        shape,
+        height: Box::new(move |p| normal.dot(p - a)),
+        edge: Box::new(move |random| border(&corners, random)),
+        ball: f64::INFINITY,
+    }
+}
+
+/// The ones with edges, of a size about one, in numbers that f32 holds.
+pub fn edged<P: Precision>() -> Vec<Edged<P>> {
+    let real = P::Real::from_f64;
+    let (min, max) = (DVec3::new(-0.75, -0.5, -1.0), DVec3::new(0.5, 1.0, 0.75));
+    let corner = DVec3::new(-0.5, -0.25, 0.125);
+    let (eu, ev) = (DVec3::new(1.0, 0.25, 0.0), DVec3::new(0.25, 0.75, 0.5));
+    let on_box = move |random: &mut Random| {
+        let along = (random.bits() % 3) as usize;
+        let mut p = DVec3::from_array(core::array::from_fn(|i| if random.sign() > 0.0 { min[i] } else { max[i] }));
+        p[along] = if random.unit() < 0.3 { p[along] } else { random.between(min[along], max[along]) };
+        p
+    };
+    let centre = DVec3::new(0.25, -0.125, 0.5);
+    let slanted = DVec3::new(0.5, 1.0, -0.25);
+    vec![
+        Edged {
+            name: "box",
+            shape: Cuboid { min: stored::<P>(min), max: stored::<P>(max) }.into(),
+            height: Box::new(move |p| (min - p).max(p - max).max_element()),
+            edge: Box::new(on_box),
+            ball: 0.625,
+        },
+        turned("cylinder", slanted, [0.5, 0.5], 0.5),
+        turned("cone", slanted, [0.75, 0.0], 0.4),
+        turned("truncated cone", slanted, [0.25, 0.75], 0.4),
+        turned("flat cone", slanted / 64.0, [0.75, 0.0], 1.0 / 128.0),
+        turned("needle of a cone", slanted, [1.0 / 256.0, 0.0], 1.0 / 264.0),
+        Edged {
+            name: "disk",
+            shape: Disk { centre: stored::<P>(centre), normal: stored::<P>(DVec3::Z), radius: real(0.75) }.into(),
+            height: Box::new(move |p| p.z - centre.z),
+            edge: Box::new(move |random| rim(random, centre, DVec3::Z, 0.75)),
+            ball: f64::INFINITY,
+        },
+        flat("quad", &[corner, corner + eu, corner + eu + ev, corner + ev]),
+        flat("triangle", &[corner, corner + eu, corner + ev]),
+        Edged {
+            name: "hyperboloid",
+            shape: Hyperboloid { centre: stored::<P>(centre), waist: real(0.5), slope: real(0.5), half_height: real(0.5) }.into(),
+            height: Box::new(move |p| {
+                let q = p - centre;
+                q.x * q.x + q.z * q.z - q.y * q.y - 0.25
+            }),
+            edge: Box::new(move |random| {
+                let end = centre + DVec3::Y * (0.5 * random.sign());
+                rim(random, end, DVec3::Y, 0.5_f64.sqrt())
+            }),
+            ball: 0.5,
+        },
+        Edged {
+            name: "paraboloid",
+            shape: Paraboloid { apex: stored::<P>(centre), radius: real(0.75), height: real(0.75) }.into(),
+            height: Box::new(move |p| {
+                let q = p - centre;
+                (q.x * q.x + q.z * q.z) / 0.75 - q.y
+            }),
+            edge: Box::new(move |random| rim(random, centre + DVec3::Y * 0.75, DVec3::Y, 0.75)),
+            ball: 0.375,
+        },
+    ]
+}
+
+/// The round ones, which maps bend as sharply as an edge; points of them all over instead of an edge.
+pub fn round<P: Precision>() -> Vec<Edged<P>> {
+    let (real, centre) = (P::Real::from_f64, DVec3::new(0.25, -0.125, 0.5));
+    let stored_centre = stored::<P>(centre);
+    let semi_axes = DVec3::new(0.5, 0.25, 1.0);
+    let ring = |p: DVec3| DVec3::new(p.x, 0.0, p.z).normalize() * 0.75;
+    vec![
+        Edged {
+            name: "sphere",
+            shape: Sphere { centre: stored_centre, radius: real(0.75) }.into(),
+            height: Box::new(move |p| p.distance(centre) - 0.75),
+            edge: Box::new(move |random| centre + random.direction() * 0.75),
+            ball: 0.75,
+        },
+        Edged {
+            name: "ellipsoid",
+            shape: Ellipsoid { centre: stored_centre, semi_axes: stored::<P>(semi_axes) }.into(),
+            height: Box::new(move |p| ((p - centre) / semi_axes).length() - 1.0),
+            edge: Box::new(move |random| centre + random.direction() * semi_axes),
+            ball: 0.25,
+        },
+        Edged {
+            name: "torus",
+            shape: Torus {
+                centre: stored_centre,
+                axis: stored::<P>(DVec3::Y),
+                major_radius: real(0.75),
+                minor_radius: real(0.25),
+            }
+            .into(),
+            height: Box::new(move |p| (p - centre).distance(ring(p - centre)) - 0.25),
+            edge: Box::new(move |random| centre + ring(random.direction()) + random.direction() * 0.25),
+            ball: 0.25,
+        },
+        Edged {
+            name: "tube",
+            shape: Cylinder { base: stored_centre, axis: stored::<P>(DVec3::Y), radius: real(0.5), ends: Ends::Open }.into(),
+            height: Box::new(move |p| (p - centre).with_y(0.0).length() - 0.5),
+            edge: Box::new(move |random| {
+                let along = random.unit();
+                rim(random, centre + DVec3::Y * along, DVec3::Y, 0.5)
+            }),
+            ball: 0.5,
+        },
+    ]
+}
