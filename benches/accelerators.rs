@@ -60,7 +60,7 @@ fn any(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::new(name, 100_000), |b| {
             b.iter(|| {
                 for ray in &rays {
-                    black_box(geometry.any(black_box(ray), Interval::positive(), |_| true, &mut ()));
+                    black_box(geometry.any(black_box(ray), Interval::positive(), &mut |_| true, &mut ()));
                 }
             });
         });

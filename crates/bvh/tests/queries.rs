@@ -1,10 +1,10 @@
 //! The tree, for every builder preset, and both scans answer every query with the same bits.
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere, Triangle};
+use raywright_bvh::shapes::{AnyShape, Cylinder, Disk, Placed, Plane, Sphere, Triangle};
 use raywright_bvh::{
     AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Hit, Interval, Occlusion, Precision, Query, Ray, Robust, Side,
-    Visibility,
+    Visibility, Visits,
 };
 
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
@@ -189,9 +189,122 @@ fn bytes_count_every_primitive() {
         more(&|g| g.sphere(ball, Visibility::default())) - size_of::<Sphere<f32>>(),
         more(&|g| g.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default())) - size_of::<Triangle<f32>>(),
         more(&|g| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())) - size_of::<Plane<f32>>(),
-        more(&|g| g.shape(Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into(), Visibility::default())) - size_of::<AnyShape<f32>>(),
+        more(&|g| g.shape(disk(), Visibility::default())) - size_of::<AnyShape<f32>>(),
+        more(&|g| g.placed(disk(), halved(), Visibility::default())) - size_of::<Placed<Robust>>(),
     ];
-    assert!(own[0] > 0 && own == [own[0]; 4], "{own:?}");
+    // Common to all: a slot with object, primitive, flags and a place in its list.
+    assert!(own == [16; 5], "{own:?}");
+    // An instance has at least the numbers of a map and of the inverse of its linear part, and what it shows is not its own.
+    let instance = |count: usize| {
+        let shown = Geometry::new(triangles(&mut Random(1), count), AcceleratorKind::Linear);
+        more(&|g| {
+            if g.is_empty() {
+                g.part(shown.clone())?;
+            }
+            g.instance(0, halved(), Visibility::default())
+        })
+    };
+    assert!(instance(1) > own[0] + (12 + 9) * size_of::<f64>() && instance(1) == instance(100), "{}", instance(1));
+}
+
+fn disk() -> AnyShape<f32> {
+    Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into()
+}
+
+fn halved() -> DAffine3 {
+    DAffine3::from_scale(DVec3::splat(0.5))
+}
+
+/// The name of a kind, and how one of it is put in the way of a ray down the y axis.
+type Adding<'a> = (&'static str, &'a dyn Fn(&mut Group<Robust>, Visibility) -> Result<u32, GeometryError>);
+
+/// Protects: a primitive of any kind is met by an any-hit query up to beyond it; one that casts no shadow is still seen and met by
+/// none. Alone, and among others that the ray passes by.
+#[test]
+fn every_kind_casts_its_shadow() {
+    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
+    let leaf = [Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 0.0, -1.0), Vec3::new(0.0, 0.0, 1.0)];
+    let pipe = || AnyShape::from(Cylinder::new(DVec3::ZERO, DVec3::X, 1.0, None, false));
+    let all: [Adding<'_>; 8] = [
+        ("sphere", &|g, v| g.sphere(ball, v)),
+        ("triangle", &|g, v| g.triangle(leaf, v)),
+        ("plane", &|g, v| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), v)),
+        ("disk", &|g, v| g.shape(disk(), v)),
+        ("infinite cylinder", &|g, v| g.shape(pipe(), v)),
+        ("mapped disk", &|g, v| g.placed(disk(), halved(), v)),
+        ("mapped infinite cylinder", &|g, v| g.placed(pipe(), halved(), v)),
+        ("instance", &|g, v| {
+            let mut inner = Group::default();
+            inner.shape(disk(), Visibility::default())?;
+            let inner = g.part(Geometry::new(inner, AcceleratorKind::default()))?;
+            g.instance(inner, halved(), v)
+        }),
+    ];
+    let ray = Ray::new(Vec3::Y * 3.0, Vec3::NEG_Y);
+    let beings = [Occlusion::Opaque, Occlusion::Ask, Occlusion::None];
+    for ((name, add), others, occlusion) in
+        all.iter().flat_map(|adding| [0, 40].into_iter().flat_map(move |n| beings.map(|being| (adding, n, being))))
+    {
+        for kind in kinds().chain([AcceleratorKind::Linear]) {
+            let mut group = Group::<Robust>::default();
+            for i in 0..others {
+                group.sphere(Sphere { centre: Vec3::X * (5.0 + 3.0 * i as f32), radius: 1.0 }, Visibility::default()).unwrap();
+            }
+            let id = add(&mut group, Visibility { occlusion, ..Visibility::default() }).unwrap();
+            let geometry = Geometry::new(group, kind);
+            let told = format!("{name} among {others}, {kind:?}, {occlusion:?}");
+            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).expect(&told);
+            assert_eq!(hit.outermost(), id, "{told}");
+            for (max, reached) in [(f32::INFINITY, true), (hit.t * 0.99, false)] {
+                let hidden = geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| true, &mut ());
+                assert_eq!(hidden, occlusion != Occlusion::None && reached, "{told} up to {max}");
+            }
+        }
+    }
+}
+
+/// Protects: what has been hit shortens the way that is still looked at. Of a row of balls along a ray the first is met, and the
+/// others, all behind it, are neither tested nor walked to: by the tree, four children a node, from whatever end they were added;
+/// by the boxes in their own order; in the scene's own set and inside an instance.
+#[test]
+fn nothing_behind_a_hit_is_looked_at() {
+    const LEVELS: u32 = 6;
+    const COUNT: usize = 4_usize.pow(LEVELS);
+    let row = |backwards: bool| {
+        let mut group = Group::<Robust>::default();
+        for i in 0..COUNT {
+            let place = if backwards { COUNT - i } else { i + 1 };
+            group.sphere(Sphere { centre: Vec3::X * (3.0 * place as f32), radius: 1.0 }, Visibility::default()).unwrap();
+        }
+        group
+    };
+    let shown = |kind: AcceleratorKind, backwards: bool, instanced: bool| {
+        let geometry = Geometry::new(row(backwards), kind);
+        if !instanced {
+            return geometry;
+        }
+        let mut group = Group::<Robust>::default();
+        let part = group.part(geometry).unwrap();
+        group.instance(part, halved(), Visibility::default()).unwrap();
+        Geometry::new(group, AcceleratorKind::Linear)
+    };
+    for (kind, backwards) in kinds().flat_map(|kind| [(kind, false), (kind, true)]) {
+        for instanced in [false, true] {
+            let (geometry, mut visits) = (shown(kind, backwards, instanced), Visits::default());
+            let hit = geometry.closest(&Ray::new(Vec3::ZERO, Vec3::X), Interval::positive(), &mut visits).expect("a row");
+            let nearest = if backwards { COUNT - 1 } else { 0 };
+            assert_eq!(hit.object as usize, nearest, "{kind:?}");
+            let told = format!("{kind:?}, backwards {backwards}, instanced {instanced}: {visits:?}");
+            // An instance is a primitive itself.
+            let tested = visits.primitives - u64::from(instanced);
+            match kind {
+                AcceleratorKind::Tree(_) => assert!(visits.nodes <= 2 * u64::from(LEVELS) && tested <= 2, "{told}"),
+                // Boxes are looked at four at a time.
+                _ if !backwards => assert!(tested <= 4, "{told}"),
+                _ => {}
+            }
+        }
+    }
 }
 
 /// Protects: an opaque object ends a query and nobody is asked about it, one to ask about is shown hit by hit, and one that is

@@ -220,6 +220,31 @@ mod tests {
         }
     }
 
+    /// Protects: no number of a float picture gets in that light can't have, nor a coverage: negative ones and what is no number are
+    /// zero, infinite ones the largest number, in each channel.
+    #[test]
+    fn floats_are_what_light_can_be() {
+        use exr::prelude::WritableImage;
+        let cases = [(-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (f32::NAN, 0.0), (f32::INFINITY, f32::MAX), (0.25, 0.25)];
+        for channel in 0..4 {
+            let pixel = |at: exr::math::Vec2<usize>| {
+                let mut pixel = [0.5_f32; 4];
+                pixel[channel] = cases[at.0].0;
+                let [r, g, b, a] = pixel;
+                (r, g, b, a)
+            };
+            let mut file = Cursor::new(Vec::new());
+            let image = exr::image::Image::from_channels((cases.len(), 1), exr::image::SpecificChannels::rgba(pixel));
+            image.write().to_buffered(&mut file).unwrap();
+            let Pixels::Linear(got) = decode(&file.into_inner(), &Limits::default()).unwrap().pixels else { panic!("linear") };
+            for (pixel, (written, wanted)) in got.into_iter().zip(cases) {
+                let mut expected = [0.5; 4];
+                expected[channel] = wanted;
+                assert_eq!(pixel, expected, "{written} in channel {channel}");
+            }
+        }
+    }
+
     /// Size is checked in the header, for every format; broken and foreign data are told apart.
     #[test]
     fn limits_and_faults() {

@@ -108,6 +108,17 @@ mod tests {
         assert!(linked.clash(&place(&wood)).is_some());
     }
 
+    /// Protects: what was read keeps its place also where nothing lies there any more that could be compared.
+    #[test]
+    fn a_file_that_went_away_was_still_read() {
+        let outer = tempfile::tempdir().unwrap();
+        let wood = outer.path().canonicalize().unwrap().join("wood.png");
+        let mut inputs = Inputs::default();
+        inputs.read(&wood);
+        assert_eq!(inputs.clash(&place(&wood)), Some(Clash::Read(wood.clone())));
+        assert_eq!(inputs.clash(&place(&wood.with_extension("exr"))), None);
+    }
+
     /// Protects: a place that is named for a file is kept free of outputs also before there is such a file, by whatever
     /// detour it is named.
     #[test]

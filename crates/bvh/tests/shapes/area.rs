@@ -76,6 +76,41 @@ fn samples_agree_with_lines() {
     }
 }
 
+/// Protects: the density of every drawn point, one by one and not in the mean: it is one over the area that a small square of the
+/// two numbers covers, plain and under a map. A ring that is drawn thickest where it is widest has the right mean, too.
+#[test]
+fn densities_are_those_of_small_squares() {
+    const STEP: f64 = 1e-5;
+    const POINTS: u32 = 2000;
+    let random = &mut Random(9);
+    let map =
+        DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0) * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
+    for (name, shape, _) in gallery::<Reference>().into_iter().filter(|(_, shape, _)| shape.area().is_some()) {
+        for map in [DAffine3::IDENTITY, map] {
+            let placed = Placed::<Reference>::new(shape, map).unwrap();
+            let at = |u: f64, v: f64| placed.sample_area(u, v).unwrap().0;
+            let mut judged = 0;
+            for _ in 0..POINTS {
+                let (u, v) = (0.01 + 0.98 * random.unit(), 0.01 + 0.98 * random.unit());
+                let (here, density) = placed.sample_area(u, v).unwrap();
+                let ends = [at(u - STEP, v), at(u + STEP, v), at(u, v - STEP), at(u, v + STEP)];
+                let [left, right, down, up] = ends.map(|end| end.point);
+                // Where two parts meet, or numbers start anew, or crowd as about the middle of a disk, a square is not small.
+                let bent = |a: DVec3, b: DVec3| (a + b - here.point * 2.0).length() > 1e-3 * (a - b).length();
+                if bent(left, right) || bent(down, up) {
+                    continue;
+                }
+                let covered = (right - left).cross(up - down).length() / (4.0 * STEP * STEP);
+                assert!((covered * density - 1.0).abs() < 1e-5, "{name} at {u}, {v}: density {density}, area {covered}");
+                let found = placed.density_at(&here).unwrap();
+                assert!((found / density - 1.0).abs() < 1e-9, "{name} at {u}, {v}: {found} and {density}");
+                judged += 1;
+            }
+            assert!(judged > POINTS * 9 / 10, "{name}: only {judged} judged");
+        }
+    }
+}
+
 /// Area of a surface of revolution, by Simpson's rule: the outline's radius and its slope over the height.
 fn revolved(from: f64, to: f64, outline: impl Fn(f64) -> (f64, f64)) -> f64 {
     const STEPS: u32 = 2000;

@@ -49,13 +49,16 @@ fn one_ray() -> Settings {
     settings(&Scene::default(), AT)
 }
 
-/// Protects: the sides that give off light: `edge_u × edge_v` is the outside, here down.
+/// Protects: the sides that give off light, whichever of them faces the floor: `edge_u × edge_v` is the outside, down or up.
 #[test]
 fn a_spark_has_sides() {
-    for (side, share) in [("outside", 1.0), ("inside", 0.0), ("both", 1.0)] {
-        let mut down = quad([-0.001, 2.0, -0.001], [0.002, 0.0, 0.0], [0.0, 0.0, 0.002], "lamp");
-        down["side"] = json!(side);
-        near(pixel(&under(classic(json!({})), &[down]), &one_ray()), [share * BROUGHT; 3], 2e-3, side);
+    let (wide, long) = ([0.002, 0.0, 0.0], [0.0, 0.0, 0.002]);
+    for (side, down, up) in [("outside", 1.0, 0.0), ("inside", 0.0, 1.0), ("both", 1.0, 1.0)] {
+        for (share, [edge_u, edge_v]) in [(down, [wide, long]), (up, [long, wide])] {
+            let mut lamp = quad([-0.001, 2.0, -0.001], edge_u, edge_v, "lamp");
+            lamp["side"] = json!(side);
+            near(pixel(&under(classic(json!({})), &[lamp]), &one_ray()), [share * BROUGHT; 3], 2e-3, side);
+        }
     }
 }
 

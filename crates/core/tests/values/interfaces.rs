@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, FROM_BELOW, SLANTED, View, classic, floor, rendered, scene, sees, settings};
+use crate::support::{DOWN, FROM_BELOW, SLANTED, View, classic, floor, physical, rendered, scene, sees, settings};
 use raywright_core::{Scene, Settings};
 
 /// A floor of glass (below it is its inside) under a sky that shows directions as colours.
@@ -41,16 +41,17 @@ fn the_switch_is_schlicks_reflectance() {
     sees(&glass(switch(0.04031), true), FROM_BELOW, [0.5 * (2.0 - 0.9), 2.0 + f64::sqrt(0.19), 4.0]);
 }
 
+/// Fresnel's reflectance with both indices, from n1 at cosine c1 to n2 at cosine c2, as textbooks have it.
+fn reflectance(n1: f64, c1: f64, n2: f64, c2: f64) -> f64 {
+    let s = (n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2);
+    let p = (n2 * c1 - n1 * c2) / (n2 * c1 + n1 * c2);
+    0.5 * (s * s + p * p)
+}
+
 /// Protects: both rays share the light by Fresnel's equations, from either side, each with its tint.
 #[test]
 fn both_rays_share_by_fresnel() {
     let split = json!({ "ior": 1.5, "refracted_tint": [0.5, 1, 2], "reflected_tint": [2, 1, 0.5] });
-    // Textbook form with both indices: from n1 at cosine c1 to n2 at cosine c2.
-    let reflectance = |n1: f64, c1: f64, n2: f64, c2: f64| {
-        let s = (n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2);
-        let p = (n2 * c1 - n1 * c2) / (n2 * c1 + n1 * c2);
-        0.5 * (s * s + p * p)
-    };
     let (within, out) = (f64::sqrt(0.84), f64::sqrt(0.19));
     for face_viewer in [true, false] {
         let glass = glass(split.clone(), face_viewer);
@@ -80,5 +81,23 @@ fn a_slab_is_followed_as_deep_as_allowed() {
         assert!((found - expected).abs() < 1e-6, "depth {max_depth}: {found} instead of {expected}");
         let counters = rendered.counters;
         assert_eq!((counters.reflection, counters.refraction, counters.shadow), (reflection, refraction, 0), "depth {max_depth}");
+    }
+}
+
+/// Protects: physical glass lets light through both ways: from outside and from within, both rays by Fresnel's equations, what goes
+/// through in the base colour; beyond the critical angle everything comes back. Whether the normal is turned or not.
+#[test]
+fn physical_glass_has_two_sides() {
+    for face_viewer in [true, false] {
+        let glass = json!({ "base_colour": [0.5, 1, 0.25], "transmission": 1, "roughness": 0, "ior": 1.5 });
+        let mut scene = floor(physical(glass), json!({ "sky": { "expression": "2 + d" } }));
+        scene.objects[0].face_viewer = face_viewer;
+        let f = reflectance(1.0, 0.8, 1.5, f64::sqrt(0.84));
+        let g = 1.0 - f;
+        sees(&scene, SLANTED, [f * 1.4 + g * 0.5 * 1.6, f * 2.8 + g * (2.0 - f64::sqrt(0.84)), f * 2.0 + g * 0.5]);
+        let f = reflectance(1.5, 0.8, 1.0, f64::sqrt(0.19));
+        let g = 1.0 - f;
+        sees(&scene, FROM_BELOW, [f * 1.4 + g * 0.5 * 1.1, f * 1.2 + g * (2.0 + f64::sqrt(0.19)), f * 2.0 + g * 0.5]);
+        sees(&scene, [[4.0, -3.0, 0.0], [0.0; 3]], [2.0 - 0.8, 2.0 - 0.6, 2.0]);
     }
 }

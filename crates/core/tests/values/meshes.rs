@@ -5,7 +5,7 @@ use raywright_core::scene::{Scene, TransformStep};
 use raywright_core::settings::Aov;
 use serde_json::{Value, json};
 
-use crate::support::{View, physical, rendered, scene, sees, settings};
+use crate::support::{View, classic, floor, physical, rendered, scene, sees, settings, sun};
 
 /// Half, three tenths and a fifth of the corners (0, 0, 0), (1, 0, 0) and (0, 1, 0).
 const POINT: [f64; 3] = [0.3, 0.2, 0.0];
@@ -112,6 +112,25 @@ fn normals_do_not_turn_away() {
     let [x, y, z] = normal(&scene, [eye, POINT]).map(f64::from);
     let facing = x * 0.96 - z * 0.28;
     assert!(y.abs() < 1e-7 && (x - 0.28).abs() < 2e-3 && (z - 0.96).abs() < 2e-3 && facing < 0.0, "{x} {y} {z}");
+}
+
+/// Protects: of objects that share a mesh each casts a shadow or none, as it says itself and whichever comes first.
+#[test]
+fn copies_cast_shadows_of_their_own() {
+    let above = |x: f64, casts_shadow: bool| {
+        json!({ "shape": { "mesh": "leaf" }, "material": "floor", "casts_shadow": casts_shadow,
+            "transform": [{ "rotate": { "axis": [1, 0, 0], "degrees": 90 } }, { "translate": [x - 0.3, 2, -0.2] }] })
+    };
+    let data = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
+    for casts in [[true, true], [true, false], [false, true], [false, false]] {
+        let parts = json!({ "lights": [sun([0.0, 1.0, 0.0])], "meshes": [{ "name": "leaf", "source": { "inline": data } }],
+            "objects": [above(0.0, casts[0]), above(9.0, casts[1])] });
+        let scene = floor(classic(json!({})), parts);
+        for (x, casts) in [0.0, 9.0].into_iter().zip(casts) {
+            // Below the leaf, seen from beside it.
+            sees(&scene, [[x + 3.0, 1.0, 0.0], [x, 0.0, 0.0]], if casts { [0.0; 3] } else { [1.0; 3] });
+        }
+    }
 }
 
 /// Protects: which side is outside (counter-clockwise), for `side`, also under a mirroring map and for shared meshes.

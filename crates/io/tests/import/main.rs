@@ -1,5 +1,6 @@
 //! Models of other programs, loaded as a user would load them: known answers, whole collections, and hostile files.
 
+mod attributes;
 mod collections;
 mod gltf;
 mod hostile;

@@ -3,7 +3,7 @@
 use super::*;
 use glam::Vec3;
 use raywright_bvh::Robust;
-use raywright_bvh::shapes::Sphere;
+use raywright_bvh::shapes::{Quad, Sphere};
 
 /// Balls of area one whose power is as given.
 fn lights(powers: &[f64]) -> Emitters<Robust> {
@@ -56,4 +56,26 @@ fn faint_emitters_are_drawn_as_often_as_they_should() {
     // One of 128 picks within the first step.
     let found = drawn(&lights, 2.0_f32.powi(-30), 1.0 / f64::from(1 << 23), 12_800);
     assert!((99..=101).contains(&found), "{found} instead of 100");
+}
+
+/// Protects: what a flat emitter says of its sides: seen from the front and from the back, its radiance, the density of drawing
+/// it and the cone of its bounds are there where light leaves and nowhere else, and its power is π · area for each such side.
+#[test]
+fn each_side_shines_or_does_not() {
+    let quad: AnyShape<f32> = Quad::new(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0).into();
+    for (side, shines) in [(Side::Outside, [true, false]), (Side::Inside, [false, true]), (Side::Both, [true, true])] {
+        let mut list = EmitterList::<Robust>::default();
+        list.plain(quad, Vec3::X, side, None);
+        let lamp = Emitters::new(list);
+        let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));
+        assert!((lamp.power(0) - sides * PI * 4.0).abs() < 1e-9, "{side:?}: {}", lamp.power(0));
+        let surface = Surface { point: Vec3::ZERO, start: Vec3::ZERO, error: 0.0, normal: Vec3::Z };
+        for (from, shines) in [Vec3::Z, Vec3::NEG_Z].into_iter().zip(shines) {
+            let radiance = lamp.radiance(0, &Exit { surface, uv: [0.0; 2], direction: -from });
+            assert_eq!(radiance, if shines { Vec3::X } else { Vec3::ZERO }, "{side:?} from {from}");
+            assert_eq!(lamp.sample(0, from, [0.5; 2], 1.0).is_some(), shines, "{side:?} from {from}");
+            assert_eq!(lamp.density(0, from, &surface, 1.0) > 0.0, shines, "{side:?} from {from}");
+            assert_eq!(lamp.bounds(0).expect("it has an end").shines(from.as_dvec3()), shines, "{side:?} from {from}");
+        }
+    }
 }

@@ -1,0 +1,90 @@
+//! What vertices of imported meshes carry, by hand: colours of every kind, and normals that a file lacks in part.
+
+use raywright_core::scene::MeshData;
+
+use crate::shared::{check_sound, load, mesh_of};
+
+/// A glTF file of the triangle 0, x, y, whose outside is +z, with one more attribute.
+fn triangle(attribute: &str, component: u32, kind: &str, normalised: bool, values: &[u8]) -> MeshData {
+    let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    bytes.extend(values);
+    // The elements lie at multiples of four bytes.
+    let stride = values.len() / 3;
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0, "{attribute}": 1 }} }}] }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }},
+            {{ "bufferView": 1, "componentType": {component}, "count": 3, "type": "{kind}", "normalized": {normalised} }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 36 }},
+            {{ "buffer": 0, "byteOffset": 36, "byteLength": {}, "byteStride": {stride} }}],
+        "buffers": [{{ "byteLength": {}, "uri": "a.bin" }}] }}"#,
+        values.len(),
+        bytes.len()
+    );
+    written("a.gltf", &text, &bytes)
+}
+
+/// What the first object of a file shows, given its text and the buffer beside it.
+fn written(name: &str, text: &str, buffer: &[u8]) -> MeshData {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.bin"), buffer).unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    let file = load(&path);
+    check_sound(&file, &path);
+    mesh_of(&file, &file.scene.objects[0]).clone()
+}
+
+/// Protects: colours of three numbers are opaque and those of four have their own alpha, in each of the three kinds of number that
+/// glTF 2.0 allows (section 3.7.2.1). What lies where a fourth number would be is none.
+#[test]
+fn colours_of_three_numbers_are_opaque() {
+    let covering = [[1.0_f32, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.6]];
+    let opaque = covering.map(|[r, g, b, _]| [r, g, b, 1.0]);
+    let numbers = covering.as_flattened();
+    let kinds: [(u32, Vec<u8>); 3] = [
+        (5126, numbers.iter().flat_map(|x| x.to_le_bytes()).collect()),
+        (5121, numbers.iter().map(|x| (x * 255.0) as u8).collect()),
+        (5123, numbers.iter().flat_map(|x| ((x * 65535.0) as u16).to_le_bytes()).collect()),
+    ];
+    for (component, values) in kinds {
+        for (kind, wanted) in [("VEC3", opaque), ("VEC4", covering)] {
+            let found = triangle("COLOR_0", component, kind, component != 5126, &values).colours;
+            assert_eq!(found, wanted, "{component} {kind}");
+        }
+    }
+}
+
+/// Protects: normals that a file has too short or not at all become those of the facets around, outward; the others are its own,
+/// also where they point inward.
+#[test]
+fn missing_normals_point_outward() {
+    let given = [[0.0_f32; 3], [0.0, 0.0, -2.0], [f32::NAN, 1.0, 0.0]];
+    let wanted = [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]];
+    let bytes: Vec<u8> = given.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    assert_eq!(triangle("NORMAL", 5126, "VEC3", false, &bytes).normals, wanted);
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 0\nvn 0 0 -2\nf 1//1 2//2 3//1\n";
+    let model = written("a.obj", text, &[]);
+    assert_eq!(model.normals, wanted);
+}
+
+/// Protects: the normals of a smoothing group are outward and weigh each facet by its area: a floor of area 2 (two triangles) and a
+/// wall of area 1/2 meet at x = 0 in (1/2, 0, 2)/√(17/4), and beyond that edge each has its own.
+#[test]
+fn smooth_normals_point_outward() {
+    let text = "s 1\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nf 1 2 3 4\nf 1 4 5\n";
+    let model = written("a.obj", text, &[]);
+    let length = f32::hypot(0.5, 2.0);
+    let edge = [0.5 / length, 0.0, 2.0 / length];
+    for (position, normal) in model.positions.iter().zip(&model.normals) {
+        let wanted = match position {
+            [2.0, _, _] => [0.0, 0.0, 1.0],
+            [_, _, 1.0] => [1.0, 0.0, 0.0],
+            _ => edge,
+        };
+        let near = normal.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6);
+        assert!(near, "{normal:?} instead of {wanted:?} at {position:?}");
+    }
+    assert_eq!(model.normals.len(), model.positions.len());
+}
