@@ -1,7 +1,5 @@
 //! Starts of rays beside the edges of closed meshes that a map flattens: on the side to which the ray leaves, of all faces.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 use raywright_bvh::shapes::{Quad, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Precision, Real, Reference, Robust, Vector, Visibility};
@@ -62,7 +60,7 @@ fn height(faces: &[Vec<DVec3>], p: DVec3) -> f64 {
 }
 
 /// The body as a mesh, turned inside out or not.
-fn mesh<P: Precision>(faces: &[Vec<DVec3>], inside_out: bool) -> Arc<Geometry<P>> {
+fn mesh<P: Precision>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<P> {
     let mut group = Group::<P>::default();
     for face in faces {
         let mut corners: Vec<_> = face.iter().map(|&p| stored::<P>(p)).collect();
@@ -76,7 +74,7 @@ fn mesh<P: Precision>(faces: &[Vec<DVec3>], inside_out: bool) -> Arc<Geometry<P>
         }
         .expect("finite");
     }
-    Arc::new(Geometry::new(group, AcceleratorKind::default()))
+    Geometry::new(group, AcceleratorKind::default())
 }
 
 /// Radius of a circle that the least face holds: what is smaller under a map than its points are exact has no place that is
@@ -99,7 +97,8 @@ fn starts<P: Precision>(Body { name, faces }: &Body, by: f64, inside_out: bool) 
     judge(&format!("starts on {what} {name}, flattened by {by:e}, in {:?}", P::default()), 424, 20_000, |random: &mut Random| {
         let map = flattening(random, by);
         let mut group = Group::<P>::default();
-        group.instance(mesh.clone(), map, Visibility::default()).expect("an invertible map");
+        let part = group.part(mesh.clone()).expect("no instances in it");
+        group.instance(part, map, Visibility::default()).expect("an invertible map");
         let geometry = Geometry::new(group, AcceleratorKind::default());
         let face = &faces[(random.bits() % faces.len() as u64) as usize];
         let i = (random.bits() % face.len() as u64) as usize;

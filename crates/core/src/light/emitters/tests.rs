@@ -69,7 +69,7 @@ fn each_side_shines_or_does_not() {
         let lamp = Emitters::new(list);
         let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));
         assert!((lamp.power(0) - sides * PI * 4.0).abs() < 1e-9, "{side:?}: {}", lamp.power(0));
-        let surface = Surface { point: Vec3::ZERO, start: Vec3::ZERO, error: 0.0, normal: Vec3::Z };
+        let surface = Surface { point: Vec3::ZERO, above: Vec3::ZERO, below: Vec3::ZERO, error: 0.0, normal: Vec3::Z };
         for (from, shines) in [Vec3::Z, Vec3::NEG_Z].into_iter().zip(shines) {
             let radiance = lamp.radiance(0, &Exit { surface, uv: [0.0; 2], direction: -from });
             assert_eq!(radiance, if shines { Vec3::X } else { Vec3::ZERO }, "{side:?} from {from}");

@@ -1,9 +1,11 @@
 //! The tree, for every builder preset, and both scans answer every query with the same bits.
 
+mod objects;
+
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_bvh::shapes::{AnyShape, Cylinder, Disk, Placed, Plane, Sphere, Triangle};
+use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Hit, Interval, Occlusion, Precision, Query, Ray, Robust, Side,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Interval, Occlusion, Precision, Query, Ray, Robust, Side,
     Visibility, Visits,
 };
 
@@ -61,6 +63,11 @@ fn mixed(seed: u64, count: usize) -> Group<Robust> {
         group.instance(shared, map, ASKED).unwrap();
     }
     group
+}
+
+/// Halves everything.
+fn halved() -> DAffine3 {
+    DAffine3::from_scale(DVec3::splat(0.5))
 }
 
 fn kinds() -> impl Iterator<Item = AcceleratorKind> {
@@ -173,96 +180,6 @@ fn instances_of_instances_are_refused() {
     assert!(outer.is_empty());
 }
 
-/// Protects: the bytes that are reported hold every kind of primitive: each takes its own size and what every primitive takes.
-#[test]
-fn bytes_count_every_primitive() {
-    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
-    let more = |add: &dyn Fn(&mut Group<Robust>) -> Result<u32, GeometryError>| {
-        let bytes = |count: usize| {
-            let mut group = Group::default();
-            assert!((0..count).all(|_| add(&mut group).is_ok()));
-            Geometry::new(group, AcceleratorKind::Linear).bytes()
-        };
-        bytes(9) - bytes(8)
-    };
-    let own = [
-        more(&|g| g.sphere(ball, Visibility::default())) - size_of::<Sphere<f32>>(),
-        more(&|g| g.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default())) - size_of::<Triangle<f32>>(),
-        more(&|g| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())) - size_of::<Plane<f32>>(),
-        more(&|g| g.shape(disk(), Visibility::default())) - size_of::<AnyShape<f32>>(),
-        more(&|g| g.placed(disk(), halved(), Visibility::default())) - size_of::<Placed<Robust>>(),
-    ];
-    // Common to all: a slot with object, primitive, flags and a place in its list.
-    assert!(own == [16; 5], "{own:?}");
-    // An instance has at least the numbers of a map and of the inverse of its linear part, and what it shows is not its own.
-    let instance = |count: usize| {
-        let shown = Geometry::new(triangles(&mut Random(1), count), AcceleratorKind::Linear);
-        more(&|g| {
-            if g.is_empty() {
-                g.part(shown.clone())?;
-            }
-            g.instance(0, halved(), Visibility::default())
-        })
-    };
-    assert!(instance(1) > own[0] + (12 + 9) * size_of::<f64>() && instance(1) == instance(100), "{}", instance(1));
-}
-
-fn disk() -> AnyShape<f32> {
-    Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into()
-}
-
-fn halved() -> DAffine3 {
-    DAffine3::from_scale(DVec3::splat(0.5))
-}
-
-/// The name of a kind, and how one of it is put in the way of a ray down the y axis.
-type Adding<'a> = (&'static str, &'a dyn Fn(&mut Group<Robust>, Visibility) -> Result<u32, GeometryError>);
-
-/// Protects: a primitive of any kind is met by an any-hit query up to beyond it; one that casts no shadow is still seen and met by
-/// none. Alone, and among others that the ray passes by.
-#[test]
-fn every_kind_casts_its_shadow() {
-    let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
-    let leaf = [Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 0.0, -1.0), Vec3::new(0.0, 0.0, 1.0)];
-    let pipe = || AnyShape::from(Cylinder::new(DVec3::ZERO, DVec3::X, 1.0, None, false));
-    let all: [Adding<'_>; 8] = [
-        ("sphere", &|g, v| g.sphere(ball, v)),
-        ("triangle", &|g, v| g.triangle(leaf, v)),
-        ("plane", &|g, v| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), v)),
-        ("disk", &|g, v| g.shape(disk(), v)),
-        ("infinite cylinder", &|g, v| g.shape(pipe(), v)),
-        ("mapped disk", &|g, v| g.placed(disk(), halved(), v)),
-        ("mapped infinite cylinder", &|g, v| g.placed(pipe(), halved(), v)),
-        ("instance", &|g, v| {
-            let mut inner = Group::default();
-            inner.shape(disk(), Visibility::default())?;
-            let inner = g.part(Geometry::new(inner, AcceleratorKind::default()))?;
-            g.instance(inner, halved(), v)
-        }),
-    ];
-    let ray = Ray::new(Vec3::Y * 3.0, Vec3::NEG_Y);
-    let beings = [Occlusion::Opaque, Occlusion::Ask, Occlusion::None];
-    for ((name, add), others, occlusion) in
-        all.iter().flat_map(|adding| [0, 40].into_iter().flat_map(move |n| beings.map(|being| (adding, n, being))))
-    {
-        for kind in kinds().chain([AcceleratorKind::Linear]) {
-            let mut group = Group::<Robust>::default();
-            for i in 0..others {
-                group.sphere(Sphere { centre: Vec3::X * (5.0 + 3.0 * i as f32), radius: 1.0 }, Visibility::default()).unwrap();
-            }
-            let id = add(&mut group, Visibility { occlusion, ..Visibility::default() }).unwrap();
-            let geometry = Geometry::new(group, kind);
-            let told = format!("{name} among {others}, {kind:?}, {occlusion:?}");
-            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).expect(&told);
-            assert_eq!(hit.outermost(), id, "{told}");
-            for (max, reached) in [(f32::INFINITY, true), (hit.t * 0.99, false)] {
-                let hidden = geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| true, &mut ());
-                assert_eq!(hidden, occlusion != Occlusion::None && reached, "{told} up to {max}");
-            }
-        }
-    }
-}
-
 /// Protects: what has been hit shortens the way that is still looked at. Of a row of balls along a ray the first is met, and the
 /// others, all behind it, are neither tested nor walked to: by the tree, four children a node, from whatever end they were added;
 /// by the boxes in their own order; in the scene's own set and inside an instance.
@@ -304,76 +221,6 @@ fn nothing_behind_a_hit_is_looked_at() {
                 _ => {}
             }
         }
-    }
-}
-
-/// Protects: an opaque object ends a query and nobody is asked about it, one to ask about is shown hit by hit, and one that is
-/// nothing to such queries is not there; of an instance it is the instance that says so.
-#[test]
-fn occlusion_belongs_to_objects() {
-    let flat = |z: f32| [Vec3::new(-4.0, -4.0, z), Vec3::new(4.0, -4.0, z), Vec3::new(0.0, 4.0, z)];
-    let being = |occlusion| Visibility { occlusion, ..Visibility::default() };
-    let all = [Occlusion::None, Occlusion::Opaque, Occlusion::Ask];
-    for (own, instanced) in all.into_iter().flat_map(|own| all.map(|instanced| (own, instanced))) {
-        for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
-            let mut inner = Group::<Robust>::default();
-            inner.mesh([flat(3.0), flat(4.0)], being(Occlusion::None)).unwrap();
-            let mut group = Group::<Robust>::default();
-            let part = group.part(Geometry::new(inner, kind)).unwrap();
-            group.mesh([flat(1.0), flat(2.0)], being(own)).unwrap();
-            group.instance(part, DAffine3::IDENTITY, being(instanced)).unwrap();
-            let geometry = Geometry::new(group, kind);
-            let mut asked = Vec::new();
-            let mut ask = |hit: &Hit<f32>| {
-                asked.push((hit.outermost(), hit.t));
-                false
-            };
-            let found = geometry.any(&Ray::new(Vec3::ZERO, Vec3::Z), Interval::positive(), &mut ask, &mut ());
-            asked.sort_by(|a, b| a.1.total_cmp(&b.1));
-            assert_eq!(found, own == Occlusion::Opaque || instanced == Occlusion::Opaque, "{own:?} {instanced:?}");
-            if !found {
-                let shown = |occlusion, hits| if occlusion == Occlusion::Ask { hits } else { Vec::new() };
-                let expected = [shown(own, vec![(0, 1.0), (0, 2.0)]), shown(instanced, vec![(1, 3.0), (1, 4.0)])].concat();
-                assert_eq!(asked, expected, "{own:?} {instanced:?}");
-            }
-        }
-    }
-}
-
-/// Protects: a hit names its object, the object's primitive and the instance, whatever was added before, between and after, and
-/// however the tree has ordered it.
-#[test]
-fn hits_name_their_objects() {
-    let at = |x: f32, z: f32| [Vec3::new(x, 0.0, z), Vec3::new(x + 0.5, 0.0, z), Vec3::new(x, 0.5, z)];
-    let row = |x: f32| (0..5).map(move |i| at(x, 5.0 - i as f32));
-    for kind in kinds().chain([AcceleratorKind::Linear]) {
-        let mut inner = Group::<Robust>::default();
-        inner.mesh(row(0.0), Visibility::default()).unwrap();
-        inner.mesh(row(1.0), Visibility::default()).unwrap();
-        let mut group = Group::<Robust>::default();
-        group.mesh(row(10.0), Visibility::default()).unwrap();
-        group.mesh([], Visibility::default()).unwrap();
-        let ball = group.sphere(Sphere { centre: Vec3::new(-3.0, 0.0, 0.0), radius: 1.0 }, Visibility::default()).unwrap();
-        let part = group.part(Geometry::new(inner, kind)).unwrap();
-        let moved = DAffine3::from_translation(DVec3::new(20.0, 0.0, 0.0));
-        let instance = group.instance(part, moved, Visibility::default()).unwrap();
-        let last = group.mesh(row(30.0), Visibility::default()).unwrap();
-        assert_eq!((ball, instance, last, group.objects(), group.len()), (2, 3, 4, 5, 12));
-        let geometry = Geometry::new(group, kind);
-        let name = |x: f32, z: f32| {
-            let ray = Ray::new(Vec3::new(x, 0.1, z + 0.5), Vec3::NEG_Z);
-            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
-            (hit.instance, hit.object, hit.primitive)
-        };
-        let none = Hit::<f32>::NO_INSTANCE;
-        for i in 0..5 {
-            let z = 5.0 - i as f32;
-            assert_eq!(name(10.1, z), (none, 0, i), "{kind:?}");
-            assert_eq!(name(20.1, z), (instance, 0, i), "{kind:?}");
-            assert_eq!(name(21.1, z), (instance, 1, i), "{kind:?}");
-            assert_eq!(name(30.1, z), (none, last, i), "{kind:?}");
-        }
-        assert_eq!(name(-3.0, 3.0), (none, ball, 0), "{kind:?}");
     }
 }
 
