@@ -45,7 +45,8 @@ impl<R: Real> Torus<R> {
     }
 
     /// Robust: measured from the ray's point nearest to the centre, so that coefficients are of the torus' own size and the
-    /// cubic one vanishes; none when that point is beyond the sphere around the torus.
+    /// cubic one vanishes; none when that point is beyond the sphere around the torus, or the ray stays above or below the tube
+    /// wherever it is in that sphere.
     #[inline(always)]
     fn profile<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Profile<P::Core>> {
         let (two, four): (P::Core, P::Core) = (num(2.0), num(4.0));
@@ -66,6 +67,12 @@ impl<R: Real> Torus<R> {
         let d = probe.direction * inverse_length;
         let inverse_axis = P::Core::ONE / axis.dot(axis);
         let (height, lean) = (f.dot(axis), d.dot(axis));
+        let reach = room.sqrt();
+        // The least height on the way, by more than any rounding: there the quartic is far above zero.
+        let least = (height.abs() - lean.abs() * reach).max(P::Core::ZERO);
+        if least * least > tube * tube * axis.dot(axis) * num(1.01) {
+            return None;
+        }
         let squared = f.dot(f);
         let g = squared + (P::Core::ONE - tube) * (P::Core::ONE + tube);
         let quartic = Quartic {
@@ -73,7 +80,7 @@ impl<R: Real> Torus<R> {
             q: num::<P::Core>(8.0) * height * lean * inverse_axis,
             w: g * g - four * (squared - height * height * inverse_axis),
         };
-        Some(Profile { quartic, reach: room.sqrt(), middle: ahead, scale: major * inverse_length })
+        Some(Profile { quartic, reach, middle: ahead, scale: major * inverse_length })
     }
 
     /// The textbook's: coefficients from the origin, the cubic one removed afterwards. In units of the torus and, along a
