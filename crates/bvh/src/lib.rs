@@ -30,6 +30,7 @@
 pub mod aabb;
 mod accelerator;
 mod admission;
+mod binary;
 mod boxes;
 mod build;
 mod error;

@@ -7,7 +7,7 @@ use core::ops::{ControlFlow, Range};
 
 use arrayvec::ArrayVec;
 
-use crate::build::Binary;
+use crate::binary::Binary;
 use crate::lanes::Four;
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
@@ -215,7 +215,7 @@ mod tests {
 
     use super::*;
     use crate::aabb::PaddedBox;
-    use crate::build::BinaryNode;
+    use crate::binary::BinaryNode;
 
     /// Each inner node holds a leaf and the next inner node: as deep as a tree can be.
     fn list(inner: usize) -> Binary {

@@ -7,8 +7,8 @@
 
 use glam::{Vec3A, Vec4};
 
-use super::{Binary, BinaryNode};
 use crate::aabb::PaddedBox;
+use crate::binary::{Binary, BinaryNode};
 
 /// Most bins an axis.
 const BINS: usize = 16;
