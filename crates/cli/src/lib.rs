@@ -30,6 +30,7 @@ mod stats;
 mod suggest;
 mod table;
 mod targets;
+mod threads;
 mod watch;
 
 use std::panic::{self, AssertUnwindSafe};

@@ -1,13 +1,13 @@
 //! The one place where run-time choices become types: precision and kernel.
 
-use rayon::ThreadPoolBuilder;
 use raywright_bvh::{Aabb, Fast, Precision, Reference, Robust};
 
 use crate::effects::{EffectReport, EffectSet, detect, switched_off};
 use crate::film::{Film, Part, PartError, Plan};
 use crate::integrator::{Analytic, General, Kernel};
+use crate::observer::Observer;
 use crate::prepare::{PrepareError, Prepared, Tables};
-use crate::render::{Observer, Rendered, render};
+use crate::render::{Rendered, render};
 use crate::scene::Scene;
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
 
@@ -48,18 +48,19 @@ pub struct Memory {
     pub film: u64,
 }
 
-/// Prepares a validated scene: what it calls for is found first, then built, and then the kernel is chosen that contains it.
+/// Prepares a validated scene on the current thread pool: what it calls for is found first, then built, and then the kernel is
+/// chosen that contains it.
 ///
 /// # Errors
 /// See [`PrepareError`].
-pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Ready, PrepareError> {
+pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Ready, PrepareError> {
     let effects = detect(scene, settings);
     let simulated = effects.simulated();
     let inner = if settings.without.is_empty() {
-        AnyPrepared::new(scene, settings, simulated)?
+        AnyPrepared::new(scene, settings, simulated, observer)?
     } else {
         let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
-        AnyPrepared::new(&rest, &Settings { camera, ..settings.clone() }, simulated)?
+        AnyPrepared::new(&rest, &Settings { camera, ..settings.clone() }, simulated, observer)?
     };
     let ready = Ready { inner, kernel: KernelName::choose(settings.kernel, simulated), settings: settings.clone(), effects };
     let memory = ready.memory();
@@ -71,11 +72,11 @@ pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Ready, PrepareError
 }
 
 impl AnyPrepared {
-    fn new(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Result<Self, PrepareError> {
+    fn new(scene: &Scene, settings: &Settings, simulated: EffectSet, observer: &dyn Observer) -> Result<Self, PrepareError> {
         Ok(match settings.precision {
-            PrecisionChoice::Fast => Self::Fast(Box::new(Prepared::new(scene, settings, simulated)?)),
-            PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(scene, settings, simulated)?)),
-            PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(scene, settings, simulated)?)),
+            PrecisionChoice::Fast => Self::Fast(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
+            PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
+            PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
         })
     }
 }
@@ -98,7 +99,7 @@ impl KernelName {
 }
 
 impl Ready {
-    /// Renders the picture.
+    /// Renders the picture on the current thread pool.
     pub fn render(&self, observer: &dyn Observer) -> Rendered {
         let mut film = self.film("");
         let whole = film.whole();
@@ -117,7 +118,7 @@ impl Ready {
         Film::new(scene, &self.settings, self.plan())
     }
 
-    /// Renders what `part` names and the film lacks, one replicate after the other; what the picture does not have is left
+    /// Renders what `part` names and the film lacks on the current thread pool, one replicate after the other; what the picture does not have is left
     /// out. Where the observer stops it, the film keeps what is finished, and a further call goes on from there.
     ///
     /// # Errors
@@ -131,13 +132,7 @@ impl Ready {
     }
 
     fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
-        let threads = self.settings.threads.unwrap_or(0);
-        let mut run = || each!(&self.inner, prepared => self.with_kernel(prepared, film, part, observer));
-        // The global pool has one thread a core; a pool of its own only where another number is asked for.
-        match ThreadPoolBuilder::new().num_threads(threads).build() {
-            Ok(pool) if threads != 0 => pool.install(run),
-            _ => run(),
-        }
+        each!(&self.inner, prepared => self.with_kernel(prepared, film, part, observer));
     }
 
     fn with_kernel<P: Precision>(&self, prepared: &Prepared<P>, film: &mut Film, part: &Part, observer: &dyn Observer) {

@@ -9,25 +9,12 @@ use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 use crate::counters::Counters;
 use crate::film::{Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
 use crate::integrator::{FirstHit, Kernel, Tracer};
+use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
 use crate::sampler::{Address, Purpose, pair};
 use crate::scene::Pattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
-
-/// Watches a render and may stop it. Called by the workers, a few hundred times a picture.
-pub trait Observer: Sync {
-    /// So much of the work is done: pixels, each counted once a replicate.
-    fn progress(&self, done: u64, total: u64) {
-        let _ = (done, total);
-    }
-    /// True to stop at the next tile.
-    fn cancelled(&self) -> bool {
-        false
-    }
-}
-
-impl Observer for () {}
 
 /// A picture with what it took.
 #[derive(Clone, Debug)]
@@ -59,8 +46,7 @@ pub(crate) fn render<P: Precision, K: Kernel>(
     let pixels = |area: Crop| u64::from(area.width) * u64::from(area.height);
     let total = units.iter().map(|&(tile, _)| pixels(plan.tile(tile))).sum();
     let (next, film) = (AtomicUsize::new(0), Mutex::new((film, 0_u64)));
-    // Each thread takes the next one, so that they are finished nearly in order and none waits for another.
-    rayon::broadcast(|_| {
+    let work = || {
         while !observer.cancelled()
             && let Some(&(tile, replicate)) = units.get(next.fetch_add(1, Ordering::Relaxed))
         {
@@ -72,7 +58,10 @@ pub(crate) fn render<P: Precision, K: Kernel>(
             film.1 += pixels(area);
             observer.progress(film.1, total);
         }
-    });
+    };
+    // Each thread takes the next one, so that they are finished nearly in order and none waits for another. Not a broadcast,
+    // which ends only when every thread of the pool has taken part: a caller's pool may have other things to do.
+    rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
 }
 
 /// The work of one tile in one replicate.

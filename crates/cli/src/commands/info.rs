@@ -44,7 +44,7 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
 /// What only preparation knows: the extent of everything together, and what is held in memory. A scene that cannot be
 /// prepared has neither; `render` says why.
 fn prepared(loaded: &Loaded) -> Vec<(&'static str, String)> {
-    let Ok(ready) = prepare(&loaded.scene, &Settings::of(&loaded.scene)) else { return Vec::new() };
+    let Ok(ready) = prepare(&loaded.scene, &Settings::of(&loaded.scene), &()) else { return Vec::new() };
     let bounds = ready.bounds();
     let corner = |point: DVec3| point.to_array().map(short).join(", ");
     let extent = if bounds.is_empty() { String::new() } else { format!("{}  to  {}", corner(bounds.min), corner(bounds.max)) };

@@ -8,7 +8,7 @@ use raywright_core::effects::EffectReport;
 use raywright_core::prepare::PrepareError;
 use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, Rendered, prepare};
+use raywright_core::{Observer, Ready, Rendered, prepare};
 use raywright_io::output::{self, Metadata, write_atomically};
 use raywright_io::{Error, Limits, Loaded, human_bytes};
 
@@ -22,6 +22,7 @@ use crate::progress::Progress;
 use crate::stats::Stats;
 use crate::table::lay_out;
 use crate::targets::{self, Outputs, Target};
+use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
 
@@ -34,7 +35,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     refuse_terminal(&targets)?;
     refuse_layers_without_place(args, &targets)?;
     check_stats_target(args, &mut outputs)?;
-    let stop = interrupt::flag()?;
+    let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
 
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
     let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
@@ -47,12 +48,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
     let load = clock.lap();
 
-    let ready = prepared(&loaded, &plan.settings)?;
+    let ready = threads.run(|| prepared(&loaded, &plan.settings, &Watch { progress: None, stop }))?;
     let prepare = clock.lap();
     tell_effects(&loaded, ready.effects(), verbosity);
 
     let progress = Progress::start(args.report.progress, verbosity);
-    let rendered = ready.render(&Watch { progress: &progress, stop });
+    let rendered = threads.run(|| ready.render(&Watch { progress: Some(&progress), stop }));
     progress.finish();
     let render = clock.lap();
 
@@ -102,6 +103,9 @@ fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Fa
     outputs.add(path, "--stats")
 }
 
+/// How a run ends that was stopped before there was anything to keep.
+const NOTHING_KEPT: &str = "interrupted; nothing was written";
+
 /// What the scene has and the picture will not show; all effects where the user asks for more.
 fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
     if verbosity == Verbosity::Verbose {
@@ -119,10 +123,11 @@ fn limits(args: &RenderArgs) -> Limits {
     Limits { memory_bytes: args.machine.max_memory.unwrap_or(own.memory_bytes), ..own }
 }
 
-fn prepared(loaded: &Loaded, settings: &Settings) -> Result<Ready, Failure> {
-    prepare(&loaded.scene, settings).map_err(|error| {
+fn prepared(loaded: &Loaded, settings: &Settings, observer: &dyn Observer) -> Result<Ready, Failure> {
+    prepare(&loaded.scene, settings, observer).map_err(|error| {
         let name = &loaded.source.name;
         match error {
+            PrepareError::Cancelled => return Failure::new(Exit::Interrupted, NOTHING_KEPT),
             PrepareError::Memory { needed, allowed } => {
                 let (needed, allowed) = (human_bytes(needed), human_bytes(allowed));
                 let message = format!("rendering it needs about {needed}, and the limit is {allowed}");
@@ -137,7 +142,7 @@ fn prepared(loaded: &Loaded, settings: &Settings) -> Result<Ready, Failure> {
 /// The camera that shows the whole scene, for one that has none.
 fn framed(loaded: &Loaded, settings: &Settings) -> Result<Camera, Failure> {
     let [width, height] = settings.size.map(f64::from);
-    Ok(camera::frame(&prepared(loaded, settings)?.bounds(), width / height))
+    Ok(camera::frame(&prepared(loaded, settings, &())?.bounds(), width / height))
 }
 
 /// Writes the picture everywhere it should go; what was written, in words.
@@ -189,7 +194,7 @@ fn interrupted(
         }
     }
     let message = match kept.is_empty() {
-        true => "interrupted; nothing was written".to_owned(),
+        true => NOTHING_KEPT.to_owned(),
         false => format!("interrupted; what was finished is in {}", kept.join(", ")),
     };
     Failure::new(Exit::Interrupted, message)
@@ -235,7 +240,7 @@ fn described(settings: &Settings) -> String {
 
 #[cfg(test)]
 mod tests {
-    use raywright_core::{Observer, Scene};
+    use raywright_core::Scene;
 
     use super::*;
 
@@ -255,7 +260,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let settings = Settings { size: [8, 8], ..Settings::of(&Scene::default()) };
         let plan = Plan { settings, display: Default::default() };
-        let ready = prepare(&Scene::default(), &plan.settings).expect("nothing is wrong with an empty scene");
+        let ready = prepare(&Scene::default(), &plan.settings, &()).expect("nothing is wrong with an empty scene");
         let targets = [Target::File(at("a.png"), output::Format::Png), Target::Stdout];
         let end = |rendered: &Rendered| {
             let failure = interrupted(rendered, &targets, &plan, &Metadata::default(), |_| true);
@@ -269,6 +274,20 @@ mod tests {
         assert_eq!(end(&ready.render(&())), format!("error: interrupted; what was finished is in {}", kept.display()));
         assert_eq!(std::fs::read(at("a.partial.png")).expect("a file"), b"mine");
         assert!(kept.exists());
+    }
+
+    /// Protects: Ctrl-C ends the preparation too, with the code and the words of a run that was interrupted.
+    #[test]
+    fn preparation_can_be_interrupted() {
+        let options = raywright_io::LoadOptions::default();
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join("empty.scene.toml");
+        std::fs::write(&file, "format = 1\n").expect("a file");
+        let loaded = raywright_io::load(&raywright_io::Input::Path(file), &options).expect("an empty scene");
+        let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
+        let failure = prepared(&loaded, &settings, &Stopped).err().expect("it is stopped");
+        assert_eq!((failure.exit, failure.message.as_str()), (Exit::Interrupted, "error: interrupted; nothing was written"));
+        assert!(prepared(&loaded, &settings, &()).is_ok());
     }
 
     /// Protects: the size that is reported is that of what was rendered, and one sample is not several.

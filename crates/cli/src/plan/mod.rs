@@ -42,7 +42,6 @@ pub fn settle(
         max_depth: light.max_depth.unwrap_or(own.max_depth),
         integrator: light.integrator.unwrap_or(own.integrator),
         seed: light.seed.unwrap_or(own.seed),
-        threads: args.machine.threads.map(|n| n as usize),
         precision: light.precision.map_or(own.precision, Into::into),
         accelerator: args.machine.accel.map_or(own.accelerator, Into::into),
         background: view.background.unwrap_or(own.background),

@@ -8,11 +8,12 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
-use super::PrepareError;
+use super::{PrepareError, go_on};
 use crate::generate::{Shown, all};
 use crate::lookup::Lookup;
+use crate::observer::Observer;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule, TransformStep, Triple};
 use crate::validate::collapses;
 
@@ -77,10 +78,21 @@ fn visibility(object: &Object) -> Visibility {
     Visibility { side: side_of(object.side), casts_shadow: object.casts_shadow }
 }
 
+/// Objects between two questions to the observer, or this many times 64 triangles: milliseconds of work.
+pub(super) const BLOCK: usize = 1 << 10;
+
 /// Builds everything that can be hit.
-pub(crate) fn build<P: Precision>(scene: &Scene, lookup: &Lookup<'_>, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
-    let mut builder = Builder::<P>::new(scene, lookup, kind);
+pub(crate) fn build<P: Precision>(
+    scene: &Scene,
+    lookup: &Lookup<'_>,
+    kind: AcceleratorKind,
+    observer: &dyn Observer,
+) -> Result<Built<P>, PrepareError> {
+    let mut builder = Builder::<P>::new(scene, lookup, kind, observer);
     for (index, shown) in all(scene).enumerate() {
+        if index.is_multiple_of(BLOCK) {
+            go_on(observer)?;
+        }
         let (material, _) = lookup.material(&shown.object.material).ok_or_else(|| PrepareError::Missing {
             path: format!("objects[{index}].material"),
             kind: "material",
@@ -88,6 +100,7 @@ pub(crate) fn build<P: Precision>(scene: &Scene, lookup: &Lookup<'_>, kind: Acce
         })?;
         builder.add(index, &shown, material as u32)?;
     }
+    go_on(observer)?;
     let geometry = Geometry::new(builder.group, kind);
     let bytes = geometry.bytes() + builder.instanced.values().sum::<usize>();
     Ok(Built { geometry, objects: builder.records, object_of: builder.object_of, bytes })
@@ -103,10 +116,11 @@ struct Builder<'a, P: Precision> {
     instanced: HashMap<*const Geometry<P>, usize>,
     records: Vec<ObjectRecord<P::Real>>,
     object_of: Vec<u32>,
+    observer: &'a dyn Observer,
 }
 
 impl<'a, P: Precision> Builder<'a, P> {
-    fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind) -> Self {
+    fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind, observer: &'a dyn Observer) -> Self {
         let mut uses = HashMap::new();
         for Shown { object, .. } in all(scene) {
             if let Shape::Mesh(name) = &object.shape {
@@ -122,6 +136,7 @@ impl<'a, P: Precision> Builder<'a, P> {
             instanced: HashMap::new(),
             records: Vec::new(),
             object_of: Vec::new(),
+            observer,
         }
     }
 
@@ -154,8 +169,9 @@ impl<'a, P: Precision> Builder<'a, P> {
                 Some(shared) => Arc::clone(shared),
                 None => {
                     let mut group = Group::default();
-                    triangles(&mut group, &data, None, Visibility { casts_shadow: true, ..visibility(object) })
-                        .map_err(refused)?;
+                    let shown = Visibility { casts_shadow: true, ..visibility(object) };
+                    triangles(&mut group, index, &data, None, shown, self.observer)?;
+                    go_on(self.observer)?;
                     let shared = Arc::new(Geometry::new(group, self.kind));
                     self.shared.insert(key, Arc::clone(&shared));
                     shared
@@ -166,7 +182,7 @@ impl<'a, P: Precision> Builder<'a, P> {
             first = 0;
         } else {
             flipped = map.matrix3.determinant() < 0.0;
-            triangles(&mut self.group, &data, Some((map, flipped)), visibility(object)).map_err(refused)?;
+            triangles(&mut self.group, index, &data, Some((map, flipped)), visibility(object), self.observer)?;
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
@@ -174,20 +190,30 @@ impl<'a, P: Precision> Builder<'a, P> {
     }
 }
 
-/// Adds the triangles of a mesh, mapped where a map is given; a mirroring map turns them over so that outside stays outside.
+/// Adds the triangles of an object's mesh, mapped where a map is given; a mirroring map turns them over so that outside stays
+/// outside.
+///
+/// # Errors
+/// Triangles that the geometry refuses, and [`PrepareError::Cancelled`].
 pub(super) fn triangles<P: Precision>(
     group: &mut Group<P>,
+    object: usize,
     data: &MeshData,
     map: Option<(DAffine3, bool)>,
     visibility: Visibility,
-) -> Result<(), GeometryError> {
+    observer: &dyn Observer,
+) -> Result<(), PrepareError> {
     let position = |i: u32| -> Vec3Of<P> {
         let p = DVec3::from(data.positions[i as usize].map(f64::from));
         Vector::from_f64(map.map_or(p, |(m, _)| m.transform_point3(p)))
     };
-    for &[a, b, c] in &data.indices {
-        let (b, c) = if map.is_some_and(|(_, flipped)| flipped) { (c, b) } else { (b, c) };
-        group.triangle([position(a), position(b), position(c)], visibility)?;
+    let refused = |source| PrepareError::Geometry { object, source };
+    for block in data.indices.chunks(64 * BLOCK) {
+        go_on(observer)?;
+        for &[a, b, c] in block {
+            let (b, c) = if map.is_some_and(|(_, flipped)| flipped) { (c, b) } else { (b, c) };
+            group.triangle([position(a), position(b), position(c)], visibility).map_err(refused)?;
+        }
     }
     Ok(())
 }

@@ -14,6 +14,7 @@ use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, prepare_sky};
 use crate::lookup::Lookup;
+use crate::observer::Observer;
 use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
@@ -57,6 +58,9 @@ pub enum PrepareError {
         /// Why.
         source: ExprError,
     },
+    /// The observer stopped it.
+    #[error("preparation was stopped")]
+    Cancelled,
     /// The picture, geometry and textures would take more than the memory allowed.
     #[error("rendering needs about {needed} bytes, but at most {allowed} are allowed")]
     Memory {
@@ -158,16 +162,18 @@ impl<P: Precision> Prepared<P> {
     ///
     /// # Errors
     /// What validation would have reported with a place, and what only the geometry can know.
-    pub fn new(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Result<Self, PrepareError> {
+    pub fn new(scene: &Scene, settings: &Settings, simulated: EffectSet, observer: &dyn Observer) -> Result<Self, PrepareError> {
+        go_on(observer)?;
         let names = names(scene);
         let lookup = Lookup::new(scene);
         let textures = texture::Textures::new(scene, &lookup);
-        let mut built = geometry::build::<P>(scene, &lookup, settings.accelerator)?;
+        let mut built = geometry::build::<P>(scene, &lookup, settings.accelerator, observer)?;
         let mut used = vec![false; scene.materials.len()];
         built.objects.iter().for_each(|object| used[object.material as usize] = true);
         let mut inputs = input::Compiler::new(&names, &textures);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
+            go_on(observer)?;
             materials.push(if used[index] {
                 material::prepare(material, index, scene, &mut inputs, settings.without)?
             } else {
@@ -181,12 +187,13 @@ impl<P: Precision> Prepared<P> {
                 None => object.coordinates = materials[index].reads_coordinates(&inputs.sources),
             }
         }
+        go_on(observer)?;
         let sky = prepare_sky::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !sky.is_black()).then(|| Irradiance::new(&sky));
         let soft = simulated.has(Effect::SoftShadows);
-        let emitters = if soft { emitters::emitters::<P>(scene, &lookup) } else { EmitterList::default() };
+        let emitters = if soft { emitters::emitters::<P>(scene, &lookup, observer)? } else { EmitterList::default() };
         // A light that shows on nothing is not built: no loop turns for it.
         let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
         let lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
@@ -233,6 +240,11 @@ impl<P: Precision> Prepared<P> {
             texture_bytes: self.texture_bytes,
         }
     }
+}
+
+/// Asks the observer whether preparation should end here.
+fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
+    if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(()) }
 }
 
 /// Sets of texture coordinates besides the first that a material reads.
