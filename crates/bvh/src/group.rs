@@ -62,6 +62,9 @@ impl<P: Precision> Default for Group<P> {
 }
 
 impl<P: Precision> Group<P> {
+    /// Bytes of a primitive of any kind, besides its data: its entry, and its slot in a geometry.
+    pub(crate) const BYTES_EACH: usize = size_of::<Entry>() + size_of::<Slot>();
+
     /// Number of primitives; the next one's id.
     pub fn len(&self) -> usize {
         self.entries.len()
@@ -181,11 +184,9 @@ impl<P: Precision> Group<P> {
         }
     }
 
-    /// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is.
+    /// As [`few`], for these primitives.
     pub(crate) fn few(&self) -> usize {
-        const SPHERES: usize = 14;
-        const OTHERS: usize = 2;
-        if self.entries.len() == self.spheres.len() + self.planes.len() { SPHERES } else { OTHERS }
+        few(self.entries.len() == self.spheres.len() + self.planes.len())
     }
 
     /// Puts the primitives that come in great numbers into the order of queries, so that what is tested one after the other
@@ -288,6 +289,14 @@ impl<P: Precision> Group<P> {
             Kind::Instance => self.instances[index].parameters(probe, hit),
         }
     }
+}
+
+/// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is, and a plane
+/// has no box.
+pub(crate) fn few(spheres_alone: bool) -> usize {
+    const SPHERES: usize = 14;
+    const OTHERS: usize = 2;
+    if spheres_alone { SPHERES } else { OTHERS }
 }
 
 /// Appends and says where.
