@@ -25,6 +25,7 @@ mod origin;
 mod plan;
 mod plot;
 mod progress;
+mod ready;
 mod scene_input;
 mod stats;
 mod suggest;

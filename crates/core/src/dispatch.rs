@@ -1,12 +1,14 @@
 //! The one place where run-time choices become types: precision and kernel.
 
-use raywright_bvh::{Aabb, Fast, Precision, Reference, Robust};
+use raywright_bvh::{Fast, Precision, Reference, Robust};
 
 use crate::effects::{EffectReport, EffectSet, detect, switched_off};
 use crate::film::{Film, Part, PartError, Plan};
 use crate::integrator::{Analytic, General, Kernel};
+use crate::lookup::Lookup;
+use crate::memory::Memory;
 use crate::observer::Observer;
-use crate::prepare::{PrepareError, Prepared, Tables};
+use crate::prepare::{self, Extent, PrepareError, Prepared, Tables};
 use crate::render::{Rendered, render};
 use crate::scene::Scene;
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
@@ -36,18 +38,6 @@ macro_rules! each {
     };
 }
 
-/// Bytes that geometry, textures and film take.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Memory {
-    /// Primitives and accelerators.
-    pub geometry: u64,
-    /// Decoded images.
-    pub textures: u64,
-    /// Sums of the picture, and the picture with its layers that is made of them: 128 bytes a pixel in four replicates without
-    /// layers, 38 without chance. The tiles being worked on, one a thread, are not counted.
-    pub film: u64,
-}
-
 /// Prepares a validated scene on the current thread pool: what it calls for is found first, then built, and then the kernel is
 /// chosen that contains it.
 ///
@@ -56,18 +46,41 @@ pub struct Memory {
 pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Ready, PrepareError> {
     let effects = detect(scene, settings);
     let simulated = effects.simulated();
+    if let Some(allowed) = settings.max_memory {
+        let needed = reckon(scene, settings, simulated);
+        if needed.total() > allowed {
+            return Err(PrepareError::Memory { needed, allowed });
+        }
+    }
     let inner = if settings.without.is_empty() {
         AnyPrepared::new(scene, settings, simulated, observer)?
     } else {
         let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
         AnyPrepared::new(&rest, &Settings { camera, ..settings.clone() }, simulated, observer)?
     };
-    let ready = Ready { inner, kernel: KernelName::choose(settings.kernel, simulated), settings: settings.clone(), effects };
-    let memory = ready.memory();
-    let needed = memory.geometry + memory.textures + memory.film;
-    match settings.max_memory {
-        Some(allowed) if needed > allowed => Err(PrepareError::Memory { needed, allowed }),
-        _ => Ok(ready),
+    Ok(Ready { inner, kernel: KernelName::choose(settings.kernel, simulated), settings: settings.clone(), effects })
+}
+
+/// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it.
+pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
+    reckon(scene, settings, detect(scene, settings).simulated())
+}
+
+fn reckon(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
+    match settings.precision {
+        PrecisionChoice::Fast => prepare::estimate::<Fast>(scene, settings, simulated),
+        PrecisionChoice::Robust => prepare::estimate::<Robust>(scene, settings, simulated),
+        PrecisionChoice::Reference => prepare::estimate::<Reference>(scene, settings, simulated),
+    }
+}
+
+/// Where a scene is, as a precision stores it, from its data alone: nothing is built.
+pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
+    let lookup = Lookup::new(scene);
+    match precision {
+        PrecisionChoice::Fast => prepare::extent::<Fast>(scene, &lookup),
+        PrecisionChoice::Robust => prepare::extent::<Robust>(scene, &lookup),
+        PrecisionChoice::Reference => prepare::extent::<Reference>(scene, &lookup),
     }
 }
 
@@ -158,14 +171,7 @@ impl Ready {
 
     /// What is held in memory.
     pub fn memory(&self) -> Memory {
-        let (geometry, textures) = each!(&self.inner, p => (p.geometry_bytes as u64, p.texture_bytes as u64));
-        let plan = self.plan();
-        Memory { geometry, textures, film: plan.pixels() as u64 * plan.bytes_a_pixel() }
-    }
-
-    /// The box around everything that has an end; empty when there is nothing.
-    pub fn bounds(&self) -> Aabb {
-        each!(&self.inner, p => p.bounds())
+        Memory { film: self.plan().bytes(), ..each!(&self.inner, p => p.memory()) }
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.

@@ -60,6 +60,7 @@
 //! half-finished pictures (a [`film::Film`] holds one in memory).
 #![forbid(unsafe_code)]
 
+mod affine;
 pub mod bench;
 pub mod camera;
 pub mod counters;
@@ -76,6 +77,7 @@ pub mod ladder;
 pub mod light;
 pub mod lookup;
 pub mod material;
+pub mod memory;
 pub mod metrics;
 pub mod noise;
 mod observer;
@@ -87,8 +89,10 @@ pub mod scene;
 pub mod settings;
 pub mod suggest;
 pub mod validate;
-pub use dispatch::{Ready, prepare};
+pub use affine::affine;
+pub use dispatch::{Ready, estimate, extent, prepare};
 pub use lookup::Lookup;
+pub use memory::Memory;
 pub use observer::Observer;
 pub use raywright_bvh as bvh;
 pub use render::Rendered;

@@ -175,7 +175,7 @@ pub struct Settings {
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
     pub tile_size: u32,
-    /// Bytes that geometry, textures and film may take together; none: no limit.
+    /// Bytes that [`Memory`](crate::Memory) may take in all, by what is told of it before anything is built; none: no limit.
     pub max_memory: Option<u64>,
 }
 

@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_core::prepare::affine;
 use raywright_core::scene::{MeshData, Shape};
-use raywright_core::{Lookup, Scene};
+use raywright_core::{Lookup, Scene, affine};
 
 use crate::error::{Error, Warning};
 use crate::folder::Folder;

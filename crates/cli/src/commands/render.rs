@@ -3,14 +3,11 @@
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
-use raywright_core::camera;
 use raywright_core::effects::EffectReport;
-use raywright_core::prepare::PrepareError;
-use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
-use raywright_core::{Observer, Ready, Rendered, prepare};
+use raywright_core::{Ready, Rendered};
 use raywright_io::output::{self, Metadata, write_atomically};
-use raywright_io::{Error, Limits, Loaded, human_bytes};
+use raywright_io::{Error, Limits, Loaded};
 
 use crate::args::RenderArgs;
 use crate::clock::{Clock, Seconds, spoken};
@@ -19,12 +16,13 @@ use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
+use crate::ready::{NOTHING_KEPT, framed, prepared};
 use crate::stats::Stats;
 use crate::table::lay_out;
 use crate::targets::{self, Outputs, Target};
 use crate::threads::Threads;
 use crate::watch::Watch;
-use crate::{interrupt, origin, scene_input};
+use crate::{interrupt, memory, origin, scene_input};
 
 /// Renders a scene and writes its pictures.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
@@ -44,7 +42,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::complete(&mut loaded, verbosity);
-    let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded, settings))?;
+    let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded.scene, settings))?;
     plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
     let load = clock.lap();
 
@@ -103,9 +101,6 @@ fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Fa
     outputs.add(path, "--stats")
 }
 
-/// How a run ends that was stopped before there was anything to keep.
-const NOTHING_KEPT: &str = "interrupted; nothing was written";
-
 /// What the scene has and the picture will not show; all effects where the user asks for more.
 fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
     if verbosity == Verbosity::Verbose {
@@ -121,28 +116,6 @@ fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
 fn limits(args: &RenderArgs) -> Limits {
     let own = Limits::default();
     Limits { memory_bytes: args.machine.max_memory.unwrap_or(own.memory_bytes), ..own }
-}
-
-fn prepared(loaded: &Loaded, settings: &Settings, observer: &dyn Observer) -> Result<Ready, Failure> {
-    prepare(&loaded.scene, settings, observer).map_err(|error| {
-        let name = &loaded.source.name;
-        match error {
-            PrepareError::Cancelled => return Failure::new(Exit::Interrupted, NOTHING_KEPT),
-            PrepareError::Memory { needed, allowed } => {
-                let (needed, allowed) = (human_bytes(needed), human_bytes(allowed));
-                let message = format!("rendering it needs about {needed}, and the limit is {allowed}");
-                Error::limit(name, message).with_hint("raise the limit with --max-memory, or render less with --size or --crop")
-            }
-            other => Error::input(name, other),
-        }
-        .into()
-    })
-}
-
-/// The camera that shows the whole scene, for one that has none.
-fn framed(loaded: &Loaded, settings: &Settings) -> Result<Camera, Failure> {
-    let [width, height] = settings.size.map(f64::from);
-    Ok(camera::frame(&prepared(loaded, settings, &())?.bounds(), width / height))
 }
 
 /// Writes the picture everywhere it should go; what was written, in words.
@@ -203,7 +176,6 @@ fn interrupted(
 /// What `-v` adds: where the time went, what was traced, what was held in memory.
 fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
     let rays = &rendered.counters;
-    let memory = ready.memory();
     let stages = [("load", seconds.load), ("prepare", seconds.prepare), ("render", seconds.render), ("write", seconds.write)];
     let kinds = [
         ("camera", rays.camera),
@@ -216,7 +188,7 @@ fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
     let rows = [
         ("time", stages.map(|(name, seconds)| format!("{name} {}", spoken(seconds))).join(", ")),
         ("rays", kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")),
-        ("memory", format!("geometry {}, textures {}", human_bytes(memory.geometry), human_bytes(memory.textures))),
+        ("memory", memory::listed(&ready.memory().parts())),
         (
             "method",
             format!(
@@ -240,7 +212,7 @@ fn described(settings: &Settings) -> String {
 
 #[cfg(test)]
 mod tests {
-    use raywright_core::Scene;
+    use raywright_core::{Observer, Scene, prepare};
 
     use super::*;
 
@@ -274,20 +246,6 @@ mod tests {
         assert_eq!(end(&ready.render(&())), format!("error: interrupted; what was finished is in {}", kept.display()));
         assert_eq!(std::fs::read(at("a.partial.png")).expect("a file"), b"mine");
         assert!(kept.exists());
-    }
-
-    /// Protects: Ctrl-C ends the preparation too, with the code and the words of a run that was interrupted.
-    #[test]
-    fn preparation_can_be_interrupted() {
-        let options = raywright_io::LoadOptions::default();
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let file = folder.path().join("empty.scene.toml");
-        std::fs::write(&file, "format = 1\n").expect("a file");
-        let loaded = raywright_io::load(&raywright_io::Input::Path(file), &options).expect("an empty scene");
-        let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
-        let failure = prepared(&loaded, &settings, &Stopped).err().expect("it is stopped");
-        assert_eq!((failure.exit, failure.message.as_str()), (Exit::Interrupted, "error: interrupted; nothing was written"));
-        assert!(prepared(&loaded, &settings, &()).is_ok());
     }
 
     /// Protects: the size that is reported is that of what was rendered, and one sample is not several.

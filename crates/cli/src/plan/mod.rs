@@ -26,11 +26,7 @@ pub struct Plan {
 
 /// Settles what is rendered. `framed` makes the camera of a scene that has none; it is asked only where a flag changes
 /// that camera.
-pub fn settle(
-    scene: &Scene,
-    args: &RenderArgs,
-    framed: impl FnOnce(&Settings) -> Result<Camera, Failure>,
-) -> Result<Plan, Failure> {
+pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -> Camera) -> Result<Plan, Failure> {
     rungs::refuse_two_words(args)?;
     let (view, light, display) = (&args.view, &args.light, &args.display);
     let own = Settings::of(scene);

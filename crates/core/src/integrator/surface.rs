@@ -1,11 +1,13 @@
 //! From a hit to the interaction that it is, made once.
 
+use std::sync::Arc;
+
 use raywright_bvh::{Hit, Precision, Ray, Real, Vector};
 
 use super::Kernel;
 use crate::interaction::Interaction;
 use crate::prepare::{ObjectRecord, Prepared};
-use crate::scene::MOST_UV_SETS;
+use crate::scene::{MOST_UV_SETS, MeshData};
 
 /// A ray as a path came along it.
 pub(crate) struct Leg<R: Real> {
@@ -60,7 +62,7 @@ impl<R: Real> Interaction<R> {
             at.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
         if K::MESHES {
-            at.attributes(record, hit);
+            at.attributes(&scene.meshes, record, hit);
         }
         if record.face_viewer && !outside {
             at.normal = -at.normal;
@@ -72,9 +74,9 @@ impl<R: Real> Interaction<R> {
     }
 
     /// Interpolates what the mesh's vertices carry.
-    fn attributes(&mut self, record: &ObjectRecord<R>, hit: &Hit<R>) {
+    fn attributes(&mut self, meshes: &[Arc<MeshData>], record: &ObjectRecord<R>, hit: &Hit<R>) {
         let Some(mesh) = &record.mesh else { return };
-        let data = &mesh.data;
+        let data = &meshes[mesh.mesh as usize];
         let [a, b, c] = data.indices[(hit.primitive - mesh.first) as usize].map(|i| i as usize);
         let (b, c) = if mesh.flipped { (c, b) } else { (b, c) };
         let (u, v) = (hit.u, hit.v);
@@ -97,9 +99,12 @@ impl<R: Real> Interaction<R> {
         };
         // Without a set, the weights of the second and the third corner of the file's own order.
         self.uv[0] = uv(0).unwrap_or(if mesh.flipped { [v, u] } else { [u, v] });
-        for &set in &mesh.further_sets {
+        let mut further = mesh.further_sets;
+        while further != 0 {
+            let set = further.trailing_zeros() as usize;
             // What a shader reads of an attribute that a mesh does not have.
             self.uv[set] = uv(set).unwrap_or([R::ZERO; 2]);
+            further &= further - 1;
         }
         if !data.colours.is_empty() {
             let at = |k: usize| real(data.colours[a][k]) * w + real(data.colours[b][k]) * u + real(data.colours[c][k]) * v;

@@ -10,15 +10,16 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{AcceleratorKind, Geometry, Group, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
+use super::uses::Uses;
 use super::{PrepareError, go_on};
 use crate::generate::{Shown, all};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
-use crate::scene::{MeshData, Object, Scene, Shape, SideRule, TransformStep, Triple};
+use crate::scene::{MeshData, Object, Scene, Shape, SideRule, Triple};
 use crate::validate::collapses;
 
 /// What shading needs of an object.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectRecord<R: Real> {
     pub material: u32,
     pub face_viewer: bool,
@@ -28,42 +29,28 @@ pub(crate) struct ObjectRecord<R: Real> {
 }
 
 /// How an object shows its mesh.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshUse<R: Real> {
-    pub data: Arc<MeshData>,
+    /// Its place in the table of meshes.
+    pub mesh: u32,
     /// Id of its first triangle in the scene's own set; zero for an instance, whose triangles count from zero.
     pub first: u32,
     /// Columns of the inverse transpose: object normals to world normals, not normalised.
     pub normals: [R::Vec3; 3],
     /// The triangles were turned over because the transform mirrors.
     pub flipped: bool,
-    /// Sets of texture coordinates besides the first that the material reads: empty for most, and then none is interpolated.
-    pub further_sets: Vec<usize>,
+    /// Sets of texture coordinates besides the first that the material reads, a bit each: none for most, and then none is
+    /// interpolated.
+    pub further_sets: u8,
 }
 
 pub(crate) struct Built<P: Precision> {
     pub geometry: Geometry<P>,
+    /// The meshes that objects show, each once; the scene's own, because arrays are not copied.
+    pub meshes: Vec<Arc<MeshData>>,
     pub objects: Vec<ObjectRecord<P::Real>>,
     pub object_of: Vec<u32>,
     pub bytes: usize,
-}
-
-/// The affine map of the steps, the first one applied first.
-pub fn affine(steps: &[TransformStep]) -> DAffine3 {
-    steps.iter().fold(DAffine3::IDENTITY, |map, step| {
-        let next = match *step {
-            TransformStep::Translate(v) => DAffine3::from_translation(v.into()),
-            TransformStep::Scale(v) => DAffine3::from_scale(v.into()),
-            TransformStep::Rotate { axis, degrees } => {
-                DAffine3::from_axis_angle(DVec3::from(axis).normalize(), degrees.to_radians())
-            }
-            TransformStep::Matrix([x, y, z]) => DAffine3::from_mat3_translation(
-                DMat3::from_cols_array_2d(&[[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]),
-                DVec3::new(x[3], y[3], z[3]),
-            ),
-        };
-        next * map
-    })
 }
 
 pub(super) fn side_of(rule: SideRule) -> Side {
@@ -103,17 +90,20 @@ pub(crate) fn build<P: Precision>(
     go_on(observer)?;
     let geometry = Geometry::new(builder.group, kind);
     let bytes = geometry.bytes() + builder.instanced.values().sum::<usize>();
-    Ok(Built { geometry, objects: builder.records, object_of: builder.object_of, bytes })
+    Ok(Built { geometry, meshes: builder.meshes, objects: builder.records, object_of: builder.object_of, bytes })
 }
 
 struct Builder<'a, P: Precision> {
     kind: AcceleratorKind,
     lookup: &'a Lookup<'a>,
-    uses: HashMap<(&'a str, SideRule), usize>,
+    uses: Uses<'a>,
     group: Group<P>,
     shared: HashMap<(&'a str, SideRule), Arc<Geometry<P>>>,
     /// Bytes of each geometry that instances show, by its address: what is there, not what was meant to be shared.
     instanced: HashMap<*const Geometry<P>, usize>,
+    meshes: Vec<Arc<MeshData>>,
+    /// Where each mesh is in the table of meshes.
+    places: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<P::Real>>,
     object_of: Vec<u32>,
     observer: &'a dyn Observer,
@@ -121,19 +111,15 @@ struct Builder<'a, P: Precision> {
 
 impl<'a, P: Precision> Builder<'a, P> {
     fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind, observer: &'a dyn Observer) -> Self {
-        let mut uses = HashMap::new();
-        for Shown { object, .. } in all(scene) {
-            if let Shape::Mesh(name) = &object.shape {
-                *uses.entry((name.as_str(), object.side)).or_insert(0) += 1;
-            }
-        }
         Self {
             kind,
             lookup,
-            uses,
+            uses: Uses::of(scene),
             group: Group::default(),
             shared: HashMap::new(),
             instanced: HashMap::new(),
+            meshes: Vec::new(),
+            places: HashMap::new(),
             records: Vec::new(),
             object_of: Vec::new(),
             observer,
@@ -157,20 +143,23 @@ impl<'a, P: Precision> Builder<'a, P> {
     fn mesh(&mut self, index: usize, shown: &Shown<'a>, name: &'a str) -> Result<MeshUse<P::Real>, PrepareError> {
         let missing =
             || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };
-        let data = Arc::clone(self.lookup.mesh_data(name).ok_or_else(missing)?);
+        let data = self.lookup.mesh_data(name).ok_or_else(missing)?;
+        let mesh = *self.places.entry(name).or_insert_with(|| {
+            self.meshes.push(Arc::clone(data));
+            self.meshes.len() as u32 - 1
+        });
         let refused = |source| PrepareError::Geometry { object: index, source };
         let (object, map) = (shown.object, shown.map());
         let mut first = self.group.len() as u32;
         let mut flipped = false;
-        // Which side can be hit is told by each triangle, so only objects that show the same side share them.
         let key = (name, object.side);
-        if self.uses.get(&key).is_some_and(|&n| n > 1) {
+        if self.uses.share(name, object.side) {
             let shared = match self.shared.get(&key) {
                 Some(shared) => Arc::clone(shared),
                 None => {
                     let mut group = Group::default();
                     let shown = Visibility { casts_shadow: true, ..visibility(object) };
-                    triangles(&mut group, index, &data, None, shown, self.observer)?;
+                    triangles(&mut group, index, data, None, shown, self.observer)?;
                     go_on(self.observer)?;
                     let shared = Arc::new(Geometry::new(group, self.kind));
                     self.shared.insert(key, Arc::clone(&shared));
@@ -182,11 +171,11 @@ impl<'a, P: Precision> Builder<'a, P> {
             first = 0;
         } else {
             flipped = map.matrix3.determinant() < 0.0;
-            triangles(&mut self.group, index, &data, Some((map, flipped)), visibility(object), self.observer)?;
+            triangles(&mut self.group, index, data, Some((map, flipped)), visibility(object), self.observer)?;
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
-        Ok(MeshUse { data, first, normals: columns.map(Vector::from_f64), flipped, further_sets: Vec::new() })
+        Ok(MeshUse { mesh, first, normals: columns.map(Vector::from_f64), flipped, further_sets: 0 })
     }
 }
 

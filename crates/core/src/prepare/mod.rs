@@ -2,23 +2,31 @@
 //! rendering may do none of these.
 
 mod emitters;
+mod estimate;
+mod extent;
 mod geometry;
 mod input;
 mod material;
 pub(crate) mod texture;
+mod uses;
 
-use raywright_bvh::{Aabb, Geometry, GeometryError, Precision, Real, Vector};
+use std::sync::Arc;
+
+use raywright_bvh::{Geometry, GeometryError, Precision, Real, Vector};
 
 use crate::camera::{Camera, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, prepare_sky};
 use crate::lookup::Lookup;
+use crate::memory::Memory;
 use crate::observer::Observer;
-use crate::scene::{self, ClassicRules, DepthLimit, OffsetDirection, Scene, ShadowRule, SpawnRule};
+use crate::scene::{self, ClassicRules, DepthLimit, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
-pub use geometry::affine;
+pub(crate) use estimate::estimate;
+pub use extent::Extent;
+pub(crate) use extent::extent;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular};
@@ -61,11 +69,11 @@ pub enum PrepareError {
     /// The observer stopped it.
     #[error("preparation was stopped")]
     Cancelled,
-    /// The picture, geometry and textures would take more than the memory allowed.
-    #[error("rendering needs about {needed} bytes, but at most {allowed} are allowed")]
+    /// The picture, geometry and textures would take more than the memory allowed; nothing was built.
+    #[error("rendering needs about {} bytes, but at most {allowed} are allowed", needed.total())]
     Memory {
-        /// Estimate in bytes.
-        needed: u64,
+        /// Estimate.
+        needed: Memory,
         /// Limit in bytes.
         allowed: u64,
     },
@@ -109,10 +117,14 @@ impl<R: Real> Rules<R> {
     }
 }
 
-/// A scene as an integrator walks it.
+/// A scene as an integrator walks it: flat arrays that refer to each other by index, with no pointer, closure or trait object for
+/// each object, material or primitive. What it shares with the scene, meshes and images, lies in tables too, one pointer for
+/// each buffer, so that nothing is copied and every array can be read as it is.
 #[derive(Clone, Debug)]
 pub struct Prepared<P: Precision> {
     pub(crate) geometry: Geometry<P>,
+    /// The meshes that objects show.
+    pub(crate) meshes: Vec<Arc<MeshData>>,
     /// By index of the scene's objects, generated ones last.
     pub(crate) objects: Vec<ObjectRecord<P::Real>>,
     /// Object of each primitive, by [`raywright_bvh::Hit::order`].
@@ -130,9 +142,7 @@ pub struct Prepared<P: Precision> {
     pub(crate) rules: Rules<P::Real>,
     pub(crate) veil: <P::Real as Real>::Vec3,
     /// Bytes of geometry and accelerators, shared geometry counted once.
-    pub geometry_bytes: usize,
-    /// Bytes of decoded images in use.
-    pub texture_bytes: usize,
+    geometry_bytes: usize,
 }
 
 /// How much was built of what.
@@ -166,11 +176,10 @@ impl<P: Precision> Prepared<P> {
         go_on(observer)?;
         let names = names(scene);
         let lookup = Lookup::new(scene);
-        let textures = texture::Textures::new(scene, &lookup);
         let mut built = geometry::build::<P>(scene, &lookup, settings.accelerator, observer)?;
         let mut used = vec![false; scene.materials.len()];
         built.objects.iter().for_each(|object| used[object.material as usize] = true);
-        let mut inputs = input::Compiler::new(&names, &textures);
+        let mut inputs = input::Compiler::new(&names, &lookup);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
             go_on(observer)?;
@@ -198,7 +207,7 @@ impl<P: Precision> Prepared<P> {
         let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
         let lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
-        let camera = settings.camera.clone().unwrap_or_else(|| frame(&built.geometry.bounded_part(), aspect));
+        let camera = settings.camera.clone().unwrap_or_else(|| frame(&extent::<P>(scene, &lookup).bounds, aspect));
         let backdrop = match settings.background {
             Background::Environment => None,
             Background::Transparent => Some(Vector::ZERO),
@@ -207,6 +216,7 @@ impl<P: Precision> Prepared<P> {
         let camera = Camera::towards(&camera, settings.size, &built.geometry.bounded_part());
         Ok(Self {
             geometry: built.geometry,
+            meshes: built.meshes,
             objects: built.objects,
             object_of: built.object_of,
             materials,
@@ -218,13 +228,29 @@ impl<P: Precision> Prepared<P> {
             rules: Rules::new(&scene.classic),
             veil: Vector::from_f64(scene.render.veil.0.into()),
             geometry_bytes: built.bytes,
-            texture_bytes: textures.bytes(),
         })
     }
 
-    /// The box around everything that has an end; empty when there is nothing.
-    pub fn bounds(&self) -> Aabb {
-        self.geometry.bounded_part()
+    /// What it takes, without the film.
+    pub(crate) fn memory(&self) -> Memory {
+        let tables = size_of_val(self.objects.as_slice())
+            + size_of_val(self.object_of.as_slice())
+            + size_of_val(self.materials.as_slice())
+            + size_of_val(self.sources.textures.as_slice())
+            + size_of_val(self.lights.delta.as_slice());
+        Memory {
+            geometry: self.geometry_bytes as u64,
+            meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum(),
+            tables: tables as u64 + self.lights.emitters.bytes(),
+            textures: self.texture_bytes() as u64,
+            film: 0,
+        }
+    }
+
+    /// Bytes of the images that materials and sky show, each counted once.
+    fn texture_bytes(&self) -> usize {
+        let sky = self.lights.sky.image().filter(|&sky| !self.sources.images.iter().any(|image| Arc::ptr_eq(image, sky)));
+        self.sources.images.iter().chain(sky).map(|image| image.bytes()).sum()
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.
@@ -237,7 +263,7 @@ impl<P: Precision> Prepared<P> {
             emitters: self.lights.emitters.lit(),
             materials: self.materials.iter().filter(|m| !matches!(m, Material::Unused)).count(),
             irradiance: self.irradiance.is_some(),
-            texture_bytes: self.texture_bytes,
+            texture_bytes: self.texture_bytes(),
         }
     }
 }
@@ -247,9 +273,11 @@ fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
     if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(()) }
 }
 
-/// Sets of texture coordinates besides the first that a material reads.
-fn further_sets(material: &scene::Material) -> Vec<usize> {
-    material.uv_sets().into_iter().map(|set| set as usize).filter(|set| (1..scene::MOST_UV_SETS).contains(set)).collect()
+/// Sets of texture coordinates besides the first that a material reads, a bit each.
+fn further_sets(material: &scene::Material) -> u8 {
+    const { assert!(scene::MOST_UV_SETS <= u8::BITS as usize) };
+    let further = material.uv_sets().into_iter().filter(|&set| (1..scene::MOST_UV_SETS as u32).contains(&set));
+    further.fold(0, |sets, set| sets | 1 << set)
 }
 
 /// Time and parameters, as expressions see them.
@@ -258,3 +286,6 @@ pub(crate) fn names(scene: &Scene) -> std::collections::BTreeMap<String, f64> {
     names.insert("t".to_owned(), scene.t);
     names
 }
+
+#[cfg(test)]
+mod tests;

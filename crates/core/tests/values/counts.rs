@@ -2,9 +2,10 @@
 
 use std::sync::Mutex;
 
+use raywright_core::prepare::PrepareError;
 use raywright_core::scene::{Pattern, Scene};
 use raywright_core::settings::{Aov, Crop, Sampling, Settings};
-use raywright_core::{Observer, prepare};
+use raywright_core::{Observer, estimate, prepare};
 use serde_json::json;
 
 use crate::support::{DOWN, classic, floor, physical, rendered, settings, sun};
@@ -86,10 +87,22 @@ fn memory_is_counted_and_limited() {
     let crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 });
     let base = Settings { size: [100, 100], crop, aovs: vec![Aov::Albedo, Aov::Depth], ..settings(&scene, DOWN) };
     let memory = prepare(&scene, &base, &()).map(|ready| ready.memory()).expect("prepares");
-    assert_eq!((memory.film, memory.textures), (70 * (26 + 12 + 2 * 12 + 2 * 4), 0));
-    let needed = memory.geometry + memory.film;
+    assert_eq!((memory.film, memory.textures, memory.meshes), (70 * (26 + 12 + 2 * 12 + 2 * 4), 0, 0));
+    assert_eq!(memory.total(), memory.film + memory.geometry + memory.tables);
+    let needed = estimate(&scene, &base).total();
     let limited = |limit| prepare(&scene, &Settings { max_memory: Some(limit), ..base.clone() }, &()).is_ok();
-    assert!(memory.geometry > 0 && limited(needed) && !limited(needed - 1));
+    assert!(memory.geometry > 0 && memory.tables > 0 && limited(needed) && !limited(needed - 1));
+}
+
+/// Protects: too little memory is said before anything is built: nobody is asked whether to go on, because nothing has begun.
+#[test]
+fn memory_is_told_before_anything_is_built() {
+    let scene = lit();
+    let watcher = Watcher { stop: true, ..Watcher::default() };
+    let limited = |max_memory| prepare(&scene, &Settings { max_memory, ..settings(&scene, DOWN) }, &watcher).err();
+    let needed = estimate(&scene, &settings(&scene, DOWN));
+    assert_eq!(limited(Some(1)), Some(PrepareError::Memory { needed, allowed: 1 }));
+    assert_eq!(limited(None), Some(PrepareError::Cancelled));
 }
 
 /// Protects: the small kernel is for shapes with classic materials alone.

@@ -1,8 +1,8 @@
 //! Emitters as preparation finds them: their areas, their places, and the way back from a hit.
 
-use super::super::affine;
 use super::super::geometry::tests::glowing;
 use super::*;
+use crate::affine::affine;
 use crate::generate::expand;
 use crate::light::Emitters;
 use crate::prepare::build_geometry;
