@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
 use crate::counters::Counters;
-use crate::film::{Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
+use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
 use crate::integrator::{FirstHit, Kernel, Tracer};
 use crate::observer::Observer;
 use crate::picture::Picture;
@@ -136,7 +136,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         }
     }
 
-    fn gather<G: Gather<P::Real>>(&self) -> Unit {
+    fn gather<B: Block<P::Real>>(&self) -> Unit {
         let pixels = self.area.width as usize * self.area.height as usize;
         let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, !self.plan.layers.mean.is_empty());
         let mut plane = Plane::with_room(self.plan, pixels);
@@ -149,11 +149,11 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
             }
         };
         match self.settings.sampling {
-            Sampling::Pattern(Pattern::Corners) => dropped += self.corners::<G>(&mut tracer, &mut plane, finish),
+            Sampling::Pattern(Pattern::Corners) => dropped += self.corners::<B>(&mut tracer, &mut plane, finish),
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 let samples = self.plan.samples_of(self.replicate);
                 let mut firsts = FirstHits::new(self.plan);
-                let mut pixel = G::default();
+                let mut pixel = Gather::<P::Real, B>::default();
                 for (x, y) in self.positions() {
                     for index in 0..samples {
                         let brought = tracer.camera_ray(self.sample_ray(x, y, index), self.address(x, y, index));
@@ -179,7 +179,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     }
 
     /// Pixels that are the means of their corners; how many samples were dropped.
-    fn corners<G: Gather<P::Real>>(
+    fn corners<B: Block<P::Real>>(
         &self,
         tracer: &mut Tracer<'_, P, K>,
         plane: &mut Plane,
@@ -189,7 +189,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let row = self.area.width as usize + 1;
         let mut dropped = 0;
         let mut firsts = FirstHits::new(self.plan);
-        let mut pixel = G::default();
+        let mut pixel = Gather::<P::Real, B>::default();
         for y in 0..self.area.height as usize {
             for x in 0..self.area.width as usize {
                 let top = y * row + x;
