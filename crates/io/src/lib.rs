@@ -23,6 +23,7 @@
 
 mod diagnostic;
 mod error;
+mod error_kind;
 mod folder;
 mod gltf;
 mod image_file;
@@ -41,7 +42,8 @@ mod source;
 mod uri;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
-pub use error::{Error, ErrorKind, Warning};
+pub use error::{Error, Warning};
+pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError};
 pub use inputs::{Clash, Inputs};
 pub use limits::{Limits, human_bytes};
