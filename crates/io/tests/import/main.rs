@@ -3,6 +3,7 @@
 mod collections;
 mod gltf;
 mod hostile;
+mod made;
 mod malformed;
 mod obj;
 mod samplers;
