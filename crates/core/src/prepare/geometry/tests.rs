@@ -1,7 +1,7 @@
 //! Shapes as preparation makes them.
 
 use super::*;
-use crate::scene::{Colour, Generator, GeneratorKind, Material, Model, Physical};
+use crate::scene::{Colour, Generator, GeneratorKind, Material, Model, Physical, TransformStep};
 use raywright_bvh::Robust;
 
 pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -> (Material, Object) {
