@@ -6,6 +6,8 @@
 mod mesh;
 #[path = "support/scenes.rs"]
 mod scenes;
+#[path = "support/threads.rs"]
+mod threads;
 #[path = "support/turns.rs"]
 mod turns;
 
@@ -14,6 +16,7 @@ use raywright::core::settings::{KernelChoice, PrecisionChoice, Settings};
 
 use mesh::mesh;
 use scenes::{preset, ready};
+use threads::threads;
 use turns::{Contestant, interleaved, measuring};
 
 const ROUNDS: usize = 15;
@@ -27,7 +30,7 @@ fn main() {
         return;
     }
     let Some(whitted) = preset("whitted") else { return };
-    threads(&whitted, "whitted", FULL);
+    two_threads(&whitted, "whitted", FULL);
     kernels(&whitted, "whitted");
     precisions(&whitted, "whitted", SMALL);
     precisions(&mesh(), "mesh of 65 536 triangles", SMALL);
@@ -39,28 +42,27 @@ fn main() {
 /// A name in the table and what it changes in the settings.
 type Variant<'a> = (&'a str, &'a dyn Fn(&mut Settings));
 
-/// Renders by each of several settings, in turns.
+/// Renders by each of several settings on one thread, in turns.
 fn compare(title: &str, scene: &Scene, size: [u32; 2], variants: &[Variant<'_>]) {
     let prepared: Vec<_> = variants.iter().map(|(name, adjust)| (*name, ready(scene, size, adjust))).collect();
-    let works: Vec<_> = prepared.iter().map(|(name, ready)| (*name, || drop(ready.render(&())))).collect();
+    let alone = threads(1);
+    let works: Vec<_> = prepared.iter().map(|(name, ready)| (*name, || drop(alone.install(|| ready.render(&()))))).collect();
     let contestants: Vec<_> = works.iter().map(|(name, work)| Contestant { name, work }).collect();
     print!("{}", interleaved(title, ROUNDS, &contestants));
 }
 
 /// How far a second thread goes: wall clock.
-fn threads(scene: &Scene, name: &str, size: [u32; 2]) {
+fn two_threads(scene: &Scene, name: &str, size: [u32; 2]) {
     let title = format!("{name} at {}x{}, one thread and two", size[0], size[1]);
-    compare(&title, scene, size, &[("one thread", &|s| s.threads = Some(1)), ("two threads", &|s| s.threads = Some(2))]);
+    let (ready, pools) = (ready(scene, size, |_| {}), [threads(1), threads(2)]);
+    let [one, two] = pools.each_ref().map(|pool| || drop(pool.install(|| ready.render(&()))));
+    let contestants = [Contestant { name: "one thread", work: &one }, Contestant { name: "two threads", work: &two }];
+    print!("{}", interleaved(&title, ROUNDS, &contestants));
 }
 
 /// What the kernel gains that fits the scene, which gives the same bits as the general one.
 fn kernels(scene: &Scene, name: &str) {
-    let with = |kernel| {
-        move |s: &mut Settings| {
-            s.threads = Some(1);
-            s.kernel = kernel;
-        }
-    };
+    let with = |kernel| move |s: &mut Settings| s.kernel = kernel;
     let variants: [Variant<'_>; 2] =
         [("fitting kernel", &with(KernelChoice::Fitting)), ("general kernel", &with(KernelChoice::General))];
     compare(&format!("{name} at 640x360, by kernel"), scene, SMALL, &variants);
@@ -68,12 +70,7 @@ fn kernels(scene: &Scene, name: &str) {
 
 /// What each rung of the arithmetic ladder costs.
 fn precisions(scene: &Scene, name: &str, size: [u32; 2]) {
-    let with = |precision| {
-        move |s: &mut Settings| {
-            s.threads = Some(1);
-            s.precision = precision;
-        }
-    };
+    let with = |precision| move |s: &mut Settings| s.precision = precision;
     let variants: [Variant<'_>; 3] = [
         ("fast", &with(PrecisionChoice::Fast)),
         ("robust", &with(PrecisionChoice::Robust)),

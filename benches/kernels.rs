@@ -5,17 +5,21 @@
 mod mesh;
 #[path = "support/scenes.rs"]
 mod scenes;
+#[path = "support/threads.rs"]
+mod threads;
 
 use criterion::{Criterion, Throughput};
 use raywright::core::settings::{KernelChoice, PrecisionChoice};
 
 use mesh::mesh;
 use scenes::{preset, ready};
+use threads::threads;
 
 const SIZE: [u32; 2] = [320, 180];
 
 fn main() {
     let mut criterion = Criterion::default().configure_from_args();
+    let alone = threads(1);
     let scenes = [("whitted", preset("whitted")), ("mesh", Some(mesh())), ("shapes", preset("shapes"))];
     for (name, scene) in scenes {
         let Some(scene) = scene else { continue };
@@ -26,11 +30,11 @@ fn main() {
         {
             for (kernel_name, kernel) in [("fitting", KernelChoice::Fitting), ("general", KernelChoice::General)] {
                 let ready = ready(&scene, SIZE, |s| {
-                    s.threads = Some(1);
                     s.precision = precision;
                     s.kernel = kernel;
                 });
-                group.bench_function(format!("{precision_name}, {kernel_name} kernel"), |b| b.iter(|| ready.render(&())));
+                let name = format!("{precision_name}, {kernel_name} kernel");
+                group.bench_function(name, |b| b.iter(|| alone.install(|| ready.render(&()))));
             }
         }
         group.finish();

@@ -45,7 +45,7 @@ fn least((what, write): &Family, n: usize) -> [f64; 2] {
         let start = Instant::now();
         let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
         let report = detect(&loaded.scene, &settings);
-        let ready = prepare(&loaded.scene, &settings).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let ready = prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
         let rest = start.elapsed().as_secs_f64();
         drop((report, ready));
         [load, rest]

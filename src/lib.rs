@@ -9,7 +9,7 @@
 //! # if raywright::io::presets::get("whitted").is_err() { return Ok(()); } // its file may have been deleted
 //! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
 //! let settings = Settings { size: [32, 18], ..Settings::of(&loaded.scene) };
-//! let ready = prepare(&loaded.scene, &settings)?;
+//! let ready = prepare(&loaded.scene, &settings, &())?;
 //! assert_eq!(ready.effects().status(Effect::Refraction), Status::Simulated);
 //!
 //! let rendered = ready.render(&());

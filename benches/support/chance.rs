@@ -99,7 +99,7 @@ pub fn picture(scene: &Scene, taken: Taken, seed: u64) -> Picture {
     settings.size = taken.size;
     (settings.sampling, settings.replicates, settings.seed) = (Sampling::General(taken.samples), taken.replicates, seed);
     settings.aovs = vec![Aov::StandardError];
-    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
 }
 
 fn errors(picture: &Picture) -> &[f32] {

@@ -14,5 +14,5 @@ pub fn ready(scene: &Scene, size: [u32; 2], adjust: impl Fn(&mut Settings)) -> R
     let mut settings = Settings::of(scene);
     settings.size = size;
     adjust(&mut settings);
-    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}"))
+    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use rayon::ThreadPoolBuilder;
 use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::effects::{has_light, neutral_sky};
 use raywright::core::picture::Picture;
@@ -35,7 +36,7 @@ impl Subject {
         settings.sampling = self.sampling;
         settings.aovs = vec![Aov::Normal, Aov::Depth, Aov::Object];
         adjust(&mut settings);
-        prepare(&self.scene, &settings).unwrap_or_else(|e| panic!("{}: {e}", self.name)).render(&()).picture
+        prepare(&self.scene, &settings, &()).unwrap_or_else(|e| panic!("{}: {e}", self.name)).render(&()).picture
     }
 }
 
@@ -148,12 +149,14 @@ fn threads_and_tiles() {
         // Once as the scene asks for it, once with more samples than a block of the film has.
         for (size, sampling) in [(SIZE, subject.sampling), ([24, 18], Sampling::General(17))] {
             let with = |threads, tile_size| {
-                subject.render(|s| {
-                    s.size = size;
-                    s.sampling = sampling;
-                    s.threads = Some(threads);
-                    s.tile_size = tile_size;
-                })
+                let render = || {
+                    subject.render(|s| {
+                        s.size = size;
+                        s.sampling = sampling;
+                        s.tile_size = tile_size;
+                    })
+                };
+                ThreadPoolBuilder::new().num_threads(threads).build().expect("a few threads").install(render)
             };
             let first = with(1, 32);
             for (threads, tile) in [(2, 32), (1, 1), (1, 7), (2, 7), (2, 1000)] {
@@ -198,7 +201,7 @@ fn kernels() {
             // Otherwise nothing was compared.
             if ["whitted", "noise", "gltf/Duck/Duck.glb"].contains(&subject.name.as_str()) {
                 let settings = Settings { precision, ..Settings::of(&subject.scene) };
-                let chosen = prepare(&subject.scene, &settings).unwrap_or_else(|e| panic!("{e}")).kernel_name();
+                let chosen = prepare(&subject.scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).kernel_name();
                 assert_eq!(chosen == "general", subject.name.ends_with("glb"), "{}: {chosen} kernel", subject.name);
             }
             same(&format!("{}, {precision:?}: kernels", subject.name), &fitting, &with(KernelChoice::General));

@@ -15,7 +15,7 @@ fn preset(name: &str) -> Scene {
 /// Renders a small picture and checks each absent effect against what was built and counted.
 fn prove(what: &str, scene: &Scene) {
     let settings = Settings { size: [48, 27], ..Settings::of(scene) };
-    let ready = prepare(scene, &settings).unwrap_or_else(|e| panic!("{what}: {e}"));
+    let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
     let (tables, counters) = (ready.tables(), ready.render(&()).counters);
     let absent = |effect| ready.effects().status(effect) == Status::Absent;
     let zero = |effect: Effect, value: u64| {
@@ -98,7 +98,7 @@ fn depth_one_leaves_reflections_out() {
     }
     let scene = preset("whitted");
     let settings = Settings { max_depth: 1, size: [16, 9], ..Settings::of(&scene) };
-    let ready = prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}"));
+    let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let left_out: Vec<_> = ready.effects().left_out().map(|e| (e.effect, e.hint.is_some())).collect();
     assert_eq!(left_out, [(Effect::MirrorReflection, true), (Effect::FuzzyReflection, true), (Effect::Refraction, true)]);
     let counters = ready.render(&()).counters;
@@ -138,7 +138,7 @@ fn an_effect_that_is_switched_off_is_as_if_it_were_not_there() {
     let whole = preset("whitted");
     let render = |scene: &Scene, without: EffectSet| {
         let settings = Settings { size: [48, 27], without, ..Settings::of(scene) };
-        let ready = prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}"));
+        let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         (ready.render(&()), ready.effects().clone())
     };
     let (as_it_is, _) = render(&whole, EffectSet::EMPTY);

@@ -30,7 +30,7 @@ const DISK: &str = r#"{ "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "ra
 
 fn mean(scene: &Scene) -> f64 {
     let settings = Settings { size: [8, 8], sampling: Sampling::General(256), ..Settings::of(scene) };
-    let picture: Picture = prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
+    let picture: Picture = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
     picture.rgb.iter().map(|p| f64::from(p[0])).sum::<f64>() / 64.0
 }
 

@@ -46,7 +46,7 @@ fn every_shape_is_seen() {
     let Some(scene) = gallery() else { return };
     let kinds: BTreeSet<usize> = scene.objects.iter().map(|object| kind(&object.shape)).collect();
     assert_eq!(kinds, (0..KINDS).collect(), "kinds of shapes in the gallery");
-    let picture = prepare(&scene, &settings(&scene)).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
+    let picture = prepare(&scene, &settings(&scene), &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
     let ids = &picture.layer("object.id").expect("the layer was asked for").samples;
     for (index, object) in scene.objects.iter().enumerate() {
         let pixels = ids.iter().filter(|&&id| id == index as f32).count();
@@ -59,7 +59,7 @@ fn every_shape_is_seen() {
 fn light_and_shadow() {
     let Some(mut scene) = gallery() else { return };
     assert_eq!(scene.classic, Default::default(), "the gallery keeps the sensible rules");
-    let render = |scene: &Scene| prepare(scene, &settings(scene)).unwrap_or_else(|e| panic!("{e}")).render(&()).picture.rgb;
+    let render = |scene: &Scene| prepare(scene, &settings(scene), &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture.rgb;
     let whole = render(&scene);
     scene.objects.iter_mut().for_each(|object| object.casts_shadow = false);
     let brighter = render(&scene).iter().zip(&whole).filter(|(bare, whole)| bare[1] > 1.2 * whole[1]).count();

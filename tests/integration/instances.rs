@@ -69,7 +69,7 @@ fn scene(shared: bool) -> Scene {
 }
 
 fn render(scene: &Scene) -> (Rendered, usize, u64) {
-    let ready = prepare(scene, &Settings::of(scene)).unwrap_or_else(|e| panic!("{e}"));
+    let ready = prepare(scene, &Settings::of(scene), &()).unwrap_or_else(|e| panic!("{e}"));
     (ready.render(&()), ready.tables().instances, ready.memory().geometry)
 }
 
@@ -168,7 +168,7 @@ fn instances_are_reported_where_they_are_built() {
         (both, 2),
         (Scene { objects: sides, ..one.clone() }, 0),
     ] {
-        let ready = prepare(&scene, &Settings::of(&scene)).unwrap_or_else(|e| panic!("{e}"));
+        let ready = prepare(&scene, &Settings::of(&scene), &()).unwrap_or_else(|e| panic!("{e}"));
         let reported = ready.effects().status(Effect::Instances) == Status::Simulated;
         assert_eq!((ready.tables().instances, reported), (expected, expected > 0));
     }

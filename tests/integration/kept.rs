@@ -67,7 +67,7 @@ fn hashes(name: &str, mut scene: Scene, size: [u32; 2]) -> String {
         settings.sampling = Sampling::resolve(&scene, spp);
         settings.precision = precision;
         settings.aovs = vec![Aov::Albedo, Aov::Normal, Aov::Position, Aov::Depth, Aov::Object, Aov::Material];
-        hash(&prepare(&scene, &settings).unwrap_or_else(|e| panic!("{name}: {e}")).render(&()).picture)
+        hash(&prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{name}: {e}")).render(&()).picture)
     };
     PRECISIONS.map(of).join(" ")
 }

@@ -30,7 +30,7 @@ fn what_is_behind_a_light_casts_no_shadow() {
             let light = format!(r#"{{ "{name}": {{ {position} "position": [0, {}, 0], "falloff": "none" }} }}"#, y + 2.0);
             let scene = scene(y, &light);
             let settings = Settings { size: [32, 18], sampling: Sampling::General(1), ..Settings::of(&scene) };
-            let picture = prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
+            let picture = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
             let dark = picture.rgb.iter().filter(|p| p[1] < 0.2).count();
             assert_eq!(dark, 0, "{name} at {y}: {dark} of {} pixels lie in a shadow", picture.rgb.len());
         }

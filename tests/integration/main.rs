@@ -12,6 +12,7 @@ mod intervals;
 mod kept;
 mod lights;
 mod many;
+mod memory;
 mod reference;
 mod scaling;
 mod support;

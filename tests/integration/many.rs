@@ -32,7 +32,7 @@ fn loading_is_linear_in_everything() {
         let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
         let report = detect(&scene, &settings);
         assert_eq!(report.effects.len(), detect(&Scene::default(), &settings).effects.len(), "{what}");
-        let ready = prepare(&scene, &settings).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{what}: {e}"));
         let found = [ready.tables().primitives, scene.lights.len(), scene.parameters.len()].into_iter().max();
         assert_eq!(found, Some(n), "{what}");
     }

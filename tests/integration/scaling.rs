@@ -21,7 +21,7 @@ fn scaled(desk: &Desk, k: i32) -> Scene {
 fn picture(scene: &Scene, precision: PrecisionChoice) -> Picture {
     let aovs = vec![Aov::Normal, Aov::Object, Aov::Depth];
     let settings = Settings { precision, aovs, ..Settings::of(scene) };
-    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
 }
 
 /// How many pixels differ in a bit, of colour or layers, where depths are measured in units of the scale.

@@ -52,7 +52,7 @@ fn scene(set: u32) -> (Scene, Vec<String>) {
 
 fn shown(scene: &Scene) -> [f32; 3] {
     let settings = Settings { size: [3, 3], sampling: Sampling::General(1), ..Settings::of(scene) };
-    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture.rgb[4]
+    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture.rgb[4]
 }
 
 /// Protects: sets 0, 1, 2 are read, of a mesh shown once, turned over, or shared; a set that is not there reads (0, 0), which

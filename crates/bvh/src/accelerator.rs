@@ -67,6 +67,16 @@ impl Accelerator {
         }
     }
 
+    /// The most bytes that the structure over so many boxes takes.
+    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64) -> u64 {
+        match kind {
+            AcceleratorKind::Linear => 0,
+            AcceleratorKind::LinearBoxes => BoxList::bytes_of(boxes),
+            AcceleratorKind::Tree(_) if boxes <= few => 0,
+            AcceleratorKind::Tree(_) => Tree::most_bytes(boxes),
+        }
+    }
+
     /// Calls `visit` with the places of all primitives that the ray may meet below the current far end, some at a time. The
     /// closure returns the new far end, or breaks.
     #[inline(always)]

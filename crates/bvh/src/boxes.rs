@@ -31,6 +31,11 @@ impl BoxList {
         size_of_val(self.fours.as_slice())
     }
 
+    /// Bytes of so many.
+    pub fn bytes_of(count: u64) -> u64 {
+        count.div_ceil(WIDTH as u64).saturating_mul(size_of::<FourBoxes>() as u64)
+    }
+
     /// Calls `visit` with the place of each primitive whose box the ray may enter below the current far end, in their order.
     /// The closure returns the new far end, or breaks.
     #[inline(always)]

@@ -68,6 +68,9 @@ impl<P: Precision> Default for Group<P> {
 }
 
 impl<P: Precision> Group<P> {
+    /// Bytes of a primitive of any kind, besides its data.
+    pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
+
     /// Number of primitives, an instance counting as one.
     pub fn len(&self) -> usize {
         self.slots.len()
@@ -229,11 +232,9 @@ impl<P: Precision> Group<P> {
         !self.triangles.is_empty() || self.shapes.iter().any(is_face) || self.placed.iter().any(|p| is_face(p.shape()))
     }
 
-    /// How many of `count` primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is.
+    /// As [`few`], for `count` of these primitives.
     pub(crate) fn few(&self, count: usize) -> usize {
-        const SPHERES: usize = 14;
-        const OTHERS: usize = 2;
-        if count == self.spheres.len() + self.planes.len() { SPHERES } else { OTHERS }
+        few(count == self.spheres.len() + self.planes.len())
     }
 
     /// Takes over the order of queries, and puts the primitives that come in great numbers into it, so that what is tested one
@@ -252,6 +253,14 @@ impl<P: Precision> Group<P> {
             }
         }
     }
+}
+
+/// How many primitives are tested one by one as fast as by way of a node: a sphere's test is the cheapest there is, and a plane
+/// has no box.
+pub(crate) fn few(spheres_alone: bool) -> usize {
+    const SPHERES: usize = 14;
+    const OTHERS: usize = 2;
+    if spheres_alone { SPHERES } else { OTHERS }
 }
 
 /// Appends and says where.

@@ -139,6 +139,14 @@ impl Tree {
         self.nodes.len() * size_of::<Node>()
     }
 
+    /// The most bytes that the nodes over so many leaves of one primitive take.
+    ///
+    /// A node with room left has leaves alone, two at least, or it would have opened a child; so the inner children of t nodes, t − 1,
+    /// are children of full ones. With f full nodes there are n ≥ 2(t − f) + 4f − (t − 1) leaves and t − 1 ≤ 4f, so t ≤ (2n − 1)/3.
+    pub(crate) fn most_bytes(leaves: u64) -> u64 {
+        (leaves.saturating_mul(2).saturating_sub(1) / 3).saturating_mul(size_of::<Node>() as u64)
+    }
+
     /// Calls `visit` with the places of each leaf that the ray may enter below the current far end, nearest first. The
     /// closure returns the new far end, or breaks.
     #[inline(always)]

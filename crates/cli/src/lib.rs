@@ -25,11 +25,13 @@ mod origin;
 mod plan;
 mod plot;
 mod progress;
+mod ready;
 mod scene_input;
 mod stats;
 mod suggest;
 mod table;
 mod targets;
+mod threads;
 mod watch;
 
 use std::panic::{self, AssertUnwindSafe};

@@ -1,13 +1,15 @@
 //! The one place where run-time choices become types: precision and kernel.
 
-use rayon::ThreadPoolBuilder;
-use raywright_bvh::{Aabb, Fast, Precision, Reference, Robust};
+use raywright_bvh::{Fast, Precision, Reference, Robust};
 
 use crate::effects::{EffectReport, EffectSet, detect, switched_off};
 use crate::film::{Film, Part, PartError, Plan};
 use crate::integrator::{Analytic, General, Kernel};
-use crate::prepare::{PrepareError, Prepared, Tables};
-use crate::render::{Observer, Rendered, render};
+use crate::lookup::Lookup;
+use crate::memory::Memory;
+use crate::observer::Observer;
+use crate::prepare::{self, Extent, PrepareError, Prepared, Tables};
+use crate::render::{Rendered, render};
 use crate::scene::Scene;
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
 
@@ -36,46 +38,58 @@ macro_rules! each {
     };
 }
 
-/// Bytes that geometry, textures and film take.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Memory {
-    /// Primitives and accelerators.
-    pub geometry: u64,
-    /// Decoded images.
-    pub textures: u64,
-    /// Sums of the picture, and the picture with its layers that is made of them: 128 bytes a pixel in four replicates without
-    /// layers, 38 without chance. The tiles being worked on, one a thread, are not counted.
-    pub film: u64,
-}
-
-/// Prepares a validated scene: what it calls for is found first, then built, and then the kernel is chosen that contains it.
+/// Prepares a validated scene on the current thread pool: what it calls for is found first, then built, and then the kernel is
+/// chosen that contains it.
 ///
 /// # Errors
 /// See [`PrepareError`].
-pub fn prepare(scene: &Scene, settings: &Settings) -> Result<Ready, PrepareError> {
+pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Ready, PrepareError> {
     let effects = detect(scene, settings);
     let simulated = effects.simulated();
+    if let Some(allowed) = settings.max_memory {
+        let needed = reckon(scene, settings, simulated);
+        if needed.total() > allowed {
+            return Err(PrepareError::Memory { needed, allowed });
+        }
+    }
     let inner = if settings.without.is_empty() {
-        AnyPrepared::new(scene, settings, simulated)?
+        AnyPrepared::new(scene, settings, simulated, observer)?
     } else {
         let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
-        AnyPrepared::new(&rest, &Settings { camera, ..settings.clone() }, simulated)?
+        AnyPrepared::new(&rest, &Settings { camera, ..settings.clone() }, simulated, observer)?
     };
-    let ready = Ready { inner, kernel: KernelName::choose(settings.kernel, simulated), settings: settings.clone(), effects };
-    let memory = ready.memory();
-    let needed = memory.geometry + memory.textures + memory.film;
-    match settings.max_memory {
-        Some(allowed) if needed > allowed => Err(PrepareError::Memory { needed, allowed }),
-        _ => Ok(ready),
+    Ok(Ready { inner, kernel: KernelName::choose(settings.kernel, simulated), settings: settings.clone(), effects })
+}
+
+/// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it.
+pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
+    reckon(scene, settings, detect(scene, settings).simulated())
+}
+
+fn reckon(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
+    match settings.precision {
+        PrecisionChoice::Fast => prepare::estimate::<Fast>(scene, settings, simulated),
+        PrecisionChoice::Robust => prepare::estimate::<Robust>(scene, settings, simulated),
+        PrecisionChoice::Reference => prepare::estimate::<Reference>(scene, settings, simulated),
+    }
+}
+
+/// Where a scene is, as a precision stores it, from its data alone: nothing is built.
+pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
+    let lookup = Lookup::new(scene);
+    match precision {
+        PrecisionChoice::Fast => prepare::extent::<Fast>(scene, &lookup),
+        PrecisionChoice::Robust => prepare::extent::<Robust>(scene, &lookup),
+        PrecisionChoice::Reference => prepare::extent::<Reference>(scene, &lookup),
     }
 }
 
 impl AnyPrepared {
-    fn new(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Result<Self, PrepareError> {
+    fn new(scene: &Scene, settings: &Settings, simulated: EffectSet, observer: &dyn Observer) -> Result<Self, PrepareError> {
         Ok(match settings.precision {
-            PrecisionChoice::Fast => Self::Fast(Box::new(Prepared::new(scene, settings, simulated)?)),
-            PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(scene, settings, simulated)?)),
-            PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(scene, settings, simulated)?)),
+            PrecisionChoice::Fast => Self::Fast(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
+            PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
+            PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
         })
     }
 }
@@ -98,7 +112,7 @@ impl KernelName {
 }
 
 impl Ready {
-    /// Renders the picture.
+    /// Renders the picture on the current thread pool.
     pub fn render(&self, observer: &dyn Observer) -> Rendered {
         let mut film = self.film("");
         let whole = film.whole();
@@ -117,7 +131,7 @@ impl Ready {
         Film::new(scene, &self.settings, self.plan())
     }
 
-    /// Renders what `part` names and the film lacks, one replicate after the other; what the picture does not have is left
+    /// Renders what `part` names and the film lacks on the current thread pool, one replicate after the other; what the picture does not have is left
     /// out. Where the observer stops it, the film keeps what is finished, and a further call goes on from there.
     ///
     /// # Errors
@@ -131,13 +145,7 @@ impl Ready {
     }
 
     fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
-        let threads = self.settings.threads.unwrap_or(0);
-        let mut run = || each!(&self.inner, prepared => self.with_kernel(prepared, film, part, observer));
-        // The global pool has one thread a core; a pool of its own only where another number is asked for.
-        match ThreadPoolBuilder::new().num_threads(threads).build() {
-            Ok(pool) if threads != 0 => pool.install(run),
-            _ => run(),
-        }
+        each!(&self.inner, prepared => self.with_kernel(prepared, film, part, observer));
     }
 
     fn with_kernel<P: Precision>(&self, prepared: &Prepared<P>, film: &mut Film, part: &Part, observer: &dyn Observer) {
@@ -163,14 +171,7 @@ impl Ready {
 
     /// What is held in memory.
     pub fn memory(&self) -> Memory {
-        let (geometry, textures) = each!(&self.inner, p => (p.geometry_bytes as u64, p.texture_bytes as u64));
-        let plan = self.plan();
-        Memory { geometry, textures, film: plan.pixels() as u64 * plan.bytes_a_pixel() }
-    }
-
-    /// The box around everything that has an end; empty when there is nothing.
-    pub fn bounds(&self) -> Aabb {
-        each!(&self.inner, p => p.bounds())
+        Memory { film: self.plan().bytes(), ..each!(&self.inner, p => p.memory()) }
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 
+use crate::affine::affine;
 use crate::hash::mix;
-use crate::prepare::affine;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
 /// One of all the objects of a scene: a listed one, or one that a generator moves to a place. A million of them are a million
@@ -33,6 +33,12 @@ pub(crate) fn all(scene: &Scene) -> impl Iterator<Item = Shown<'_>> {
     listed.chain(made)
 }
 
+/// The same, each with how many of it there are: generated ones differ in their places alone.
+pub(crate) fn counted(scene: &Scene) -> impl Iterator<Item = (&Object, u64)> {
+    let listed = scene.objects.iter().map(|object| (object, 1));
+    listed.chain(scene.generators.iter().map(|generator| (&generator.object, count_of(&generator.kind))))
+}
+
 /// A copy of each of the scene's objects, with the generated ones after them as objects of their own.
 pub fn expand(scene: &Scene) -> Vec<Object> {
     all(scene)
@@ -46,7 +52,7 @@ pub fn expand(scene: &Scene) -> Vec<Object> {
 
 /// How many objects [`expand`] returns.
 pub fn count(scene: &Scene) -> u64 {
-    scene.generators.iter().map(|g| count_of(&g.kind)).fold(scene.objects.len() as u64, u64::saturating_add)
+    counted(scene).map(|(_, count)| count).fold(0, u64::saturating_add)
 }
 
 /// How many objects a generator stands for.

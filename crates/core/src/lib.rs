@@ -18,9 +18,41 @@
 //! assert!(raywright_core::validate::validate(&scene).is_empty());
 //!
 //! let settings = Settings { size: [10, 5], ..Settings::of(&scene) };
-//! let rendered = prepare(&scene, &settings)?.render(&());
+//! let rendered = prepare(&scene, &settings, &())?.render(&());
 //! assert_eq!(rendered.picture.pixel(5, 2), Some([1.0, 0.5, 0.0]));
 //! assert_eq!(rendered.picture.pixel(0, 0), Some([0.25; 3]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Threads and stopping
+//!
+//! Nothing here starts a thread. Preparation and rendering work on whichever rayon pool they are called from, which is the one of
+//! the whole program unless the caller makes another, and ask an [`Observer`] whether to go on.
+//!
+//! ```
+//! use core::sync::atomic::{AtomicBool, Ordering};
+//! use raywright_core::prepare::PrepareError;
+//! use raywright_core::{Observer, Scene, Settings, prepare};
+//!
+//! /// Set from wherever the user says so.
+//! struct Stop(AtomicBool);
+//!
+//! impl Observer for Stop {
+//!     fn cancelled(&self) -> bool {
+//!         self.0.load(Ordering::Relaxed)
+//!     }
+//! }
+//!
+//! let scene = Scene::default();
+//! let settings = Settings { size: [8, 8], ..Settings::of(&scene) };
+//! let stop = Stop(AtomicBool::new(false));
+//! let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
+//! let ready = pool.install(|| prepare(&scene, &settings, &stop))?;
+//! assert!(pool.install(|| ready.render(&stop)).finished);
+//!
+//! stop.0.store(true, Ordering::Relaxed);
+//! assert!(!pool.install(|| ready.render(&stop)).finished);
+//! assert_eq!(pool.install(|| prepare(&scene, &settings, &stop)).err(), Some(PrepareError::Cancelled));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -28,6 +60,7 @@
 //! half-finished pictures (a [`film::Film`] holds one in memory).
 #![forbid(unsafe_code)]
 
+mod affine;
 pub mod bench;
 pub mod camera;
 pub mod counters;
@@ -44,8 +77,10 @@ pub mod ladder;
 pub mod light;
 pub mod lookup;
 pub mod material;
+pub mod memory;
 pub mod metrics;
 pub mod noise;
+mod observer;
 pub mod picture;
 pub mod prepare;
 pub mod render;
@@ -54,9 +89,12 @@ pub mod scene;
 pub mod settings;
 pub mod suggest;
 pub mod validate;
-pub use dispatch::{Ready, prepare};
+pub use affine::affine;
+pub use dispatch::{Ready, estimate, extent, prepare};
 pub use lookup::Lookup;
+pub use memory::Memory;
+pub use observer::Observer;
 pub use raywright_bvh as bvh;
-pub use render::{Observer, Rendered};
+pub use render::Rendered;
 pub use scene::Scene;
 pub use settings::Settings;

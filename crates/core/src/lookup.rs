@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::scene::{Image, Material, Mesh, MeshData, Scene, Texture};
+use crate::scene::{Image, Material, Mesh, MeshData, MeshSource, Scene, Texture};
 
 /// The named things of a scene. Of two with one name, which validation refuses, the first counts.
 #[derive(Clone, Debug)]
@@ -72,18 +72,18 @@ impl<'a> Lookup<'a> {
         self.meshes.get(name).map(|index| &self.scene.meshes[index])
     }
 
-    /// The arrays of the mesh of a name, with the mesh's place in the scene's list; none where they are still in a file of
-    /// their own.
-    pub fn mesh_data(&self, name: &str) -> Option<(usize, &'a Arc<MeshData>)> {
-        let index = self.meshes.get(name)?;
-        self.scene.meshes[index].data().map(|data| (index, data))
+    /// The arrays of the mesh of a name; none where they are still in a file of their own.
+    pub fn mesh_data(&self, name: &str) -> Option<&'a Arc<MeshData>> {
+        match &self.mesh(name)?.source {
+            MeshSource::Inline(data) => Some(data),
+            MeshSource::File(_) => None,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::MeshSource;
 
     /// Protects: each name leads to the first thing that has it, in its own list and no other.
     #[test]

@@ -7,27 +7,14 @@ use std::sync::Mutex;
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
 use crate::counters::Counters;
-use crate::film::{Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
+use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
 use crate::integrator::{FirstHit, Kernel, Tracer};
+use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
 use crate::sampler::{Address, Purpose, pair};
 use crate::scene::Pattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
-
-/// Watches a render and may stop it. Called by the workers, a few hundred times a picture.
-pub trait Observer: Sync {
-    /// So much of the work is done: pixels, each counted once a replicate.
-    fn progress(&self, done: u64, total: u64) {
-        let _ = (done, total);
-    }
-    /// True to stop at the next tile.
-    fn cancelled(&self) -> bool {
-        false
-    }
-}
-
-impl Observer for () {}
 
 /// A picture with what it took.
 #[derive(Clone, Debug)]
@@ -59,8 +46,7 @@ pub(crate) fn render<P: Precision, K: Kernel>(
     let pixels = |area: Crop| u64::from(area.width) * u64::from(area.height);
     let total = units.iter().map(|&(tile, _)| pixels(plan.tile(tile))).sum();
     let (next, film) = (AtomicUsize::new(0), Mutex::new((film, 0_u64)));
-    // Each thread takes the next one, so that they are finished nearly in order and none waits for another.
-    rayon::broadcast(|_| {
+    let work = || {
         while !observer.cancelled()
             && let Some(&(tile, replicate)) = units.get(next.fetch_add(1, Ordering::Relaxed))
         {
@@ -72,7 +58,10 @@ pub(crate) fn render<P: Precision, K: Kernel>(
             film.1 += pixels(area);
             observer.progress(film.1, total);
         }
-    });
+    };
+    // Each thread takes the next one, so that they are finished nearly in order and none waits for another. Not a broadcast,
+    // which ends only when every thread of the pool has taken part: a caller's pool may have other things to do.
+    rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
 }
 
 /// The work of one tile in one replicate.
@@ -147,7 +136,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         }
     }
 
-    fn gather<G: Gather<P::Real>>(&self) -> Unit {
+    fn gather<B: Block<P::Real>>(&self) -> Unit {
         let pixels = self.area.width as usize * self.area.height as usize;
         let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, !self.plan.layers.mean.is_empty());
         let mut plane = Plane::with_room(self.plan, pixels);
@@ -160,11 +149,11 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
             }
         };
         match self.settings.sampling {
-            Sampling::Pattern(Pattern::Corners) => dropped += self.corners::<G>(&mut tracer, &mut plane, finish),
+            Sampling::Pattern(Pattern::Corners) => dropped += self.corners::<B>(&mut tracer, &mut plane, finish),
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 let samples = self.plan.samples_of(self.replicate);
                 let mut firsts = FirstHits::new(self.plan);
-                let mut pixel = G::default();
+                let mut pixel = Gather::<P::Real, B>::default();
                 for (x, y) in self.positions() {
                     for index in 0..samples {
                         let brought = tracer.camera_ray(self.sample_ray(x, y, index), self.address(x, y, index));
@@ -190,7 +179,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     }
 
     /// Pixels that are the means of their corners; how many samples were dropped.
-    fn corners<G: Gather<P::Real>>(
+    fn corners<B: Block<P::Real>>(
         &self,
         tracer: &mut Tracer<'_, P, K>,
         plane: &mut Plane,
@@ -200,7 +189,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let row = self.area.width as usize + 1;
         let mut dropped = 0;
         let mut firsts = FirstHits::new(self.plan);
-        let mut pixel = G::default();
+        let mut pixel = Gather::<P::Real, B>::default();
         for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
             let lower = &lattice[(y + 1) * row..][..row];
             for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {

@@ -161,8 +161,6 @@ pub struct Settings {
     /// Independent parts that the general sampler's samples are taken in, where there are as many samples; the spread of their
     /// means is what errors are estimated from. None: [`replicates`] says how many.
     pub replicates: Option<u32>,
-    /// Threads; none: one a core.
-    pub threads: Option<usize>,
     /// Arithmetic.
     pub precision: PrecisionChoice,
     /// Scan or tree.
@@ -177,7 +175,7 @@ pub struct Settings {
     pub aovs: Vec<Aov>,
     /// Edge of a tile in pixels; pictures do not depend on it.
     pub tile_size: u32,
-    /// Bytes that geometry, textures and film may take together; none: no limit.
+    /// Bytes that [`Memory`](crate::Memory) may take in all, by what is told of it before anything is built; none: no limit.
     pub max_memory: Option<u64>,
 }
 
@@ -194,7 +192,6 @@ impl Settings {
             seed: scene.render.seed,
             frame: 0,
             replicates: None,
-            threads: None,
             precision: PrecisionChoice::default(),
             accelerator: AcceleratorKind::Tree(BuildQuality::default()),
             kernel: KernelChoice::default(),

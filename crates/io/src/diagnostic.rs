@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
-use crate::error::ErrorKind;
+use crate::error_kind::ErrorKind;
 
 /// Problems shown in full; a text that was never a scene can have thousands.
 const SHOWN: usize = 20;

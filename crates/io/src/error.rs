@@ -6,19 +6,7 @@ use std::path::Path;
 use annotate_snippets::Renderer;
 
 use crate::diagnostic::{Diagnostics, plain};
-
-/// What a failure means for the caller; the command line gives each its exit code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorKind {
-    /// The content of a file is wrong.
-    Input,
-    /// A file cannot be read or written.
-    File,
-    /// A file asks for more than the limits allow.
-    Limit,
-    /// What was asked for does not exist: a preset, a camera, a parameter.
-    Usage,
-}
+use crate::error_kind::ErrorKind;
 
 /// A failure. Its `Display` is the whole message for a user, with place, cause and remedy, in plain text.
 #[derive(Debug)]

@@ -9,7 +9,7 @@
 //! # if raywright_io::presets::get("whitted").is_err() { return Ok(()); } // its file may have been deleted
 //! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
 //! let settings = Settings { size: [16, 9], ..Settings::of(&loaded.scene) };
-//! let picture = prepare(&loaded.scene, &settings)?.render(&()).picture;
+//! let picture = prepare(&loaded.scene, &settings, &())?.render(&()).picture;
 //! assert_eq!(picture.rgb.len(), 16 * 9);
 //!
 //! let wrong = load(&Input::Preset("whited".to_owned()), &LoadOptions::default()).unwrap_err();
@@ -23,6 +23,7 @@
 
 mod diagnostic;
 mod error;
+mod error_kind;
 mod folder;
 mod gltf;
 mod image_file;
@@ -41,7 +42,8 @@ mod source;
 mod uri;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
-pub use error::{Error, ErrorKind, Warning};
+pub use error::{Error, Warning};
+pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError};
 pub use inputs::{Clash, Inputs};
 pub use limits::{Limits, human_bytes};

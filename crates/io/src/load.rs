@@ -4,7 +4,6 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use raywright_core::scene::MeshSource;
-use raywright_core::validate::validate;
 use raywright_core::{Scene, generate};
 
 use crate::error::{Error, Warning};
@@ -89,12 +88,6 @@ fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: 
         Format::Obj => obj::load(path, &bytes, folder, &options.limits)?,
         _ => gltf::load(path, &bytes, folder, &options.limits)?,
     };
-    let problems = validate(&scene);
-    if let Some(first) = problems.first() {
-        let more = problems.len() - 1;
-        let rest = if more == 0 { String::new() } else { format!(" (and {more} more problems)") };
-        return Err(Error::input(name, format!("{}: {}{rest}", first.path, first.message)));
-    }
     within_limits(&name, &scene, &options.limits)?;
     let source = SourceInfo::new(name, stem(path), format, None);
     Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs() })

@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_core::prepare::affine;
 use raywright_core::scene::{MeshData, Shape};
-use raywright_core::{Lookup, Scene};
+use raywright_core::{Lookup, Scene, affine};
 
 use crate::error::{Error, Warning};
 use crate::folder::Folder;
@@ -27,7 +26,7 @@ pub(crate) fn read(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) 
 fn merged(scene: &Scene) -> MeshData {
     let lookup = Lookup::new(scene);
     let shown = scene.objects.iter().filter_map(|object| match &object.shape {
-        Shape::Mesh(name) => lookup.mesh_data(name).map(|(_, part)| (&**part, affine(&object.transform))),
+        Shape::Mesh(name) => lookup.mesh_data(name).map(|part| (&**part, affine(&object.transform))),
         _ => None,
     });
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();

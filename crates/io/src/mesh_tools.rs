@@ -26,15 +26,6 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     vec![TransformStep::Matrix([row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)])]
 }
 
-/// Memory that a mesh's arrays take.
-pub(crate) fn bytes(mesh: &MeshData) -> usize {
-    size_of_val(mesh.positions.as_slice())
-        + size_of_val(mesh.indices.as_slice())
-        + size_of_val(mesh.normals.as_slice())
-        + size_of_val(mesh.colours.as_slice())
-        + mesh.uvs.iter().map(|set| size_of_val(set.as_slice())).sum::<usize>()
-}
-
 /// A mesh with its vertices moved by a transform that flattens it. Its normals would need the inverse, so facets take over.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved = |p: &[f32; 3]| {

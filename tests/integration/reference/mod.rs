@@ -45,7 +45,7 @@ pub fn render(preset: &str, at: f64, set: &[(&str, f64)], adjust: impl Fn(&mut S
 pub fn render_scene(scene: &Scene, adjust: impl Fn(&mut Settings)) -> Rendered {
     let mut settings = Settings::of(scene);
     adjust(&mut settings);
-    prepare(scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&())
+    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&())
 }
 
 /// The display transform that most references use.

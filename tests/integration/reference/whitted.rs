@@ -140,7 +140,7 @@ fn a_single_wrong_rule_is_seen() {
             let mut scene = scene("whitted", t, &[]);
             change(&mut scene);
             let settings = Settings { size, ..Settings::of(&scene) };
-            prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+            prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
         };
         assert!(seen(&make), "{name} is not seen");
     }

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use raywright_core::prepare::Extent;
 use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
-use raywright_core::{Lookup, Scene, Settings, generate, prepare};
-use raywright_io::{Format, Limits, Loaded, Notation, human_bytes};
+use raywright_core::{Lookup, Scene, Settings, estimate, extent, generate};
+use raywright_io::{Format, Limits, Loaded, Notation};
 
 use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
+use crate::memory;
 use crate::scene_input;
 use crate::table::{lay_out, short};
 
@@ -37,26 +39,23 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("textures", count(scene.textures.len())),
         ("images", images(scene)),
     ];
-    let rows = rows.into_iter().chain(prepared(loaded)).chain([("hash", loaded.hash.clone())]);
+    let rows = rows.into_iter().chain(whole(scene)).chain([("hash", loaded.hash.clone())]);
     rows.filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
 }
 
-/// What only preparation knows: the extent of everything together, and what is held in memory. A scene that cannot be
-/// prepared has neither; `render` says why.
-fn prepared(loaded: &Loaded) -> Vec<(&'static str, String)> {
-    let Ok(ready) = prepare(&loaded.scene, &Settings::of(&loaded.scene)) else { return Vec::new() };
-    let bounds = ready.bounds();
+/// The extent of everything together, and the memory that a picture would take at the most. Both come from the data: a model of
+/// millions of triangles is not built to be told about.
+fn whole(scene: &Scene) -> [(&'static str, String); 2] {
+    let settings = Settings::of(scene);
+    let Extent { bounds, unbounded } = extent(scene, settings.precision);
     let corner = |point: DVec3| point.to_array().map(short).join(", ");
-    let extent = if bounds.is_empty() { String::new() } else { format!("{}  to  {}", corner(bounds.min), corner(bounds.max)) };
-    let unbounded = match ready.tables().unbounded {
+    let box_around =
+        if bounds.is_empty() { String::new() } else { format!("{}  to  {}", corner(bounds.min), corner(bounds.max)) };
+    let endless = match unbounded {
         0 => String::new(),
-        n => format!("{}{n} without end", if extent.is_empty() { "" } else { ", and " }),
+        n => format!("{}{n} without end", if box_around.is_empty() { "" } else { ", and " }),
     };
-    let memory = ready.memory();
-    let parts = [("geometry", memory.geometry), ("textures", memory.textures), ("picture", memory.film)];
-    let held =
-        listed(parts.iter().filter(|(_, bytes)| *bytes > 0).map(|(name, bytes)| format!("{name} {}", human_bytes(*bytes))));
-    vec![("bounds", extent + &unbounded), ("memory", held)]
+    [("bounds", box_around + &endless), ("memory", memory::listed(&estimate(scene, &settings).parts()))]
 }
 
 fn format(format: Format) -> &'static str {
@@ -162,7 +161,7 @@ fn generated(scene: &Scene) -> String {
 /// Triangles of the meshes, each counted once, and as often as objects show them where that differs.
 fn triangles(scene: &Scene) -> String {
     let lookup = Lookup::new(scene);
-    let of = |name: &str| lookup.mesh_data(name).map(|(_, data)| data.indices.len());
+    let of = |name: &str| lookup.mesh_data(name).map(|data| data.indices.len());
     let meshes: Vec<usize> = scene.meshes.iter().filter_map(|mesh| of(&mesh.name)).collect();
     let stored: usize = meshes.iter().sum();
     let shown = scene.objects.iter().filter_map(|object| match &object.shape {

@@ -3,14 +3,11 @@
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
-use raywright_core::camera;
 use raywright_core::effects::EffectReport;
-use raywright_core::prepare::PrepareError;
-use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, Rendered, prepare};
+use raywright_core::{Ready, Rendered};
 use raywright_io::output::{self, Metadata, write_atomically};
-use raywright_io::{Error, Limits, Loaded, human_bytes};
+use raywright_io::{Error, Limits, Loaded};
 
 use crate::args::RenderArgs;
 use crate::clock::{Clock, Seconds, spoken};
@@ -19,11 +16,13 @@ use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
 use crate::plan::{self, Plan};
 use crate::progress::Progress;
+use crate::ready::{NOTHING_KEPT, framed, prepared};
 use crate::stats::Stats;
 use crate::table::lay_out;
 use crate::targets::{self, Outputs, Target};
+use crate::threads::Threads;
 use crate::watch::Watch;
-use crate::{interrupt, origin, scene_input};
+use crate::{interrupt, memory, origin, scene_input};
 
 /// Renders a scene and writes its pictures.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
@@ -34,7 +33,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     refuse_terminal(&targets)?;
     refuse_layers_without_place(args, &targets)?;
     check_stats_target(args, &mut outputs)?;
-    let stop = interrupt::flag()?;
+    let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
 
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
     let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
@@ -43,16 +42,16 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::complete(&mut loaded, verbosity);
-    let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded, settings))?;
+    let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded.scene, settings))?;
     plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
     let load = clock.lap();
 
-    let ready = prepared(&loaded, &plan.settings)?;
+    let ready = threads.run(|| prepared(&loaded, &plan.settings, &Watch { progress: None, stop }))?;
     let prepare = clock.lap();
     tell_effects(&loaded, ready.effects(), verbosity);
 
     let progress = Progress::start(args.report.progress, verbosity);
-    let rendered = ready.render(&Watch { progress: &progress, stop });
+    let rendered = threads.run(|| ready.render(&Watch { progress: Some(&progress), stop }));
     progress.finish();
     let render = clock.lap();
 
@@ -119,27 +118,6 @@ fn limits(args: &RenderArgs) -> Limits {
     Limits { memory_bytes: args.machine.max_memory.unwrap_or(own.memory_bytes), ..own }
 }
 
-fn prepared(loaded: &Loaded, settings: &Settings) -> Result<Ready, Failure> {
-    prepare(&loaded.scene, settings).map_err(|error| {
-        let name = &loaded.source.name;
-        match error {
-            PrepareError::Memory { needed, allowed } => {
-                let (needed, allowed) = (human_bytes(needed), human_bytes(allowed));
-                let message = format!("rendering it needs about {needed}, and the limit is {allowed}");
-                Error::limit(name, message).with_hint("raise the limit with --max-memory, or render less with --size or --crop")
-            }
-            other => Error::input(name, other),
-        }
-        .into()
-    })
-}
-
-/// The camera that shows the whole scene, for one that has none.
-fn framed(loaded: &Loaded, settings: &Settings) -> Result<Camera, Failure> {
-    let [width, height] = settings.size.map(f64::from);
-    Ok(camera::frame(&prepared(loaded, settings)?.bounds(), width / height))
-}
-
 /// Writes the picture everywhere it should go; what was written, in words.
 fn write(
     rendered: &Rendered,
@@ -189,7 +167,7 @@ fn interrupted(
         }
     }
     let message = match kept.is_empty() {
-        true => "interrupted; nothing was written".to_owned(),
+        true => NOTHING_KEPT.to_owned(),
         false => format!("interrupted; what was finished is in {}", kept.join(", ")),
     };
     Failure::new(Exit::Interrupted, message)
@@ -198,7 +176,6 @@ fn interrupted(
 /// What `-v` adds: where the time went, what was traced, what was held in memory.
 fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
     let rays = &rendered.counters;
-    let memory = ready.memory();
     let stages = [("load", seconds.load), ("prepare", seconds.prepare), ("render", seconds.render), ("write", seconds.write)];
     let kinds = [
         ("camera", rays.camera),
@@ -211,7 +188,7 @@ fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
     let rows = [
         ("time", stages.map(|(name, seconds)| format!("{name} {}", spoken(seconds))).join(", ")),
         ("rays", kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")),
-        ("memory", format!("geometry {}, textures {}", human_bytes(memory.geometry), human_bytes(memory.textures))),
+        ("memory", memory::listed(&ready.memory().parts())),
         (
             "method",
             format!(
@@ -235,7 +212,7 @@ fn described(settings: &Settings) -> String {
 
 #[cfg(test)]
 mod tests {
-    use raywright_core::{Observer, Scene};
+    use raywright_core::{Observer, Scene, prepare};
 
     use super::*;
 
@@ -255,7 +232,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         let settings = Settings { size: [8, 8], ..Settings::of(&Scene::default()) };
         let plan = Plan { settings, display: Default::default() };
-        let ready = prepare(&Scene::default(), &plan.settings).expect("nothing is wrong with an empty scene");
+        let ready = prepare(&Scene::default(), &plan.settings, &()).expect("nothing is wrong with an empty scene");
         let targets = [Target::File(at("a.png"), output::Format::Png), Target::Stdout];
         let end = |rendered: &Rendered| {
             let failure = interrupted(rendered, &targets, &plan, &Metadata::default(), |_| true);

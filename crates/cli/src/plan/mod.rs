@@ -26,11 +26,7 @@ pub struct Plan {
 
 /// Settles what is rendered. `framed` makes the camera of a scene that has none; it is asked only where a flag changes
 /// that camera.
-pub fn settle(
-    scene: &Scene,
-    args: &RenderArgs,
-    framed: impl FnOnce(&Settings) -> Result<Camera, Failure>,
-) -> Result<Plan, Failure> {
+pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -> Camera) -> Result<Plan, Failure> {
     rungs::refuse_two_words(args)?;
     let (view, light, display) = (&args.view, &args.light, &args.display);
     let own = Settings::of(scene);
@@ -42,7 +38,6 @@ pub fn settle(
         max_depth: light.max_depth.unwrap_or(own.max_depth),
         integrator: light.integrator.unwrap_or(own.integrator),
         seed: light.seed.unwrap_or(own.seed),
-        threads: args.machine.threads.map(|n| n as usize),
         precision: light.precision.map_or(own.precision, Into::into),
         accelerator: args.machine.accel.map_or(own.accelerator, Into::into),
         background: view.background.unwrap_or(own.background),

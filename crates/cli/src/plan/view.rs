@@ -9,16 +9,12 @@ use crate::failure::Failure;
 use crate::suggest;
 
 /// The camera that the flags ask for; none: the scene has none, nothing is changed, and framing is left to the renderer.
-pub fn camera(
-    scene: &Scene,
-    args: &ViewArgs,
-    framed: impl FnOnce() -> Result<Camera, Failure>,
-) -> Result<Option<Camera>, Failure> {
+pub fn camera(scene: &Scene, args: &ViewArgs, framed: impl FnOnce() -> Camera) -> Result<Option<Camera>, Failure> {
     let changed = args.eye.is_some() || args.target.is_some() || args.up.is_some() || args.fov.is_some();
     let mut camera = match (&args.camera, scene.cameras.first()) {
         (Some(name), _) => chosen(scene, name)?,
         (None, Some(first)) => first.clone(),
-        (None, None) if changed => framed()?,
+        (None, None) if changed => framed(),
         (None, None) => return Ok(None),
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::generated::Numbers;
 use super::measure::{Contest, Contestant, Method, Row, row, timed_builds};
-use super::{BenchError, Care, KINDS, SEEDS, alone};
+use super::{BenchError, Care, KINDS, SEEDS};
 use crate::camera::{Camera, frame};
 use crate::lookup::Lookup;
 use crate::prepare::build_geometry;
@@ -28,45 +28,33 @@ pub struct Given {
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn given(
-    scene: &Scene,
-    settings: &Settings,
-    care: &Care,
-    on_row: &mut (dyn FnMut(&Row) + Send),
-) -> Result<Given, BenchError> {
+pub fn given(scene: &Scene, settings: &Settings, care: &Care, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
     measured(scene, settings, &Method::of(care), on_row)
 }
 
-fn measured(
-    scene: &Scene,
-    settings: &Settings,
-    method: &Method,
-    on_row: &mut (dyn FnMut(&Row) + Send),
-) -> Result<Given, BenchError> {
-    alone(|| {
-        let lookup = Lookup::new(scene);
-        let build = |kind| timed_builds(method, || (), |()| build_geometry::<Robust>(scene, &lookup, kind));
-        let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = KINDS.map(build);
-        let (scan, simd_scan, tree) = (scan?, simd_scan?, tree?);
-        if tree.geometry.is_empty() {
-            return Err(BenchError::Empty);
-        }
-        let rays = camera_rays(&tree.geometry, settings);
-        let contest = Contest {
-            scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.geometry.bytes() },
-            simd_scan: Contestant { geometry: &simd_scan.geometry, build: simd_scan_build, bytes: simd_scan.geometry.bytes() },
-            tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.geometry.bytes() },
-        };
-        let camera = row(&contest, &rays, method)?;
-        on_row(&camera);
-        let bounced = bounces(&tree.geometry, &rays);
-        let bounce = match bounced.as_slice() {
-            [] => None,
-            rays => Some(row(&contest, rays, method)?),
-        };
-        bounce.iter().for_each(on_row);
-        Ok(Given { camera, bounce })
-    })
+fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
+    let lookup = Lookup::new(scene);
+    let build = |kind| timed_builds(method, || (), |()| build_geometry::<Robust>(scene, &lookup, kind, &()));
+    let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = KINDS.map(build);
+    let (scan, simd_scan, tree) = (scan?, simd_scan?, tree?);
+    if tree.geometry.is_empty() {
+        return Err(BenchError::Empty);
+    }
+    let rays = camera_rays(&tree.geometry, settings);
+    let contest = Contest {
+        scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.geometry.bytes() },
+        simd_scan: Contestant { geometry: &simd_scan.geometry, build: simd_scan_build, bytes: simd_scan.geometry.bytes() },
+        tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.geometry.bytes() },
+    };
+    let camera = row(&contest, &rays, method)?;
+    on_row(&camera);
+    let bounced = bounces(&tree.geometry, &rays);
+    let bounce = match bounced.as_slice() {
+        [] => None,
+        rays => Some(row(&contest, rays, method)?),
+    };
+    bounce.iter().for_each(on_row);
+    Ok(Given { camera, bounce })
 }
 
 /// Rays through pixel centres, every n-th column and row so that there are not too many.
@@ -106,7 +94,7 @@ mod tests {
     /// By a clock that goes with the work, so that what is timed does not depend on the machine's load.
     const HASTY: Method = Method { care: Care { repeats: 1, sample_seconds: 1e-4 }, stopwatch: steady };
 
-    fn given(scene: &Scene, on_row: &mut (dyn FnMut(&Row) + Send)) -> Result<Given, BenchError> {
+    fn given(scene: &Scene, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
         measured(scene, &Settings::of(scene), &HASTY, on_row)
     }
 

@@ -61,7 +61,7 @@ pub struct Cost {
     pub nodes_per_ray: f64,
     /// Primitives tested, mean over those rays.
     pub tests_per_ray: f64,
-    /// Milliseconds to build the structure, on one thread.
+    /// Milliseconds to build the structure, on the pool that was there.
     pub build_milliseconds: Spread,
     /// Bytes of primitives and structure.
     pub bytes: usize,

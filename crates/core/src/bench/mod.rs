@@ -1,7 +1,8 @@
 //! What a ray costs by scan, by SIMD scan and by tree: measured, compared, summed up. It prints nothing.
 //!
-//! Everything runs on one thread, whose CPU time is what counts (see [`clock`]): a ray's cost is a property of the structure,
-//! not of the machine's load. All answer the same rays; their hits are compared bit for bit before any is timed,
+//! Every ray is traced on the calling thread, whose CPU time is what counts (see [`clock`]): a ray's cost is a property of the
+//! structure, not of the machine's load. Builds use the pool they are called from: one of one thread makes their times those of one
+//! thread too. All answer the same rays; their hits are compared bit for bit before any is timed,
 //! and the timed samples alternate, so that a change of the machine's speed meets both.
 
 pub mod clock;
@@ -10,7 +11,6 @@ mod given;
 mod measure;
 mod statistics;
 
-use rayon::ThreadPoolBuilder;
 use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Robust};
 use serde::Serialize;
 
@@ -37,9 +37,6 @@ pub enum BenchError {
     /// The scene has no object.
     #[error("the scene has no object that a ray could hit")]
     Empty,
-    /// No thread to measure on.
-    #[error("no thread could be started to measure on: {0}")]
-    Thread(String),
 }
 
 /// Rays through a generated scene.
@@ -86,29 +83,27 @@ pub fn sizes(largest: u32) -> Vec<u32> {
 ///
 /// # Errors
 /// See [`BenchError`].
-pub fn generated(kind: Kind, sizes: &[u32], care: &Care, on_row: &mut (dyn FnMut(&Row) + Send)) -> Result<Series, BenchError> {
+pub fn generated(kind: Kind, sizes: &[u32], care: &Care, on_row: &mut dyn FnMut(&Row)) -> Result<Series, BenchError> {
     measured(kind, sizes, &Method::of(care), on_row)
 }
 
-fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut (dyn FnMut(&Row) + Send)) -> Result<Series, BenchError> {
-    alone(|| {
-        let rays = rays(RAYS, SEEDS[1]);
-        let mut rows = Vec::with_capacity(sizes.len());
-        for &size in sizes {
-            let group: Group<Robust> = group(kind, size, SEEDS[0])?;
-            let build = |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
-            let [scan, simd_scan, tree] = KINDS.map(build);
-            let contest = Contest {
-                scan: contestant(&scan.0, scan.1),
-                simd_scan: contestant(&simd_scan.0, simd_scan.1),
-                tree: contestant(&tree.0, tree.1),
-            };
-            let row = row(&contest, &rays, method)?;
-            on_row(&row);
-            rows.push(row);
-        }
-        Ok(Series::of(kind, rows))
-    })
+fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut dyn FnMut(&Row)) -> Result<Series, BenchError> {
+    let rays = rays(RAYS, SEEDS[1]);
+    let mut rows = Vec::with_capacity(sizes.len());
+    for &size in sizes {
+        let group: Group<Robust> = group(kind, size, SEEDS[0])?;
+        let build = |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
+        let [scan, simd_scan, tree] = KINDS.map(build);
+        let contest = Contest {
+            scan: contestant(&scan.0, scan.1),
+            simd_scan: contestant(&simd_scan.0, simd_scan.1),
+            tree: contestant(&tree.0, tree.1),
+        };
+        let row = row(&contest, &rays, method)?;
+        on_row(&row);
+        rows.push(row);
+    }
+    Ok(Series::of(kind, rows))
 }
 
 impl Series {
@@ -134,12 +129,6 @@ impl Series {
 
 fn contestant(geometry: &Geometry<Robust>, build: Spread) -> Contestant<'_> {
     Contestant { geometry, build, bytes: geometry.bytes() }
-}
-
-/// Runs something on one thread, builds included.
-fn alone<T: Send>(work: impl FnOnce() -> Result<T, BenchError> + Send) -> Result<T, BenchError> {
-    let pool = ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| BenchError::Thread(error.to_string()))?;
-    pool.install(work)
 }
 
 #[cfg(test)]

@@ -43,7 +43,7 @@ fn seen(distance: f64, elevation: f64, projection: Projection, precision: Precis
         precision,
         ..Settings::of(&scene)
     };
-    prepare(&scene, &settings).expect("it can be prepared").render(&())
+    prepare(&scene, &settings, &()).expect("it can be prepared").render(&())
 }
 
 /// Pixels that differ by more than rounding of the point that they show.

@@ -4,7 +4,7 @@
 //! The contrast curve is Sobotka's own sigmoid, not the polynomial that shaders put in its place: the polynomial differs
 //! from it by up to 0.006, dips below zero at black and misses white.
 
-use super::tone::transform;
+use super::matrix::transform;
 use raywright_bvh::scalar::Real;
 
 /// Linear Rec. 709 to linear Rec. 2020 (ITU-R BT.2087-0, four digits), and back (ITU-R BT.2407-0).

@@ -7,6 +7,7 @@
 mod agx;
 mod codes;
 pub mod curve;
+mod matrix;
 mod tone;
 
 use rayon::prelude::*;

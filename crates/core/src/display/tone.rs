@@ -1,6 +1,7 @@
 //! Tone maps: from exposed linear radiance, at least zero and finite, to display-linear values around 0..1.
 
 use super::agx::Agx;
+use super::matrix::transform;
 use crate::scene::ToneMap;
 
 /// A tone map with the tables it needs.
@@ -36,11 +37,6 @@ impl Operator {
             Self::KhronosNeutral => khronos_neutral(rgb),
         }
     }
-}
-
-/// Row · column of a 3×3 matrix and a colour.
-pub(super) fn transform(rows: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
-    rows.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
 /// Krzysztof Narkowicz, "ACES Filmic Tone Mapping Curve", 2015.

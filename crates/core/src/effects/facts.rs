@@ -112,7 +112,7 @@ impl Facts {
             note(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
             // Only objects that show the same side share what is stored.
             note(&mut self.instance, !shown.insert((name, object.side)), || format!("{}.shape.mesh", path()));
-            let smooth = lookup.mesh_data(name).is_some_and(|(_, data)| !data.normals.is_empty());
+            let smooth = lookup.mesh_data(name).is_some_and(|data| !data.normals.is_empty());
             note(&mut self.smooth_normals, smooth, || format!("{}.shape.mesh", path()));
         }
     }

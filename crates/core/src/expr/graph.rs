@@ -7,10 +7,18 @@
 use std::collections::HashMap;
 
 use super::operation::Operation;
-use super::program::Constant;
 use super::run;
 use super::scope::Variable;
 use super::semantics;
+
+/// The value of an expression that is the same at every hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Constant {
+    /// A number.
+    Number(f64),
+    /// A vector, or linear red, green and blue.
+    Vector([f64; 3]),
+}
 
 /// Index of a node in its graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -37,7 +37,8 @@ use std::collections::BTreeMap;
 
 pub use error::ExprError;
 pub use function::{constant_names, function_names};
-pub use program::{Constant, MAX_OPERATIONS, Program};
+pub use graph::Constant;
+pub use program::{MAX_OPERATIONS, Program};
 pub use scope::{Inputs, Scope, Variable};
 
 /// Bytes that an expression may have.

@@ -6,7 +6,7 @@ use core::ops::Range;
 use raywright_bvh::scalar::{Real, Vector};
 
 use super::error::{ExprError, Result};
-use super::graph::{Graph, Id, Node};
+use super::graph::{Constant, Graph, Id, Node};
 use super::run::{File, Lanes, Row, Step};
 use super::scope::{Inputs, Variable};
 
@@ -16,15 +16,6 @@ pub const MAX_OPERATIONS: usize = 1024;
 /// Rows of registers that a program may have: the least that will do are set up at each hit. A row holds at least one of
 /// the operations, so that there are never more.
 const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
-
-/// The value of an expression that is the same at every hit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Constant {
-    /// A number.
-    Number(f64),
-    /// A vector, or linear red, green and blue.
-    Vector([f64; 3]),
-}
 
 /// An expression ready to be evaluated at hits, in f32 or f64, from any thread and without allocating: steps over
 /// registers, the first of which hold the variables, the next ones constants, and the rest what steps computed.

@@ -9,7 +9,7 @@
 //! one run: its picture has the same bits, whoever rendered which part and in what order.
 //!
 //! A pixel takes 128 bytes in four replicates without layers, the finished picture included; 38 where chance has no part, because
-//! then there is one replicate and no spread. [`Memory`](crate::dispatch::Memory) counts them before anything is rendered.
+//! then there is one replicate and no spread. [`Memory`](crate::Memory) counts them before anything is rendered.
 
 mod estimate;
 mod merge;
@@ -23,7 +23,7 @@ use estimate::{Means, coverage, mean};
 pub use merge::PartError;
 pub(crate) use plan::Plan;
 pub(crate) use plane::{Plane, Rect};
-pub(crate) use sums::{Gather, Moments, Plain, Sums};
+pub(crate) use sums::{Block, Gather, Moments, Plain, Sums};
 
 use core::ops::Range;
 

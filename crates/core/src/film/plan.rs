@@ -107,9 +107,14 @@ impl Plan {
         y / self.tile_size * self.columns() + x / self.tile_size
     }
 
-    /// Bytes a pixel of the film and of the picture made of it. With four replicates and no layers 128: for each replicate
+    /// Bytes of the film and of the picture made of it.
+    pub fn bytes(&self) -> u64 {
+        self.pixels() as u64 * self.bytes_a_pixel()
+    }
+
+    /// Bytes of both a pixel. With four replicates and no layers 128: for each replicate
     /// three sums in f64 and a count, once the spread of the samples, and the picture's colour.
-    pub fn bytes_a_pixel(&self) -> u64 {
+    fn bytes_a_pixel(&self) -> u64 {
         let (mean, centre) = (self.layers.mean.len() as u64, self.layers.centre.len() as u64);
         let counts = 2 + if self.alpha { 2 } else { 0 } + if self.counts_first_hits() { 2 } else { 0 };
         let replicate = 24 + counts + 12 * mean;

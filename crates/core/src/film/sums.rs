@@ -1,5 +1,7 @@
 //! Sums of one pixel's samples in one replicate: taken in blocks of 16 in ascending order, each folded into f64.
 
+use core::marker::PhantomData;
+
 use raywright_bvh::{Real, Vector};
 
 /// Samples of a block.
@@ -18,35 +20,32 @@ pub(crate) struct Sums {
 }
 
 /// Takes samples in ascending order, pixel after pixel.
-pub(crate) trait Gather<R: Real>: Default {
-    /// Adds a sample. One that is not finite is dropped: false.
-    fn add(&mut self, radiance: R::Vec3, hit: bool) -> bool;
-    /// Ends a pixel, and starts the next one from nothing.
-    fn finish(&mut self) -> Sums;
-}
-
-/// Sums alone, each block in the precision of the samples: for pictures without chance, where no error is estimated.
 #[derive(Default)]
-pub(crate) struct Plain<R: Real> {
+pub(crate) struct Gather<R: Real, B: Block<R>> {
     sums: Sums,
-    block: R::Vec3,
+    block: B,
+    /// Samples of the block, those that did not enter included.
     in_block: usize,
+    scalar: PhantomData<R>,
 }
 
-impl<R: Real> Plain<R> {
-    fn fold(&mut self) {
-        let block = self.block.to_f64().to_array();
-        self.sums.sum = core::array::from_fn(|i| self.sums.sum[i] + block[i]);
-        (self.block, self.in_block) = (R::Vec3::ZERO, 0);
-    }
+/// What becomes of the samples of a block.
+pub(crate) trait Block<R: Real>: Default {
+    /// Takes a finite sample.
+    fn put(&mut self, radiance: R::Vec3);
+    /// Hands its samples to the sums, which count them already, and starts the next block.
+    fn fold(&mut self, sums: &mut Sums);
+    /// Ends a pixel, with the root of the sum of squared deviations where that is kept.
+    fn spread(&mut self) -> [f32; 3];
 }
 
-impl<R: Real> Gather<R> for Plain<R> {
+impl<R: Real, B: Block<R>> Gather<R, B> {
+    /// Adds a sample. One that is not finite is dropped: false.
     #[inline(always)]
-    fn add(&mut self, radiance: R::Vec3, hit: bool) -> bool {
+    pub fn add(&mut self, radiance: R::Vec3, hit: bool) -> bool {
         let finite = radiance.is_finite();
         if finite {
-            self.block += radiance;
+            self.block.put(radiance);
             self.sums.hits += u16::from(hit);
             self.sums.samples += 1;
         }
@@ -57,10 +56,38 @@ impl<R: Real> Gather<R> for Plain<R> {
         finite
     }
 
+    /// Ends a pixel, and starts the next one from nothing.
     #[inline(always)]
-    fn finish(&mut self) -> Sums {
+    pub fn finish(&mut self) -> Sums {
         self.fold();
-        core::mem::take(&mut self.sums)
+        Sums { spread: self.block.spread(), ..core::mem::take(&mut self.sums) }
+    }
+
+    fn fold(&mut self) {
+        self.block.fold(&mut self.sums);
+        self.in_block = 0;
+    }
+}
+
+/// Sums alone, each block in the precision of the samples: for pictures without chance, where no error is estimated.
+#[derive(Default)]
+pub(crate) struct Plain<R: Real>(R::Vec3);
+
+impl<R: Real> Block<R> for Plain<R> {
+    #[inline(always)]
+    fn put(&mut self, radiance: R::Vec3) {
+        self.0 += radiance;
+    }
+
+    fn fold(&mut self, sums: &mut Sums) {
+        let block = self.0.to_f64().to_array();
+        sums.sum = core::array::from_fn(|i| sums.sum[i] + block[i]);
+        self.0 = R::Vec3::ZERO;
+    }
+
+    #[inline(always)]
+    fn spread(&mut self) -> [f32; 3] {
+        [0.0; 3]
     }
 }
 
@@ -72,53 +99,37 @@ impl<R: Real> Gather<R> for Plain<R> {
 /// is ever subtracted and no moment is negative.
 #[derive(Default)]
 pub(crate) struct Moments {
-    sums: Sums,
     moment: [f64; 3],
     block: [[f64; 3]; BLOCK],
-    /// Samples of the block, and those of them that entered.
-    in_block: usize,
     entered: usize,
 }
 
-impl Moments {
-    fn fold(&mut self) {
+impl<R: Real> Block<R> for Moments {
+    #[inline(always)]
+    fn put(&mut self, radiance: R::Vec3) {
+        self.block[self.entered] = radiance.to_f64().to_array();
+        self.entered += 1;
+    }
+
+    fn fold(&mut self, sums: &mut Sums) {
         let values = &self.block[..self.entered];
         if !values.is_empty() {
-            let (n, before) = (values.len() as f64, f64::from(self.sums.samples));
+            let n = values.len() as f64;
+            let before = f64::from(sums.samples) - n;
             for i in 0..3 {
                 let sum = values.iter().fold(0.0, |sum, v| sum + v[i]);
                 let mean = sum / n;
                 let deviation = values.iter().fold(0.0, |moment, v| moment + (v[i] - mean) * (v[i] - mean));
-                let apart = if before > 0.0 { mean - self.sums.sum[i] / before } else { 0.0 };
+                let apart = if before > 0.0 { mean - sums.sum[i] / before } else { 0.0 };
                 self.moment[i] += deviation + apart * apart * (before * n / (before + n));
-                self.sums.sum[i] += sum;
+                sums.sum[i] += sum;
             }
-            self.sums.samples += values.len() as u16;
         }
-        (self.in_block, self.entered) = (0, 0);
-    }
-}
-
-impl<R: Real> Gather<R> for Moments {
-    #[inline(always)]
-    fn add(&mut self, radiance: R::Vec3, hit: bool) -> bool {
-        let finite = radiance.is_finite();
-        if finite {
-            self.block[self.entered] = radiance.to_f64().to_array();
-            self.entered += 1;
-            self.sums.hits += u16::from(hit);
-        }
-        self.in_block += 1;
-        if self.in_block == BLOCK {
-            self.fold();
-        }
-        finite
+        self.entered = 0;
     }
 
     #[inline(always)]
-    fn finish(&mut self) -> Sums {
-        self.fold();
-        let spread = core::mem::take(&mut self.moment).map(|m| m.sqrt() as f32);
-        Sums { spread, ..core::mem::take(&mut self.sums) }
+    fn spread(&mut self) -> [f32; 3] {
+        core::mem::take(&mut self.moment).map(|m| m.sqrt() as f32)
     }
 }

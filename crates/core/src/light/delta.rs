@@ -9,7 +9,7 @@ use crate::scene::{Falloff, Light as LightData, LightKind};
 use crate::validate::GREATEST;
 
 /// A light source that has no size: no ray meets it by itself.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct DeltaLight<R: Real> {
     kind: Kind<R>,
     /// Irradiance of a directional light, intensity of the others.
@@ -22,7 +22,7 @@ pub struct DeltaLight<R: Real> {
     pub specular: bool,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 enum Kind<R: Real> {
     Directional { to_light: R::Vec3 },
     Point { position: R::Vec3, fade: Fade<R> },
@@ -30,7 +30,7 @@ enum Kind<R: Real> {
 }
 
 /// How a light weakens with distance.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct Fade<R> {
     inverse_square: bool,
     /// One over the square of the range; none without a range, where nothing is asked of the distance that f32 might not hold.

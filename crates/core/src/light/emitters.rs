@@ -1,15 +1,20 @@
 //! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray meets them.
 
+mod list;
+
 use core::f64::consts::PI;
 
 use glam::DVec3;
 use raywright_bvh::scalar::{convert, convert_vec};
-use raywright_bvh::shapes::{AnyShape, Placed};
+use raywright_bvh::shapes::AnyShape;
 use raywright_bvh::{Located, Precision, Real, Shape, Side, Surface, Vec3Of, Vector};
 
 use super::cdf::{pick, push_shares, share};
 use super::solid_angle::Whole;
 use super::{Bounds, Density, LightSample, Target};
+
+pub use list::EmitterList;
+use list::{Emitter, Form};
 
 /// How points of a surface are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,25 +25,6 @@ pub enum Strategy {
     /// Over the solid angle under which it is seen, where that is known (balls from outside, triangles, quads), by area elsewhere: without the
     /// noise that unequal distances and slants bring.
     SolidAngle,
-}
-
-/// Geometry of an emitter in the world.
-#[derive(Clone, Copy, Debug)]
-enum Form<R: Real> {
-    Plain(AnyShape<R>),
-    /// Under a map: its place in the list of those.
-    Placed(u32),
-}
-
-/// One emissive shape or triangle.
-#[derive(Clone, Copy, Debug)]
-struct Emitter<R: Real> {
-    form: Form<R>,
-    radiance: R::Vec3,
-    /// Which sides give off light: those that can be seen.
-    side: Side,
-    /// Area of the surface in the world; zero where it has none that points could be drawn from.
-    area: f64,
 }
 
 /// A point of an emitter as another point sees it.
@@ -76,48 +62,6 @@ pub struct Exit<R: Real> {
     pub direction: R::Vec3,
 }
 
-/// Emitters as preparation finds them, object by object.
-#[derive(Clone, Debug)]
-pub struct EmitterList<P: Precision> {
-    emitters: Vec<Emitter<P::Real>>,
-    placed: Vec<Placed<P>>,
-    first: Vec<u32>,
-}
-
-impl<P: Precision> Default for EmitterList<P> {
-    fn default() -> Self {
-        Self { emitters: Vec::new(), placed: Vec::new(), first: Vec::new() }
-    }
-}
-
-impl<P: Precision> EmitterList<P> {
-    /// What is added from here on belongs to the next object, in the order of the scene's objects.
-    pub fn next_object(&mut self) {
-        self.first.push(self.emitters.len() as u32);
-    }
-
-    /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
-    pub fn plain(&mut self, shape: AnyShape<P::Real>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
-        let area = area.unwrap_or_else(|| finite(shape.area()));
-        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, side, area });
-        area
-    }
-
-    /// Adds a shape under a map.
-    pub fn placed(&mut self, placed: Placed<P>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
-        let area = area.unwrap_or_else(|| finite(placed.area()));
-        let form = Form::Placed(self.placed.len() as u32);
-        self.placed.push(placed);
-        self.emitters.push(Emitter { form, radiance, side, area });
-        area
-    }
-}
-
-/// An area that points can be drawn from.
-fn finite(area: Option<f64>) -> f64 {
-    area.filter(|a| a.is_finite()).unwrap_or(0.0)
-}
-
 /// All emitters of a scene, drawn in proportion to their power.
 #[derive(Clone, Debug)]
 pub struct Emitters<P: Precision> {
@@ -129,14 +73,6 @@ pub struct Emitters<P: Precision> {
     lit: usize,
     /// How points are drawn.
     pub strategy: Strategy,
-}
-
-impl<R: Real> Emitter<R> {
-    /// Sum of what it gives off in all directions, up to a factor that all emitters share.
-    fn power(&self) -> f64 {
-        let radiance = self.radiance.to_f64();
-        (radiance.x + radiance.y + radiance.z) * self.area * if self.side == Side::Both { 2.0 } else { 1.0 }
-    }
 }
 
 impl<P: Precision> Emitters<P> {
@@ -189,6 +125,11 @@ impl<P: Precision> Emitters<P> {
     /// The probability with which [`Emitters::choose`] draws an emitter.
     pub fn probability(&self, index: u32) -> f64 {
         share(&self.cumulative, index as usize)
+    }
+
+    /// Bytes of the tables.
+    pub(crate) fn bytes(&self) -> u64 {
+        EmitterList::<P>::bytes_of(self.len() as u64, self.list.placed.len() as u64, self.list.first.len() as u64)
     }
 
     /// Emitters that need a map of their own.

@@ -97,6 +97,11 @@ impl<R: Real> Sky<R> {
         matches!(self.kind, Kind::None)
     }
 
+    /// The picture that it shows, if it is one.
+    pub(crate) fn image(&self) -> Option<&Arc<ImageData>> {
+        if let Kind::Map(map) = &self.kind { Some(&map.image) } else { None }
+    }
+
     /// Radiance along a unit direction, seen from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {

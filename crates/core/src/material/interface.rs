@@ -141,7 +141,7 @@ mod tests {
         );
         let scene: Scene = serde_json::from_str(&text).expect("a scene");
         let settings = Settings { size: [1, 1], precision, max_depth: 8, ..Settings::of(&scene) };
-        let rendered = prepare(&scene, &settings).expect("it can be prepared").render(&());
+        let rendered = prepare(&scene, &settings, &()).expect("it can be prepared").render(&());
         DVec3::from(rendered.picture.pixel(0, 0).expect("one pixel").map(f64::from))
     }
 

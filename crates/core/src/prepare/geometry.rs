@@ -3,19 +3,20 @@
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{
-    AcceleratorKind, Geometry, GeometryError, Group, Occlusion, Precision, Real, Side, Vec3Of, Vector, Visibility,
-};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Occlusion, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
-use super::PrepareError;
+use super::uses::Uses;
+use super::{PrepareError, go_on};
 use crate::generate::{Shown, all};
 use crate::lookup::Lookup;
-use crate::scene::{MeshData, Object, Scene, Shape, SideRule, TransformStep, Triple};
+use crate::observer::Observer;
+use crate::scene::{MeshData, Object, Scene, Shape, SideRule, Triple};
 use crate::validate::collapses;
 
 /// What shading needs of an object.
@@ -31,7 +32,7 @@ pub(crate) struct ObjectRecord<R: Real> {
 /// How an object shows its mesh.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeshUse<R: Real> {
-    /// Which of the scene's meshes.
+    /// Its place in the table of meshes.
     pub mesh: u32,
     /// Columns of the inverse transpose: object normals to world normals, not normalised.
     pub normals: [R::Vec3; 3],
@@ -43,6 +44,8 @@ pub(crate) struct MeshUse<R: Real> {
 
 pub(crate) struct Built<P: Precision> {
     pub geometry: Geometry<P>,
+    /// The meshes that objects show, each once; the scene's own, because arrays are not copied.
+    pub meshes: Vec<Arc<MeshData>>,
     /// By the geometry's objects, which are the scene's.
     pub objects: Vec<ObjectRecord<P::Real>>,
 }
@@ -58,24 +61,6 @@ pub(crate) struct Facet {
     pub sets: u8,
 }
 
-/// The affine map of the steps, the first one applied first.
-pub fn affine(steps: &[TransformStep]) -> DAffine3 {
-    steps.iter().fold(DAffine3::IDENTITY, |map, step| {
-        let next = match *step {
-            TransformStep::Translate(v) => DAffine3::from_translation(v.into()),
-            TransformStep::Scale(v) => DAffine3::from_scale(v.into()),
-            TransformStep::Rotate { axis, degrees } => {
-                DAffine3::from_axis_angle(DVec3::from(axis).normalize(), degrees.to_radians())
-            }
-            TransformStep::Matrix([x, y, z]) => DAffine3::from_mat3_translation(
-                DMat3::from_cols_array_2d(&[[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]),
-                DVec3::new(x[3], y[3], z[3]),
-            ),
-        };
-        next * map
-    })
-}
-
 pub(super) fn side_of(rule: SideRule) -> Side {
     match rule {
         SideRule::Both => Side::Both,
@@ -88,6 +73,9 @@ fn visibility(object: &Object, facet: &Facet) -> Visibility {
     let occlusion = if object.casts_shadow { facet.occlusion } else { Occlusion::None };
     Visibility { side: side_of(object.side), occlusion }
 }
+
+/// Objects between two questions to the observer, or this many times 64 triangles: milliseconds of work.
+pub(super) const BLOCK: usize = 1 << 10;
 
 /// The material of each object, by index.
 pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, PrepareError> {
@@ -103,9 +91,14 @@ pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, 
 }
 
 /// Builds everything that can be hit, for whoever asks nothing of materials.
-pub(crate) fn build<P: Precision>(scene: &Scene, lookup: &Lookup<'_>, kind: AcceleratorKind) -> Result<Built<P>, PrepareError> {
+pub(crate) fn build<P: Precision>(
+    scene: &Scene,
+    lookup: &Lookup<'_>,
+    kind: AcceleratorKind,
+    observer: &dyn Observer,
+) -> Result<Built<P>, PrepareError> {
     let facet = Facet { occlusion: Occlusion::Opaque, coordinates: false, sets: 0 };
-    build_with(scene, lookup, kind, &materials(scene, lookup)?, &vec![facet; scene.materials.len()])
+    build_with(scene, lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
 }
 
 /// Builds everything that can be hit, each object with its material and what geometry asks of that.
@@ -113,35 +106,47 @@ pub(super) fn build_with<P: Precision>(
     scene: &Scene,
     lookup: &Lookup<'_>,
     kind: AcceleratorKind,
-    materials: &[u32],
-    facets: &[Facet],
+    (materials, facets): (&[u32], &[Facet]),
+    observer: &dyn Observer,
 ) -> Result<Built<P>, PrepareError> {
-    let mut builder = Builder::<P>::new(scene, lookup, kind);
+    let mut builder = Builder::<P>::new(scene, lookup, kind, observer);
     for (index, (shown, &material)) in all(scene).zip(materials).enumerate() {
+        if index.is_multiple_of(BLOCK) {
+            go_on(observer)?;
+        }
         builder.add(index, &shown, material, &facets[material as usize])?;
     }
-    Ok(Built { geometry: Geometry::new(builder.group, kind), objects: builder.records })
+    go_on(observer)?;
+    Ok(Built { geometry: Geometry::new(builder.group, kind), meshes: builder.meshes, objects: builder.records })
 }
 
 struct Builder<'a, P: Precision> {
     kind: AcceleratorKind,
     lookup: &'a Lookup<'a>,
-    uses: HashMap<(&'a str, SideRule), usize>,
+    uses: Uses<'a>,
     group: Group<P>,
     /// Parts of the group that instances show.
     shared: HashMap<(&'a str, SideRule), u32>,
+    meshes: Vec<Arc<MeshData>>,
+    /// Where each mesh is in the table of meshes.
+    places: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<P::Real>>,
+    observer: &'a dyn Observer,
 }
 
 impl<'a, P: Precision> Builder<'a, P> {
-    fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind) -> Self {
-        let mut uses = HashMap::new();
-        for Shown { object, .. } in all(scene) {
-            if let Shape::Mesh(name) = &object.shape {
-                *uses.entry((name.as_str(), object.side)).or_insert(0) += 1;
-            }
+    fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind, observer: &'a dyn Observer) -> Self {
+        Self {
+            kind,
+            lookup,
+            uses: Uses::of(scene),
+            group: Group::default(),
+            shared: HashMap::new(),
+            meshes: Vec::new(),
+            places: HashMap::new(),
+            records: Vec::new(),
+            observer,
         }
-        Self { kind, lookup, uses, group: Group::default(), shared: HashMap::new(), records: Vec::new() }
     }
 
     fn add(&mut self, index: usize, shown: &Shown<'a>, material: u32, facet: &Facet) -> Result<(), PrepareError> {
@@ -168,47 +173,59 @@ impl<'a, P: Precision> Builder<'a, P> {
     ) -> Result<MeshUse<P::Real>, PrepareError> {
         let missing =
             || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };
-        let (mesh, data) = self.lookup.mesh_data(name).ok_or_else(missing)?;
+        let data = self.lookup.mesh_data(name).ok_or_else(missing)?;
+        let mesh = *self.places.entry(name).or_insert_with(|| {
+            self.meshes.push(Arc::clone(data));
+            self.meshes.len() as u32 - 1
+        });
         let refused = |source| PrepareError::Geometry { object: index, source };
         let map = shown.map();
         let mut flipped = false;
-        // Which side can be hit is told by each triangle, so only objects that show the same side share them.
         let key = (name, shown.object.side);
-        if self.uses.get(&key).is_some_and(|&n| n > 1) {
+        if self.uses.share(name, shown.object.side) {
             let part = match self.shared.entry(key) {
                 Entry::Occupied(shared) => *shared.get(),
                 Entry::Vacant(shared) => {
                     let mut group = Group::default();
-                    triangles(&mut group, data, None, visibility).map_err(refused)?;
+                    triangles(&mut group, index, data, None, visibility, self.observer)?;
+                    go_on(self.observer)?;
                     *shared.insert(self.group.part(Geometry::new(group, self.kind)).map_err(refused)?)
                 }
             };
             self.group.instance(part, map, visibility).map_err(refused)?;
         } else {
             flipped = map.matrix3.determinant() < 0.0;
-            triangles(&mut self.group, data, Some((map, flipped)), visibility).map_err(refused)?;
+            triangles(&mut self.group, index, data, Some((map, flipped)), visibility, self.observer)?;
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
-        Ok(MeshUse { mesh: mesh as u32, normals: columns.map(Vector::from_f64), flipped, sets: facet.sets })
+        Ok(MeshUse { mesh, normals: columns.map(Vector::from_f64), flipped, sets: facet.sets })
     }
 }
 
-/// Adds the triangles of a mesh as one object, mapped where a map is given; a mirroring map turns them over so that outside
-/// stays outside.
+/// Adds the triangles of an object's mesh as one object, mapped where a map is given; a mirroring map turns them over so that
+/// outside stays outside.
+///
+/// # Errors
+/// Triangles that the geometry refuses, and [`PrepareError::Cancelled`].
 pub(super) fn triangles<P: Precision>(
     group: &mut Group<P>,
+    object: usize,
     data: &MeshData,
     map: Option<(DAffine3, bool)>,
     visibility: Visibility,
-) -> Result<(), GeometryError> {
+    observer: &dyn Observer,
+) -> Result<(), PrepareError> {
     let position = |i: u32| -> Vec3Of<P> {
         let p = DVec3::from(data.positions[i as usize].map(f64::from));
         Vector::from_f64(map.map_or(p, |(m, _)| m.transform_point3(p)))
     };
     let flipped = map.is_some_and(|(_, flipped)| flipped);
     let corners = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(position);
-    group.mesh(data.indices.iter().map(corners), visibility).map(drop)
+    // One that is cancelled ends with the triangles so far, and is then refused.
+    let blocks = data.indices.chunks(64 * BLOCK).take_while(|_| !observer.cancelled());
+    group.mesh(blocks.flatten().map(corners), visibility).map_err(|source| PrepareError::Geometry { object, source })?;
+    go_on(observer)
 }
 
 impl<P: Precision> Builder<'_, P> {

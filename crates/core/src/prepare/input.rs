@@ -2,21 +2,51 @@
 //! they refer to lies in flat tables, so an input is a number or two itself.
 
 use core::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use raywright_bvh::{Real, Vector};
 
 use super::PrepareError;
-use super::texture::{Sampler, Textures};
+use super::texture::Sampler;
 use crate::expr::{Program, Scope, Variable, compile};
 use crate::interaction::{Beam, Interaction};
-use crate::scene::{Channel, Input as InputData, TextureRef, Value, Weight};
+use crate::lookup::Lookup;
+use crate::scene::{Channel, ImageData, Input as InputData, TextureRef, Value, Weight};
 
 /// The tables that inputs refer to by index.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sources<R: Real> {
     programs: Vec<Program>,
-    samplers: Vec<Sampler<R>>,
+    pub textures: Vec<TextureUse<R>>,
+    /// Each once, however many textures show it; the scene's own, because pixels are not copied.
+    pub images: Vec<Arc<ImageData>>,
+}
+
+/// A use of a texture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TextureUse<R: Real> {
+    /// Its place in the table of images.
+    image: u32,
+    sampler: Sampler<R>,
+    /// Of a mesh's sets of texture coordinates.
+    set: usize,
+    /// Expressions in place of the surface's own coordinates.
+    coordinates: Option<[Input<R>; 2]>,
+}
+
+impl<R: Real> TextureUse<R> {
+    fn texel(&self, here: &Here<'_, R>) -> [R; 4] {
+        let coordinates = match &self.coordinates {
+            Some(own) => own.map(|input| input.number(here)),
+            None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
+        };
+        self.sampler.texel(&here.sources.images[self.image as usize], coordinates)
+    }
+
+    fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
+        self.coordinates.is_none_or(|own| own.iter().any(|input| input.reads_coordinates(sources)))
+    }
 }
 
 impl<R: Real> Sources<R> {
@@ -37,12 +67,12 @@ pub(crate) struct Here<'a, R: Real> {
 }
 
 impl<R: Real> Here<'_, R> {
-    fn texel(&self, sampler: u32) -> [R; 4] {
+    fn texel(&self, texture: u32) -> [R; 4] {
         match self.last.get() {
-            Some((last, texel)) if last == sampler => texel,
+            Some((last, texel)) if last == texture => texel,
             _ => {
-                let texel = self.sources.samplers[sampler as usize].texel(self);
-                self.last.set(Some((sampler, texel)));
+                let texel = self.sources.textures[texture as usize].texel(self);
+                self.last.set(Some((texture, texel)));
                 texel
             }
         }
@@ -73,11 +103,11 @@ impl<R: Real> Input<R> {
             Self::Constant(c) => c,
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point),
             Self::Program(program) => here.sources.programs[program as usize].vector(&here.at.inputs(&here.beam)),
-            Self::Texture(sampler, None) => {
-                let [r, g, b, _] = here.texel(sampler);
+            Self::Texture(texture, None) => {
+                let [r, g, b, _] = here.texel(texture);
                 R::Vec3::new(r, g, b)
             }
-            Self::Texture(sampler, Some(channel)) => R::Vec3::splat(here.texel(sampler)[channel as usize]),
+            Self::Texture(texture, Some(channel)) => R::Vec3::splat(here.texel(texture)[channel as usize]),
         }
     }
 
@@ -88,7 +118,7 @@ impl<R: Real> Input<R> {
             Self::Constant(c) => c.x(),
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point).x(),
             Self::Program(program) => here.sources.programs[program as usize].scalar(&here.at.inputs(&here.beam)),
-            Self::Texture(sampler, channel) => here.texel(sampler)[channel.unwrap_or(Channel::Red) as usize],
+            Self::Texture(texture, channel) => here.texel(texture)[channel.unwrap_or(Channel::Red) as usize],
         }
     }
 
@@ -100,7 +130,7 @@ impl<R: Real> Input<R> {
 
     /// Another channel of the same texture; any other input is itself.
     pub fn channel(self, channel: Channel) -> Self {
-        if let Self::Texture(sampler, _) = self { Self::Texture(sampler, Some(channel)) } else { self }
+        if let Self::Texture(texture, _) = self { Self::Texture(texture, Some(channel)) } else { self }
     }
 
     /// Whether it depends on one of these variables by an expression.
@@ -114,7 +144,7 @@ impl<R: Real> Input<R> {
     /// Whether it depends on the surface's own texture coordinates.
     pub fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
         match self {
-            Self::Texture(sampler, _) => sources.samplers[*sampler as usize].reads_coordinates(sources),
+            Self::Texture(texture, _) => sources.textures[*texture as usize].reads_coordinates(sources),
             _ => self.reads(sources, &[Variable::U, Variable::V]),
         }
     }
@@ -165,15 +195,18 @@ impl<R: Real> Product<R> {
 /// Prepares the inputs of materials, one material after the other, into tables that all of them share.
 pub(super) struct Compiler<'a, R: Real> {
     names: &'a BTreeMap<String, f64>,
-    textures: &'a Textures<'a>,
+    lookup: &'a Lookup<'a>,
     /// The place in the scene of the material at hand.
     pub path: String,
     pub sources: Sources<R>,
+    /// Where each image is in the table of images, by its address.
+    places: HashMap<*const ImageData, u32>,
 }
 
 impl<'a, R: Real> Compiler<'a, R> {
-    pub fn new(names: &'a BTreeMap<String, f64>, textures: &'a Textures<'a>) -> Self {
-        Self { names, textures, path: String::new(), sources: Sources { programs: Vec::new(), samplers: Vec::new() } }
+    pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>) -> Self {
+        let sources = Sources { programs: Vec::new(), textures: Vec::new(), images: Vec::new() };
+        Self { names, lookup, path: String::new(), sources, places: HashMap::new() }
     }
 
     fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
@@ -193,7 +226,7 @@ impl<'a, R: Real> Compiler<'a, R> {
 
     /// A use of a texture; none when its image could not be had.
     pub fn texture(&mut self, reference: &TextureRef, field: &str) -> Result<Option<Input<R>>, PrepareError> {
-        let Some(texture) = self.textures.named(&reference.name) else {
+        let Some(texture) = self.lookup.texture(&reference.name) else {
             let path = format!("{}.{field}", self.path);
             return Err(PrepareError::Missing { path, kind: "texture", name: reference.name.clone() });
         };
@@ -201,9 +234,19 @@ impl<'a, R: Real> Compiler<'a, R> {
             None => None,
             Some([u, v]) => Some([self.weight(u, Scope::Surface, field)?, self.weight(v, Scope::Surface, field)?]),
         };
-        let Some(sampler) = self.textures.sampler(texture, reference, coordinates) else { return Ok(None) };
-        self.sources.samplers.push(sampler);
-        Ok(Some(Input::Texture(self.sources.samplers.len() as u32 - 1, reference.channel)))
+        let image = self.lookup.image(&texture.image).and_then(|image| image.data.as_ref());
+        let Some(image) = image else { return Ok(None) };
+        let (image, sampler) = (self.place_of(image), Sampler::new(texture, reference));
+        self.sources.textures.push(TextureUse { image, sampler, set: reference.uv_set as usize, coordinates });
+        Ok(Some(Input::Texture(self.sources.textures.len() as u32 - 1, reference.channel)))
+    }
+
+    fn place_of(&mut self, image: &Arc<ImageData>) -> u32 {
+        let images = &mut self.sources.images;
+        *self.places.entry(Arc::as_ptr(image)).or_insert_with(|| {
+            images.push(Arc::clone(image));
+            images.len() as u32 - 1
+        })
     }
 
     /// An image that multiplies an input, if there is one.

@@ -13,7 +13,7 @@ use crate::scene::{
 };
 
 /// What a surface does to light.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum Material<R: Real> {
     Classic(Classic<R>),
     Physical(Physical<R>),
@@ -22,7 +22,7 @@ pub(crate) enum Material<R: Real> {
 }
 
 /// A local lighting model made of terms.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Classic<R: Real> {
     pub colour: Input<R>,
     pub local: Input<R>,
@@ -42,7 +42,7 @@ pub(crate) struct Classic<R: Real> {
 }
 
 /// A highlight.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Specular<R: Real> {
     pub model: SpecularModel,
     pub exponent: u32,
@@ -53,7 +53,7 @@ pub(crate) struct Specular<R: Real> {
 }
 
 /// A traced mirror reflection.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Reflection<R: Real> {
     pub weight: Input<R>,
     pub tinted: bool,
@@ -70,7 +70,7 @@ pub(crate) struct Transmission<R: Real> {
 }
 
 /// The metallic-roughness model.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Physical<R: Real> {
     pub base: Product<R>,
     pub vertex_colours: bool,

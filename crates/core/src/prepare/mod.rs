@@ -1,26 +1,33 @@
 //! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
 //! rendering may do none of these.
 
-use std::sync::Arc;
-
 mod emitters;
+mod estimate;
+mod extent;
 mod geometry;
 mod input;
 mod material;
 pub(crate) mod texture;
+mod uses;
 
-use raywright_bvh::{Aabb, Geometry, GeometryError, Occlusion, Precision, Real, Vector};
+use std::sync::Arc;
+
+use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector};
 
 use crate::camera::{Camera, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, prepare_sky};
 use crate::lookup::Lookup;
+use crate::memory::Memory;
+use crate::observer::Observer;
 use crate::scene::{self, ClassicRules, DepthLimit, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
 
+pub(crate) use estimate::estimate;
+pub use extent::Extent;
+pub(crate) use extent::extent;
 use geometry::Facet;
-pub use geometry::affine;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
 pub(crate) use material::{Alpha, Classic, Material, Physical, Specular};
@@ -60,11 +67,14 @@ pub enum PrepareError {
         /// Why.
         source: ExprError,
     },
-    /// The picture, geometry and textures would take more than the memory allowed.
-    #[error("rendering needs about {needed} bytes, but at most {allowed} are allowed")]
+    /// The observer stopped it.
+    #[error("preparation was stopped")]
+    Cancelled,
+    /// The picture, geometry and textures would take more than the memory allowed; nothing was built.
+    #[error("rendering needs about {} bytes, but at most {allowed} are allowed", needed.total())]
     Memory {
-        /// Estimate in bytes.
-        needed: u64,
+        /// Estimate.
+        needed: Memory,
         /// Limit in bytes.
         allowed: u64,
     },
@@ -108,14 +118,16 @@ impl<R: Real> Rules<R> {
     }
 }
 
-/// A scene as an integrator walks it.
+/// A scene as an integrator walks it: flat arrays that refer to each other by index, with no pointer, closure or trait object for
+/// each object, material or primitive. What it shares with the scene, meshes and images, lies in tables too, one pointer for
+/// each buffer, so that nothing is copied and every array can be read as it is.
 #[derive(Clone, Debug)]
 pub struct Prepared<P: Precision> {
     pub(crate) geometry: Geometry<P>,
+    /// The meshes that objects show.
+    pub(crate) meshes: Vec<Arc<MeshData>>,
     /// By index of the scene's objects, generated ones last.
     pub(crate) objects: Vec<ObjectRecord<P::Real>>,
-    /// By index of the scene's meshes; empty ones for those that are in files of their own.
-    pub(crate) meshes: Vec<Arc<MeshData>>,
     pub(crate) materials: Vec<Material<P::Real>>,
     /// What the materials' inputs refer to.
     pub(crate) sources: Sources<P::Real>,
@@ -129,9 +141,7 @@ pub struct Prepared<P: Precision> {
     pub(crate) rules: Rules<P::Real>,
     pub(crate) veil: <P::Real as Real>::Vec3,
     /// Bytes of geometry and accelerators, shared geometry counted once.
-    pub geometry_bytes: usize,
-    /// Bytes of decoded images in use.
-    pub texture_bytes: usize,
+    geometry_bytes: usize,
 }
 
 /// How much was built of what.
@@ -161,16 +171,17 @@ impl<P: Precision> Prepared<P> {
     ///
     /// # Errors
     /// What validation would have reported with a place, and what only the geometry can know.
-    pub fn new(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Result<Self, PrepareError> {
+    pub fn new(scene: &Scene, settings: &Settings, simulated: EffectSet, observer: &dyn Observer) -> Result<Self, PrepareError> {
+        go_on(observer)?;
         let names = names(scene);
         let lookup = Lookup::new(scene);
-        let textures = texture::Textures::new(scene, &lookup);
         let shown = geometry::materials(scene, &lookup)?;
         let mut used = vec![false; scene.materials.len()];
         shown.iter().for_each(|&material| used[material as usize] = true);
-        let mut inputs = input::Compiler::new(&names, &textures);
+        let mut inputs = input::Compiler::new(&names, &lookup);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
+            go_on(observer)?;
             materials.push(if used[index] {
                 material::prepare(material, index, scene, &mut inputs, settings.without)?
             } else {
@@ -178,18 +189,19 @@ impl<P: Precision> Prepared<P> {
             });
         }
         let facets = facets(scene, &materials, &inputs.sources);
-        let built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, &shown, &facets)?;
+        let built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
+        go_on(observer)?;
         let sky = prepare_sky::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !sky.is_black()).then(|| Irradiance::new(&sky));
         let soft = simulated.has(Effect::SoftShadows);
-        let emitters = if soft { emitters::emitters::<P>(scene, &lookup) } else { EmitterList::default() };
+        let emitters = if soft { emitters::emitters::<P>(scene, &lookup, observer)? } else { EmitterList::default() };
         // A light that shows on nothing is not built: no loop turns for it.
         let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
         let lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
-        let camera = settings.camera.clone().unwrap_or_else(|| frame(&built.geometry.bounded_part(), aspect));
+        let camera = settings.camera.clone().unwrap_or_else(|| frame(&extent::<P>(scene, &lookup).bounds, aspect));
         let backdrop = match settings.background {
             Background::Environment => None,
             Background::Transparent => Some(Vector::ZERO),
@@ -199,8 +211,8 @@ impl<P: Precision> Prepared<P> {
         Ok(Self {
             geometry_bytes: built.geometry.bytes(),
             geometry: built.geometry,
+            meshes: built.meshes,
             objects: built.objects,
-            meshes: scene.meshes.iter().map(|mesh| mesh.data().cloned().unwrap_or_default()).collect(),
             materials,
             sources: inputs.sources,
             lights,
@@ -209,13 +221,28 @@ impl<P: Precision> Prepared<P> {
             camera,
             rules: Rules::new(&scene.classic),
             veil: Vector::from_f64(scene.render.veil.0.into()),
-            texture_bytes: textures.bytes(),
         })
     }
 
-    /// The box around everything that has an end; empty when there is nothing.
-    pub fn bounds(&self) -> Aabb {
-        self.geometry.bounded_part()
+    /// What it takes, without the film.
+    pub(crate) fn memory(&self) -> Memory {
+        let tables = size_of_val(self.objects.as_slice())
+            + size_of_val(self.materials.as_slice())
+            + size_of_val(self.sources.textures.as_slice())
+            + size_of_val(self.lights.delta.as_slice());
+        Memory {
+            geometry: self.geometry_bytes as u64,
+            meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum(),
+            tables: tables as u64 + self.lights.emitters.bytes(),
+            textures: self.texture_bytes() as u64,
+            film: 0,
+        }
+    }
+
+    /// Bytes of the images that materials and sky show, each counted once.
+    fn texture_bytes(&self) -> usize {
+        let sky = self.lights.sky.image().filter(|&sky| !self.sources.images.iter().any(|image| Arc::ptr_eq(image, sky)));
+        self.sources.images.iter().chain(sky).map(|image| image.bytes()).sum()
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.
@@ -228,7 +255,7 @@ impl<P: Precision> Prepared<P> {
             emitters: self.lights.emitters.lit(),
             materials: self.materials.iter().filter(|m| !matches!(m, Material::Unused)).count(),
             irradiance: self.irradiance.is_some(),
-            texture_bytes: self.texture_bytes,
+            texture_bytes: self.texture_bytes(),
         }
     }
 }
@@ -249,9 +276,17 @@ fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R
     materials.iter().zip(&scene.materials).map(facet).collect()
 }
 
+/// Asks the observer whether preparation should end here.
+fn go_on(observer: &dyn Observer) -> Result<(), PrepareError> {
+    if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(()) }
+}
+
 /// Time and parameters, as expressions see them.
 pub(crate) fn names(scene: &Scene) -> std::collections::BTreeMap<String, f64> {
     let mut names = scene.parameters.clone();
     names.insert("t".to_owned(), scene.t);
     names
 }
+
+#[cfg(test)]
+mod tests;

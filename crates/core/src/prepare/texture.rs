@@ -1,126 +1,66 @@
 //! Image textures: wrap modes, nearest and bilinear filtering, colour spaces.
 
-use std::collections::HashSet;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 use raywright_bvh::{Real, Vector};
 
-use super::input::{Here, Input, Sources};
 use crate::display::curve::decode;
-use crate::lookup::Lookup;
-use crate::scene::{ColourSpace, Filter, ImageData, Pixels, Scene, Texture, TextureRef, TransferCurve, Wrap};
+use crate::scene::{ColourSpace, Filter, ImageData, Pixels, Texture, TextureRef, TransferCurve, Wrap};
 
-/// The textures and images of a scene, by name.
-pub(crate) struct Textures<'a> {
-    scene: &'a Scene,
-    lookup: &'a Lookup<'a>,
-}
-
-impl<'a> Textures<'a> {
-    pub fn new(scene: &'a Scene, lookup: &'a Lookup<'a>) -> Self {
-        Self { scene, lookup }
-    }
-
-    /// The pixels behind a texture; none where they could not be had.
-    fn image(&self, texture: &Texture) -> Option<&'a Arc<ImageData>> {
-        self.lookup.image(&texture.image)?.data.as_ref()
-    }
-
-    /// Bytes of the distinct images behind the textures.
-    pub fn bytes(&self) -> usize {
-        let mut seen = HashSet::new();
-        let images = self.scene.textures.iter().filter_map(|texture| self.image(texture));
-        images
-            .filter(|&image| seen.insert(Arc::as_ptr(image)))
-            .map(|image| match &image.pixels {
-                Pixels::Codes(p) => size_of_val(p.as_slice()),
-                Pixels::Linear(p) => size_of_val(p.as_slice()),
-            })
-            .sum()
-    }
-
-    /// The texture of a name.
-    pub fn named(&self, name: &str) -> Option<&'a Texture> {
-        self.lookup.texture(name)
-    }
-
-    /// How to read a use of a texture; none when its image could not be had.
-    pub fn sampler<R: Real>(
-        &self,
-        texture: &Texture,
-        reference: &TextureRef,
-        coordinates: Option<[Input<R>; 2]>,
-    ) -> Option<Sampler<R>> {
-        Some(Sampler {
-            image: Arc::clone(self.image(texture)?),
-            srgb: texture.colour_space == ColourSpace::Srgb,
-            filter: texture.filter,
-            wrap: [texture.wrap_u, texture.wrap_v],
-            set: reference.uv_set as usize,
-            coordinates,
-            transform: reference.uv_transform.map(|m| m.map(|row| row.map(R::from_f64))),
-            factor: R::Vec3::from_f64(reference.factor.0.into()),
-        })
-    }
-}
-
-/// A use of a texture.
-#[derive(Clone, Debug)]
+/// How texels are found and read: what a use of a texture says besides its image and where on it.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Sampler<R: Real> {
-    image: Arc<ImageData>,
     srgb: bool,
     filter: Filter,
     wrap: [Wrap; 2],
-    /// Of a mesh's sets of texture coordinates.
-    set: usize,
-    /// Expressions in place of the surface's own coordinates.
-    coordinates: Option<[Input<R>; 2]>,
     transform: Option<[[R; 3]; 2]>,
     factor: R::Vec3,
 }
 
 impl<R: Real> Sampler<R> {
-    /// Whether it depends on the surface's own texture coordinates.
-    pub fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
-        self.coordinates.is_none_or(|own| own.iter().any(|input| input.reads_coordinates(sources)))
+    /// How to read this use of a texture.
+    pub fn new(texture: &Texture, reference: &TextureRef) -> Self {
+        Self {
+            srgb: texture.colour_space == ColourSpace::Srgb,
+            filter: texture.filter,
+            wrap: [texture.wrap_u, texture.wrap_v],
+            transform: reference.uv_transform.map(|m| m.map(|row| row.map(R::from_f64))),
+            factor: R::Vec3::from_f64(reference.factor.0.into()),
+        }
     }
 
-    /// The filtered texel: linear red, green, blue, with the factor, and alpha.
-    pub fn texel(&self, here: &Here<'_, R>) -> [R; 4] {
-        let coordinates = match &self.coordinates {
-            Some(own) => own.map(|input| input.number(here)),
-            None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
-        };
-        let [r, g, b, a] = self.filtered(coordinates);
+    /// The filtered texel of an image: linear red, green, blue, with the factor, and alpha.
+    pub fn texel(&self, image: &ImageData, coordinates: [R; 2]) -> [R; 4] {
+        let [r, g, b, a] = self.filtered(image, coordinates);
         [r * self.factor.x(), g * self.factor.y(), b * self.factor.z(), a]
     }
 
-    fn filtered(&self, [mut u, mut v]: [R; 2]) -> [R; 4] {
+    fn filtered(&self, image: &ImageData, [mut u, mut v]: [R; 2]) -> [R; 4] {
         if let Some([[a, b, c], [d, e, f]]) = self.transform {
             (u, v) = (a * u + b * v + c, d * u + e * v + f);
         }
-        let x = scaled(u.to_f64(), self.image.width, self.wrap[0]);
-        let y = scaled(v.to_f64(), self.image.height, self.wrap[1]);
-        let column = |x: f64| index(x, self.image.width, self.wrap[0]);
-        let row = |y: f64| index(y, self.image.height, self.wrap[1]);
+        let x = scaled(u.to_f64(), image.width, self.wrap[0]);
+        let y = scaled(v.to_f64(), image.height, self.wrap[1]);
+        let column = |x: f64| index(x, image.width, self.wrap[0]);
+        let row = |y: f64| index(y, image.height, self.wrap[1]);
         match self.filter {
-            Filter::Nearest => self.fetch(column(Real::floor(x)), row(Real::floor(y))),
+            Filter::Nearest => self.fetch(image, column(Real::floor(x)), row(Real::floor(y))),
             Filter::Bilinear => {
                 let (x, y) = (x - 0.5, y - 0.5);
                 let (x0, y0) = (Real::floor(x), Real::floor(y));
                 let (fx, fy) = (R::from_f64(x - x0), R::from_f64(y - y0));
                 let (left, right) = (column(x0), column(x0 + 1.0));
                 let (top, bottom) = (row(y0), row(y0 + 1.0));
-                let upper = blend(self.fetch(left, top), self.fetch(right, top), fx);
-                let lower = blend(self.fetch(left, bottom), self.fetch(right, bottom), fx);
+                let upper = blend(self.fetch(image, left, top), self.fetch(image, right, top), fx);
+                let lower = blend(self.fetch(image, left, bottom), self.fetch(image, right, bottom), fx);
                 blend(upper, lower, fy)
             }
         }
     }
 
-    fn fetch(&self, column: usize, row: usize) -> [R; 4] {
-        let at = row * self.image.width as usize + column;
-        match &self.image.pixels {
+    fn fetch(&self, image: &ImageData, column: usize, row: usize) -> [R; 4] {
+        let at = row * image.width as usize + column;
+        match &image.pixels {
             Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
             Pixels::Codes(pixels) => {
                 let [r, g, b, a] = pixels[at];

@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
-use super::material::TextureRef;
 
 pub(super) use read::early;
 
@@ -166,6 +165,47 @@ impl Varying for Option<TextureRef> {
             *self = None;
         }
     }
+}
+
+/// A use of a named texture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TextureRef {
+    /// Name of the texture.
+    pub name: String,
+    /// Which of a mesh's sets of texture coordinates; one that it does not have reads (0, 0), and shapes have one set.
+    #[serde(default)]
+    pub uv_set: u32,
+    /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.
+    #[serde(default)]
+    pub uv_transform: Option<[[f64; 3]; 2]>,
+    /// Expressions of the hit for the coordinates u and v; none: the surface's own.
+    #[serde(default)]
+    pub uv: Option<[Weight; 2]>,
+    /// Factor on the texel.
+    #[serde(default = "white")]
+    pub factor: Colour,
+    /// The one channel that is read; none: of a number's texture red, of a colour's all.
+    #[serde(default)]
+    pub channel: Option<Channel>,
+}
+
+/// A channel of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Channel {
+    /// The first.
+    Red = 0,
+    /// The second.
+    Green = 1,
+    /// The third.
+    Blue = 2,
+    /// Coverage, on which no factor counts.
+    Alpha = 3,
+}
+
+pub(super) fn white() -> Colour {
+    Colour::WHITE
 }
 
 /// The table form of a texture input.

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::input::{Colour, ColourInput, NumberInput, Varying, Weight, early};
+use super::input::{Colour, ColourInput, NumberInput, TextureRef, Varying, Weight, early, white};
 
 /// A named material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -33,14 +33,18 @@ impl Material {
         emission.and_then(ColourInput::constant).filter(|emission| *emission != Colour::BLACK)
     }
 
-    /// Sets of texture coordinates that its textures read, ascending, each once.
-    pub fn uv_sets(&self) -> Vec<u32> {
+    /// Its uses of textures.
+    pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let inputs: Vec<&dyn Varying> = match &self.model {
             Model::Classic(m) => core::iter::once(&m.colour).chain(&m.emission).map(|input| input as &dyn Varying).collect(),
             Model::Physical(m) => m.inputs().into_iter().map(|(_, input)| input).collect(),
         };
-        let textures = inputs.into_iter().filter_map(Varying::texture).map(|(_, texture)| texture);
-        let mut sets: Vec<u32> = textures.filter(|t| t.uv.is_none()).map(|t| t.uv_set).collect();
+        inputs.into_iter().filter_map(Varying::texture).map(|(_, texture)| texture)
+    }
+
+    /// Sets of texture coordinates that its textures read, ascending, each once.
+    pub fn uv_sets(&self) -> Vec<u32> {
+        let mut sets: Vec<u32> = self.textures().filter(|t| t.uv.is_none()).map(|t| t.uv_set).collect();
         sets.sort_unstable();
         sets.dedup();
         sets
@@ -182,10 +186,6 @@ pub struct Transmission {
     pub refracted_tint: Colour,
 }
 
-fn white() -> Colour {
-    Colour::WHITE
-}
-
 /// Which rays a refracting surface spawns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -289,41 +289,4 @@ pub enum AlphaMode {
     },
     /// The surface covers what is behind it by alpha.
     Blend,
-}
-
-/// A use of a named texture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TextureRef {
-    /// Name of the texture.
-    pub name: String,
-    /// Which of a mesh's sets of texture coordinates; one that it does not have reads (0, 0), and shapes have one set.
-    #[serde(default)]
-    pub uv_set: u32,
-    /// Affine map of the texture coordinates, rows of a 2×3 matrix; none: unchanged.
-    #[serde(default)]
-    pub uv_transform: Option<[[f64; 3]; 2]>,
-    /// Expressions of the hit for the coordinates u and v; none: the surface's own.
-    #[serde(default)]
-    pub uv: Option<[Weight; 2]>,
-    /// Factor on the texel.
-    #[serde(default = "white")]
-    pub factor: Colour,
-    /// The one channel that is read; none: of a number's texture red, of a colour's all.
-    #[serde(default)]
-    pub channel: Option<Channel>,
-}
-
-/// A channel of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Channel {
-    /// The first.
-    Red = 0,
-    /// The second.
-    Green = 1,
-    /// The third.
-    Blue = 2,
-    /// Coverage, on which no factor counts.
-    Alpha = 3,
 }

@@ -18,16 +18,6 @@ pub struct Mesh {
     pub source: MeshSource,
 }
 
-impl Mesh {
-    /// Its arrays; none where they are still in a file of their own.
-    pub fn data(&self) -> Option<&Arc<MeshData>> {
-        match &self.source {
-            MeshSource::Inline(data) => Some(data),
-            MeshSource::File(_) => None,
-        }
-    }
-}
-
 /// Where a mesh's triangles are. The loader replaces files by their data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -54,6 +44,17 @@ pub struct MeshData {
     pub colours: Vec<[f32; 4]>,
 }
 
+impl MeshData {
+    /// Bytes that the arrays take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.positions.as_slice())
+            + size_of_val(self.indices.as_slice())
+            + size_of_val(self.normals.as_slice())
+            + size_of_val(self.colours.as_slice())
+            + self.uvs.iter().map(|set| size_of_val(set.as_slice())).sum::<usize>()
+    }
+}
+
 /// A named image file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -77,6 +78,16 @@ pub struct ImageData {
     pub height: u32,
     /// Red, green, blue, alpha, row by row.
     pub pixels: Pixels,
+}
+
+impl ImageData {
+    /// Bytes that the pixels take.
+    pub fn bytes(&self) -> usize {
+        match &self.pixels {
+            Pixels::Codes(pixels) => size_of_val(pixels.as_slice()),
+            Pixels::Linear(pixels) => size_of_val(pixels.as_slice()),
+        }
+    }
 }
 
 /// Storage of pixels.

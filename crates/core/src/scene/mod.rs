@@ -16,11 +16,13 @@ mod object;
 mod render;
 
 pub use camera::{Camera, Pinhole, Pose, Projection};
-pub use input::{Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, Value, Varying, Weight};
+pub use input::{
+    Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, TextureRef, Value, Varying, Weight,
+};
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Sun};
 pub use material::{
-    AlphaMode, Channel, Classic, Fuzz, Material, Model, Physical, Reflection, Rim, Specular, SpecularModel, TextureRef,
-    Transmission, TransmissionChoice,
+    AlphaMode, Classic, Fuzz, Material, Model, Physical, Reflection, Rim, Specular, SpecularModel, Transmission,
+    TransmissionChoice,
 };
 pub use mesh::{ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, Pixels, Texture, Wrap};
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};

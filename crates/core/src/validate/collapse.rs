@@ -4,9 +4,8 @@
 use glam::{DMat3, DVec3};
 
 use super::check::{Check, list};
-use super::object::no_area;
+use crate::affine::affine;
 use crate::generate::{count_of, places};
-use crate::prepare::affine;
 use crate::scene::{Generator, Object, Shape};
 
 /// What becomes of a shape that would be nothing.
@@ -24,6 +23,15 @@ struct Loss {
 const MOST_PLACES: u64 = 100_000_000;
 
 const STORED: &str = "in single precision, so there is nothing to see";
+
+/// Sine of the angle between the edges of a figure below which it has no area.
+const FLAT: f64 = 1e-12;
+
+/// Whether two edges that have a length span none between them.
+pub(super) fn no_area(u: DVec3, v: DVec3) -> bool {
+    let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
+    u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < FLAT
+}
 
 /// Whether rounding coordinates leaves nothing of a shape moved by an offset.
 pub(crate) fn collapses(shape: &Shape, offset: DVec3, round: impl Fn(f64) -> f64) -> bool {

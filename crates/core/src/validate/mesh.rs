@@ -38,7 +38,7 @@ pub fn missing_uv_sets(scene: &Scene) -> Vec<Problem> {
     let (mut seen, mut problems) = (HashSet::new(), Vec::new());
     for ((list, i, within), object) in listed.chain(repeated) {
         let Shape::Mesh(name) = &object.shape else { continue };
-        let (Some((_, data)), Some((_, material))) = (lookup.mesh_data(name), lookup.material(&object.material)) else {
+        let (Some(data), Some((_, material))) = (lookup.mesh_data(name), lookup.material(&object.material)) else {
             continue;
         };
         let lacks = |set: &u32| *set > 0 && data.uvs.get(*set as usize).is_none_or(Vec::is_empty);

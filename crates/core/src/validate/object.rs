@@ -6,9 +6,6 @@ use super::check::{Check, list};
 use super::{collapse, transform};
 use crate::scene::{Generator, GeneratorKind, Object, Shape, Triple};
 
-/// Sine of the angle between the edges of a figure below which it has no area.
-const FLAT: f64 = 1e-12;
-
 pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     let before = check.problems();
     parts(check, object);
@@ -118,7 +115,7 @@ fn quad(check: &mut Check<'_>, corner: Triple, edge_u: Triple, edge_v: Triple) {
     check.point("corner", corner);
     check.direction("edge_u", edge_u);
     check.direction("edge_v", edge_v);
-    if no_area(edge_u.into(), edge_v.into()) {
+    if collapse::no_area(edge_u.into(), edge_v.into()) {
         check.inside("edge_v", |check| check.report("`edge_u` and `edge_v` lie on one line, so the quad has no area"));
     }
 }
@@ -126,15 +123,9 @@ fn quad(check: &mut Check<'_>, corner: Triple, edge_u: Triple, edge_v: Triple) {
 fn triangle(check: &mut Check<'_>, vertices: &[Triple; 3]) {
     check.each("vertices", vertices, |check, vertex| check.point("", *vertex));
     let [a, b, c] = vertices.map(DVec3::from);
-    if a == b || b == c || c == a || no_area(b - a, c - a) {
+    if a == b || b == c || c == a || collapse::no_area(b - a, c - a) {
         check.inside("vertices", |check| check.report("the corners lie on one line, so the triangle has no area"));
     }
-}
-
-/// Whether two edges that have a length span none between them.
-pub(super) fn no_area(u: DVec3, v: DVec3) -> bool {
-    let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
-    u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < FLAT
 }
 
 /// Two corners of a box; the second must be above the first in every axis, or for a place to scatter in not below.

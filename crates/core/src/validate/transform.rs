@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::FARTHEST;
 use super::check::{Check, list};
-use crate::prepare::affine;
+use crate::affine::affine;
 use crate::scene::TransformStep;
 
 /// Least and greatest absolute scale factor.

@@ -2,10 +2,10 @@
 
 use std::sync::Mutex;
 
-use raywright_core::prepare;
-use raywright_core::render::Observer;
+use raywright_core::prepare::PrepareError;
 use raywright_core::scene::{Pattern, Scene};
 use raywright_core::settings::{Aov, Crop, Sampling, Settings};
+use raywright_core::{Observer, estimate, prepare};
 use serde_json::json;
 
 use crate::support::{DOWN, classic, floor, physical, rendered, settings, sun};
@@ -69,7 +69,7 @@ fn progress_is_told_and_a_render_can_be_stopped() {
     let scene = lit();
     let crop = Some(Crop { x: 1, y: 0, width: 5, height: 3 });
     let settings = Settings { size: [8, 8], crop, tile_size: 4, ..settings(&scene, DOWN) };
-    let ready = prepare(&scene, &settings).expect("prepares");
+    let ready = prepare(&scene, &settings, &()).expect("prepares");
     let watcher = Watcher::default();
     assert!(ready.render(&watcher).finished);
     let mut told = watcher.told.into_inner().expect("no panic");
@@ -86,17 +86,29 @@ fn memory_is_counted_and_limited() {
     let scene = lit();
     let crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 });
     let base = Settings { size: [100, 100], crop, aovs: vec![Aov::Albedo, Aov::Depth], ..settings(&scene, DOWN) };
-    let memory = prepare(&scene, &base).map(|ready| ready.memory()).expect("prepares");
-    assert_eq!((memory.film, memory.textures), (70 * (26 + 12 + 2 * 12 + 2 * 4), 0));
-    let needed = memory.geometry + memory.film;
-    let limited = |limit| prepare(&scene, &Settings { max_memory: Some(limit), ..base.clone() }).is_ok();
-    assert!(memory.geometry > 0 && limited(needed) && !limited(needed - 1));
+    let memory = prepare(&scene, &base, &()).map(|ready| ready.memory()).expect("prepares");
+    assert_eq!((memory.film, memory.textures, memory.meshes), (70 * (26 + 12 + 2 * 12 + 2 * 4), 0, 0));
+    assert_eq!(memory.total(), memory.film + memory.geometry + memory.tables);
+    let needed = estimate(&scene, &base).total();
+    let limited = |limit| prepare(&scene, &Settings { max_memory: Some(limit), ..base.clone() }, &()).is_ok();
+    assert!(memory.geometry > 0 && memory.tables > 0 && limited(needed) && !limited(needed - 1));
+}
+
+/// Protects: too little memory is said before anything is built: nobody is asked whether to go on, because nothing has begun.
+#[test]
+fn memory_is_told_before_anything_is_built() {
+    let scene = lit();
+    let watcher = Watcher { stop: true, ..Watcher::default() };
+    let limited = |max_memory| prepare(&scene, &Settings { max_memory, ..settings(&scene, DOWN) }, &watcher).err();
+    let needed = estimate(&scene, &settings(&scene, DOWN));
+    assert_eq!(limited(Some(1)), Some(PrepareError::Memory { needed, allowed: 1 }));
+    assert_eq!(limited(None), Some(PrepareError::Cancelled));
 }
 
 /// Protects: the small kernel is for shapes with classic materials alone.
 #[test]
 fn kernels_fit_their_scenes() {
-    let name = |scene: &Scene| prepare(scene, &settings(scene, DOWN)).expect("prepares").kernel_name();
+    let name = |scene: &Scene| prepare(scene, &settings(scene, DOWN), &()).expect("prepares").kernel_name();
     assert_eq!(name(&lit()), "analytic");
     assert_eq!(name(&floor(physical(json!({})), json!({}))), "general");
     let leaf = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
@@ -108,7 +120,7 @@ fn kernels_fit_their_scenes() {
 /// Protects: tables say what was built, and an absent effect's are empty.
 #[test]
 fn tables_count_what_was_built() {
-    let tables = |scene: &Scene| prepare(scene, &settings(scene, DOWN)).expect("prepares").tables();
+    let tables = |scene: &Scene| prepare(scene, &settings(scene, DOWN), &()).expect("prepares").tables();
     let lamp = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": 1 } } });
     let spare = json!({ "name": "spare", "model": { "classic": {} } });
     let objects = json!([crate::support::ball([0.0, 5.0, 0.0], 1.0, "lamp"), crate::support::ball([9.0, 5.0, 0.0], 1.0, "lamp")]);

@@ -1,8 +1,8 @@
 //! Rules that make many objects, and the maps that place them.
 
 use glam::DVec3;
+use raywright_core::affine;
 use raywright_core::generate::{count, expand};
-use raywright_core::prepare::affine;
 use raywright_core::scene::{Scene, TransformStep};
 use serde_json::{Value, json};
 

@@ -26,3 +26,4 @@ mod skies;
 mod sky_light;
 mod support;
 mod textures;
+mod watching;

@@ -75,7 +75,6 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
         camera: Some(camera),
         sampling: Sampling::Pattern(Pattern::Centre),
         precision: PrecisionChoice::Reference,
-        threads: Some(1),
         ..Settings::of(scene)
     }
 }
@@ -83,7 +82,7 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
 /// Renders what the settings ask for.
 #[track_caller]
 pub fn rendered(scene: &Scene, settings: &Settings) -> Rendered {
-    prepare(scene, settings).unwrap_or_else(|e| panic!("{e}")).render(&())
+    prepare(scene, settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&())
 }
 
 /// The first pixel.

@@ -101,7 +101,7 @@ fn missing_images_leave_the_factor() {
 fn textured_emission_lights_nothing() {
     let emitters = |terms: Value| {
         let scene = leaf(physical(terms), true);
-        let ready = prepare(&scene, &settings(&scene, AT)).expect("prepares");
+        let ready = prepare(&scene, &settings(&scene, AT), &()).expect("prepares");
         ready.tables().emitters
     };
     assert_eq!(emitters(json!({ "emission": 1 })), 1);

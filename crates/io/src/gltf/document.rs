@@ -37,6 +37,16 @@ pub(super) struct Document {
     pub textures: Vec<json::Texture>,
 }
 
+impl Document {
+    /// Names of the extensions that the file uses, declared or not, apart from those that its types read.
+    pub fn extensions(&self) -> impl Iterator<Item = &String> {
+        let of_nodes = self.nodes.iter().flat_map(|node| node.extensions.others.keys());
+        let extended = self.materials.iter().filter_map(|material| material.extensions.as_ref());
+        let of_materials = extended.flat_map(|extensions| extensions.others.keys());
+        self.extensions_used.iter().chain(self.extensions.others.keys()).chain(of_nodes).chain(of_materials)
+    }
+}
+
 /// Extensions of the whole file that are read.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]

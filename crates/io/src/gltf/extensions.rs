@@ -1,6 +1,5 @@
 //! Which glTF extensions are read, and what is said about the others.
 
-use super::document::Document;
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// Extensions that are read, or whose absence changes nothing in the picture of the default state.
@@ -34,19 +33,9 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     Err(Fault::input(format!("requires the extension {}, which is not supported", list.join(", "))))
 }
 
-/// Warns about extensions that the file uses and that are ignored, declared or not.
-pub(super) fn warn_ignored(document: &Document, warnings: &mut Warnings) {
-    let declared = document.extensions_used.iter();
-    let of_root = document.extensions.others.keys();
-    let of_nodes = document.nodes.iter().flat_map(|node| node.extensions.others.keys());
-    let of_materials = document
-        .materials
-        .iter()
-        .filter_map(|material| material.extensions.as_ref())
-        .flat_map(|extensions| extensions.others.keys());
-    for name in declared.chain(of_root).chain(of_nodes).chain(of_materials) {
-        if !READ.contains(&name.as_str()) {
-            warnings.add(format!("extension {} is ignored", shown(name)));
-        }
+/// Warns about extensions that are named and ignored.
+pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
+    for name in named.filter(|name| !READ.contains(&name.as_str())) {
+        warnings.add(format!("extension {} is ignored", shown(name)));
     }
 }

@@ -131,7 +131,7 @@ struct Import<'a> {
 
 impl Import<'_> {
     fn run(mut self) -> Outcome<Imported> {
-        extensions::warn_ignored(self.document, &mut self.warnings);
+        extensions::warn_ignored(self.document.extensions(), &mut self.warnings);
         if !self.document.animations.is_empty() {
             self.warnings.add("animations are ignored: the file is shown at rest");
         }
@@ -222,7 +222,7 @@ impl Import<'_> {
     fn flattened(&mut self, mesh: UsedMesh, placed: &Placed) -> Outcome<String> {
         let source = self.scene.meshes.get(mesh.place).map(|mesh| mesh.source.clone());
         let Some(MeshSource::Inline(data)) = source else { return Ok(mesh.name) };
-        self.budget.memory(mesh_tools::bytes(&data), 1)?;
+        self.budget.memory(data.bytes(), 1)?;
         let name = self.names.meshes.unique(&mesh.name);
         let data = mesh_tools::squeezed(&data, &placed.world);
         self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()) });

@@ -8,7 +8,8 @@ use raywright_core::suggest::closest;
 use raywright_core::validate::{mesh_data, missing_uv_sets};
 
 use super::Parsed;
-use crate::error::{Error, ErrorKind, Warning};
+use crate::error::{Error, Warning};
+use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Budget, FaultKind};
 use crate::limits::Limits;

@@ -24,7 +24,8 @@ use self::de::{Context, Reader};
 use self::failure::{Failure, Step};
 use self::node::{Node, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::error::{Error, ErrorKind, Warning};
+use crate::error::{Error, Warning};
+use crate::error_kind::ErrorKind;
 use crate::limits::human_bytes;
 
 /// Readings of one text at most: each finds one more failure that stands in the way of the rest.

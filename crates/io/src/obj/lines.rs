@@ -62,6 +62,11 @@ pub(super) fn number(word: &str) -> Option<(&str, f32)> {
     })
 }
 
+/// A path as files from other systems write it, in the form that [`Folder::read`](crate::Folder::read) takes.
+pub(super) fn relative(path: &str) -> String {
+    path.trim().trim_matches('"').replace('\\', "/")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

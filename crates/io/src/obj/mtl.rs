@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-use super::lines::{Statement, decode, number, statements};
+use super::lines::{Statement, decode, number, relative, statements};
 use super::texture::Map;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, Outcome, Warnings, shown};
@@ -59,11 +59,6 @@ pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -
 /// Whether a statement of a library names an image.
 fn names_image(statement: &Statement) -> bool {
     statement.keyword.starts_with("map_") || matches!(statement.keyword, "bump" | "disp" | "decal" | "refl" | "norm")
-}
-
-/// A path as files from other systems write it, in the form that [`Folder::read`] takes.
-pub(super) fn relative(path: &str) -> String {
-    path.trim().trim_matches('"').replace('\\', "/")
 }
 
 /// The libraries behind one `mtllib`: one file whose name may have blanks, or else several files.

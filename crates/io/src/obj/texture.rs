@@ -5,8 +5,7 @@ use std::collections::HashMap;
 use raywright_core::Scene;
 use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, TextureRef, Wrap};
 
-use super::lines::number;
-use super::mtl::relative;
+use super::lines::{number, relative};
 use crate::folder::{Folder, ReadError};
 use crate::import::{Budget, Fault, Names, Outcome, Warnings};
 use crate::{Limits, image_file};

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use same_file::Handle;
 
-use super::atomic::folder_of;
 use crate::error::Error;
 
 /// Links in a row before they are taken for a circle; Linux follows as many.
@@ -92,6 +91,14 @@ pub(super) fn follow(path: &Path) -> io::Result<PathBuf> {
         }
     }
     Err(io::Error::other("its symbolic links run in a circle"))
+}
+
+/// The folder that holds a file of this name.
+pub(super) fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent.to_path_buf(),
+        _ => PathBuf::from("."),
+    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+use crate::made;
 use crate::shared::{assets, check_sound, try_load};
 
 /// A small generator of pseudo-random numbers (xorshift; Marsaglia 2003): the same damage in every run.
@@ -86,12 +87,18 @@ const SMALL: [&str; 6] = [
     "gltf/Cameras/Cameras.gltf",
 ];
 
+/// Models made here, and those of the shared ones with these names where they are.
+fn victims(endings: &[&str], names: &[&str]) -> Vec<Victim> {
+    let folder = tempfile::tempdir().unwrap();
+    let made =
+        made::models(folder.path()).into_iter().filter(|path| path.extension().is_some_and(|e| endings.iter().any(|&k| e == k)));
+    made.chain(names.iter().filter_map(|name| assets(name))).map(|path| Victim::of(&path)).collect()
+}
+
 /// Every length from nothing to all but one byte.
 #[test]
 fn truncated_models_do_no_harm() {
-    for name in SMALL {
-        let Some(path) = assets(name) else { return };
-        let victim = Victim::of(&path);
+    for victim in victims(&["gltf", "glb"], &SMALL) {
         for end in 0..victim.bytes.len() {
             victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
             victim.survives(&with_fitting_lengths(victim.bytes[..end].to_vec()), &format!("{end} bytes, lengths fitted"));
@@ -104,9 +111,8 @@ fn truncated_models_do_no_harm() {
 #[test]
 fn flipped_models_do_no_harm() {
     let mut survivors = 0;
-    for name in SMALL.iter().chain(["gltf/crafted/image_formats.glb", "gltf/crafted/index_types.glb"].iter()) {
-        let Some(path) = assets(name) else { return };
-        let victim = Victim::of(&path);
+    let names = [&SMALL[..], &["gltf/crafted/image_formats.glb", "gltf/crafted/index_types.glb"]].concat();
+    for victim in victims(&["gltf", "glb"], &names) {
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
         for round in 0..1500 {
             let mut bytes = victim.bytes.clone();
@@ -125,9 +131,7 @@ fn flipped_models_do_no_harm() {
 fn lying_numbers_do_no_harm() {
     const LIES: [&str; 12] =
         ["0", "1", "-1", "2", "255", "65535", "4294967295", "4294967296", "18446744073709551615", "1e30", "0.5", "-1e-30"];
-    for name in SMALL {
-        let Some(path) = assets(name) else { return };
-        let victim = Victim::of(&path);
+    for victim in victims(&["gltf", "glb"], &SMALL) {
         let (start, end) = match victim.bytes.starts_with(b"glTF") {
             true => (20, 20 + u32::from_le_bytes(victim.bytes[12..16].try_into().unwrap()) as usize),
             false => (0, victim.bytes.len()),
@@ -175,9 +179,8 @@ fn numbers(json: &str) -> Vec<(usize, &str)> {
 /// OBJ and MTL text cut and changed in every way that the models are.
 #[test]
 fn damaged_text_does_no_harm() {
-    for name in ["obj/crafted/glass_and_mirror.obj", "obj/crafted/negative_indices.obj", "obj/tinyobj/cube-vertexcol.obj"] {
-        let Some(path) = assets(name) else { return };
-        let victim = Victim::of(&path);
+    let names = ["obj/crafted/glass_and_mirror.obj", "obj/crafted/negative_indices.obj", "obj/tinyobj/cube-vertexcol.obj"];
+    for victim in victims(&["obj"], &names) {
         for end in 0..victim.bytes.len() {
             victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
         }

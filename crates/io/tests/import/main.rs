@@ -4,6 +4,7 @@ mod attributes;
 mod collections;
 mod gltf;
 mod hostile;
+mod made;
 mod malformed;
 mod obj;
 mod samplers;

@@ -7,6 +7,9 @@ use raywright_core::bench::clock::CLOCK;
 use raywright_core::bench::{Care, FILL, Given, Series};
 use serde::Serialize;
 
+/// Threads that everything is measured on.
+pub const THREADS: u32 = 1;
+
 /// Everything that a reader needs to judge the figures.
 #[derive(Debug, Serialize)]
 pub struct Report {
@@ -18,7 +21,7 @@ pub struct Report {
     pub processor: Option<String>,
     /// Processors of the machine, of which one was used.
     processors: usize,
-    threads: usize,
+    threads: u32,
     /// What the times count.
     pub clock: &'static str,
     precision: &'static str,
@@ -59,7 +62,7 @@ impl Report {
             version: env!("CARGO_PKG_VERSION"),
             processor: processor(),
             processors: available_parallelism().map_or(1, usize::from),
-            threads: 1,
+            threads: THREADS,
             clock: CLOCK,
             precision: "robust",
             builder: "fast",

@@ -28,11 +28,16 @@ pub(super) fn scene() -> Scene {
 /// The scene in 11 × 7 pixels, 4 × 3 tiles and so many samples in four replicates.
 pub(super) fn settings(samples: u32) -> Settings {
     let sampling = Sampling::General(samples);
-    Settings { size: [11, 7], tile_size: 3, sampling, replicates: Some(4), threads: Some(1), ..Settings::of(&scene()) }
+    Settings { size: [11, 7], tile_size: 3, sampling, replicates: Some(4), ..Settings::of(&scene()) }
 }
 
 pub(super) fn ready(settings: &Settings) -> Ready {
-    prepare(&scene(), settings).unwrap_or_else(|e| panic!("{e}"))
+    prepare(&scene(), settings, &()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Runs something on a pool of one thread: there, tiles are finished in order.
+pub(super) fn in_order<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread").install(work)
 }
 
 /// Every layer there is.

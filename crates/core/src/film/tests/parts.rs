@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use proptest::prelude::*;
 
-use super::{layers, ready, rendered, settings};
+use super::{in_order, layers, ready, rendered, settings};
 use crate::film::{Film, Part, PartError};
 use crate::picture::Picture;
 use crate::settings::{Background, Sampling, Settings};
@@ -83,7 +83,8 @@ fn a_stopped_render_goes_on() {
     let mut steps = 0;
     while film.unfinished() > 0 {
         let before = film.counters().samples;
-        ready.render_part(&mut film, &whole.whole(), &Patience(AtomicU32::new(5))).expect("its own film");
+        let patience = Patience(AtomicU32::new(5));
+        in_order(|| ready.render_part(&mut film, &whole.whole(), &patience)).expect("its own film");
         assert!(film.counters().samples > before);
         steps += 1;
         let empty = film.picture().layer("samples.N").expect("asked for").samples.iter().filter(|&&n| n == 0.0).count();
@@ -100,7 +101,7 @@ fn a_stopped_render_goes_on() {
 /// Protects: what one call of `render` reports of a picture that was stopped.
 #[test]
 fn a_stopped_picture_says_how_much_is_missing() {
-    let rendered = ready(&settings(6)).render(&Patience(AtomicU32::new(13)));
+    let rendered = in_order(|| ready(&settings(6)).render(&Patience(AtomicU32::new(13))));
     // One tile, of 9 pixels, has two of its replicates, and the others one.
     assert_eq!((rendered.finished, rendered.unfinished, rendered.counters.samples), (false, 77, 77 * 2 + 9 * 2));
     let finished = ready(&settings(6)).render(&());

@@ -8,7 +8,7 @@ use crate::settings::{Aov, Background, Sampling, Settings};
 use crate::{Rendered, prepare};
 
 fn render(scene: &Scene, settings: &Settings) -> Rendered {
-    prepare(scene, settings).unwrap_or_else(|e| panic!("{e}")).render(&())
+    prepare(scene, settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&())
 }
 
 /// Planes of one pixel with these sums and counts.
@@ -71,7 +71,7 @@ fn the_variance_is_that_of_the_samples() {
     let scene: Scene = serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
     for samples in [2_u16, 6, 64, 250] {
         let settings = Settings { size: [11, 7], sampling: Sampling::General(u32::from(samples)), ..Settings::of(&scene) };
-        let ready = prepare(&scene, &settings).unwrap_or_else(|e| panic!("{e}"));
+        let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
         let (film, n) = (rendered(&ready), f64::from(samples));
         for (pixel, colour) in film.picture().rgb.iter().enumerate() {
             let p = (f64::from(colour[0]) * n).round() / n;

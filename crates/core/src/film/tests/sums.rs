@@ -3,10 +3,10 @@
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
-use crate::film::sums::{Gather, Moments, Plain, Sums};
+use crate::film::sums::{Block, Gather, Moments, Plain, Sums};
 
-fn gathered<G: Gather<f32>>(samples: impl IntoIterator<Item = f32>) -> Sums {
-    let mut pixel = G::default();
+fn gathered<B: Block<f32>>(samples: impl IntoIterator<Item = f32>) -> Sums {
+    let mut pixel = Gather::<f32, B>::default();
     for sample in samples {
         pixel.add(Vec3::splat(sample), true);
     }
@@ -67,8 +67,8 @@ fn equal_samples_do_not_vary() {
 /// for the next pixel.
 #[test]
 fn not_finite_samples_are_dropped() {
-    fn check<G: Gather<f32>>(spread: f32) {
-        let mut pixel = G::default();
+    fn check<B: Block<f32>>(spread: f32) {
+        let mut pixel = Gather::<f32, B>::default();
         for _ in 0..2 {
             assert!(pixel.add(Vec3::ONE, true));
             assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), true));
@@ -90,14 +90,14 @@ proptest! {
         offset in -1e6_f32..1e6,
         scale in -30_i32..30,
     ) {
-        let mut pixel = Moments::default();
+        let mut pixel = Gather::<f64, Moments>::default();
         let mut entered = Vec::new();
         for (sample, drop) in samples {
             let sample = if drop { f64::NAN } else { f64::from(sample + offset) * 2.0_f64.powi(scale) };
-            <Moments as Gather<f64>>::add(&mut pixel, DVec3::splat(sample), true);
+            pixel.add(DVec3::splat(sample), true);
             entered.extend((!drop).then_some(sample));
         }
-        let found = <Moments as Gather<f64>>::finish(&mut pixel);
+        let found = pixel.finish();
         let n = entered.len() as f64;
         let mean = entered.iter().sum::<f64>() / n.max(1.0);
         let expected = entered.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>().sqrt();

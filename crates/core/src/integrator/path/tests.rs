@@ -21,7 +21,8 @@ fn everything() -> Scene {
     let classic = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "classic": terms } });
     serde_json::from_value(json!({
         "format": 1,
-        "camera": { "position": [0, 0.4, 6], "target": [0, 0, 0], "vertical_fov": 50 },
+        "cameras": [{ "pose": { "look_at": { "eye": [0, 0.4, 6], "target": [0, 0, 0] } },
+            "projection": { "perspective": { "vertical_fov": 50 } } }],
         "sky": { "constant": [0.2, 0.3, 0.5] },
         "materials": [
             physical("glass", json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
@@ -49,7 +50,7 @@ struct Way {
 fn together_or_one_by_one() {
     let scene = everything();
     let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
-    let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL).expect("it can be prepared");
+    let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
     let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false);
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
     let begin = |tracer: &mut Tracer<'_, Robust, General>, pixel: [u32; 2]| {

@@ -1,8 +1,8 @@
 //! Emitters as preparation finds them: their areas, their places, and the way back from a hit.
 
-use super::super::affine;
 use super::super::geometry::tests::glowing;
 use super::*;
+use crate::affine::affine;
 use crate::generate::expand;
 use crate::light::Emitters;
 use crate::prepare::build_geometry;
@@ -11,7 +11,7 @@ use raywright_bvh::{AcceleratorKind, Interval, Ray, Robust};
 use serde_json::json;
 
 fn found(scene: &Scene) -> Emitters<Robust> {
-    Emitters::new(emitters::<Robust>(scene, &Lookup::new(scene)))
+    Emitters::new(emitters::<Robust>(scene, &Lookup::new(scene), &()).expect("nobody stops it"))
 }
 
 /// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of emitters are no matter, and
@@ -77,7 +77,7 @@ fn a_hit_finds_its_emitter() {
     .expect("a scene");
     let (lookup, emitters) = (Lookup::new(&scene), found(&scene));
     assert_eq!((emitters.len(), emitters.lit()), (10, 7));
-    let built = build_geometry::<Robust>(&scene, &lookup, AcceleratorKind::Linear).expect("it can be built");
+    let built = build_geometry::<Robust>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
     let emitter_at = |x: f32, z: f32| {
         let ray = Ray::new(glam::Vec3::new(x, 3.0, z), glam::Vec3::NEG_Y);
         let hit = built.geometry.closest(&ray, Interval::positive(), &mut ()).expect("something lies below");

@@ -1,7 +1,7 @@
 //! Shapes as preparation makes them.
 
 use super::*;
-use crate::scene::{Colour, Generator, GeneratorKind, Material, Model, Physical};
+use crate::scene::{Colour, Generator, GeneratorKind, Material, Model, Physical, TransformStep};
 use raywright_bvh::Robust;
 
 pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -> (Material, Object) {
@@ -34,8 +34,9 @@ fn collapsed_shapes_are_refused() {
     let kind = GeneratorKind::Grid { counts: [1, 1, 2], origin: [0.0, 0.0, 3e5], step: [0.0, 0.0, 1.0] };
     let scene = Scene { materials: vec![material], generators: vec![Generator { kind, object }], ..Scene::default() };
     let lookup = Lookup::new(&scene);
-    let narrow = build::<Robust>(&scene, &lookup, AcceleratorKind::Linear).err();
+    let narrow = build::<Robust>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
     assert_eq!(narrow, Some(PrepareError::Collapsed { object: 0 }));
-    let wide = build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear).expect("f64 tells its faces apart");
+    let wide =
+        build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("f64 tells its faces apart");
     assert_eq!(wide.objects.len(), 2);
 }

@@ -1,31 +1,25 @@
 //! Texels against an oracle in whole numbers: which ones a coordinate means, how they are blended, what their codes stand for.
 
+use std::sync::LazyLock;
+
 use super::*;
 
 /// Columns and rows of the picture under test; neither a power of two nor alike.
 const SIZE: [u32; 2] = [5, 2];
 
-fn sampler<R: Real>(pixels: Pixels, [width, height]: [u32; 2], filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
-    Sampler {
-        image: Arc::new(ImageData { width, height, pixels }),
-        srgb: true,
-        filter,
-        wrap,
-        set: 0,
-        coordinates: None,
-        transform: None,
-        factor: R::Vec3::ONE,
-    }
+fn sampler<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
+    Sampler { srgb: true, filter, wrap, transform: None, factor: R::Vec3::ONE }
 }
 
 /// Texels that hold their own number.
-fn numbered<R: Real>(filter: Filter, wrap: [Wrap; 2]) -> Sampler<R> {
+fn numbered() -> ImageData {
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i as f32; 4]).collect();
-    sampler(Pixels::Linear(pixels), SIZE, filter, wrap)
+    ImageData { width: SIZE[0], height: SIZE[1], pixels: Pixels::Linear(pixels) }
 }
 
 fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
-    sampler.filtered([u, v])[0].to_f64()
+    static NUMBERED: LazyLock<ImageData> = LazyLock::new(numbered);
+    sampler.filtered(&NUMBERED, [u, v])[0].to_f64()
 }
 
 /// ⌊u·n⌋ without rounding: a double is a whole number times a power of two.
@@ -81,8 +75,8 @@ fn agrees<R: Real>(tolerance: f64) {
             // What is read is the stored number, and the oracle takes that one.
             let (stored, middle) = (R::from_f64(u), R::from_f64(0.5));
             // Along u in the upper row, whose middle is 1/4; along v in the middle column.
-            let along_u = read(&numbered::<R>(filter, [wrap, Wrap::Clamp]), stored, R::from_f64(0.25));
-            let along_v = read(&numbered::<R>(filter, [Wrap::Clamp, wrap]), middle, stored);
+            let along_u = read(&sampler::<R>(filter, [wrap, Wrap::Clamp]), stored, R::from_f64(0.25));
+            let along_v = read(&sampler::<R>(filter, [Wrap::Clamp, wrap]), middle, stored);
             let columns = expected(stored.to_f64(), SIZE[0], filter, wrap);
             let rows = 2.0 + 5.0 * expected(stored.to_f64(), SIZE[1], filter, wrap);
             assert!((along_u - columns).abs() <= tolerance, "{filter:?} {wrap:?} u = {u:e}: {along_u}, not {columns}");
@@ -104,11 +98,11 @@ fn any_coordinate_reads_a_texel() {
     for filter in [Filter::Nearest, Filter::Bilinear] {
         for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
             for u in [f32::NAN, f32::INFINITY, -f32::INFINITY, f32::MAX, f32::MIN, f32::MIN_POSITIVE, -f32::MIN_POSITIVE] {
-                let sampler = numbered::<f32>(filter, [wrap; 2]);
-                assert!((0.0..=9.0).contains(&read(&sampler, u, u)), "{filter:?} {wrap:?} {u}");
-                let sampler = numbered::<f64>(filter, [wrap; 2]);
+                let single = sampler::<f32>(filter, [wrap; 2]);
+                assert!((0.0..=9.0).contains(&read(&single, u, u)), "{filter:?} {wrap:?} {u}");
+                let double = sampler::<f64>(filter, [wrap; 2]);
                 let u = if u.is_finite() { f64::from(u) * 1e250 } else { f64::from(u) };
-                assert!((0.0..=9.0).contains(&read(&sampler, u, u)), "{filter:?} {wrap:?} {u}");
+                assert!((0.0..=9.0).contains(&read(&double, u, u)), "{filter:?} {wrap:?} {u}");
             }
         }
     }
@@ -117,7 +111,7 @@ fn any_coordinate_reads_a_texel() {
 /// Protects: a filtered repeating texture has no seam. Its values differ by five at most, so its slope is below 25 a turn.
 #[test]
 fn a_repeating_texture_is_continuous_at_its_seam() {
-    let sampler = numbered::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
+    let sampler = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
     for seam in [-1.0, 0.0, 1.0, 2.0] {
         for step in [1e-3, 1e-6, 1e-9] {
             let (before, after) = (read(&sampler, seam - step, 0.25), read(&sampler, seam + step, 0.25));
@@ -131,12 +125,12 @@ fn a_repeating_texture_is_continuous_at_its_seam() {
 fn codes_are_decoded_in_the_precision_that_reads_them() {
     let curve = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
     for code in 0..=255_u8 {
-        let pixels = || Pixels::Codes(vec![[code; 4]]);
-        let read = Sampler { srgb: true, ..sampler::<f64>(pixels(), [1, 1], Filter::Nearest, [Wrap::Repeat; 2]) };
-        let plain = Sampler { srgb: false, ..read.clone() };
+        let image = ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[code; 4]]) };
+        let read = sampler::<f64>(Filter::Nearest, [Wrap::Repeat; 2]);
+        let plain = Sampler { srgb: false, ..read };
         let share = f64::from(code) / 255.0;
-        let [r, _, b, a] = read.filtered([0.0; 2]);
+        let [r, _, b, a] = read.filtered(&image, [0.0; 2]);
         assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");
-        assert_eq!(([a, plain.filtered([0.0; 2])[1]]), [share; 2]);
+        assert_eq!(([a, plain.filtered(&image, [0.0; 2])[1]]), [share; 2]);
     }
 }

@@ -12,7 +12,8 @@ mod schema;
 use raywright_core::Scene;
 
 use super::{Notation, Overrides, parse};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
+use crate::error_kind::ErrorKind;
 
 /// Reads a TOML scene named `x.scene.toml`.
 fn toml(text: &str) -> Result<Scene, Error> {

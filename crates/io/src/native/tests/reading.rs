@@ -3,7 +3,7 @@
 use raywright_core::scene::{Colour, ColourInput, Model, Shape, Weight};
 
 use super::{good, parse, toml};
-use crate::error::ErrorKind;
+use crate::error_kind::ErrorKind;
 use crate::native::{Notation, Overrides};
 
 const BALL: &str = r#"

@@ -1,0 +1,146 @@
+//! How many primitives of which kind a set will hold, and so what memory it will take, before there is one.
+
+use crate::accelerator::{Accelerator, AcceleratorKind};
+use crate::group::{Group, few};
+use crate::instance::Instance;
+use crate::scalar::{Precision, Real};
+use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
+
+/// Counts of primitives, by what a [`Group`] stores for each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inventory {
+    /// Spheres under no map.
+    pub spheres: u64,
+    /// Triangles under no map.
+    pub triangles: u64,
+    /// Planes under no map.
+    pub planes: u64,
+    /// Other shapes under no map.
+    pub shapes: u64,
+    /// Shapes of any kind under a map.
+    pub placed: u64,
+    /// Instances of other geometry.
+    pub instances: u64,
+    /// Of all these, those without bounds.
+    unbounded: u64,
+}
+
+impl Inventory {
+    /// A mesh by itself.
+    pub fn of_triangles(count: u64) -> Self {
+        Self { triangles: count, ..Self::default() }
+    }
+
+    /// Adds `count` shapes that differ from this one in their places at most, under maps of their own or not.
+    pub fn add<R: Real>(&mut self, shape: &AnyShape<R>, mapped: bool, count: u64) {
+        let kind = match shape {
+            _ if mapped => &mut self.placed,
+            AnyShape::Sphere(_) => &mut self.spheres,
+            AnyShape::Triangle(_) => &mut self.triangles,
+            AnyShape::Plane(_) => &mut self.planes,
+            _ => &mut self.shapes,
+        };
+        *kind = kind.saturating_add(count);
+        if shape.bounds().is_none() {
+            self.unbounded = self.unbounded.saturating_add(count);
+        }
+    }
+
+    /// Number of primitives.
+    pub fn len(&self) -> u64 {
+        let kinds = [self.spheres, self.triangles, self.planes, self.shapes, self.placed, self.instances];
+        kinds.into_iter().fold(0, u64::saturating_add)
+    }
+
+    /// Whether there is no primitive.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// At least what [`Geometry::bytes`](crate::Geometry::bytes) will say of these primitives, and less than twice that. Only how
+    /// many nodes a tree will have is not known.
+    pub fn most_bytes<P: Precision>(&self, kind: AcceleratorKind) -> u64 {
+        let bounded = self.len().saturating_sub(self.unbounded);
+        let few = few(self.len() == self.spheres.saturating_add(self.planes));
+        self.bytes::<P>().saturating_add(Accelerator::most_bytes(kind, bounded, few as u64))
+    }
+
+    /// What they take without an accelerator.
+    fn bytes<P: Precision>(&self) -> u64 {
+        let each = [
+            (self.len(), Group::<P>::BYTES_EACH),
+            (self.spheres, size_of::<Sphere<P::Real>>()),
+            (self.triangles, size_of::<Triangle<P::Real>>()),
+            (self.planes, size_of::<Plane<P::Real>>()),
+            (self.shapes, size_of::<AnyShape<P::Real>>()),
+            (self.placed, size_of::<Placed<P>>()),
+            (self.instances, size_of::<Instance<P>>()),
+        ];
+        each.into_iter().fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::geometry::Geometry;
+    use crate::ray::Visibility;
+    use crate::scalar::{Fast, Reference, Robust};
+    use crate::shapes::Disk;
+    use crate::{BuildQuality, Vector};
+
+    /// `n` balls in a row, `others` disks among them and a plane where asked for.
+    fn both<P: Precision>(n: u64, others: u64, plane: bool) -> (Inventory, Group<P>) {
+        let (mut inventory, mut group) = (Inventory::default(), Group::<P>::default());
+        let mut add = |shape: AnyShape<P::Real>| {
+            inventory.add(&shape, false, 1);
+            group.shape(shape, Visibility::default()).unwrap();
+        };
+        let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
+        for i in 0..n {
+            add(AnyShape::Sphere(Sphere { centre: Vector::from_f64(at(i)), radius: P::Real::from_f64(0.25) }));
+        }
+        for i in 0..others {
+            add(AnyShape::Disk(Disk::new(at(i), DVec3::Y, 0.5)));
+        }
+        if plane {
+            add(AnyShape::Plane(Plane::new(Vector::ZERO, Vector::from_f64(DVec3::Y))));
+        }
+        (inventory, group)
+    }
+
+    fn holds<P: Precision>() {
+        let tree = BuildQuality::ALL.map(AcceleratorKind::Tree);
+        for n in [0, 1, 2, 3, 5, 14, 15, 16, 64, 1000] {
+            for (others, plane) in [(0, false), (0, true), (1, false), (n, true)] {
+                for kind in [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes].into_iter().chain(tree) {
+                    let (inventory, group) = both::<P>(n, others, plane);
+                    let most = inventory.most_bytes::<P>(kind);
+                    let real = Geometry::new(group, kind).bytes() as u64;
+                    let what = format!("{n} balls, {others} disks, {kind:?}: {real} bytes, at most {most}");
+                    assert!(real <= most && most <= 2 * real, "{what}");
+                    assert!(matches!(kind, AcceleratorKind::Tree(_)) || real == most, "{what}");
+                }
+            }
+        }
+    }
+
+    /// Protects: what is told of the memory beforehand is never too little and at most twice of what there is then, for few
+    /// primitives and many, with and without boxes, in each precision and by each builder; without a tree it is exact.
+    #[test]
+    fn memory_is_told_beforehand() {
+        holds::<Fast>();
+        holds::<Robust>();
+        holds::<Reference>();
+    }
+
+    /// Protects: a tree of as many nodes as there can be, each of two leaves below a complete one, is within what is told.
+    #[test]
+    fn the_emptiest_nodes_are_reckoned_with() {
+        // Eight leaves in pairs: a root of four, and each of them of two.
+        assert_eq!(Accelerator::most_bytes(AcceleratorKind::default(), 8, 2), 5 * 128);
+        assert_eq!(Accelerator::most_bytes(AcceleratorKind::default(), 2, 2), 0);
+    }
+}

@@ -1,0 +1,99 @@
+//! From a loaded scene to one that is ready to render: the view where there is none, and what can go wrong, in the user's words.
+
+use std::cmp::Reverse;
+
+use raywright_core::camera;
+use raywright_core::prepare::PrepareError;
+use raywright_core::scene::Camera;
+use raywright_core::settings::Settings;
+use raywright_core::{Memory, Observer, Ready, Scene, extent, prepare};
+use raywright_io::{Error, Loaded, human_bytes};
+
+use crate::failure::{Exit, Failure};
+use crate::memory;
+
+/// How a run ends that was stopped before there was anything to keep.
+pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
+
+/// Prepares a scene, or says in the words of the command line why that can't be.
+pub fn prepared(loaded: &Loaded, settings: &Settings, observer: &dyn Observer) -> Result<Ready, Failure> {
+    prepare(&loaded.scene, settings, observer).map_err(|error| {
+        let name = &loaded.source.name;
+        match error {
+            PrepareError::Cancelled => return Failure::new(Exit::Interrupted, NOTHING_KEPT),
+            PrepareError::Memory { needed, allowed } => too_much(name, &needed, allowed),
+            other => Error::input(name, other),
+        }
+        .into()
+    })
+}
+
+/// What needs how much memory, and what to do about the part that needs most.
+fn too_much(name: &str, needed: &Memory, allowed: u64) -> Error {
+    let advice = |part: &str| match part {
+        "picture" => "render less with --size or --crop",
+        "textures" => "give it smaller images",
+        _ => "show fewer objects or coarser meshes",
+    };
+    let mut parts = needed.parts();
+    parts.sort_by_key(|&(_, bytes)| Reverse(bytes));
+    let [(most, _), ..] = parts;
+    let (all, allowed) = (human_bytes(needed.total()), human_bytes(allowed));
+    let message = format!("rendering it needs about {all} ({}), and the limit is {allowed}", memory::listed(&parts));
+    Error::limit(name, message).with_hint(format!("raise the limit with --max-memory, or {}", advice(most)))
+}
+
+/// The camera that shows the whole scene, for one that has none.
+pub fn framed(scene: &Scene, settings: &Settings) -> Camera {
+    let [width, height] = settings.size.map(f64::from);
+    camera::frame(&extent(scene, settings.precision).bounds, width / height)
+}
+
+#[cfg(test)]
+mod tests {
+    use raywright_io::{Input, LoadOptions, load};
+
+    use super::*;
+
+    struct Stopped;
+
+    impl Observer for Stopped {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+
+    /// A scene with nothing in it.
+    fn empty() -> (Loaded, Settings) {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join("empty.scene.toml");
+        std::fs::write(&file, "format = 1\n").expect("a file");
+        let loaded = load(&Input::Path(file), &LoadOptions::default()).expect("an empty scene");
+        let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
+        (loaded, settings)
+    }
+
+    /// Protects: Ctrl-C ends the preparation too, with the code and the words of a run that was interrupted.
+    #[test]
+    fn preparation_can_be_interrupted() {
+        let (loaded, settings) = empty();
+        let failure = prepared(&loaded, &settings, &Stopped).err().expect("it is stopped");
+        assert_eq!((failure.exit, failure.message.as_str()), (Exit::Interrupted, "error: interrupted; nothing was written"));
+        assert!(prepared(&loaded, &settings, &()).is_ok());
+    }
+
+    /// Protects: who has too little memory hears what takes how much, most first, and what would help with that.
+    #[test]
+    fn too_little_memory_is_explained() {
+        let of = |needed: Memory| too_much("a.glb", &needed, 1 << 20).to_string();
+        let picture = of(Memory { geometry: 1 << 20, film: 3 << 20, ..Memory::default() });
+        assert_eq!(
+            picture,
+            "error: a.glb: rendering it needs about 4 MiB (picture 3 MiB, geometry 1 MiB), and the limit is 1 MiB\n\
+            help: raise the limit with --max-memory, or render less with --size or --crop"
+        );
+        let ends = |needed: Memory, advice: &str| assert!(of(needed).ends_with(advice), "{}", of(needed));
+        ends(Memory { textures: 2 << 20, film: 1, ..Memory::default() }, "or give it smaller images");
+        ends(Memory { geometry: 2 << 20, film: 1, ..Memory::default() }, "or show fewer objects or coarser meshes");
+    }
+}

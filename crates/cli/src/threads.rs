@@ -1,0 +1,37 @@
+//! The one place that decides how many threads work: libraries use whichever pool they are called from.
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+use crate::failure::{Exit, Failure};
+
+/// What computes.
+pub struct Threads(Option<ThreadPool>);
+
+impl Threads {
+    /// So many threads; where no number is given, the pool that rayon keeps for the whole program, with one for each processor.
+    pub fn new(count: Option<u32>) -> Result<Self, Failure> {
+        let pool = |count: u32| ThreadPoolBuilder::new().num_threads(count as usize).build();
+        let failed = |cause| Failure::new(Exit::Failed, format_args!("cannot start the threads: {cause}"));
+        Ok(Self(count.map(pool).transpose().map_err(failed)?))
+    }
+
+    /// Runs something on them.
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.0 {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: `--threads` says how many work, in whatever is called, and nothing else does.
+    #[test]
+    fn as_many_as_are_asked_for() {
+        let at_work = |count| Threads::new(count).expect("a few threads").run(rayon::current_num_threads);
+        assert_eq!([Some(1), Some(3), None].map(at_work), [1, 3, rayon::current_num_threads()]);
+    }
+}

@@ -1,0 +1,86 @@
+//! The tables of emitters, as preparation fills them.
+
+use raywright_bvh::shapes::{AnyShape, Placed};
+use raywright_bvh::{Precision, Real, Side, Vec3Of, Vector};
+
+/// Geometry of an emitter in the world.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::light) enum Form<R: Real> {
+    Plain(AnyShape<R>),
+    /// Under a map: its place in the list of those.
+    Placed(u32),
+}
+
+/// One emissive shape or triangle.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::light) struct Emitter<R: Real> {
+    pub form: Form<R>,
+    pub radiance: R::Vec3,
+    /// Which sides give off light: those that can be seen.
+    pub side: Side,
+    /// Area of the surface in the world; zero where it has none that points could be drawn from.
+    pub area: f64,
+}
+
+impl<R: Real> Emitter<R> {
+    /// Sum of what it gives off in all directions, up to a factor that all emitters share.
+    pub fn power(&self) -> f64 {
+        let radiance = self.radiance.to_f64();
+        (radiance.x + radiance.y + radiance.z) * self.area * if self.side == Side::Both { 2.0 } else { 1.0 }
+    }
+}
+
+/// Emitters as preparation finds them, object by object.
+#[derive(Clone, Debug)]
+pub struct EmitterList<P: Precision> {
+    pub(super) emitters: Vec<Emitter<P::Real>>,
+    pub(super) placed: Vec<Placed<P>>,
+    pub(super) first: Vec<u32>,
+}
+
+impl<P: Precision> Default for EmitterList<P> {
+    fn default() -> Self {
+        Self { emitters: Vec::new(), placed: Vec::new(), first: Vec::new() }
+    }
+}
+
+impl<P: Precision> EmitterList<P> {
+    /// What is added from here on belongs to the next object, in the order of the scene's objects.
+    pub fn next_object(&mut self) {
+        self.first.push(self.emitters.len() as u32);
+    }
+
+    /// Bytes of so many emitters, some of them under maps, of a scene of so many objects, with the sums by which they are drawn.
+    pub(crate) fn bytes_of(emitters: u64, placed: u64, objects: u64) -> u64 {
+        if emitters == 0 {
+            return 0;
+        }
+        let each = [
+            (emitters, size_of::<Emitter<P::Real>>() + size_of::<f64>()),
+            (placed, size_of::<Placed<P>>()),
+            (objects, size_of::<u32>()),
+        ];
+        each.into_iter().fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)))
+    }
+
+    /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
+    pub fn plain(&mut self, shape: AnyShape<P::Real>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
+        let area = area.unwrap_or_else(|| finite(shape.area()));
+        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, side, area });
+        area
+    }
+
+    /// Adds a shape under a map.
+    pub fn placed(&mut self, placed: Placed<P>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
+        let area = area.unwrap_or_else(|| finite(placed.area()));
+        let form = Form::Placed(self.placed.len() as u32);
+        self.placed.push(placed);
+        self.emitters.push(Emitter { form, radiance, side, area });
+        area
+    }
+}
+
+/// An area that points can be drawn from.
+fn finite(area: Option<f64>) -> f64 {
+    area.filter(|a| a.is_finite()).unwrap_or(0.0)
+}

@@ -1,0 +1,128 @@
+//! What memory a picture will take, from the scene alone: asked before anything is built, so that what can't be had is refused
+//! and not tried.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+use raywright_bvh::{Inventory, Precision};
+
+use super::geometry::{ObjectRecord, any_shape};
+use super::input::TextureUse;
+use super::material::Material;
+use super::uses::Uses;
+use crate::affine::affine;
+use crate::effects::{Effect, EffectSet};
+use crate::film::Plan;
+use crate::generate::{count, counted};
+use crate::light::{DeltaLight, EmitterList};
+use crate::lookup::Lookup;
+use crate::memory::Memory;
+use crate::scene::{ImageData, Projection, Scene, Shape, Sky};
+use crate::settings::Settings;
+
+/// At least what a scene prepared in a precision will take, and at most twice of it, from counts alone: only how many nodes a
+/// tree has, and whether lamps have an area to be drawn from, is not known beforehand.
+pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
+    let lookup = Lookup::new(scene);
+    let needs = Needs::of::<P>(scene, settings, &lookup, simulated.has(Effect::SoftShadows));
+    let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
+        Some(Projection::ThinLens { aperture_radius, .. }) => *aperture_radius > 0.0,
+        _ => false,
+    };
+    let random = lens || needs.lamps > 0 || !settings.sampling.is_fixed();
+    let plan = Plan::new(settings, random);
+    let times = |count: u64, each: usize| count.saturating_mul(each as u64);
+    let tables = [
+        times(count(scene), size_of::<ObjectRecord<P::Real>>()),
+        times(needs.own.len(), size_of::<u32>()),
+        times(scene.materials.len() as u64, size_of::<Material<P::Real>>()),
+        times(needs.texture_uses, size_of::<TextureUse<P::Real>>()),
+        times(scene.lights.len() as u64, size_of::<DeltaLight<P::Real>>()),
+        EmitterList::<P>::bytes_of(needs.lamps, needs.placed_lamps, count(scene)),
+    ];
+    Memory {
+        geometry: needs.own.most_bytes::<P>(settings.accelerator).saturating_add(needs.shared),
+        meshes: needs.meshes,
+        tables: tables.into_iter().fold(0, u64::saturating_add),
+        textures: needs.images,
+        film: plan.bytes(),
+    }
+}
+
+/// What a scene needs of everything.
+#[derive(Default)]
+struct Needs {
+    /// Primitives of the scene's own set.
+    own: Inventory,
+    /// Bytes of the geometries that instances share.
+    shared: u64,
+    /// Bytes of meshes, each once.
+    meshes: u64,
+    /// Emissive shapes and triangles, and those of them under a map.
+    lamps: u64,
+    placed_lamps: u64,
+    /// Uses of textures.
+    texture_uses: u64,
+    /// Bytes of images, each once.
+    images: u64,
+}
+
+impl Needs {
+    fn of<P: Precision>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, lamps: bool) -> Self {
+        let (mut needs, uses) = (Self::default(), Uses::of(scene));
+        let (mut meshes, mut shared, mut used) = (HashSet::new(), HashSet::new(), HashSet::new());
+        for (object, count) in counted(scene) {
+            used.insert(object.material.as_str());
+            let material = lookup.material(&object.material).map(|(_, material)| material);
+            let glows = lamps && material.is_some_and(|material| material.even_emission().is_some());
+            let mut each = 1;
+            match &object.shape {
+                Shape::Mesh(name) => {
+                    let Some(data) = lookup.mesh_data(name) else { continue };
+                    each = data.indices.len() as u64;
+                    if meshes.insert(Arc::as_ptr(data)) {
+                        needs.meshes += data.bytes() as u64;
+                    }
+                    if !uses.share(name, object.side) {
+                        needs.own.triangles += each;
+                    } else {
+                        needs.own.instances = needs.own.instances.saturating_add(count);
+                        if shared.insert((name, object.side)) {
+                            let alone = Inventory::of_triangles(each);
+                            needs.shared += alone.most_bytes::<P>(settings.accelerator);
+                        }
+                    }
+                }
+                shape => {
+                    let mapped = affine(&object.transform).matrix3 != DMat3::IDENTITY;
+                    if let Some(shape) = any_shape::<P::Real>(shape, DVec3::ZERO) {
+                        needs.own.add(&shape, mapped, count);
+                    }
+                    needs.placed_lamps = needs.placed_lamps.saturating_add(if glows && mapped { count } else { 0 });
+                }
+            }
+            needs.lamps = needs.lamps.saturating_add(if glows { count.saturating_mul(each) } else { 0 });
+        }
+        needs.look_up_images(scene, lookup, &used);
+        needs
+    }
+
+    fn look_up_images(&mut self, scene: &Scene, lookup: &Lookup<'_>, used: &HashSet<&str>) {
+        let mut images: HashSet<*const ImageData> = HashSet::new();
+        let mut image = |name: &str| {
+            let data = lookup.image(name)?.data.as_ref()?;
+            Some(if images.insert(Arc::as_ptr(data)) { data.bytes() as u64 } else { 0 })
+        };
+        for material in used.iter().filter_map(|name| lookup.material(name)) {
+            let textures = material.1.textures().filter_map(|reference| lookup.texture(&reference.name));
+            for bytes in textures.filter_map(|texture| image(&texture.image)) {
+                self.texture_uses += 1;
+                self.images += bytes;
+            }
+        }
+        if let Some(Sky::Map(map)) = &scene.sky {
+            self.images += image(&map.image).unwrap_or(0);
+        }
+    }
+}

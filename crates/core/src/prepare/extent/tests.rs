@@ -1,0 +1,79 @@
+//! Against the geometry that is built, to the bit.
+
+use raywright_bvh::{AcceleratorKind, Fast, Reference, Robust};
+use serde_json::{Value, json};
+
+use super::*;
+use crate::prepare::build_geometry;
+
+fn ball(transform: Value) -> Value {
+    json!({ "shape": { "sphere": { "centre": [0.1, 0.2, 0.3], "radius": 0.7 } }, "material": "m", "transform": transform })
+}
+
+fn leaf(mesh: &str, transform: Value) -> Value {
+    json!({ "shape": { "mesh": mesh }, "material": "m", "transform": transform })
+}
+
+/// Each way in which an object comes to its place, by numbers that no float holds.
+fn objects() -> Vec<Value> {
+    let turned = json!([{ "rotate": { "axis": [1, 2, 3], "degrees": 33 } }, { "translate": [0.1, 20.3, -3.7] }]);
+    let squeezed = json!([{ "scale": [0.1, -1.7, 1e-3] }, { "translate": [-50.1, 0.7, 0.3] }]);
+    let moved = json!([{ "translate": [1e3, -7.7, 0.1] }]);
+    let pipe = json!({ "cylinder": { "base": [0, 0, 0], "axis": [0, 1, 0], "radius": 0.3 } });
+    vec![
+        ball(json!([])),
+        ball(moved.clone()),
+        ball(turned.clone()),
+        ball(squeezed.clone()),
+        json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "m" }),
+        json!({ "shape": pipe, "material": "m" }),
+        json!({ "shape": pipe, "material": "m", "transform": turned }),
+        leaf("once", squeezed.clone()),
+        leaf("empty", moved.clone()),
+        leaf("twice", turned),
+        leaf("twice", squeezed),
+        leaf("nothing", moved.clone()),
+        leaf("nothing", json!([])),
+    ]
+}
+
+fn scene(objects: &[Value]) -> Scene {
+    // The last vertex belongs to no triangle, and the second triangle has no area once it is stored.
+    let positions =
+        json!([[0, 0, 0], [1.1, 0.3, 0], [0, 1.7, 0.9], [0.1, 0.1, 0.1], [0.2, 0.2, 0.2], [0.3, 0.3, 0.3], [99, 99, 99]]);
+    let arrays = json!({ "positions": positions, "indices": [[0, 1, 2], [3, 4, 5]] });
+    let mesh = |name: &str, arrays: &Value| json!({ "name": name, "source": { "inline": arrays } });
+    let scattered = json!({ "kind": { "scatter": { "count": 9, "min": [-3, 0, 0], "max": [0, 4, 0.5], "seed": 7 } },
+        "object": ball(json!([{ "scale": [1, 2, 1] }])) });
+    let scene = json!({
+        "format": 1,
+        "materials": [{ "name": "m", "model": { "classic": {} } }],
+        "meshes": [mesh("once", &arrays), mesh("twice", &arrays), mesh("empty", &json!({})), mesh("nothing", &json!({}))],
+        "objects": objects,
+        "generators": if objects.len() > 1 { json!([scattered]) } else { json!([]) },
+    });
+    serde_json::from_value(scene).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn agrees<P: Precision>(scene: &Scene) {
+    let lookup = Lookup::new(scene);
+    let built = build_geometry::<P>(scene, &lookup, AcceleratorKind::Linear, &()).unwrap_or_else(|e| panic!("{e}"));
+    let found = extent::<P>(scene, &lookup);
+    assert_eq!((found.bounds, found.unbounded), (built.geometry.bounded_part(), built.geometry.unbounded_count()));
+}
+
+/// Protects: a camera is framed by where things really lie, each as its precision stores it: shapes moved, turned and flattened,
+/// without end, generated; meshes shown once and more often, empty, with vertices that nothing shows.
+#[test]
+fn the_extent_is_that_of_what_is_built() {
+    let objects = objects();
+    let alone = objects.iter().map(|object| scene(core::slice::from_ref(object)));
+    for scene in alone.chain([scene(&objects), scene(&[])]) {
+        agrees::<Fast>(&scene);
+        agrees::<Robust>(&scene);
+        agrees::<Reference>(&scene);
+    }
+    let whole = scene(&objects);
+    let found = extent::<Robust>(&whole, &Lookup::new(&whole));
+    assert!(found.unbounded == 3 && found.bounds.max.x > 1000.0 && found.bounds.max.y < 99.0, "{found:?}");
+}

@@ -1,0 +1,46 @@
+//! What a prepared scene is made of.
+
+use raywright_bvh::Robust;
+use serde_json::json;
+
+use super::*;
+use crate::scene::{ImageData, MeshSource, Pixels};
+
+/// A square mesh shown once by itself and twice by instances, under two textures of one image.
+fn textured() -> Scene {
+    let square = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "indices": [[0, 1, 2]] });
+    let shown = |material: &str, side: &str| json!({ "shape": { "mesh": "square" }, "material": material, "side": side });
+    let material = |name: &str, texture: &str| json!({ "name": name, "model": { "classic": { "colour": { "texture": { "name": texture } } } } });
+    let mut scene: Scene = serde_json::from_value(json!({
+        "format": 1,
+        "images": [{ "name": "spare", "path": "a.png" }, { "name": "wood", "path": "b.png" }],
+        "textures": [{ "name": "near", "image": "wood", "filter": "nearest" }, { "name": "soft", "image": "wood" }],
+        "materials": [material("near", "near"), material("soft", "soft")],
+        "meshes": [{ "name": "square", "source": { "inline": square } }],
+        "objects": [shown("near", "outside"), shown("soft", "both"), shown("near", "both")],
+    }))
+    .unwrap_or_else(|e| panic!("{e}"));
+    scene.images[1].data = Some(Arc::new(ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[128; 4]]) }));
+    scene
+}
+
+/// Protects: what there is one of for each object, material, use of a texture and light is plain numbers, which no pointer or
+/// list of its own can hide in; meshes and images are the scene's own buffers, each in its table once.
+#[test]
+fn prepared_is_flat() {
+    fn plain<T: Copy>() {}
+    plain::<ObjectRecord<f32>>();
+    plain::<Material<f32>>();
+    plain::<input::TextureUse<f32>>();
+    plain::<DeltaLight<f32>>();
+
+    let scene = textured();
+    let prepared = Prepared::<Robust>::new(&scene, &Settings::of(&scene), EffectSet::EMPTY, &()).expect("it can be prepared");
+    let MeshSource::Inline(mesh) = &scene.meshes[0].source else { panic!("it has its arrays") };
+    let image = scene.images[1].data.as_ref().expect("it has its pixels");
+    assert!(prepared.meshes.len() == 1 && Arc::ptr_eq(&prepared.meshes[0], mesh));
+    assert!(prepared.sources.images.len() == 1 && Arc::ptr_eq(&prepared.sources.images[0], image));
+    // The scene's, and the table's.
+    assert_eq!((Arc::strong_count(mesh), Arc::strong_count(image)), (2, 2));
+    assert!(prepared.objects.iter().all(|object| object.mesh.is_some_and(|shown| shown.mesh == 0)));
+}

@@ -1,0 +1,28 @@
+//! Which meshes are shown more than once: what is asked before geometry is built, and while it is.
+
+use std::collections::HashMap;
+
+use crate::generate::counted;
+use crate::scene::{Scene, Shape, SideRule};
+
+/// How often meshes are shown.
+pub(super) struct Uses<'a>(HashMap<(&'a str, SideRule), u64>);
+
+impl<'a> Uses<'a> {
+    pub fn of(scene: &'a Scene) -> Self {
+        let mut uses = HashMap::new();
+        for (object, count) in counted(scene) {
+            if let Shape::Mesh(name) = &object.shape {
+                let uses = uses.entry((name.as_str(), object.side)).or_insert(0_u64);
+                *uses = uses.saturating_add(count);
+            }
+        }
+        Self(uses)
+    }
+
+    /// Whether the objects that show this side of a mesh are instances of one geometry. Which side can be hit is told by each
+    /// triangle, so only those that show the same one share them.
+    pub fn share(&self, mesh: &'a str, side: SideRule) -> bool {
+        self.0.get(&(mesh, side)).is_some_and(|&n| n > 1)
+    }
+}

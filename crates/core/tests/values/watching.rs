@@ -1,0 +1,128 @@
+//! Whose threads do the work, and how it is stopped.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use rayon::ThreadPoolBuilder;
+use raywright_core::prepare::PrepareError;
+use raywright_core::scene::Scene;
+use raywright_core::settings::Settings;
+use raywright_core::{Observer, prepare};
+use serde_json::{Value, json};
+
+use crate::support::{DOWN, ball, classic, floor, scene, settings, sun};
+
+/// Says stop from some question on, and counts the questions.
+struct Impatient {
+    asked: AtomicUsize,
+    allowed: usize,
+}
+
+impl Impatient {
+    fn after(allowed: usize) -> Self {
+        Self { asked: AtomicUsize::new(0), allowed }
+    }
+}
+
+impl Observer for Impatient {
+    fn cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) >= self.allowed
+    }
+}
+
+/// `meshes` meshes of two triangles, each shown twice, `materials` materials in use and as many glowing balls, `balls` balls.
+fn made_of(meshes: usize, materials: usize, balls: u32) -> Scene {
+    let square = json!({ "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], "indices": [[0, 1, 2], [1, 3, 2]] });
+    let mesh = |i: usize| json!({ "name": format!("mesh {i}"), "source": { "inline": square } });
+    let shown = |i: usize| json!({ "shape": { "mesh": format!("mesh {}", i / 2) }, "material": "material 0" });
+    let glow = json!({ "classic": { "emission": 1 } });
+    let material = |i: usize| json!({ "name": format!("material {i}"), "model": glow });
+    let glowing = |i: usize| ball([i as f64, 5.0, 0.0], 0.25, &format!("material {i}"));
+    let many = json!({ "kind": { "scatter": { "count": balls, "min": [0, 0, 0], "max": [9, 9, 9], "seed": 1 } },
+        "object": ball([0.0; 3], 0.1, "material 0") });
+    scene(json!({
+        "meshes": (0..meshes).map(mesh).collect::<Vec<Value>>(),
+        "materials": (0..materials).map(material).collect::<Vec<Value>>(),
+        "objects": (0..2 * meshes).map(shown).chain((0..materials).map(glowing)).collect::<Vec<Value>>(),
+        "generators": [many],
+        "lights": [sun([0.0, 1.0, 0.0])],
+    }))
+}
+
+/// Protects: preparation ends at whatever question it is stopped, with an error of its own; and it asks again for each mesh, each
+/// material and each few thousand objects, so that no user waits for them.
+#[test]
+fn preparation_can_be_stopped() {
+    let questions = |scene: &Scene| {
+        let patient = Impatient::after(usize::MAX);
+        assert!(prepare(scene, &settings(scene, DOWN), &patient).is_ok());
+        patient.asked.into_inner()
+    };
+    let small = made_of(1, 1, 1);
+    let asked = questions(&small);
+    for allowed in 0..asked {
+        let stopped = prepare(&small, &settings(&small, DOWN), &Impatient::after(allowed));
+        assert_eq!(stopped.err(), Some(PrepareError::Cancelled), "after {allowed} of {asked}");
+    }
+    assert!(prepare(&small, &settings(&small, DOWN), &Impatient::after(asked)).is_ok());
+    assert!(questions(&made_of(5, 1, 1)) >= asked + 4, "meshes");
+    assert!(questions(&made_of(1, 5, 1)) >= asked + 4, "materials");
+    // Each thousand once for the geometry and once for the emitters: more than either alone could ask.
+    assert!(questions(&made_of(1, 1, 40_001)) >= asked + 2 * 30, "objects");
+}
+
+/// Remembers the names of the threads that call it.
+#[derive(Default)]
+struct Roll(Mutex<Vec<Option<String>>>);
+
+impl Observer for Roll {
+    fn cancelled(&self) -> bool {
+        self.0.lock().expect("no panic").push(thread::current().name().map(str::to_owned));
+        false
+    }
+}
+
+/// Protects: the work is done on the caller's own threads and on all of them.
+#[test]
+fn work_is_done_on_the_callers_pool() {
+    let scene = made_of(2, 2, 100);
+    let settings = Settings { size: [64, 64], tile_size: 4, ..settings(&scene, DOWN) };
+    let pool = ThreadPoolBuilder::new().num_threads(3).thread_name(|i| format!("mine {i}")).build().expect("three threads");
+    let roll = Roll::default();
+    let ready = pool.install(|| prepare(&scene, &settings, &roll)).expect("prepares");
+    let prepared = roll.0.lock().expect("no panic").len();
+    assert!(pool.install(|| ready.render(&roll)).finished);
+    let mut seen = roll.0.into_inner().expect("no panic");
+    assert!(prepared > 0 && seen.len() > prepared);
+    assert!(seen.iter().flatten().all(|name| name.starts_with("mine ")) && !seen.contains(&None), "{seen:?}");
+    // Whoever comes too late for a tile still asks once whether to go on.
+    seen.drain(..prepared);
+    seen.sort_unstable();
+    seen.dedup();
+    assert!(!seen.is_empty() && seen.len() <= 3, "{seen:?}");
+}
+
+/// Protects: a picture needs no thread that its caller's pool has given to something else, even for as long as the picture takes.
+#[test]
+fn busy_threads_are_not_waited_for() {
+    /// By then a picture that does wait has failed.
+    const LONG: Duration = Duration::from_secs(30);
+    let scene = floor(classic(json!({})), json!({ "lights": [sun([0.0, 1.0, 0.0])] }));
+    let settings = Settings { size: [16, 16], tile_size: 4, ..settings(&scene, DOWN) };
+    let pool = ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
+    let (begun, has_begun) = mpsc::channel();
+    let (end, has_ended) = mpsc::channel();
+    let (said, was_told) = mpsc::channel();
+    pool.spawn(move || {
+        begun.send(()).expect("someone waits for it");
+        said.send(has_ended.recv_timeout(LONG).is_ok()).expect("someone waits for it");
+    });
+    has_begun.recv().expect("it begins");
+    let finished = pool.install(|| prepare(&scene, &settings, &()).expect("prepares").render(&()).finished);
+    // Where the picture waited, nobody is left to hear this.
+    let heard = end.send(());
+    assert!(finished && heard.is_ok() && was_told.recv() == Ok(true));
+}
