@@ -22,7 +22,7 @@ fn everything() -> Scene {
     serde_json::from_value(json!({
         "format": 1,
         "cameras": [{ "pose": { "look_at": { "eye": [0, 0.4, 6], "target": [0, 0, 0] } },
-            "projection": { "perspective": { "vertical_fov": 50 } } }],
+            "projection": { "pinhole": { "vertical_fov": 50 } } }],
         "sky": { "constant": [0.2, 0.3, 0.5] },
         "materials": [
             physical("glass", json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
