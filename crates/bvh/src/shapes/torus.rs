@@ -45,8 +45,8 @@ impl<R: Real> Torus<R> {
     }
 
     /// Robust: measured from the ray's point nearest to the centre, so that coefficients are of the torus' own size and the
-    /// cubic one vanishes; none when that point is beyond the sphere around the torus, or the ray stays above or below the tube
-    /// wherever it is in that sphere.
+    /// cubic one vanishes; none when that point is beyond the sphere around the torus, the ray stays above or below the tube
+    /// wherever it is in that sphere, or passes through the hole.
     #[inline(always)]
     fn profile<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Profile<P::Core>> {
         let (two, four): (P::Core, P::Core) = (num(2.0), num(4.0));
@@ -68,12 +68,15 @@ impl<R: Real> Torus<R> {
         let inverse_axis = P::Core::ONE / axis.dot(axis);
         let (height, lean) = (f.dot(axis), d.dot(axis));
         let reach = room.sqrt();
-        // The least height on the way, by more than any rounding: there the quartic is far above zero.
-        let least = (height.abs() - lean.abs() * reach).max(P::Core::ZERO);
-        if least * least > tube * tube * axis.dot(axis) * num(1.01) {
+        let squared = f.dot(f);
+        // Both by more than any rounding: there the quartic is far above zero. No nearer to the tube's height than that:
+        let level = tube * axis.dot(axis).sqrt() * num(1.005);
+        // and nowhere at that height as far from the axis as the tube.
+        let (steep, hole) = (lean * lean, (P::Core::ONE - tube) * (P::Core::ONE - tube) * num(0.99));
+        let rise = level + height.abs();
+        if height.abs() - lean.abs() * reach > level || rise * rise < (hole - squared) * steep {
             return None;
         }
-        let squared = f.dot(f);
         let g = squared + (P::Core::ONE - tube) * (P::Core::ONE + tube);
         let quartic = Quartic {
             p: two * g - four + four * lean * lean * inverse_axis,

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use raywright_bvh::{Inventory, Precision};
+use raywright_bvh::{Geometry, Inventory, Precision};
 
 use super::geometry::{ObjectRecord, any_shape};
 use super::input::TextureUse;
@@ -35,7 +35,6 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
         times(count(scene), size_of::<ObjectRecord<P::Real>>()),
-        times(needs.own.len(), size_of::<u32>()),
         times(scene.materials.len() as u64, size_of::<Material<P::Real>>()),
         times(needs.texture_uses, size_of::<TextureUse<P::Real>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<P::Real>>()),
@@ -90,7 +89,7 @@ impl Needs {
                         needs.own.instances = needs.own.instances.saturating_add(count);
                         if shared.insert((name, object.side)) {
                             let alone = Inventory::of_triangles(each);
-                            needs.shared += alone.most_bytes::<P>(settings.accelerator);
+                            needs.shared += size_of::<Geometry<P>>() as u64 + alone.most_bytes::<P>(settings.accelerator);
                         }
                     }
                 }
