@@ -11,6 +11,9 @@ pub enum GeometryError {
     /// A transform can't be inverted.
     #[error("the transform can't be inverted")]
     Singular,
+    /// A transform that runs from one end to another can't be inverted at some time between them.
+    #[error("the transform can't be inverted at some time between its two ends")]
+    SingularOnTheWay,
     /// An instance of a geometry that holds instances itself: there are two levels.
     #[error("an instance of something that holds instances itself")]
     Nested,

@@ -8,6 +8,7 @@ use crate::aabb::Aabb;
 use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::instance::Instance;
+use crate::motion::Motion;
 use crate::ray::Visibility;
 use crate::scalar::{Precision, Vec3Of, Vector};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
@@ -55,6 +56,8 @@ pub struct Group<P: Precision> {
     pub(crate) shapes: Vec<AnyShape<P::Real>>,
     pub(crate) placed: Vec<Placed<P>>,
     pub(crate) instances: Vec<Instance<P>>,
+    /// Of the instances that move: nothing where none does.
+    pub(crate) motions: Vec<Motion>,
     /// What instances show.
     pub(crate) parts: Vec<Geometry<P>>,
 }
@@ -62,8 +65,8 @@ pub struct Group<P: Precision> {
 impl<P: Precision> Default for Group<P> {
     fn default() -> Self {
         let (slots, spheres, triangles, planes) = Default::default();
-        let (shapes, placed, instances, parts) = Default::default();
-        Self { slots, objects: 0, spheres, triangles, planes, shapes, placed, instances, parts }
+        let (shapes, placed, instances, motions, parts) = Default::default();
+        Self { slots, objects: 0, spheres, triangles, planes, shapes, placed, instances, motions, parts }
     }
 }
 
@@ -201,6 +204,25 @@ impl<P: Precision> Group<P> {
         self.single(Kind::Instance, visibility, self.instances.len() - 1)
     }
 
+    /// Shows a part under a map that runs from the first, where a ray's time is 0, to the second, where it is 1, each entry of
+    /// it linearly; otherwise as [`Group::instance`], which this is where both are the same. So each point goes along a
+    /// straight line at a constant speed: what turns is smaller on the way, halfway by the cosine of half the angle across
+    /// the axis.
+    ///
+    /// # Errors
+    /// [`GeometryError::SingularOnTheWay`] where the map can't be inverted, or can't be told from one that can't, at any time
+    /// from 0 to 1, as halfway through half a turn.
+    pub fn moving(&mut self, part: u32, to_world: [DAffine3; 2], visibility: Visibility) -> Result<u32, GeometryError> {
+        if to_world[0] == to_world[1] {
+            return self.instance(part, to_world[0], visibility);
+        }
+        let shown = self.parts.get(part as usize).ok_or(GeometryError::NoPart)?;
+        let instance = Instance::moving(part, shown.bounds(), to_world, self.motions.len() as u32)?;
+        self.motions.push(Motion::new(to_world)?);
+        self.instances.push(instance);
+        self.single(Kind::Instance, visibility, self.instances.len() - 1)
+    }
+
     /// Bytes of primitives and of what instances show.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.slots.as_slice())
@@ -210,6 +232,7 @@ impl<P: Precision> Group<P> {
             + size_of_val(self.shapes.as_slice())
             + size_of_val(self.placed.as_slice())
             + size_of_val(self.instances.as_slice())
+            + size_of_val(self.motions.as_slice())
             + self.parts.iter().map(|part| size_of::<Geometry<P>>() + part.bytes()).sum::<usize>()
     }
 

@@ -7,11 +7,18 @@ use crate::error::GeometryError;
 use crate::scalar::Precision;
 use crate::transform::{Transform, transform_bounds};
 
+/// No motion: beyond the end of any list of them.
+const STILL: u32 = u32::MAX;
+
 /// A part of a group under an affine map.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance<P: Precision> {
     /// Which part.
     pub part: u32,
+    /// Which of the group's motions; none of them for one that stands still. It lies where the map's alignment left room, so
+    /// that those take nothing for it.
+    pub motion: u32,
+    /// Where it stands, or where its motion starts.
     pub transform: Transform<P::Core>,
     bounds: Option<Aabb>,
 }
@@ -23,15 +30,26 @@ impl<P: Precision> Instance<P> {
         // Nothing stays nothing, wherever it is: the map would make its infinite corners no numbers, and what is no number
         // has come from something too large.
         let mapped = |b: Aabb| if b.is_empty() { Aabb::EMPTY } else { transform_bounds(&to_world, &b) };
-        let bounds = bounds.map(mapped);
-        if bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none()) {
-            return Err(GeometryError::NotFinite);
-        }
-        Ok(Self { part, transform, bounds })
+        Ok(Self { part, motion: STILL, transform, bounds: checked(bounds.map(mapped))? })
     }
 
-    /// In the world; none where the part has something without bounds.
+    /// One that goes from the first map to the second. On the way a point is between its two ends, so the box around both ends'
+    /// boxes holds it at any time, and no smaller box would at all of them.
+    pub fn moving(part: u32, bounds: Option<Aabb>, to_world: [DAffine3; 2], motion: u32) -> Result<Self, GeometryError> {
+        let [start, end] = to_world.map(|map| Self::new(part, bounds, map));
+        let (start, end) = (start?, end?);
+        let both = start.bounds.zip(end.bounds).map(|(start, end)| start.union(end));
+        Ok(Self { motion, bounds: checked(both)?, ..start })
+    }
+
+    /// In the world, at any time; none where the part has something without bounds.
     pub fn bounds(&self) -> Option<Aabb> {
         self.bounds
     }
+}
+
+/// Refuses what no tree can hold. Nothing at all is fine.
+fn checked(bounds: Option<Aabb>) -> Result<Option<Aabb>, GeometryError> {
+    let refused = bounds.is_some_and(|b| b != Aabb::EMPTY && b.padded().is_none());
+    if refused { Err(GeometryError::NotFinite) } else { Ok(bounds) }
 }

@@ -24,7 +24,8 @@
 //! ```
 //!
 //! Not here yet: wider nodes where the processor has wider registers (this tree tests four boxes at a time, in those that
-//! every processor of the platform has), spatial splits, refitting.
+//! every processor of the platform has), spatial splits, refitting, motion other
+//! than of instances along straight lines.
 #![forbid(unsafe_code)]
 
 pub mod aabb;
@@ -40,6 +41,7 @@ mod instance;
 mod inventory;
 mod lanes;
 mod locate;
+mod motion;
 mod query;
 pub mod ray;
 pub mod scalar;
@@ -48,6 +50,7 @@ mod slabs;
 mod tally;
 pub mod transform;
 mod tree;
+mod twice;
 pub use aabb::{Aabb, PaddedBox};
 pub use accelerator::AcceleratorKind;
 pub use build::{BuildQuality, BuildWork};

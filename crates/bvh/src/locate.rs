@@ -42,8 +42,9 @@ impl<P: Precision> Geometry<P> {
             Kind::Shape => group.shapes[index].locate_under(probe, hit, maps),
             Kind::Placed => group.placed[index].locate_under(probe, hit, maps),
             Kind::Instance => {
-                let instance = &group.instances[index];
-                let (part, transform) = (&group.parts[instance.part as usize], &instance.transform);
+                let (instance, mut room) = (&group.instances[index], None);
+                let transform = group.transform(instance, probe.ray.time, &mut room);
+                let part = &group.parts[instance.part as usize];
                 let maps = Maps::new(transform, None);
                 transform.located_to_world(&part.locate(&transform.probe_to_object(probe), hit, [inner, inner], Some(maps)))
             }
@@ -60,8 +61,9 @@ impl<P: Precision> Geometry<P> {
             Kind::Shape => group.shapes[index].parameters(probe, hit),
             Kind::Placed => group.placed[index].parameters(probe, hit),
             Kind::Instance => {
-                let instance = &group.instances[index];
-                let (part, transform) = (&group.parts[instance.part as usize], &instance.transform);
+                let (instance, mut room) = (&group.instances[index], None);
+                let transform = group.transform(instance, probe.ray.time, &mut room);
+                let part = &group.parts[instance.part as usize];
                 let there = part.parameters_at(&transform.probe_to_object(probe), hit, [inner, inner]);
                 transform.parameters_to_world(&there)
             }

@@ -146,8 +146,8 @@ impl<P: Precision> Geometry<P> {
         range: Interval<P::Real>,
         tally: &mut T,
     ) -> Option<Found<P::Real>> {
-        let instance = &self.group.instances[instance];
-        let inner = instance.transform.probe_to_object(probe);
+        let (instance, mut room) = (&self.group.instances[instance], None);
+        let inner = self.group.transform(instance, probe.ray.time, &mut room).probe_to_object(probe);
         self.group.parts[instance.part as usize].nearest::<T, true>(&inner, range, tally)
     }
 
@@ -203,8 +203,9 @@ impl<P: Precision> Geometry<P> {
         counts: &mut dyn FnMut(Found<P::Real>) -> bool,
         tally: &mut T,
     ) -> bool {
-        let instance = &self.group.instances[instance];
-        let (part, probe) = (&self.group.parts[instance.part as usize], instance.transform.probe_to_object(probe));
+        let (instance, mut room) = (&self.group.instances[instance], None);
+        let probe = self.group.transform(instance, probe.ray.time, &mut room).probe_to_object(probe);
+        let part = &self.group.parts[instance.part as usize];
         let mut blocks =
             |slot: (u32, &Slot), tally: &mut T| part.test::<T, true>(slot, &probe, range, tally).is_some_and(&mut *counts);
         if part.unbounded().any(|slot| blocks(slot, tally)) {

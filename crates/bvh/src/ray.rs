@@ -10,13 +10,22 @@ pub struct Ray<R: Real> {
     pub origin: R::Vec3,
     /// Unit direction.
     pub direction: R::Vec3,
+    /// When it is asked, from 0, where every motion starts, to 1, where it ends: where a moving instance is met. Times beyond
+    /// mean the nearer end. What does not move asks nobody.
+    pub time: R,
 }
 
 impl<R: Real> Ray<R> {
-    /// A ray whose direction is already of unit length.
+    /// A ray at time 0, whose direction is already of unit length.
     #[inline(always)]
     pub fn new(origin: R::Vec3, direction: R::Vec3) -> Self {
-        Self { origin, direction }
+        Self { origin, direction, time: R::ZERO }
+    }
+
+    /// The same ray at another time.
+    #[inline(always)]
+    pub fn at_time(self, time: R) -> Self {
+        Self { time, ..self }
     }
 
     /// The point at distance `t`.
@@ -28,7 +37,7 @@ impl<R: Real> Ray<R> {
     /// No NaN and no infinity in it.
     #[inline]
     pub fn is_finite(&self) -> bool {
-        self.origin.is_finite() && self.direction.is_finite()
+        self.origin.is_finite() && self.direction.is_finite() && self.time.is_finite()
     }
 }
 

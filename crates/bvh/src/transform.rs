@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::scalar::{Precision, Real, Vector, convert_vec};
 use crate::shapes::{Located, Parameters, Probe};
+use crate::twice::Twice;
 
 /// An invertible affine map in the core's scalar, with the inverse of its linear part.
 #[derive(Clone, Copy, Debug)]
@@ -23,15 +24,25 @@ fn times<C: Real>([x, y, z]: [C::Vec3; 3], v: C::Vec3) -> C::Vec3 {
 impl<C: Real> Transform<C> {
     /// From an f64 map; none when it can't be inverted in finite numbers.
     pub fn new(to_world: DAffine3) -> Option<Self> {
-        let matrix = to_world.matrix3;
-        let inverse = accurate_inverse(matrix);
+        let inverse = accurate_inverse(to_world.matrix3);
+        let invertible = to_world.matrix3.determinant() != 0.0 && to_world.is_finite() && inverse.is_finite();
+        invertible.then(|| Self::with(to_world, inverse))
+    }
+
+    /// From an f64 map that is known to have an inverse. Where rounding has taken that, the way back leads to no numbers, and a
+    /// ray of those hits nothing.
+    pub(crate) fn of_invertible(to_world: DAffine3) -> Self {
+        Self::with(to_world, accurate_inverse(to_world.matrix3))
+    }
+
+    fn with(to_world: DAffine3, inverse: DMat3) -> Self {
         let columns = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis].map(C::Vec3::from_f64);
-        (matrix.determinant() != 0.0 && to_world.is_finite() && inverse.is_finite()).then(|| Self {
-            columns: columns(matrix),
+        Self {
+            columns: columns(to_world.matrix3),
             inverse_columns: columns(inverse),
             translation: C::Vec3::from_f64(to_world.translation),
             magnification: C::from_f64(inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length()),
-        })
+        }
     }
 
     /// A world ray in the space of the object. Its direction is *not* brought to unit length there: distances along it stay
@@ -104,19 +115,11 @@ fn accurate_inverse(matrix: DMat3) -> DMat3 {
     DMat3::from_cols(refined(first.x_axis, DVec3::X), refined(first.y_axis, DVec3::Y), refined(first.z_axis, DVec3::Z))
 }
 
-/// b − M·x, the products exact and their sum in twice the precision ("Accurate Sum and Dot Product", Ogita, Rump, Oishi 2005).
+/// b − M·x, the products exact and their sum in twice the precision.
 fn lacking(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     let row = |i: usize| {
-        let (mut sum, mut rest) = (b[i], 0.0);
-        for j in 0..3 {
-            let (a, y) = (-matrix.col(j)[i], x[j]);
-            let product = a * y;
-            let total = sum + product;
-            let back = total - sum;
-            rest += a.mul_add(y, -product) + ((sum - (total - back)) + (product - back));
-            sum = total;
-        }
-        sum + rest
+        let taken = |sum: Twice, j: usize| sum + Twice::product(-matrix.col(j)[i], x[j]);
+        (0..3).fold(Twice::from(b[i]), taken).rounded()
     };
     DVec3::new(row(0), row(1), row(2))
 }

@@ -22,6 +22,8 @@ pub(crate) struct Interaction<R: Real> {
     pub origin: R::Vec3,
     /// How far away that is.
     pub distance: R,
+    /// The ray's time, at which rays to lights leave too.
+    pub time: R,
     /// Texture coordinates by set, as far as the material reads them.
     pub uv: [[R; 2]; MOST_UV_SETS],
     /// Colour of the mesh's vertices with alpha; white where there is none.

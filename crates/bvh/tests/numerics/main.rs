@@ -10,6 +10,7 @@ mod lit;
 mod magnified;
 mod mapped;
 mod meshes;
+mod moving;
 mod planes;
 mod quadrics;
 mod same;

@@ -1,5 +1,6 @@
 //! The tree, for every builder preset, and both scans answer every query with the same bits.
 
+mod moving;
 mod objects;
 
 use glam::{DAffine3, DVec3, Vec3};

@@ -80,7 +80,7 @@ fn bounces(geometry: &Geometry<Robust>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
         // keeps it from being zero.
         let direction = normal + glam::Vec3::from_f64(numbers.direction(i as u64, 0)) * 0.999;
         let direction = direction.normalize();
-        Some(Ray::new(surface.spawn(direction), direction))
+        Some(Ray::new(surface.spawn(direction), direction).at_time(ray.time))
     };
     rays.iter().enumerate().filter_map(bounce).collect()
 }

@@ -82,7 +82,7 @@ impl<R: Real> Path<R> {
     /// The path of a side branch that leaves at the vertex in the making.
     pub fn branch(&self, next: &Next<R>, branch: Branch) -> Self {
         Self {
-            leg: Leg { ray: next.ray, rest: next.rest, ahead: R::ZERO },
+            leg: self.leg.onward(next.ray, next.rest),
             throughput: next.throughput,
             radiance: Vector::ZERO,
             address: self.address.aside(branch),
@@ -103,7 +103,7 @@ impl<R: Real> Path<R> {
         self.segments -= 1;
         match leaving.onward {
             Some(next) if self.segments > 0 => {
-                self.leg = Leg { ray: next.ray, rest: next.rest, ahead: R::ZERO };
+                self.leg = self.leg.onward(next.ray, next.rest);
                 self.throughput = next.throughput;
                 self.camera = false;
             }

@@ -69,7 +69,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             if path.cutouts > MAX_CUTOUTS {
                 return Some(Step::Ended);
             }
-            (path.leg.ray, path.leg.ahead) = (behind, P::Real::ZERO);
+            path.leg = path.leg.onward(behind, path.leg.rest);
             path.address.bounce += 1;
             return Some(Step::Onward);
         }

@@ -30,7 +30,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         want_distance: bool,
     ) -> Between<P::Real> {
         match self.towards(light, at) {
-            Some((ray, range)) => self.between(ray, range, want_distance),
+            Some((ray, range)) => self.between(&ray.at_time(at.time), range, want_distance),
             // The light is where the ray would start: nothing is in between.
             None => Between { share: P::Real::ONE, distance: P::Real::INFINITY },
         }
@@ -74,20 +74,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return None;
         }
         let (ray, range) = self.towards(&drawn, at)?;
-        let share = self.between(ray, range, false).share;
+        let share = self.between(&ray.at_time(at.time), range, false).share;
         (share > P::Real::ZERO).then_some((drawn, share))
     }
 
     /// Traces towards a light.
     #[inline]
-    fn between(&mut self, ray: Ray<P::Real>, range: Interval<P::Real>, want_distance: bool) -> Between<P::Real> {
+    fn between(&mut self, ray: &Ray<P::Real>, range: Interval<P::Real>, want_distance: bool) -> Between<P::Real> {
         self.counters.shadow += 1;
         let scene = self.scene;
         let mut nearest = P::Real::INFINITY;
         if scene.rules.first_occluder_decides {
             let mut first: Option<Hit<P::Real>> = None;
             scene.geometry.any(
-                &ray,
+                ray,
                 range,
                 &mut |hit| {
                     nearest = nearest.min(hit.t);
@@ -98,16 +98,16 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 },
                 &mut (),
             );
-            let share = first.map_or(P::Real::ONE, |hit| passes::<P, K>(scene, &ray, &hit));
+            let share = first.map_or(P::Real::ONE, |hit| passes::<P, K>(scene, ray, &hit));
             return Between { share, distance: nearest };
         }
         let mut product = Product::default();
         let blocked = scene.geometry.any(
-            &ray,
+            ray,
             range,
             &mut |hit| {
                 nearest = nearest.min(hit.t);
-                product.factor(passes::<P, K>(scene, &ray, hit).to_f64());
+                product.factor(passes::<P, K>(scene, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),

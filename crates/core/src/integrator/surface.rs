@@ -23,6 +23,12 @@ impl<R: Real> Leg<R> {
         Self { ray, rest: Vector::ZERO, ahead: R::ZERO }
     }
 
+    /// The next one of the path: it keeps the time.
+    #[inline(always)]
+    pub fn onward(&self, ray: Ray<R>, rest: R::Vec3) -> Self {
+        Self { ray: ray.at_time(self.ray.time), rest, ahead: R::ZERO }
+    }
+
     /// Where it began.
     #[inline(always)]
     pub fn start(&self) -> R::Vec3 {
@@ -47,6 +53,7 @@ impl<R: Real> Interaction<R> {
             direction,
             origin: ray.origin,
             distance: hit.t,
+            time: ray.time,
             uv: [[R::ZERO; 2]; MOST_UV_SETS],
             colour: [R::ONE; 4],
             object,

@@ -1,6 +1,8 @@
 //! Paths that are under way together.
 
-use raywright_bvh::{Hit, Robust};
+use glam::{DAffine3, DVec3, Vec3};
+use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Hit, Occlusion, Robust, Visibility};
 use serde_json::json;
 
 use super::super::General;
@@ -102,4 +104,48 @@ fn together_or_one_by_one() {
     assert_eq!(together, single);
     assert_eq!(tracer.counters, alone);
     assert!(alone.refraction > 100 && alone.reflection > 300 && alone.shadow > 300 && turns > 10, "{alone:?} {turns}");
+}
+
+/// The objects of [`everything`] as instances that move, each its own way, or that stand where they are at a time.
+fn on_the_way(standing: Option<f64>) -> Geometry<Robust> {
+    let ball = |x: f32, y: f32, z: f32, radius: f32| AnyShape::from(Sphere { centre: Vec3::new(x, y, z), radius });
+    let quad = |z: f64| AnyShape::from(Quad::new(DVec3::new(-3.0, -2.0, z), DVec3::X * 6.0, DVec3::Y * 4.0));
+    let shapes =
+        [ball(-1.0, 0.0, 0.0, 0.9), ball(1.0, 0.0, 0.0, 0.9), quad(1.5), quad(2.5), quad(-3.0), ball(0.0, 3.0, 3.0, 0.5)];
+    let asked = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
+    let mut group = Group::default();
+    for (way, shape) in (0_i32..).zip(shapes) {
+        let mut own = Group::default();
+        own.shape(shape, asked).expect("a shape");
+        let part = group.part(Geometry::new(own, AcceleratorKind::default())).expect("no instances");
+        let to = |time: f64| DAffine3::from_translation(DVec3::new(f64::from(way % 3 - 1), 0.25, -0.25 * f64::from(way)) * time);
+        let added = match standing {
+            None => group.moving(part, [to(0.0), to(1.0)], asked),
+            Some(time) => group.instance(part, to(time), asked),
+        };
+        added.expect("an invertible map");
+    }
+    Geometry::new(group, AcceleratorKind::default())
+}
+
+/// Protects: every ray that comes of a camera ray has its time: mirrored, refracted, passing where nothing covers what is behind,
+/// and on its way to a light. So what moves gives the picture of what stands there at that time, bit for bit.
+#[test]
+fn rays_keep_their_time() {
+    let scene = everything();
+    let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
+    let picture = |geometry: Geometry<Robust>, time: f32| {
+        let mut prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL).expect("it can be prepared");
+        prepared.geometry = geometry;
+        let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false);
+        let mut pixel = |i: u32| {
+            let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);
+            tracer.camera_ray(ray, Address { pixel: [i % 24, i / 24], ..Address::default() }).radiance
+        };
+        ((0..24 * 16).map(&mut pixel).collect::<Vec<_>>(), tracer.counters)
+    };
+    let (there, counters) = picture(on_the_way(Some(0.5)), 0.0);
+    assert!(counters.refraction > 100 && counters.reflection > 300 && counters.shadow > 300, "{counters:?}");
+    assert_eq!(picture(on_the_way(None), 0.5), (there.clone(), counters));
+    assert_ne!(picture(on_the_way(None), 0.0).0, there);
 }

@@ -1,0 +1,54 @@
+//! Where a moving instance is at a time: within the stated bound of where its exact map puts it.
+
+use glam::{DAffine3, DVec3};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Precision, Ray, Real, Reference, Robust, Vector, Visibility};
+
+use crate::support::{Verdict, hex, judge, stored};
+
+/// So many units a metre have the ends of the way.
+const UNIT: f64 = 4_294_967_296.0;
+/// So many units has time.
+const TIMES: i128 = 1 << 24;
+
+/// A sheet that comes from a million metres below and passes the origin on its way up, met within a metre of there. How high it is
+/// then is a whole number of 128 bits.
+fn passing<P: Precision>() {
+    judge(&format!("a sheet that passes the origin in {:?}", P::default()), 77, 20_000, |random| {
+        let time = 1 + i128::from(random.bits() % (TIMES as u64 - 1));
+        let from = -i128::from(random.bits() >> 12);
+        let to = -from * (TIMES - time) / time + i128::from(random.bits() % UNIT as u64);
+        if to >= 1 << 53 {
+            return Verdict::Skip;
+        }
+        let height = (from * (TIMES - time) + to * time) as f64 / (UNIT * TIMES as f64);
+        let end = |z: i128| DAffine3::from_translation(DVec3::Z * (z as f64 / UNIT));
+        let (mut sheet, mut group) = (Group::<P>::default(), Group::<P>::default());
+        let corners = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, -2.0, 0.0), DVec3::new(0.0, 3.0, 0.0)];
+        sheet.triangle(corners.map(stored::<P>), Visibility::default()).expect("a triangle");
+        let sheet = group.part(Geometry::new(sheet, AcceleratorKind::Linear)).expect("no instances");
+        group.moving(sheet, [end(from), end(to)], Visibility::default()).expect("an invertible way");
+        let geometry = Geometry::new(group, AcceleratorKind::Linear);
+        let origin = DVec3::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5), height + random.between(0.5, 2.0));
+        let ray = Ray::new(stored::<P>(origin), stored::<P>(DVec3::NEG_Z)).at_time(P::Real::from_f64(time as f64 / TIMES as f64));
+        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
+            return Verdict::Wrong(format!("no hit{}", hex::<P>(&ray)));
+        };
+        let (located, surface) = (geometry.located(&ray, &hit), geometry.surface(&ray, &hit));
+        let bound = located.error.to_f64();
+        // A bound that counted the whole way could hold of anything.
+        if bound > 1e-13 {
+            return Verdict::Wrong(format!("{bound} is no bound{}", hex::<P>(&ray)));
+        }
+        let stored = (surface.point.to_f64().z - height).abs() / surface.error.to_f64();
+        let off = (located.point.to_f64().z - height).abs() / bound;
+        Verdict::bounded(off.max(stored), 1.0, || format!("beyond the stated bound{}", hex::<P>(&ray)))
+    })
+    .expect_right(8000);
+}
+
+/// Protects: the error bound of a place on a moving instance, with all that its ends have of digits and the place has not.
+#[test]
+fn bounds_hold_on_the_way() {
+    passing::<Robust>();
+    passing::<Reference>();
+}

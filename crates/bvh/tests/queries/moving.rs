@@ -1,0 +1,207 @@
+//! Instances that move: at any time they are hit as instances that stand where they are then.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use raywright_bvh::shapes::{Disk, Sphere};
+use raywright_bvh::{
+    AcceleratorKind, Fast, Geometry, GeometryError, Group, Hit, Interval, Precision, Ray, Real, Reference, Robust, Vector,
+    Visibility,
+};
+
+use crate::{ASKED, Random, halved, kinds};
+
+/// A ball, a disk and a few triangles within two units of the origin.
+fn part<P: Precision>(kind: AcceleratorKind) -> Geometry<P> {
+    let (random, mut group) = (&mut Random(7), Group::<P>::default());
+    let v = |p: Vec3| <P::Real as Real>::Vec3::from_f64(p.as_dvec3());
+    group.sphere(Sphere { centre: v(Vec3::X), radius: P::Real::from_f64(0.5) }, ASKED).unwrap();
+    group.shape(Disk::new(DVec3::NEG_X, DVec3::Y, 0.75).into(), ASKED).unwrap();
+    group.mesh((0..8).map(|_| [(); 3].map(|()| v(random.point() * 0.1))), ASKED).unwrap();
+    Geometry::new(group, kind)
+}
+
+/// A whole number of 256ths of up to `size`. Between two such numbers, what lies at a time of whole 1024ths is exact in f64.
+fn coarse(random: &mut Random, size: f64) -> f64 {
+    ((f64::from(random.unit()) * 2.0 - 1.0) * size * 256.0).round() / 256.0
+}
+
+/// Where things go from and to: a dozen maps that stretch, shear and turn, with an inverse all the way, through each other.
+fn journeys(random: &mut Random) -> Vec<[DAffine3; 2]> {
+    let map = |random: &mut Random| DAffine3 {
+        matrix3: DMat3::from_cols_array(&[(); 9].map(|()| coarse(random, 1.5))) + DMat3::IDENTITY * 1.25,
+        translation: DVec3::from_array([(); 3].map(|()| coarse(random, 6.0))),
+    };
+    let mut probe = Group::<Robust>::default();
+    let part = probe.part(part(AcceleratorKind::Linear)).unwrap();
+    let drawn = core::iter::repeat_with(|| [map(random), map(random)]);
+    drawn.filter(|&ends| probe.moving(part, ends, ASKED).is_ok()).take(12).collect()
+}
+
+fn at(&[start, end]: &[DAffine3; 2], time: f64) -> DAffine3 {
+    DAffine3 {
+        matrix3: start.matrix3 + (end.matrix3 - start.matrix3) * time,
+        translation: start.translation + (end.translation - start.translation) * time,
+    }
+}
+
+fn moving<P: Precision>(journeys: &[[DAffine3; 2]], kind: AcceleratorKind) -> Geometry<P> {
+    let mut group = Group::default();
+    let part = group.part(part(kind)).unwrap();
+    journeys.iter().for_each(|&ends| assert!(group.moving(part, ends, ASKED).is_ok()));
+    Geometry::new(group, kind)
+}
+
+fn standing<P: Precision>(journeys: &[[DAffine3; 2]], time: f64) -> Geometry<P> {
+    let mut group = Group::default();
+    let part = group.part(part(AcceleratorKind::Linear)).unwrap();
+    journeys.iter().for_each(|ends| assert!(group.instance(part, at(ends, time), ASKED).is_ok()));
+    Geometry::new(group, AcceleratorKind::Linear)
+}
+
+/// All that a geometry says of a ray: the hit, the surface and its coordinates there, and what any-hit queries are shown.
+fn told<P: Precision>(geometry: &Geometry<P>, ray: &Ray<P::Real>) -> (Option<Hit<P::Real>>, String) {
+    let (range, mut shown) = (Interval::positive(), Vec::new());
+    let hit = geometry.closest(ray, range, &mut ());
+    let ask = &mut |hit: &Hit<P::Real>| {
+        shown.push((hit.order(), hit.t.to_f64().to_bits()));
+        false
+    };
+    assert!(!geometry.any(ray, range, ask, &mut ()));
+    shown.sort_unstable();
+    let place = hit.map(|hit| (geometry.located(ray, &hit), geometry.surface(ray, &hit), geometry.parameters(ray, &hit)));
+    (hit, format!("{place:?} {shown:?}"))
+}
+
+/// Rays from all sides at a thousand times towards what is there then, asked of every accelerator.
+fn met_where_they_are<P: Precision>(as_if_standing: bool) {
+    let random = &mut Random(21);
+    let journeys = journeys(random);
+    let scan = moving::<P>(&journeys, AcceleratorKind::Linear);
+    let others: Vec<_> = kinds().map(|kind| moving::<P>(&journeys, kind)).collect();
+    let (mut hits, mut named) = (0, [0; 12]);
+    for i in 0..1000 {
+        let time = f64::from((random.unit() * 1024.0).round()) / 1024.0;
+        let there = standing::<P>(&journeys, time);
+        let target = at(&journeys[i % 12], time).transform_point3(random.point().as_dvec3() * 0.1);
+        let from = target + random.direction().as_dvec3() * f64::from(20.0 * random.unit() + 0.1);
+        let v = |v: DVec3| <P::Real as Real>::Vec3::from_f64(v);
+        let ray = Ray::new(v(from), v((target - from).normalize()));
+        let timed = ray.at_time(P::Real::from_f64(time));
+        let found = told(&scan, &timed);
+        for other in &others {
+            assert_eq!(told(other, &timed), found, "{timed:?}");
+        }
+        if as_if_standing {
+            assert_eq!(told(&there, &ray), found, "{timed:?}");
+        }
+        if let Some(hit) = found.0 {
+            hits += 1;
+            named[hit.instance as usize] += 1;
+        }
+    }
+    assert!(hits > 500 && named.iter().all(|&times| times > 10), "{hits} {named:?}");
+}
+
+/// Protects: at a time, moving instances are hit, located, given coordinates and shown to any-hit queries with the bits of plain
+/// instances that stand there; by the scan, by boxes and by every tree, none of which culls one on its way.
+#[test]
+fn moving_things_are_met_where_they_are() {
+    met_where_they_are::<Robust>(true);
+    met_where_they_are::<Reference>(true);
+    // A textbook hit counts where its instance's box is entered, which is larger for one that moves.
+    met_where_they_are::<Fast>(false);
+}
+
+/// A group with a ball of radius one, as a part.
+fn ball() -> (Group<Robust>, u32) {
+    let (mut inner, mut group) = (Group::default(), Group::default());
+    inner.sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }, Visibility::default()).unwrap();
+    let part = group.part(Geometry::new(inner, AcceleratorKind::default())).unwrap();
+    (group, part)
+}
+
+/// From the origin to so far along x.
+fn along_x(to: f64) -> [DAffine3; 2] {
+    [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::X * to)]
+}
+
+/// Protects: a ball that goes from 0 to 8 along x is hit in closed form, up to the last bit where the numbers are exact, and
+/// nowhere else; times beyond the ends mean the ends, a ray without a time is at the first, and at no time at all nothing is there.
+/// Its box is the one around both ends.
+#[test]
+fn a_ball_on_its_way() {
+    for kind in kinds().chain([AcceleratorKind::Linear]) {
+        let (mut group, part) = ball();
+        group.moving(part, along_x(8.0), Visibility::default()).unwrap();
+        let geometry = Geometry::new(group, kind);
+        let bounds = geometry.bounds().unwrap();
+        assert_eq!((bounds.min, bounds.max), (DVec3::NEG_ONE, DVec3::new(9.0, 1.0, 1.0)));
+        let down = |x: f32| Ray::new(Vec3::new(x, 0.0, 3.0), Vec3::NEG_Z);
+        for (time, x) in [(0.0, 0.0), (0.125, 1.0), (0.5, 4.0), (1.0, 8.0), (-3.0, 0.0), (7.0, 8.0), (f32::INFINITY, 8.0)] {
+            let ray = down(x).at_time(time);
+            let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+            let surface = geometry.surface(&ray, &hit);
+            assert_eq!((hit.t, surface.point, surface.normal), (2.0, Vec3::new(x, 0.0, 1.0), Vec3::Z), "{time}");
+            for beside in [x - 1.001, x + 1.001] {
+                let ray = down(beside).at_time(time);
+                assert_eq!(geometry.closest(&ray, Interval::positive(), &mut ()), None, "{time}");
+                assert!(!geometry.any(&ray, Interval::positive(), &mut |_| true, &mut ()));
+            }
+            assert!(geometry.any(&ray, Interval::positive(), &mut |_| false, &mut ()));
+        }
+        let never = down(0.0).at_time(f32::NAN);
+        assert_eq!(geometry.closest(&never, Interval::positive(), &mut ()), None);
+        assert!(geometry.closest(&down(0.0), Interval::positive(), &mut ()).is_some());
+    }
+}
+
+/// Protects: where two moving things and one that stands are at one place at one time, the lowest object is hit, whichever that is.
+#[test]
+fn ties_go_to_the_lowest_object() {
+    let half = DAffine3::from_translation(DVec3::X * 4.0);
+    let journeys = [along_x(8.0), [along_x(8.0)[1], along_x(8.0)[0]], [half, half]];
+    for (kind, first) in kinds().chain([AcceleratorKind::Linear]).flat_map(|kind| (0..3).map(move |first| (kind, first))) {
+        let (mut group, part) = ball();
+        (0..3).for_each(|i| assert_eq!(group.moving(part, journeys[(first + i) % 3], Visibility::default()), Ok(i as u32)));
+        let geometry = Geometry::new(group, kind);
+        let ray = Ray::new(Vec3::new(4.0, 0.0, 3.0), Vec3::NEG_Z).at_time(0.5);
+        let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+        assert_eq!((hit.instance, hit.t), (0, 2.0), "{kind:?} {first}");
+    }
+}
+
+/// Protects: what can't be at some time is refused with its reason, and nothing is added.
+#[test]
+fn impossible_ways_are_refused() {
+    let (mut group, part) = ball();
+    let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
+    let mut refused = |part, ends| group.moving(part, ends, Visibility::default()).unwrap_err();
+    let half_turn = DAffine3::from_rotation_y(core::f64::consts::PI);
+    assert_eq!(refused(part, [DAffine3::IDENTITY, half_turn]), GeometryError::SingularOnTheWay);
+    assert_eq!(refused(part, [DAffine3::IDENTITY, flat]), GeometryError::Singular);
+    assert_eq!(refused(part, [flat, DAffine3::IDENTITY]), GeometryError::Singular);
+    assert_eq!(refused(part, along_x(1e39)), GeometryError::NotFinite);
+    // Each end has a box in f32, the way between them has not.
+    let wide = [1.0, -1.0].map(|side| DAffine3::from_translation(DVec3::X * (side * 3.402_821_2e38)));
+    assert_eq!(refused(part, wide), GeometryError::NotFinite);
+    assert_eq!(refused(part + 1, along_x(1.0)), GeometryError::NoPart);
+    assert!(group.is_empty() && Geometry::new(group, AcceleratorKind::Linear).instance_count() == 0);
+}
+
+/// Protects: an instance that stands still takes the bytes that it took before there was motion, also as one that goes from where
+/// it is to there; one that moves takes its two maps besides.
+#[test]
+fn only_motion_takes_bytes() {
+    let more = |add: &dyn Fn(&mut Group<Robust>, u32) -> Result<u32, GeometryError>| {
+        let bytes = |count: usize| {
+            let (mut group, part) = ball();
+            assert!((0..count).all(|_| add(&mut group, part).is_ok()));
+            Geometry::new(group, AcceleratorKind::Linear).bytes()
+        };
+        bytes(9) - bytes(8)
+    };
+    // A slot; the part; twelve numbers of a map, nine of the way back and its magnification; a box or none.
+    let still = 16 + 8 + 22 * 8 + 7 * 8;
+    assert_eq!(more(&|group, part| group.instance(part, halved(), ASKED)), still);
+    assert_eq!(more(&|group, part| group.moving(part, [halved(); 2], ASKED)), still);
+    assert_eq!(more(&|group, part| group.moving(part, along_x(1.0), ASKED)), still + 2 * 12 * 8);
+}
