@@ -135,7 +135,7 @@ fn rays_keep_their_time() {
     let scene = everything();
     let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
     let picture = |geometry: Geometry<Robust>, time: f32| {
-        let mut prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL).expect("it can be prepared");
+        let mut prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         prepared.geometry = geometry;
         let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false);
         let mut pixel = |i: u32| {
