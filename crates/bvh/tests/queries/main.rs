@@ -107,6 +107,36 @@ fn tree_equals_scan() {
     }
 }
 
+/// Protects: a ray along an axis or a face of the axes enters boxes whichever sign its zeros have, as a reflected or mapped ray may
+/// have either; the balls around the way, at places of every sign, are met by tree and boxes as by a scan.
+#[test]
+fn zeros_of_either_sign_are_one_direction() {
+    let row = |kind| {
+        let mut group = Group::<Robust>::default();
+        for i in 0..5 * 5 * 5 {
+            let centre = Vec3::new((i % 5) as f32, (i / 5 % 5) as f32, (i / 25) as f32) * 3.0 - 6.0;
+            group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
+        }
+        Geometry::new(group, kind)
+    };
+    let (scan, others) = (row(AcceleratorKind::Linear), kinds().map(|kind| (kind, row(kind))).collect::<Vec<_>>());
+    let random = &mut Random(13);
+    let mut met = 0;
+    for i in 0..2000 {
+        let mut direction = random.direction();
+        for axis in (0..3).filter(|axis| (i % 6 + 1) >> axis & 1 != 0) {
+            direction[axis] = if random.unit() < 0.5 { 0.0 } else { -0.0 };
+        }
+        let ray = Ray::new(random.point() * 0.7, direction.normalize());
+        let expected = scan.closest(&ray, Interval::positive(), &mut ());
+        met += u32::from(expected.is_some());
+        for (kind, other) in &others {
+            assert_eq!(other.closest(&ray, Interval::positive(), &mut ()), expected, "{kind:?} {ray:?}");
+        }
+    }
+    assert!((500..2000).contains(&met), "{met} rays met something");
+}
+
 /// Protects: many identical primitives build quickly into a shallow tree and the lowest id wins.
 #[test]
 fn coincident_primitives() {
@@ -127,6 +157,19 @@ fn not_finite_is_refused() {
     assert!(group.triangle([Vec3::NAN, Vec3::X, Vec3::Y], Visibility::default()).is_err());
     assert!(group.sphere(Sphere { centre: Vec3::ZERO, radius: f32::INFINITY }, Visibility::default()).is_err());
     assert!(group.is_empty());
+}
+
+/// Protects: a mesh that is refused for one of its triangles leaves nothing behind of those before it, and takes no number.
+#[test]
+fn refused_meshes_leave_nothing() {
+    let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x + 1.0, 0.0, 0.0), Vec3::new(x, 1.0, 0.0)];
+    let mut group = Group::<Robust>::default();
+    assert_eq!(group.mesh([at(0.0), at(f32::NAN)], Visibility::default()), Err(GeometryError::NotFinite));
+    assert_eq!((group.len(), group.objects(), group.triangles().len()), (0, 0, 0));
+    assert_eq!(group.mesh([at(5.0)], Visibility::default()), Ok(0));
+    let geometry = Geometry::new(group, AcceleratorKind::default());
+    let met = |x: f32| geometry.closest(&Ray::new(Vec3::new(x, 0.2, 1.0), Vec3::NEG_Z), Interval::positive(), &mut ());
+    assert!(met(0.2).is_none() && met(5.2).is_some_and(|hit| (hit.object, hit.primitive) == (0, 0)));
 }
 
 /// Protects: rays of NaN or infinity end without a hit.

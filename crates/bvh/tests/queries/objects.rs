@@ -92,6 +92,35 @@ fn every_kind_casts_its_shadow() {
     }
 }
 
+/// Protects: what a part has without bounds is met through its instances wherever they are endless, far from all that has bounds,
+/// by rays and by any-hit queries; alone in its part and beside a ball.
+#[test]
+fn endless_shapes_are_met_through_instances() {
+    let pipe = || AnyShape::from(Cylinder::new(DVec3::NEG_Y, DVec3::new(1.0, 0.0, 1.0), 1.0, None, false));
+    let endless: [Adding<'_>; 2] =
+        [("plane", &|g, v| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), v)), ("infinite cylinder", &|g, v| g.shape(pipe(), v))];
+    let (start, map) = (Vec3::new(500.0, 3.0, 500.0), DAffine3::from_translation(DVec3::Y * -5.0) * halved());
+    for ((name, add), beside, kind) in
+        endless.iter().flat_map(|e| [false, true].into_iter().flat_map(move |b| kinds().map(move |kind| (e, b, kind))))
+    {
+        let mut inner = Group::default();
+        if beside {
+            inner.sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }, Visibility::default()).unwrap();
+        }
+        add(&mut inner, Visibility::default()).unwrap();
+        let mut group = triangles(&mut Random(7), 40);
+        let part = group.part(Geometry::new(inner, kind)).unwrap();
+        let instance = group.instance(part, map, Visibility::default()).unwrap();
+        let (geometry, ray) = (Geometry::new(group, kind), Ray::new(start, Vec3::NEG_Y));
+        let told = format!("{name}, beside a ball {beside}, {kind:?}");
+        let hit = geometry.closest(&ray, Interval::positive(), &mut ()).expect(&told);
+        assert!(hit.instance == instance && (hit.t - 8.0).abs() < 1e-5, "{told}: {hit:?}");
+        for (max, hidden) in [(f32::INFINITY, true), (7.9, false)] {
+            assert_eq!(geometry.any(&ray, Interval { min: 0.0, max }, &mut |_| false, &mut ()), hidden, "{told} up to {max}");
+        }
+    }
+}
+
 /// Protects: an opaque object ends a query and nobody is asked about it, one to ask about is shown hit by hit, and one that is
 /// nothing to such queries is not there; of an instance it is the instance that says so.
 #[test]

@@ -80,6 +80,7 @@ fn coordinates_of_known_points() {
     let quad: AnyShape<f64> = Quad::new(DVec3::new(-1.0, 0.0, -1.0), DVec3::X * 2.0, DVec3::Z * 2.0).into();
     let cube: AnyShape<f64> = Cuboid::new(DVec3::NEG_ONE, DVec3::ONE).into();
     let can: AnyShape<f64> = Cylinder::new(DVec3::ZERO, DVec3::Y, 1.0, Some(2.0), true).into();
+    let pipe: AnyShape<f64> = Cylinder::new(DVec3::ZERO, DVec3::Y, 1.0, None, false).into();
     let ring: AnyShape<f64> = Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into();
     let slant = DVec3::new(1.0, 1.0, 0.0).normalize();
     let cases = [
@@ -95,6 +96,8 @@ fn coordinates_of_known_points() {
         ("quad", quad, DVec3::Y, Some(0.5), Some(0.5)),
         ("box", cube, DVec3::X, Some(0.5), Some(0.5)),
         ("cylinder", can, DVec3::Y, None, Some(0.0)),
+        // Without ends it is counted from where its base point is.
+        ("infinite cylinder", pipe, DVec3::X, None, Some(0.0)),
         ("torus", ring, DVec3::X, None, Some(0.5)),
     ];
     for (name, shape, towards, u, v) in cases {

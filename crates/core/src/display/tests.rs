@@ -117,6 +117,17 @@ fn coverage_is_stored_straight() {
     assert_eq!(codes, [128, 0, 255, 128, 0, 0, 0, 0, 64, 64, 64, 255, 0, 0, 0, 0]);
 }
 
+/// Protects: a coverage is a share of the pixel and no colour: no curve, tone map or exposure moves its code.
+#[test]
+fn coverage_is_stored_as_it_is() {
+    let alpha: Vec<f32> = (0..=255).map(|code| code as f32 / 255.0).collect();
+    let picture = Picture { alpha: Some(alpha), ..Picture::new(256, 1) };
+    for display in every_display() {
+        let codes = Display { exposure_stops: 1.0, ..display }.to_codes(&picture);
+        assert!(codes.chunks(4).zip(0..=255).all(|(pixel, code)| pixel[3] == code), "{display:?}");
+    }
+}
+
 /// Rows and columns keep their places, and the values picture agrees with the codes.
 #[test]
 fn a_picture_keeps_its_places() {

@@ -86,6 +86,18 @@ fn textures_of_physical_materials() {
     sees(&leaf(physical(terms), true), AT, [expected; 3]);
 }
 
+/// Protects: inputs that are read one after the other at a hit each have their own texel, of another image and of the same.
+#[test]
+fn every_input_reads_its_own_texture() {
+    let at = |row: f64| json!({ "name": "ramp", "uv": [0.6, row] });
+    let both = |emission: Value, expected: [f64; 3]| {
+        let terms = json!({ "unlit": true, "base_colour_texture": at(0.4), "emission": 1, "emission_texture": emission });
+        sees(&leaf(physical(terms), true), AT, expected);
+    };
+    both(json!({ "name": "linear" }), [1.0 + 0.2, 0.25 + 0.4, 1.0 + 1.0]);
+    both(at(0.9), [1.0 + 1.0, 0.25 + 0.75, 1.0 + 1.0]);
+}
+
 /// Protects: where an image is missing the factor alone counts.
 #[test]
 fn missing_images_leave_the_factor() {

@@ -7,7 +7,8 @@ use proptest::prelude::*;
 use super::{in_order, layers, ready, rendered, settings};
 use crate::film::{Film, Part, PartError};
 use crate::picture::Picture;
-use crate::settings::{Background, Sampling, Settings};
+use crate::scene::Integrator;
+use crate::settings::{Background, Crop, PrecisionChoice, Sampling, Settings};
 use crate::{Observer, Ready};
 
 fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
@@ -147,6 +148,14 @@ fn what_does_not_belong_together_is_refused() {
     assert_eq!(foreign(other(|s| s.sampling = Sampling::General(7))), "number of samples");
     assert_eq!(foreign(other(|s| s.replicates = Some(3))), "number of replicates");
     assert_eq!(foreign(other(|s| s.tile_size = 4)), "size of tiles");
+    assert_eq!(foreign(other(|s| s.size[0] = 12)), "size");
+    assert_eq!(foreign(other(|s| s.crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 }))), "crop");
+    assert_eq!(foreign(other(|s| s.camera = None)), "camera");
+    assert_eq!(foreign(other(|s| s.max_depth += 1)), "maximum depth");
+    assert_eq!(foreign(other(|s| s.integrator = Integrator::Whitted)), "integrator");
+    assert_eq!(foreign(other(|s| s.precision = PrecisionChoice::Fast)), "precision");
+    assert_eq!(foreign(other(|s| s.background = Background::Colour([0.5; 3]))), "background");
+    assert_eq!(foreign(other(|s| s.aovs = layers())), "list of layers");
     assert_eq!(foreign(own.film("another scene")), "scene");
     // How a part is computed does not matter.
     let alike = other(|s| s.accelerator = raywright_bvh::AcceleratorKind::Linear);
