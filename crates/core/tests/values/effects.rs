@@ -37,6 +37,11 @@ fn classic_terms() {
         (json!({ "ambient": 0 }), json!({ "classic": { "ambient": 0.1 } }), &[("ambient light", Absent)]),
         (json!({}), lit(), &[("direct light", Simulated), ("shadows", Simulated), ("highlights", Absent), ("sky light", Absent)]),
         (json!({ "diffuse": 0 }), lit(), &[("direct light", Absent), ("shadows", Absent)]),
+        (
+            json!({ "diffuse": 0, "specular": specular(1.0, false) }),
+            lit(),
+            &[("direct light", Absent), ("highlights", Simulated), ("shadows", Simulated)],
+        ),
         (json!({ "local": 0 }), lit(), &[("direct light", Absent)]),
         (json!({ "specular": specular(1.0, false) }), lit(), &[("highlights", Simulated)]),
         (json!({ "specular": specular(0.0, false) }), lit(), &[("highlights", Absent)]),

@@ -204,4 +204,13 @@ mod tests {
         assert_eq!(at(0.0, 1.0), [0.0, 1.0]);
         assert_eq!(at(0.5, 0.5), [1.0, 0.0]);
     }
+
+    /// An offset moves what is read to the right and up, as its numbers count: v from the bottom.
+    #[test]
+    fn offsets_count_from_the_bottom() {
+        let [u, v] = Map::parse("-o 0.25 0.125 x.png").rows().unwrap();
+        let at = |x: f64, y: f64| [u[0] * x + u[1] * y + u[2], v[0] * x + v[1] * y + v[2]];
+        assert_eq!(at(0.0, 1.0), [0.25, 0.875]);
+        assert_eq!(at(0.5, 0.5), [0.75, 0.375]);
+    }
 }

@@ -161,6 +161,21 @@ fn errors_name_line_and_cause() {
     }
 }
 
+/// Protects: `d` is how much there is of a surface, `Tr` how much is not, `d` counts where both are there, and `Tr 1` alone, which old
+/// exporters wrote for opaque, is said to have been taken as that.
+#[test]
+fn opacity_is_told_both_ways() {
+    for (lines, opacity, words) in
+        [("d 0.25", 0.25, ""), ("Tr 0.75", 0.25, ""), ("Tr 0.75\nd 0.5", 0.5, ""), ("Tr 0", 1.0, ""), ("Tr 1", 1.0, "Tr 1 alone")]
+    {
+        let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+        std::fs::write(folder.path().join("m.mtl"), format!("newmtl m\nKd 1 0 0\n{lines}\n")).unwrap();
+        let file = load(&path);
+        assert_eq!(physical(&file, "m").opacity, opacity.into(), "{lines}");
+        assert_eq!(format!("{:?}", file.warnings).contains("Tr 1 alone"), !words.is_empty(), "{lines}: {:?}", file.warnings);
+    }
+}
+
 /// A missing texture, a missing library and a reference out of the folder are warnings; nothing outside is read.
 #[test]
 fn missing_things_are_warnings() {

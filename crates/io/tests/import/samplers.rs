@@ -1,6 +1,6 @@
-//! How textures continue beyond their edges: single samplers, written here.
+//! How textures are read and surfaces seen: single materials, written here.
 
-use raywright_core::scene::Wrap;
+use raywright_core::scene::{ColourSpace, SideRule, Wrap};
 
 use crate::shared::load;
 
@@ -34,5 +34,37 @@ fn directions_wrap_each_in_its_way() {
         let loaded = load(&path);
         let [texture] = loaded.scene.textures.as_slice() else { panic!("{:?}", loaded.scene.textures) };
         assert_eq!([texture.wrap_u, texture.wrap_v], expected, "{sampler}");
+    }
+}
+
+/// Protects: one texture that is a colour and data at once is decoded in two ways.
+#[test]
+fn a_texture_may_play_two_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    let one = r#""baseColorTexture": { "index": 0 }"#;
+    let both = r#""baseColorTexture": { "index": 0 }, "metallicRoughnessTexture": { "index": 0 }"#;
+    std::fs::write(&path, textured("").replace(one, both)).unwrap();
+    let mut spaces: Vec<_> = load(&path).scene.textures.iter().map(|texture| texture.colour_space).collect();
+    spaces.sort_by_key(|space| *space != ColourSpace::Srgb);
+    assert_eq!(spaces, [ColourSpace::Srgb, ColourSpace::Linear]);
+}
+
+/// Protects: a surface is seen from outside, glass and what the file calls double-sided from both sides.
+#[test]
+fn glass_has_two_sides() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    let glass =
+        |factor: f64| format!(r#""extensions": {{ "KHR_materials_transmission": {{ "transmissionFactor": {factor} }} }}, "#);
+    for (more, side) in [
+        (String::new(), SideRule::Outside),
+        (r#""doubleSided": true, "#.to_owned(), SideRule::Both),
+        (glass(0.5), SideRule::Both),
+        (glass(0.0), SideRule::Outside),
+    ] {
+        let material = r#""materials": [{ "#;
+        std::fs::write(&path, textured("").replace(material, &format!("{material}{more}"))).unwrap();
+        assert_eq!(load(&path).scene.objects[0].side, side, "{more}");
     }
 }
