@@ -187,11 +187,14 @@ fn impossible_ways_are_refused() {
     assert!(group.is_empty() && Geometry::new(group, AcceleratorKind::Linear).instance_count() == 0);
 }
 
+/// How one more instance of a part is added.
+type Adding<'a> = &'a dyn Fn(&mut Group<Robust>, u32) -> Result<u32, GeometryError>;
+
 /// Protects: an instance that stands still takes the bytes that it took before there was motion, also as one that goes from where
 /// it is to there; one that moves takes its two maps besides.
 #[test]
 fn only_motion_takes_bytes() {
-    let more = |add: &dyn Fn(&mut Group<Robust>, u32) -> Result<u32, GeometryError>| {
+    let more = |add: Adding<'_>| {
         let bytes = |count: usize| {
             let (mut group, part) = ball();
             assert!((0..count).all(|_| add(&mut group, part).is_ok()));
