@@ -4,7 +4,7 @@ use crate::geometry::Geometry;
 use crate::group::Kind;
 use crate::ray::{Hit, Ray};
 use crate::scalar::Precision;
-use crate::shapes::{Located, Maps, Parameters, Probe, Shape, ShapeHit, Surface};
+use crate::shapes::{Located, Maps, Parameters, Probe, Shape, ShapeHit, Surface, Under};
 
 impl<P: Precision> Geometry<P> {
     /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
@@ -26,13 +26,7 @@ impl<P: Precision> Geometry<P> {
     }
 
     /// For a probe of this geometry's own space, which is under these maps.
-    fn locate(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<P::Real>,
-        [slot, inner]: [u32; 2],
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate(&self, probe: &Probe<P>, hit: ShapeHit<P::Real>, [slot, inner]: [u32; 2], maps: Under<'_, P>) -> Located<P::Core> {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {

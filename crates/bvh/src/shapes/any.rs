@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::cylinder::Ends;
 use super::{
-    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Maps, Paraboloid, Parameters, Plane, Probe, Quad, SampleArea,
-    Shape, ShapeHit, Sphere, Torus, Triangle,
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Paraboloid, Parameters, Plane, Probe, Quad, SampleArea, Shape,
+    ShapeHit, Sphere, Torus, Triangle, Under,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -93,12 +93,7 @@ impl<R: Real> Shape<R> for AnyShape<R> {
         each!(self, shape => shape.intersect(probe, range, side))
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         each!(self, shape => shape.locate_under(probe, hit, maps))
     }
 

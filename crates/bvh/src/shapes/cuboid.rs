@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::drift::Drift;
 use super::quadratic::Span;
-use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
@@ -135,12 +135,7 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         self.span(probe)?.nearest(range, side)
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let (axis, greater) = face_of(hit.u);
         let span = if P::ROBUST && probe.mapped { self.span(probe) } else { None };
         let t = span.map_or_else(|| convert(hit.t), |span| span.unrounded(hit));

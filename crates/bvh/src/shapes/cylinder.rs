@@ -7,7 +7,7 @@ use super::frame::{disk_support, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab, tests_close};
 use super::turned::{BASE, TOP, Turned, WALL};
 use super::unit::unit_of;
-use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -142,12 +142,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let part = hit.u.to_f64() as u8;
         let raw = self.raw(probe, hit);
         let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);

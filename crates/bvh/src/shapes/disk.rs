@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, spoke, turn};
-use super::{Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -43,12 +43,7 @@ impl<R: Real> Shape<R> for Disk<R> {
             .then_some(ShapeHit::at(t))
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        _: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, _: Under<'_, P>) -> Located<P::Core> {
         let (normal, centre) = (wide::<P>(self.normal), wide::<P>(self.centre));
         let point = if P::ROBUST {
             let height = normal.dot(centre - probe.origin);

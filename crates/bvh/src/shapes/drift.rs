@@ -5,10 +5,8 @@
 //! the other faces too, and there the inverse map magnifies what was a rounding in the world. Of a curved face it then lies
 //! above the tangent plane, but so far to the side that the face has bent away from there.
 
-use super::CoreVec;
-use super::num;
+use super::{CoreVec, Located, Under, num};
 use crate::scalar::{Precision, Real, Vector, convert};
-use crate::shapes::Located;
 use crate::transform::Transform;
 
 /// The maps between the space of a shape and the world, the innermost first.
@@ -92,7 +90,7 @@ impl<'a, C: Real> Drift<'a, C> {
 #[inline(always)]
 pub(super) fn off_bends<P: Precision>(
     located: Located<P::Core>,
-    maps: Option<Maps<'_, P::Core>>,
+    maps: Under<'_, P>,
     balls: impl FnOnce() -> [P::Core; 2],
 ) -> Located<P::Core> {
     match maps {

@@ -8,7 +8,7 @@ use super::quadratic::{Crossings, Quadratic, always_close, approach, point_at};
 use super::sample::area_by_quadrature;
 use super::sphere::{on_globe, sphere_direction};
 use super::unit::unit_of;
-use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector};
 
@@ -98,12 +98,7 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         self.crossings(probe, always_close::<P>())?.nearest(range, side, |_| true)
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit);
         let way = (probe.origin - point).abs().max_element();

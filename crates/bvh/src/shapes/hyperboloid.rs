@@ -8,7 +8,7 @@ use super::probe::FAR;
 use super::quadratic::{Crossings, Quadratic, always_close, approach, point_at};
 use super::unit::unit_of;
 use super::{
-    CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide,
+    CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, sample::area_by_quadrature, slack, wide,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -107,12 +107,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         self.crossings(probe, always_close::<P>())?.nearest(range, side, clipped)
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit);
         let located = self.at::<P>(point, (probe.origin - point).abs().max_element());

@@ -115,6 +115,9 @@ impl<R: Real> ShapeHit<R> {
     }
 }
 
+/// The maps that the space of a shape is under; none for the world's own.
+pub type Under<'a, P> = Option<Maps<'a, <P as Precision>::Core>>;
+
 /// A surface that rays can hit.
 pub trait Shape<R: Real> {
     /// The support function, max p·direction over all points p of the shape: where a plane touches that comes in from far
@@ -132,12 +135,7 @@ pub trait Shape<R: Real> {
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is rounded to the stored scalar. A
     /// ray that comes from the world by the inverses of maps brings them: what may happen to the start of a ray there decides
     /// how far from edges and bends starts have to be.
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core>;
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core>;
 
     /// The same for a ray of the shape's own space.
     #[inline(always)]

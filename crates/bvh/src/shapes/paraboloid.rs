@@ -7,7 +7,7 @@ use super::frame::{length, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
 use super::unit::unit_of;
 use super::{
-    CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, sample::area_by_quadrature, slack, wide,
+    CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, sample::area_by_quadrature, slack, wide,
 };
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -81,12 +81,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
             .nearest(range, side, |t| above + probe.direction.y() * t <= height)
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
         let point = point_at(probe, crossings, hit);
         let located = self.at::<P>(point, (probe.origin - point).abs().max_element());

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
-use super::{AnyShape, CoreVec, Located, Maps, Parameters, Probe, Shape, ShapeHit, num};
+use super::{AnyShape, CoreVec, Located, Maps, Parameters, Probe, Shape, ShapeHit, Under, num};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector};
@@ -51,12 +51,7 @@ impl<P: Precision> Placed<P> {
     }
 
     /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
-    pub(crate) fn locate_under(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<P::Real>,
-        outer: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    pub(crate) fn locate_under(&self, probe: &Probe<P>, hit: ShapeHit<P::Real>, outer: Under<'_, P>) -> Located<P::Core> {
         let maps = Maps::new(&self.transform, outer.as_ref());
         self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
     }

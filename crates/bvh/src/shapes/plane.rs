@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::tangent;
-use super::{Located, Maps, Parameters, Probe, Shape, ShapeHit, slack, wide};
+use super::{Located, Parameters, Probe, Shape, ShapeHit, Under, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -42,12 +42,7 @@ impl<R: Real> Shape<R> for Plane<R> {
     }
 
     #[inline]
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        _: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, _: Under<'_, P>) -> Located<P::Core> {
         let (normal, through) = (wide::<P>(self.normal), wide::<P>(self.point));
         // Robust: at the unrounded distance; what remains is the rounding of the stored coordinates.
         let point = if P::ROBUST {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::border::{Face, off_border};
 use super::edges::{Corner, corner_slack, cross};
 use super::unit::unit_of_both;
-use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
@@ -114,12 +114,7 @@ impl<R: Real> Shape<R> for Quad<R> {
         (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let [a, b, _, d] = self.corners.map(wide::<P>);
         let normal = self.normal::<P>();
         let (mut u, mut v) = (convert::<R, P::Core>(hit.u), convert::<R, P::Core>(hit.v));

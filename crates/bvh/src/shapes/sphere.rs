@@ -4,7 +4,7 @@ use super::drift::off_bends;
 use super::probe::FAR;
 use super::quadratic::{Crossings, approach};
 use super::{
-    CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, first_root, has_wider_core, num, slack, wide,
+    CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, first_root, has_wider_core, num, slack, wide,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -66,12 +66,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     #[inline]
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
         if probe.needs_unrounded(hit.t, self.radius) {
             // From the roots again, as the rounding of the stored distance may be large in the map's space, or for the sphere.

@@ -6,7 +6,7 @@ use super::drift::off_bends;
 use super::frame::{disk_support, split, spoke, turn};
 use super::quartic::Quartic;
 use super::unit::unit_of;
-use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, slack, wide};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
 
@@ -158,12 +158,7 @@ impl<R: Real> Shape<R> for Torus<R> {
         })
     }
 
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let (centre, major) = (wide::<P>(self.centre), convert::<R, P::Core>(self.major_radius));
         // From the nearest point of the circle.
         let tube = |offset: CoreVec<P>| {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::border::{Face, off_border};
 use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross};
 use super::unit::{unit_of, unit_of_both};
-use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, num, wide};
+use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, wide};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector, convert};
@@ -53,12 +53,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 
     #[inline]
-    fn locate_under<P: Precision<Real = R>>(
-        &self,
-        probe: &Probe<P>,
-        hit: ShapeHit<R>,
-        maps: Option<Maps<'_, P::Core>>,
-    ) -> Located<P::Core> {
+    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
         let [a, b, c] = self.vertices.map(wide::<P>);
         // The rounding of stored weights moves the point along the plane only, but in a map's space that may be far.
         let again = if P::ROBUST && probe.mapped { self.crossing(probe) } else { None };
