@@ -1,6 +1,7 @@
 //! Rendering: tiles over threads, samples over pixels. Nothing here allocates or locks per ray.
 
 use core::marker::PhantomData;
+use core::ops::Range;
 use core::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::Mutex;
 
@@ -154,14 +155,16 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                 let samples = self.plan.samples_of(self.replicate);
                 let mut firsts = FirstHits::new(self.plan);
                 let mut pixel = Gather::<P::Real, B>::default();
-                for (x, y) in self.positions() {
-                    for index in 0..samples {
-                        let brought = tracer.camera_ray(self.sample_ray(x, y, index), self.address(x, y, index));
-                        dropped += u64::from(!pixel.add(brought.radiance, brought.hit));
-                        firsts.add(tracer.first());
+                for y in self.rows() {
+                    for x in self.columns() {
+                        for index in 0..samples {
+                            let brought = tracer.camera_ray(self.sample_ray(x, y, index), self.address(x, y, index));
+                            dropped += u64::from(!pixel.add(brought.radiance, brought.hit));
+                            firsts.add(tracer.first());
+                        }
+                        finish(&mut plane, pixel.finish());
+                        firsts.push(&mut plane, samples);
                     }
-                    finish(&mut plane, pixel.finish());
-                    firsts.push(&mut plane, samples);
                 }
             }
         }
@@ -172,10 +175,16 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         Unit { tile: self.tile, replicate: self.replicate, plane, spread, centre, counters }
     }
 
-    /// Whole-picture coordinates of the tile's pixels, row by row.
-    fn positions(&self) -> impl Iterator<Item = (u32, u32)> + use<'_, P, K> {
-        let (x0, y0) = (self.plan.crop.x + self.area.x, self.plan.crop.y + self.area.y);
-        (0..self.area.height).flat_map(move |y| (0..self.area.width).map(move |x| (x0 + x, y0 + y)))
+    /// Rows of the whole picture that the tile lies in.
+    fn rows(&self) -> Range<u32> {
+        let first = self.plan.crop.y + self.area.y;
+        first..first + self.area.height
+    }
+
+    /// Columns of the whole picture that the tile lies in.
+    fn columns(&self) -> Range<u32> {
+        let first = self.plan.crop.x + self.area.x;
+        first..first + self.area.width
     }
 
     /// Pixels that are the means of their corners; how many samples were dropped.
@@ -211,16 +220,17 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     /// hits where layers ask for them.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
     fn lattice(&self, tracer: &mut Tracer<'_, P, K>) -> (Vec<(Vec3Of<P>, bool)>, Vec<Option<FirstHit>>) {
-        let (x0, y0) = (self.plan.crop.x + self.area.x, self.plan.crop.y + self.area.y);
-        let (columns, rows) = (self.area.width + 1, self.area.height + 1);
-        let count = columns as usize * rows as usize;
+        // One more each way than there are pixels.
+        let inclusive = |range: Range<u32>| range.start..range.end + 1;
+        let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
+        let count = columns.len() * rows.len();
         let asked = !self.plan.layers.mean.is_empty();
         let (mut corners, mut hits) = (Vec::with_capacity(count), Vec::with_capacity(if asked { count } else { 0 }));
-        for y in 0..rows {
-            for x in 0..columns {
+        for y in rows {
+            for x in columns.clone() {
                 let at = |v: u32| P::Real::from_f64(f64::from(v));
-                let ray = self.scene.camera.ray(at(x0 + x), at(y0 + y), [0.5; 2]);
-                let brought = tracer.camera_ray(ray, self.address(x0 + x, y0 + y, 0));
+                let ray = self.scene.camera.ray(at(x), at(y), [0.5; 2]);
+                let brought = tracer.camera_ray(ray, self.address(x, y, 0));
                 corners.push((brought.radiance, brought.hit));
                 if asked {
                     hits.push(tracer.first().copied());
@@ -253,7 +263,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         if layers.is_empty() {
             return buffers;
         }
-        for (x, y) in self.positions() {
+        for (x, y) in self.rows().flat_map(|y| self.columns().map(move |x| (x, y))) {
             let at = |v: u32| P::Real::from_f64(f64::from(v) + 0.5);
             let first = tracer.first_hit(self.scene.camera.ray(at(x), at(y), [0.5; 2]));
             for (buffer, (aov, _)) in buffers.iter_mut().zip(layers) {

@@ -120,30 +120,38 @@ impl<R: Real> Path<R> {
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Follows a path to its end, its side branches included.
     pub(super) fn follow(&mut self, path: &mut Path<P::Real>) {
-        let mut waiting = core::mem::take(&mut self.waiting);
-        loop {
-            let step = if path.segments == 0 {
-                Step::Ended
-            } else {
-                let hit = path.met.or_else(|| {
-                    let Query { ray, range } = self.query(path);
-                    self.scene.geometry.closest(&ray, range, &mut ())
-                });
-                self.advance(path, hit.as_ref())
-            };
-            match step {
+        while path.segments > 0 || self.resume(path) {
+            let hit = path.met.or_else(|| {
+                let Query { ray, range } = self.query(path);
+                self.scene.geometry.closest(&ray, range, &mut ())
+            });
+            match self.advance(path, hit.as_ref()) {
                 Step::Onward => {}
-                Step::Aside(aside) => waiting.push(core::mem::replace(path, aside)),
-                Step::Ended => {
-                    let Some(before) = waiting.pop() else {
-                        self.waiting = waiting;
-                        return;
-                    };
-                    let brought = core::mem::replace(path, before).radiance;
-                    path.radiance += brought;
-                }
+                Step::Aside(aside) => self.wait(path, aside),
+                Step::Ended => path.segments = 0,
             }
         }
+    }
+
+    /// Lets a path wait for its side branch, which is followed first. Out of line, as [`Self::resume`]'s work is: most paths
+    /// never divide.
+    #[inline(never)]
+    fn wait(&mut self, path: &mut Path<P::Real>, aside: Path<P::Real>) {
+        self.waiting.push(core::mem::replace(path, aside));
+    }
+
+    /// Goes on with the path that waits for this one, which has ended; false where none does.
+    #[inline(always)]
+    fn resume(&mut self, path: &mut Path<P::Real>) -> bool {
+        !self.waiting.is_empty() && self.taken_up(path)
+    }
+
+    #[inline(never)]
+    fn taken_up(&mut self, path: &mut Path<P::Real>) -> bool {
+        let Some(before) = self.waiting.pop() else { return false };
+        let brought = core::mem::replace(path, before).radiance;
+        path.radiance += brought;
+        true
     }
 }
 
