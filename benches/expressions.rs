@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use criterion::Criterion;
 use glam::Vec3;
-use raywright_core::expr::{Inputs, Program, Scope, compile};
+use raywright_core::expr::{Inputs, Programs, Scope, compile};
 use raywright_core::noise::{turbulence2, turbulence3};
 
 type Closure = Box<dyn Fn(&Inputs<f32>) -> Vec3 + Send + Sync>;
@@ -24,7 +24,8 @@ type Inlined = Box<dyn Fn(&[Inputs<f32>]) -> Vec3>;
 /// One formula in both forms, as vectors; a number is one in every component.
 struct Case {
     name: &'static str,
-    program: Program,
+    /// One program.
+    program: Programs<f32>,
     boxed: Closure,
     /// Sum over many hits by the inlined closure.
     inlined: Inlined,
@@ -33,7 +34,7 @@ struct Case {
 macro_rules! case {
     ($name:literal, $scope:expr, $source:expr, |$i:ident| $body:expr) => {{
         let names = BTreeMap::from([("t".to_owned(), 6.0)]);
-        let program = compile($source, &names, $scope).unwrap_or_else(|e| panic!("{}: {e}", $name));
+        let program = Programs::of(&compile($source, &names, $scope).unwrap_or_else(|e| panic!("{}: {e}", $name)));
         let formula = |$i: &Inputs<f32>| -> Vec3 { $body };
         let inlined = move |hits: &[Inputs<f32>]| hits.iter().map(|hit| formula(black_box(hit))).sum();
         Case { name: $name, program, boxed: black_box(Box::new(formula)), inlined: Box::new(inlined) }
@@ -142,7 +143,7 @@ fn table(cases: &[Case], hits: &[Inputs<f32>], rounds: usize) {
     println!("{} hits, {rounds} rounds", hits.len());
     println!("{:<12}{:>10}{:>10}{:>10}   {:<24}program / inlined", "ns", "program", "boxed", "inlined", "program / boxed");
     for case in cases {
-        let program = |hits: &[Inputs<f32>]| -> Vec3 { hits.iter().map(|hit| case.program.vector(black_box(hit))).sum() };
+        let program = |hits: &[Inputs<f32>]| -> Vec3 { hits.iter().map(|hit| case.program.vector(0, black_box(hit))).sum() };
         let boxed = |hits: &[Inputs<f32>]| -> Vec3 { hits.iter().map(|hit| (case.boxed)(black_box(hit))).sum() };
         let difference = (program(hits) - (case.inlined)(hits)).abs().max_element();
         assert!(difference <= 2e-3 * (case.inlined)(hits).abs().max_element(), "{}: forms differ by {difference}", case.name);
@@ -170,7 +171,9 @@ fn main() {
     let mut criterion = Criterion::default().configure_from_args();
     for case in &cases {
         let mut group = criterion.benchmark_group(format!("expressions/{}", case.name));
-        group.bench_function("program", |b| b.iter(|| hits.iter().map(|hit| case.program.vector(black_box(hit))).sum::<Vec3>()));
+        group.bench_function("program", |b| {
+            b.iter(|| hits.iter().map(|hit| case.program.vector(0, black_box(hit))).sum::<Vec3>())
+        });
         group.bench_function("closure", |b| b.iter(|| hits.iter().map(|hit| (case.boxed)(black_box(hit))).sum::<Vec3>()));
         group.finish();
     }

@@ -5,7 +5,7 @@ use glam::DAffine3;
 use crate::aabb::Aabb;
 use crate::error::GeometryError;
 use crate::scalar::Precision;
-use crate::transform::{Transform, transform_bounds};
+use crate::shapes::{Transform, transform_bounds};
 
 /// No motion: beyond the end of any list of them.
 const STILL: u32 = u32::MAX;

@@ -1,7 +1,7 @@
-//! Four scalars side by side, in which the boxes of a node are tested at once: the vector registers of the platform where
-//! glam has them for the scalar, the same operations one by one elsewhere.
+//! Four scalars side by side, in which the boxes of a node are tested at once and formulas are computed: the vector registers
+//! of the platform where glam has them for the scalar, the same operations one by one elsewhere.
 
-use core::ops::{Mul, Sub};
+use core::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec4, Vec4};
 
@@ -11,9 +11,21 @@ pub trait Laned: Sized {
     type Four: Four<Self>;
 }
 
-/// What box tests need of four scalars. The names of the platform differ in what they do with NaN, so nothing here is a
-/// minimum or a maximum: each choice is a comparison, which NaN fails.
-pub trait Four<R>: Copy + Sub<Output = Self> + Mul<Output = Self> {
+/// What box tests and formulas need of four scalars. The names of the platform differ in what they do with NaN, so nothing
+/// here is a minimum or a maximum: each choice is a comparison, which NaN fails.
+pub trait Four<R>:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Mul<R, Output = Self>
+    + Div<R, Output = Self>
+{
+    /// From their numbers.
+    fn from_row(row: [R; 4]) -> Self;
+    /// Their numbers.
+    fn row(self) -> [R; 4];
     /// The same number four times.
     fn splat(value: R) -> Self;
     /// From f32, exactly.
@@ -42,6 +54,14 @@ const SSE: bool = cfg!(target_feature = "sse2");
 
 impl Four<f32> for Vec4 {
     #[inline(always)]
+    fn from_row(row: [f32; 4]) -> Self {
+        Self::from_array(row)
+    }
+    #[inline(always)]
+    fn row(self) -> [f32; 4] {
+        self.to_array()
+    }
+    #[inline(always)]
     fn splat(value: f32) -> Self {
         Self::splat(value)
     }
@@ -68,6 +88,14 @@ impl Four<f32> for Vec4 {
 }
 
 impl Four<f64> for DVec4 {
+    #[inline(always)]
+    fn from_row(row: [f64; 4]) -> Self {
+        Self::from_array(row)
+    }
+    #[inline(always)]
+    fn row(self) -> [f64; 4] {
+        self.to_array()
+    }
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Self::splat(value)

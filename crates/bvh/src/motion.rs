@@ -6,7 +6,7 @@ use crate::error::GeometryError;
 use crate::group::Group;
 use crate::instance::Instance;
 use crate::scalar::{Precision, Real};
-use crate::transform::Transform;
+use crate::shapes::Transform;
 use crate::twice::Twice;
 
 /// A map that runs from one at time 0 to another at time 1, each entry of it linearly.

@@ -8,6 +8,8 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use glam::{DVec3, Vec3};
 
+pub use crate::lanes::{Four, Laned};
+
 mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}
@@ -24,7 +26,7 @@ mod sealed {
 /// Transcendental functions come from the crate `libm`, so that a picture's bits do not depend on the platform's.
 pub trait Real:
     sealed::Sealed
-    + crate::lanes::Laned
+    + Laned
     + Copy
     + Debug
     + Default

@@ -5,9 +5,8 @@
 //! the other faces too, and there the inverse map magnifies what was a rounding in the world. Of a curved face it then lies
 //! above the tangent plane, but so far to the side that the face has bent away from there.
 
-use super::{CoreVec, Located, Under, num};
+use super::{CoreVec, Located, Transform, Under, num};
 use crate::scalar::{Precision, Real, Vector, convert};
-use crate::transform::Transform;
 
 /// The maps between the space of a shape and the world, the innermost first.
 #[derive(Clone, Copy, Debug)]

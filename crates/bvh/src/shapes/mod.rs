@@ -26,6 +26,7 @@ mod sample;
 mod sphere;
 mod surface;
 mod torus;
+mod transform;
 mod triangle;
 mod turned;
 mod unit;
@@ -47,6 +48,7 @@ pub use sample::SampleArea;
 pub use sphere::{Sphere, equirectangular};
 pub use surface::{Located, Parameters, Surface};
 pub use torus::Torus;
+pub use transform::{Transform, transform_bounds};
 pub use triangle::Triangle;
 
 use glam::DVec3;

@@ -3,11 +3,10 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
-use super::{AnyShape, CoreVec, Located, Maps, Parameters, Probe, Shape, ShapeHit, Under, num};
+use super::{AnyShape, CoreVec, Located, Maps, Parameters, Probe, Shape, ShapeHit, Transform, Under, num};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Precision, Real, Vector};
-use crate::transform::Transform;
 
 /// A shape in a space of its own, hit there and shaded in the world. Rays keep their parameter: a distance along the ray is
 /// the same number in both spaces ("Improving Ray Tracing Precision by Object Space Intersection Computation", Dammertz,

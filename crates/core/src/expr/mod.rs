@@ -2,7 +2,7 @@
 //!
 //! It is used two times. While a scene is loaded, any number may be an expression of the time `t` and the scene's
 //! parameters: [`evaluate`]. At each hit, textures, weights and sky colours may be expressions that also read the hit:
-//! [`compile`], once, and then [`Program`] as often as needed.
+//! [`compile`], once, and then among [`Programs`] as often as needed.
 //!
 //! * **Values** are numbers and vectors of three numbers, `[x, y, z]` or `vec3(x, y, z)`, with the components `.x .y .z`
 //!   (or `.r .g .b`). A number beside a vector counts in every component.
@@ -27,6 +27,7 @@ mod lexer;
 mod operation;
 mod parser;
 mod program;
+mod programs;
 mod run;
 mod scope;
 mod semantics;
@@ -39,6 +40,7 @@ pub use error::ExprError;
 pub use function::{constant_names, function_names};
 pub use graph::Constant;
 pub use program::{MAX_OPERATIONS, Program};
+pub use programs::Programs;
 pub use scope::{Inputs, Scope, Variable};
 
 /// Bytes that an expression may have.

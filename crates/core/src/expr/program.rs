@@ -1,37 +1,29 @@
-//! Compiled expressions, ready to be evaluated at hits.
+//! From an expression's graph to a program: steps over registers, laid out in the order in which they run.
 
-use core::any::Any;
 use core::ops::Range;
-
-use raywright_bvh::scalar::{Real, Vector};
 
 use super::error::{ExprError, Result};
 use super::graph::{Constant, Graph, Id, Node};
-use super::run::{File, Lanes, Row, Step};
-use super::scope::{Inputs, Variable};
+use super::programs::Head;
+use super::run::Step;
+use super::scope::Variable;
 
 /// Operations that a program may have.
 pub const MAX_OPERATIONS: usize = 1024;
 
 /// Rows of registers that a program may have: the least that will do are set up at each hit. A row holds at least one of
 /// the operations, so that there are never more.
-const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
+pub(super) const SIZES: [usize; 4] = [8, 16, 64, MAX_OPERATIONS];
 
-/// An expression ready to be evaluated at hits, in f32 or f64, from any thread and without allocating: steps over
-/// registers, the first of which hold the variables, the next ones constants, and the rest what steps computed.
+/// A compiled expression: steps over registers, the first of which hold the variables, the next ones constants, and the rest
+/// what steps computed. It runs among [`Programs`](super::Programs), in the scalar that those have.
 #[derive(Clone, Debug)]
 pub struct Program {
-    steps: Vec<Step>,
-    /// Bit i is set where row i of the hit is read, see [`Variable::place`].
-    rows: u8,
-    /// The registers before the first step, in each scalar type.
-    single: Vec<Row<f32>>,
-    double: Vec<Row<f64>>,
-    /// The place of the value in them.
-    result: u16,
-    is_vector: bool,
+    pub(super) steps: Vec<Step>,
+    /// The registers before the first step.
+    pub(super) registers: Vec<[f64; 4]>,
+    pub(super) head: Head,
     constant: Option<Constant>,
-    variables: Vec<Variable>,
 }
 
 impl Program {
@@ -45,8 +37,8 @@ impl Program {
         }
         let needed =
             || nodes.iter().zip(&last_uses).enumerate().filter_map(|(index, (node, last))| Some((index, *node, (*last)?)));
-        let variables: Vec<Variable> = needed().filter_map(|(_, node, _)| node.variable()).collect();
-        let rows = variables.iter().fold(0_u8, |rows, variable| rows | 1 << variable.place().0);
+        let variables = || needed().filter_map(|(_, node, _)| node.variable());
+        let rows = variables().fold(0_u8, |rows, variable| rows | 1 << variable.place().0);
         let mut layout = Layout { registers: vec![[0.0; 4]; rows.count_ones() as usize], ..Layout::default() };
         let mut steps = Vec::new();
         let mut places = vec![0; nodes.len()];
@@ -66,71 +58,11 @@ impl Program {
                 }
             };
         }
-        let mut double = layout.registers;
-        double.resize(SIZES.into_iter().find(|size| double.len() <= *size).unwrap_or(double.len()), [0.0; 4]);
-        let single = double.iter().map(|row| row.map(|x| x as f32)).collect();
-        let result = places[root.index()];
-        Ok(Self {
-            steps,
-            rows,
-            single,
-            double,
-            result,
-            is_vector: graph.is_vector(root),
-            constant: graph.constant(root),
-            variables,
-        })
-    }
-
-    /// The value's row; a number in every place. Which scalar type it is, and so which registers, the compiler knows.
-    #[inline(always)]
-    fn run<R: Real>(&self, inputs: &Inputs<R>) -> Row<R> {
-        let inputs: &dyn Any = inputs;
-        if let Some(inputs) = inputs.downcast_ref::<Inputs<f32>>() {
-            self.run_on(&self.single, inputs).map(R::from_f32)
-        } else if let Some(inputs) = inputs.downcast_ref::<Inputs<f64>>() {
-            self.run_on(&self.double, inputs).map(R::from_f64)
-        } else {
-            [R::ZERO; 4]
-        }
-    }
-
-    #[inline(always)]
-    fn run_on<R: Lanes>(&self, registers: &[Row<R>], inputs: &Inputs<R>) -> Row<R> {
-        match registers.len() {
-            8 => self.run_in::<R, 8>(registers, inputs),
-            16 => self.run_in::<R, 16>(registers, inputs),
-            64 => self.run_in::<R, 64>(registers, inputs),
-            _ => self.run_in::<R, MAX_OPERATIONS>(registers, inputs),
-        }
-    }
-
-    #[inline(never)]
-    fn run_in<R: Lanes, const ROWS: usize>(&self, registers: &[Row<R>], inputs: &Inputs<R>) -> Row<R> {
-        let Some(registers) = registers.first_chunk::<ROWS>() else { return [R::ZERO; 4] };
-        let mut file = File([[R::ZERO; 4]; ROWS]);
-        // Of more than eight rows at once, the compiler makes a call, which takes longer than many a program.
-        let (half, other) = file.0.split_at_mut(ROWS / 2);
-        half.copy_from_slice(&registers[..ROWS / 2]);
-        other.copy_from_slice(&registers[ROWS / 2..]);
-        file.load(inputs, self.rows);
-        for step in &self.steps {
-            file.perform(*step);
-        }
-        if self.is_vector { R::row(file.vector(self.result)) } else { [file.number(self.result); 4] }
-    }
-
-    /// The value as a number; the first component of a vector.
-    #[inline]
-    pub fn scalar<R: Real>(&self, inputs: &Inputs<R>) -> R {
-        self.run(inputs)[0]
-    }
-
-    /// The value as a vector; a number in every component.
-    #[inline]
-    pub fn vector<R: Real>(&self, inputs: &Inputs<R>) -> R::Vec3 {
-        let [x, y, z, _] = self.run(inputs);
-        R::Vec3::new(x, y, z)
+        let mut registers = layout.registers;
+        registers.resize(SIZES.into_iter().find(|size| registers.len() <= *size).unwrap_or(registers.len()), [0.0; 4]);
+        let reads = variables().fold(0, |reads, variable| reads | variable.bit());
+        let head = Head { rows, result: places[root.index()], is_vector: graph.is_vector(root), reads, ..Head::default() };
+        Ok(Self { steps, registers, head, constant: graph.constant(root) })
     }
 
     /// The value, where it is the same at every hit.
@@ -140,12 +72,12 @@ impl Program {
 
     /// The value is a vector.
     pub fn is_vector(&self) -> bool {
-        self.is_vector
+        self.head.is_vector
     }
 
     /// Whether the value depends on this variable.
     pub fn uses(&self, variable: Variable) -> bool {
-        self.variables.contains(&variable)
+        self.head.reads & variable.bit() != 0
     }
 }
 

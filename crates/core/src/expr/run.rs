@@ -1,50 +1,15 @@
 //! Running a program: the registers, and what each operation does to them.
 
-use core::ops::{Add, Div, Mul, Sub};
-
-use glam::{DVec4, Vec4};
-use raywright_bvh::scalar::{Real, Vector};
+use raywright_bvh::scalar::{Four, Real, Vector};
 
 use super::operation::Operation;
 use super::scope::Inputs;
 use super::semantics::{fraction, is_true, max, min, mix, odd, power, remainder, sign, smoothstep, truth};
 use crate::noise;
 
-/// Four registers of numbers, or one of a vector in its first three places.
+/// Four registers of numbers, or one of a vector in its first three places. The processor loads, computes and stores it in one
+/// piece: to read a vector in other pieces than it was written in costs more than all of a step's arithmetic.
 pub(super) type Row<R> = [R; 4];
-
-/// A scalar with the four-component vector that the processor loads, computes and stores in one piece. To read a vector in
-/// other pieces than it was written in costs more than all of a step's arithmetic.
-pub(super) trait Lanes: Real {
-    type Wide: Copy
-        + Add<Output = Self::Wide>
-        + Sub<Output = Self::Wide>
-        + Mul<Output = Self::Wide>
-        + Div<Output = Self::Wide>
-        + Mul<Self, Output = Self::Wide>
-        + Div<Self, Output = Self::Wide>;
-    fn wide(row: Row<Self>) -> Self::Wide;
-    fn row(wide: Self::Wide) -> Row<Self>;
-}
-
-macro_rules! lanes {
-    ($scalar:ident, $wide:ident) => {
-        impl Lanes for $scalar {
-            type Wide = $wide;
-            #[inline(always)]
-            fn wide(row: Row<$scalar>) -> $wide {
-                $wide::from_array(row)
-            }
-            #[inline(always)]
-            fn row(wide: $wide) -> Row<$scalar> {
-                wide.to_array()
-            }
-        }
-    };
-}
-
-lanes!(f32, Vec4);
-lanes!(f64, DVec4);
 
 /// One instruction. A register is a number's place in all rows; a vector's is that of its x, at the start of a row.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +22,7 @@ pub(super) struct Step {
 /// The registers of one evaluation; indices are masked, so that they need no check. The count of rows is a power of two.
 pub(super) struct File<R, const ROWS: usize>(pub [Row<R>; ROWS]);
 
-impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
+impl<R: Real, const ROWS: usize> File<R, ROWS> {
     #[inline(always)]
     pub fn number(&self, register: u16) -> R {
         self.0.as_flattened()[usize::from(register) & (4 * ROWS - 1)]
@@ -69,13 +34,13 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
     }
 
     #[inline(always)]
-    pub fn vector(&self, register: u16) -> R::Wide {
-        R::wide(self.0[(usize::from(register) / 4) & (ROWS - 1)])
+    pub fn vector(&self, register: u16) -> R::Four {
+        R::Four::from_row(self.0[(usize::from(register) / 4) & (ROWS - 1)])
     }
 
     #[inline(always)]
-    fn set_vector(&mut self, register: u16, value: R::Wide) {
-        self.0[(usize::from(register) / 4) & (ROWS - 1)] = R::row(value);
+    fn set_vector(&mut self, register: u16, value: R::Four) {
+        self.0[(usize::from(register) / 4) & (ROWS - 1)] = value.row();
     }
 
     /// A vector by its components. Not taken from a row: to read other pieces of it than were written takes longer than
@@ -88,7 +53,7 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
 
     #[inline(always)]
     fn set_point(&mut self, register: u16, v: R::Vec3) {
-        self.set_vector(register, R::wide([v.x(), v.y(), v.z(), R::ZERO]));
+        self.set_vector(register, R::Four::from_row([v.x(), v.y(), v.z(), R::ZERO]));
     }
 
     /// Lays those rows of the hit out first whose bits are set in `rows`, in the order of [`Variable::place`](super::scope::Variable::place).
@@ -102,7 +67,7 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
                 next += 1;
             }
         };
-        let vector = |v: &R::Vec3| R::row(R::wide([v.x(), v.y(), v.z(), R::ZERO]));
+        let vector = |v: &R::Vec3| R::Four::from_row([v.x(), v.y(), v.z(), R::ZERO]).row();
         put(0, &|| vector(&inputs.p));
         put(1, &|| vector(&inputs.n));
         put(2, &|| vector(&inputs.d));
@@ -148,7 +113,7 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
 
     /// The vector that `f` makes of two.
     #[inline(always)]
-    fn vectors(&mut self, step: Step, f: impl Fn(R::Wide, R::Wide) -> R::Wide) {
+    fn vectors(&mut self, step: Step, f: impl Fn(R::Four, R::Four) -> R::Four) {
         self.set_vector(step.to, f(self.vector(step.from[0]), self.vector(step.from[1])));
     }
 
@@ -215,7 +180,7 @@ impl<R: Lanes, const ROWS: usize> File<R, ROWS> {
             Operation::PlaneSum(octaves) => self.two(step, |x, y| noise::fbm2(x, y, octaves)),
             Operation::PlaneTurbulence(octaves) => self.two(step, |x, y| noise::turbulence2(x, y, octaves)),
             Operation::Compose => {
-                self.set_vector(step.to, R::wide([self.number(a), self.number(b), self.number(c), R::ZERO]));
+                self.set_vector(step.to, R::Four::from_row([self.number(a), self.number(b), self.number(c), R::ZERO]));
             }
             Operation::AddVectors => self.vectors(step, |a, b| a + b),
             Operation::SubtractVectors => self.vectors(step, |a, b| a - b),

@@ -67,6 +67,11 @@ impl Variable {
         matches!(self, Self::Position | Self::Normal | Self::Direction | Self::Reflected | Self::ToLight | Self::Origin)
     }
 
+    /// Its bit in a set of variables.
+    pub(super) const fn bit(self) -> u32 {
+        1 << self as u32
+    }
+
     /// Which row of the hit it is in, and where in the row; a program loads the rows that it reads.
     pub(super) const fn place(self) -> (u8, u8) {
         match self {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Real, Vector};
 
-use crate::expr::{Inputs, Program, Scope, compile};
+use crate::expr::{Inputs, Programs, Scope, compile};
 use crate::lookup::Lookup;
 use crate::prepare::PrepareError;
 use crate::prepare::texture::decoded;
@@ -29,7 +29,8 @@ pub(super) enum Kind<R: Real> {
         top: R::Vec3,
         suns: Vec<Sun<R>>,
     },
-    Expression(Program),
+    /// Of one program.
+    Expression(Programs<R>),
     Map(Map<R>),
 }
 
@@ -70,7 +71,7 @@ pub(crate) fn prepare<R: Real>(
         }
         Some(SkyData::Expression(ColourInput::Expression(text))) => {
             let failed = |source| PrepareError::Expression { path: "sky.expression".to_owned(), source };
-            Kind::Expression(compile(text, names, Scope::Sky).map_err(failed)?)
+            Kind::Expression(Programs::of(&compile(text, names, Scope::Sky).map_err(failed)?))
         }
         Some(SkyData::Expression(ColourInput::Constant(c))) => Kind::Constant(v(*c)),
         // Validation has said that a sky has no surface for these.
@@ -117,7 +118,7 @@ impl<R: Real> Sky<R> {
                 }
                 sky
             }
-            Kind::Expression(program) => program.vector(&Inputs::<R> { d, o: origin, ..Inputs::default() }),
+            Kind::Expression(programs) => programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }),
             Kind::Map(map) => map.radiance(d),
         }
     }

@@ -9,7 +9,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::PrepareError;
 use super::texture::Sampler;
-use crate::expr::{Program, Scope, Variable, compile};
+use crate::expr::{Programs, Scope, Variable, compile};
 use crate::interaction::{Beam, Interaction};
 use crate::lookup::Lookup;
 use crate::scene::{Channel, ImageData, Input as InputData, TextureRef, Value, Weight};
@@ -17,7 +17,7 @@ use crate::scene::{Channel, ImageData, Input as InputData, TextureRef, Value, We
 /// The tables that inputs refer to by index.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sources<R: Real> {
-    programs: Vec<Program>,
+    programs: Programs<R>,
     pub textures: Vec<TextureUse<R>>,
     /// Each once, however many textures show it; the scene's own, because pixels are not copied.
     pub images: Vec<Arc<ImageData>>,
@@ -102,7 +102,7 @@ impl<R: Real> Input<R> {
         match *self {
             Self::Constant(c) => c,
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point),
-            Self::Program(program) => here.sources.programs[program as usize].vector(&here.at.inputs(&here.beam)),
+            Self::Program(program) => here.sources.programs.vector(program, &here.at.inputs(&here.beam)),
             Self::Texture(texture, None) => {
                 let [r, g, b, _] = here.texel(texture);
                 R::Vec3::new(r, g, b)
@@ -117,7 +117,7 @@ impl<R: Real> Input<R> {
         match *self {
             Self::Constant(c) => c.x(),
             Self::Checker { even, odd, frequency } => checker(even, odd, frequency, here.at.surface.point).x(),
-            Self::Program(program) => here.sources.programs[program as usize].scalar(&here.at.inputs(&here.beam)),
+            Self::Program(program) => here.sources.programs.scalar(program, &here.at.inputs(&here.beam)),
             Self::Texture(texture, channel) => here.texel(texture)[channel.unwrap_or(Channel::Red) as usize],
         }
     }
@@ -136,7 +136,7 @@ impl<R: Real> Input<R> {
     /// Whether it depends on one of these variables by an expression.
     pub fn reads(&self, sources: &Sources<R>, variables: &[Variable]) -> bool {
         match self {
-            Self::Program(program) => variables.iter().any(|&variable| sources.programs[*program as usize].uses(variable)),
+            Self::Program(program) => variables.iter().any(|&variable| sources.programs.uses(*program, variable)),
             _ => false,
         }
     }
@@ -205,15 +205,14 @@ pub(super) struct Compiler<'a, R: Real> {
 
 impl<'a, R: Real> Compiler<'a, R> {
     pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>) -> Self {
-        let sources = Sources { programs: Vec::new(), textures: Vec::new(), images: Vec::new() };
+        let sources = Sources { programs: Programs::default(), textures: Vec::new(), images: Vec::new() };
         Self { names, lookup, path: String::new(), sources, places: HashMap::new() }
     }
 
     fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
         let failed = |source| PrepareError::Expression { path: format!("{}.{field}", self.path), source };
         let program = compile(text, self.names, scope).map_err(failed)?;
-        self.sources.programs.push(program);
-        Ok(Input::Program(self.sources.programs.len() as u32 - 1))
+        Ok(Input::Program(self.sources.programs.add(&program)))
     }
 
     /// A weight of a classic material, or a texture coordinate.

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use raywright_core::expr::{Inputs, Scope, compile_number};
+use raywright_core::expr::{Inputs, Programs, Scope, compile_number};
 
 /// The value with u and v as given.
 fn value(source: &str, u: f64, v: f64) -> f64 {
     let program = compile_number(source, &BTreeMap::new(), Scope::Surface).unwrap_or_else(|e| panic!("{source}: {e}"));
-    program.scalar(&Inputs { u, v, ..Inputs::default() })
+    Programs::of(&program).scalar(0, &Inputs { u, v, ..Inputs::default() })
 }
 
 /// Protects: only what holds for every number is simplified. Infinity times zero is not a number, nor is infinity less itself.

@@ -5,7 +5,7 @@ use raywright_bvh::scalar::{Real, Vector};
 
 use super::{hit, names, narrow};
 use crate::expr::semantics::remainder;
-use crate::expr::{Inputs, Scope, compile};
+use crate::expr::{Inputs, Programs, Scope, compile};
 use crate::noise;
 
 /// An expression: a number, a variable, or an operator or function of others.
@@ -269,9 +269,10 @@ fn same<R: Real>(program: R::Vec3, walk: [R; 3]) -> bool {
 fn check<R: Real>(tree: &Tree, hits: &[Inputs<R>]) {
     let source = tree.source();
     let program = compile(&source, &names(), Scope::Light).unwrap_or_else(|e| panic!("{source}: {e}"));
+    let programs = Programs::of(&program);
     for hit in hits {
         let (is_vector, walk) = tree.value(hit);
-        let (vector, scalar) = (program.vector(hit), program.scalar(hit));
+        let (vector, scalar) = (programs.vector(0, hit), programs.scalar(0, hit));
         assert!(same::<R>(vector, walk), "{source}\n{vector:?} is not {walk:?}\n{program:?}");
         assert_eq!((program.is_vector(), scalar.to_f64().to_bits()), (is_vector, vector.x().to_f64().to_bits()), "{source}");
     }

@@ -5,7 +5,7 @@ use raywright_bvh::scalar::Real;
 
 use super::{hit, names};
 use crate::expr::semantics::{power, vanishing};
-use crate::expr::{Constant, MAX_OPERATIONS, Scope, Variable, compile, compile_number};
+use crate::expr::{Constant, MAX_OPERATIONS, Programs, Scope, Variable, compile, compile_number};
 
 /// Every variable reads its own input, and only in the scopes that have it.
 #[test]
@@ -19,7 +19,7 @@ fn variables_belong_to_scopes() {
         ("t*size", Scope::Sky, 1.0),
     ] {
         let program = compile_number(source, &names(), scope).unwrap_or_else(|e| panic!("{source}: {e}"));
-        assert!((program.scalar(&hit()) - expected).abs() < 1e-14, "{source}");
+        assert!((Programs::of(&program).scalar(0, &hit()) - expected).abs() < 1e-14, "{source}");
     }
     for (source, scope) in [("l.x", Scope::Surface), ("shadow", Scope::Surface), ("p.x", Scope::Sky), ("d.x", Scope::Load)] {
         let error = compile(source, &names(), scope).expect_err(source);
@@ -37,8 +37,30 @@ fn programs_describe_themselves() {
     let program = surface("mix([1, 0, 0], [0, 1, 0], n.y)");
     assert_eq!(program.is_constant(), None);
     assert!(program.is_vector() && program.uses(Variable::Normal) && !program.uses(Variable::Position));
-    assert_eq!(program.vector(&hit()), DVec3::Y);
-    assert_eq!(surface("u").vector(&hit()), DVec3::splat(0.25));
+    assert_eq!(Programs::of(&program).vector(0, &hit()), DVec3::Y);
+    assert_eq!(Programs::of(&surface("u")).vector(0, &hit()), DVec3::splat(0.25));
+}
+
+/// Protects: programs that lie in one table keep their own steps, constants, rows and variables, whatever their sizes and order.
+#[test]
+fn programs_lie_side_by_side() {
+    let sum = |count: usize| (0..count).map(|i| format!("({i}.25 + sin({i}*u))*p.y")).collect::<Vec<_>>().join(" + ");
+    let sources =
+        ["u".to_owned(), sum(12), "mix([1, 0, 0], [0, 1, 0], n.y)".to_owned(), sum(100), "7".to_owned(), sum(3), "d".to_owned()];
+    let compiled = sources.map(|source| compile(&source, &names(), Scope::Surface).unwrap_or_else(|e| panic!("{source}: {e}")));
+    let mut together = Programs::<f64>::default();
+    let indices = compiled.each_ref().map(|program| together.add(program));
+    assert_eq!(indices, [0, 1, 2, 3, 4, 5, 6]);
+    for (index, program) in indices.into_iter().zip(&compiled) {
+        let alone = Programs::of(program);
+        assert_eq!(together.vector(index, &hit()), alone.vector(0, &hit()), "program {index}");
+        assert_eq!(together.scalar(index, &hit()), alone.scalar(0, &hit()), "program {index}");
+        for variable in Variable::ALL {
+            assert_eq!(together.uses(index, variable), program.uses(variable), "program {index}, {variable:?}");
+        }
+    }
+    assert_eq!((together.scalar(4, &hit()), together.vector(2, &hit())), (7.0, DVec3::Y));
+    assert!(together.uses(6, Variable::Direction) && !together.uses(6, Variable::U) && together.uses(0, Variable::U));
 }
 
 /// A program larger than the limit is an error, not a slow picture.

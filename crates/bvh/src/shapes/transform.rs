@@ -2,8 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use super::{Located, Parameters, Probe};
+use crate::aabb::Aabb;
 use crate::scalar::{Precision, Real, Vector, convert_vec};
-use crate::shapes::{Located, Parameters, Probe};
 use crate::twice::Twice;
 
 /// An invertible affine map in the core's scalar, with the inverse of its linear part.
@@ -125,8 +126,8 @@ fn lacking(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
 }
 
 /// The box around a mapped box.
-pub fn transform_bounds(map: &DAffine3, bounds: &crate::Aabb) -> crate::Aabb {
-    crate::Aabb::from_points(bounds.corners().map(|c: DVec3| map.transform_point3(c)))
+pub fn transform_bounds(map: &DAffine3, bounds: &Aabb) -> Aabb {
+    Aabb::from_points(bounds.corners().map(|c: DVec3| map.transform_point3(c)))
 }
 
 #[cfg(test)]

@@ -1,0 +1,122 @@
+//! Programs ready to be run at hits: those of a scene side by side in flat tables, in its scalar.
+
+use raywright_bvh::scalar::{Four, Real, Vector};
+
+use super::program::{MAX_OPERATIONS, Program};
+use super::run::{File, Row, Step};
+use super::scope::{Inputs, Variable};
+
+/// Programs to be evaluated at hits, from any thread and without allocating: by the index that [`Programs::add`] gave.
+///
+/// ```
+/// use std::collections::BTreeMap;
+/// use raywright_core::expr::{Inputs, Programs, Scope, compile};
+///
+/// let mut programs = Programs::<f32>::default();
+/// let stripes = programs.add(&compile("fract(4*u) < 0.5 ? 1 : 0.2", &BTreeMap::new(), Scope::Surface)?);
+/// assert_eq!(programs.scalar(stripes, &Inputs { u: 0.2, ..Inputs::default() }), 0.2);
+/// # Ok::<(), raywright_core::expr::ExprError>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Programs<R: Real> {
+    steps: Vec<Step>,
+    /// The registers of each before its first step.
+    registers: Vec<Row<R>>,
+    heads: Vec<Head>,
+}
+
+/// Where a program is, and what is to be known of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Head {
+    /// Its first step and how many there are.
+    pub steps: [u32; 2],
+    /// Its first row of registers and how many there are.
+    pub registers: [u32; 2],
+    /// Bit i is set where row i of the hit is read, see [`Variable::place`].
+    pub rows: u8,
+    pub is_vector: bool,
+    /// The place of the value in the registers.
+    pub result: u16,
+    /// The variables that it reads, see [`Variable::bit`].
+    pub reads: u32,
+}
+
+/// Part of a table.
+#[inline(always)]
+fn part<T>(table: &[T], [start, count]: [u32; 2]) -> &[T] {
+    &table[start as usize..][..count as usize]
+}
+
+impl<R: Real> Programs<R> {
+    /// One program, whose index is 0.
+    pub fn of(program: &Program) -> Self {
+        let mut programs = Self::default();
+        programs.add(program);
+        programs
+    }
+
+    /// Adds a program and says its index.
+    pub fn add(&mut self, program: &Program) -> u32 {
+        let place = |len: usize, count: usize| [len as u32, count as u32];
+        let steps = place(self.steps.len(), program.steps.len());
+        let registers = place(self.registers.len(), program.registers.len());
+        self.steps.extend_from_slice(&program.steps);
+        self.registers.extend(program.registers.iter().map(|row| row.map(R::from_f64)));
+        self.heads.push(Head { steps, registers, ..program.head });
+        self.heads.len() as u32 - 1
+    }
+
+    /// The value's row; a number in every place.
+    #[inline(always)]
+    fn run(&self, program: u32, inputs: &Inputs<R>) -> Row<R> {
+        let head = &self.heads[program as usize];
+        match head.registers[1] {
+            8 => self.run_in::<8>(head, inputs),
+            16 => self.run_in::<16>(head, inputs),
+            64 => self.run_in::<64>(head, inputs),
+            _ => self.run_in::<MAX_OPERATIONS>(head, inputs),
+        }
+    }
+
+    #[inline(never)]
+    fn run_in<const ROWS: usize>(&self, head: &Head, inputs: &Inputs<R>) -> Row<R> {
+        let Some(registers) = part(&self.registers, head.registers).first_chunk::<ROWS>() else { return [R::ZERO; 4] };
+        let mut file = File([[R::ZERO; 4]; ROWS]);
+        // Of more than eight rows at once, the compiler makes a call, which takes longer than many a program.
+        let (half, other) = file.0.split_at_mut(ROWS / 2);
+        half.copy_from_slice(&registers[..ROWS / 2]);
+        other.copy_from_slice(&registers[ROWS / 2..]);
+        file.load(inputs, head.rows);
+        for step in part(&self.steps, head.steps) {
+            file.perform(*step);
+        }
+        if head.is_vector { file.vector(head.result).row() } else { [file.number(head.result); 4] }
+    }
+
+    /// The value as a number; the first component of a vector.
+    ///
+    /// # Panics
+    /// If there is no such program.
+    #[inline]
+    pub fn scalar(&self, program: u32, inputs: &Inputs<R>) -> R {
+        self.run(program, inputs)[0]
+    }
+
+    /// The value as a vector; a number in every component.
+    ///
+    /// # Panics
+    /// If there is no such program.
+    #[inline]
+    pub fn vector(&self, program: u32, inputs: &Inputs<R>) -> R::Vec3 {
+        let [x, y, z, _] = self.run(program, inputs);
+        R::Vec3::new(x, y, z)
+    }
+
+    /// Whether the value depends on this variable.
+    ///
+    /// # Panics
+    /// If there is no such program.
+    pub fn uses(&self, program: u32, variable: Variable) -> bool {
+        self.heads[program as usize].reads & variable.bit() != 0
+    }
+}
