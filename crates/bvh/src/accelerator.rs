@@ -4,7 +4,7 @@ use core::ops::{ControlFlow, Range};
 
 use crate::aabb::PaddedBox;
 use crate::boxes::BoxList;
-use crate::build::{Build, BuildQuality, BuildWork, build};
+use crate::build::{Build, BuildQuality, BuildWork, Stop, build};
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
 use crate::tally::Tally;
@@ -38,16 +38,16 @@ pub(crate) enum Accelerator {
 
 impl Accelerator {
     /// Builds over `boxes`. Returns the order in too, where that is not the order of the boxes, in which the list must be for
-    /// the places to be right. Up to `few` boxes are not worth a tree.
-    pub fn new(kind: AcceleratorKind, boxes: &[PaddedBox], few: usize) -> (Self, Option<Vec<u32>>) {
-        match kind {
+    /// the places to be right. Up to `few` boxes are not worth a tree. None where `stop` gave the build up.
+    pub fn new(kind: AcceleratorKind, boxes: &[PaddedBox], few: usize, stop: Stop<'_>) -> Option<(Self, Option<Vec<u32>>)> {
+        Some(match kind {
             AcceleratorKind::Linear => (Self::Linear(boxes.len()), None),
             AcceleratorKind::LinearBoxes => (Self::LinearBoxes(BoxList::new(boxes)), None),
             AcceleratorKind::Tree(quality) => {
-                let Build { tree, order, work } = build(boxes, quality, few);
+                let Build { tree, order, work } = build(boxes, quality, few, stop)?;
                 (Self::Tree(tree, work), Some(order))
             }
-        }
+        })
     }
 
     /// What building it took; none where nothing was built.

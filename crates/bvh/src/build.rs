@@ -78,35 +78,45 @@ pub(crate) struct Build {
     pub work: BuildWork,
 }
 
-/// Builds the tree over `boxes`. Up to `few` boxes are a single leaf.
-pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, few: usize) -> Build {
+/// Whether a build is to be given up, asked between its passes.
+pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Builds the tree over `boxes`; none where `stop` said so. Up to `few` boxes are a single leaf.
+pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, few: usize, stop: Stop<'_>) -> Option<Build> {
     if boxes.len() <= few {
         let order = (0..boxes.len() as u32).collect();
-        return Build { tree: Tree::leaf(boxes.len()), order, work: BuildWork::default() };
+        return Some(Build { tree: Tree::leaf(boxes.len()), order, work: BuildWork::default() });
     }
-    let (clustered, mut looks) = clustered(boxes, quality);
+    let (clustered, mut looks) = clustered(boxes, quality, stop);
+    if stop() {
+        return None;
+    }
     if let Some(binary) = clustered
         && let Some((tree, depth)) = Tree::collapse(&binary)
     {
-        return Build { tree, order: binary.order, work: BuildWork { clustered: true, looks, depth } };
+        return Some(Build { tree, order: binary.order, work: BuildWork { clustered: true, looks, depth } });
     }
-    let (binary, counted) = binned(boxes);
+    let (binary, counted) = binned(boxes, stop);
+    if stop() {
+        return None;
+    }
     looks += counted;
     // The builder keeps to fewer levels than there is a stack for. Were it wrong in that, the tree would be slow, not empty.
     let (tree, depth) = Tree::collapse(&binary).unwrap_or_else(|| (Tree::leaf(boxes.len()), 0));
-    Build { tree, order: binary.order, work: BuildWork { clustered: false, looks, depth } }
+    Some(Build { tree, order: binary.order, work: BuildWork { clustered: false, looks, depth } })
 }
 
-/// The tree by `obvhs`, unless it would be slow, and how much was or will be looked at.
-fn clustered(boxes: &[PaddedBox], quality: BuildQuality) -> (Option<Binary>, u64) {
+/// The tree by `obvhs`, unless it would be slow or is given up, and how much was or will be looked at. One pass of `obvhs`, once
+/// begun, goes to its end.
+fn clustered(boxes: &[PaddedBox], quality: BuildQuality, stop: Stop<'_>) -> (Option<Binary>, u64) {
     let parameters = quality.parameters();
     let sorted = sorted(boxes, parameters.sort_precision);
     let sorting = boxes.len() as u64 * u64::from(boxes.len().next_power_of_two().ilog2());
     let Some(sorted) = sorted else { return (None, 2 * sorting) };
     let passes = Passes { near: parameters.search_depth_threshold, distance: distance(parameters.ploc_search_distance) };
-    let rehearsal = rehearse(&sorted.boxes, passes);
+    let rehearsal = rehearse(&sorted.boxes, passes, stop);
     let mut looks = sorting + rehearsal.pairs + rehearsal.ahead;
-    if !rehearsal.passed {
+    if !rehearsal.passed || stop() {
         return (None, looks);
     }
     let mut built = PlocBuilder::with_capacity(boxes.len()).build(
@@ -125,6 +135,9 @@ fn clustered(boxes: &[PaddedBox], quality: BuildQuality) -> (Option<Binary>, u64
     // a node are tested in the time of two triangles, so that a box of its own for each primitive is worth its place.
     let again = parameters.reinsertion_batch_ratio * parameters.post_collapse_reinsertion_batch_ratio_multiplier;
     for share in [parameters.reinsertion_batch_ratio, again].into_iter().filter(|&share| share > 0.0) {
+        if stop() {
+            return (None, looks);
+        }
         built.init_parents_if_uninit();
         let (share, steps) = affordable(&built, share);
         looks += steps;

@@ -26,7 +26,16 @@ pub struct Geometry<P: Precision> {
 
 impl<P: Precision> Geometry<P> {
     /// Builds the accelerator. Every primitive was checked when it was added, so this can't fail.
-    pub fn new(mut group: Group<P>, kind: AcceleratorKind) -> Self {
+    ///
+    /// # Panics
+    /// Never: nothing gives the build up.
+    pub fn new(group: Group<P>, kind: AcceleratorKind) -> Self {
+        Self::unless(group, kind, &|| false).expect("no one gave the build up")
+    }
+
+    /// The same, given up where `stop` says so: none. It is asked between the passes of a build, from any thread of the pool; a
+    /// pass of clustering or of reinsertion, once begun, goes to its end.
+    pub fn unless(mut group: Group<P>, kind: AcceleratorKind, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
         let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) = Default::default();
         let mut boxes: Vec<PaddedBox> = Vec::with_capacity(group.len());
         let mut bounds = Aabb::EMPTY;
@@ -45,7 +54,7 @@ impl<P: Precision> Geometry<P> {
         }
         let unbounded = slots.len();
         let few = group.few(unbounded + bounded.len() + nothing.len());
-        let (accelerator, order) = Accelerator::new(kind, &boxes, few);
+        let (accelerator, order) = Accelerator::new(kind, &boxes, few, stop)?;
         drop(boxes);
         slots.reserve_exact(bounded.len() + nothing.len());
         match order {
@@ -54,7 +63,7 @@ impl<P: Precision> Geometry<P> {
         }
         slots.append(&mut nothing);
         group.follow(slots);
-        Self { faces: group.has_faces(), group, unbounded, accelerator, bounds }
+        Some(Self { faces: group.has_faces(), group, unbounded, accelerator, bounds })
     }
 
     /// The box around everything bounded; none when something is without bounds.

@@ -7,6 +7,7 @@
 
 use glam::{Vec3A, Vec4};
 
+use super::Stop;
 use crate::aabb::PaddedBox;
 use crate::binary::{Binary, BinaryNode};
 
@@ -61,13 +62,13 @@ impl Bin {
     }
 }
 
-/// Builds the tree and says over how many boxes, counted anew in each level, it went.
-pub(super) fn binned(boxes: &[PaddedBox]) -> (Binary, u64) {
+/// Builds the tree and says over how many boxes, counted anew in each level, it went; given up, it is not the whole tree.
+pub(super) fn binned(boxes: &[PaddedBox], stop: Stop<'_>) -> (Binary, u64) {
     let mut items: Vec<Item> = (0..).zip(boxes).map(|(place, &bounds)| Item { bounds, place }).collect();
     let mut nodes = vec![BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 }; (2 * boxes.len()).saturating_sub(1)];
     let mut work = 0;
     if let Some((root, below)) = nodes.split_first_mut() {
-        (*root, work) = subtree(&mut items, below, 1, 0, halvings(boxes.len()) + SPARE);
+        (*root, work) = subtree(&mut items, below, [1, 0], halvings(boxes.len()) + SPARE, stop);
     }
     (Binary { nodes, order: items.iter().map(|item| item.place).collect() }, work)
 }
@@ -79,18 +80,27 @@ fn halvings(count: usize) -> u32 {
 
 /// The root of the tree over `items`, which start at `start` of all; below it, its nodes, which start at `base` of all: the
 /// two children, all below the left one, all below the right one.
-fn subtree(items: &mut [Item], below: &mut [BinaryNode], base: usize, start: usize, levels: u32) -> (BinaryNode, u64) {
+fn subtree(
+    items: &mut [Item],
+    below: &mut [BinaryNode],
+    [base, start]: [usize; 2],
+    levels: u32,
+    stop: Stop<'_>,
+) -> (BinaryNode, u64) {
+    let count = items.len();
     if let [item] = items {
         return (BinaryNode { bounds: item.bounds, first: start as u32, count: 1 }, 0);
     }
-    let count = items.len();
+    if count >= PARALLEL && stop() {
+        return (BinaryNode { bounds: PaddedBox::NOTHING, first: start as u32, count: count as u32 }, 0);
+    }
     let middle = split(items, levels);
     let (left, right) = items.split_at_mut(middle);
     let (children, rest) = below.split_at_mut(2);
     let (below_left, below_right) = rest.split_at_mut(2 * middle - 2);
     let after = base + 2 * middle;
-    let mut build_left = || subtree(left, below_left, base + 2, start, levels - 1);
-    let mut build_right = || subtree(right, below_right, after, start + middle, levels - 1);
+    let mut build_left = || subtree(left, below_left, [base + 2, start], levels - 1, stop);
+    let mut build_right = || subtree(right, below_right, [after, start + middle], levels - 1, stop);
     let ((left, left_work), (right, right_work)) =
         if count < PARALLEL { (build_left(), build_right()) } else { rayon::join(build_left, build_right) };
     children.copy_from_slice(&[left, right]);

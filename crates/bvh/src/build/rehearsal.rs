@@ -10,6 +10,7 @@
 use glam::Vec3A;
 use rayon::prelude::*;
 
+use super::Stop;
 use crate::aabb::PaddedBox;
 
 /// How far clustering looks for partners: one place on either side in the first passes, `distance` after them.
@@ -55,8 +56,8 @@ pub(super) struct Rehearsal {
     pub ahead: u64,
 }
 
-/// Rehearses clustering of boxes in the order in which it will have them.
-pub(super) fn rehearse(boxes: &[PaddedBox], passes: Passes) -> Rehearsal {
+/// Rehearses clustering of boxes in the order in which it will have them; given up, it has not passed.
+pub(super) fn rehearse(boxes: &[PaddedBox], passes: Passes, stop: Stop<'_>) -> Rehearsal {
     let limit = LIMIT * boxes.len() as u64;
     let worst = |clusters: usize| (clusters as u64).pow(2) / 2;
     let (mut looked, mut pairs) = (0, 0);
@@ -74,7 +75,7 @@ pub(super) fn rehearse(boxes: &[PaddedBox], passes: Passes) -> Rehearsal {
         looked += rest as u64;
         pairs += (rest * distance) as u64;
         // Costs that are not numbers leave every cluster alone.
-        if looked > limit || clusters.len() == rest {
+        if looked > limit || clusters.len() == rest || stop() {
             return Rehearsal { passed: false, pairs, ahead: 0 };
         }
         rest = clusters.len();
@@ -188,7 +189,7 @@ mod tests {
             assert!(ours == theirs, "{count} boxes: {} kinds of boxes against {}", ours.len(), theirs.len());
             assert_eq!(built.max_depth, (pass + 1).max(96), "{count} boxes");
             // What is promised covers what is done.
-            let rehearsal = rehearse(&sorted.boxes, passes);
+            let rehearsal = rehearse(&sorted.boxes, passes, &|| false);
             assert_eq!(rehearsal.passed, !row, "{count} boxes, {looked} looked at");
             assert!(row || looked <= LIMIT as usize * count, "{looked} clusters for {count} boxes");
         }

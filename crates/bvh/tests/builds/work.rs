@@ -1,5 +1,7 @@
 //! What builds cost, counted: no arrangement of primitives makes one slow, or its tree too deep.
 
+use core::sync::atomic::{AtomicUsize, Ordering};
+
 use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, Visits};
 
 use crate::families::{FAMILIES, Item, Random, group, random};
@@ -32,6 +34,36 @@ fn work_grows_with_the_number() {
         let looks = |count: usize| work(&family(count), BuildQuality::default()).looks as f64 / count as f64;
         let (few, many) = (looks(1000), looks(32_000));
         assert!(many <= 2.0 * few.max(40.0), "{name}: {few} for each of 1000, {many} of 32 000");
+    }
+}
+
+/// Protects: a build that is given up ends with nothing, at whatever question it is told so, and it asks before each of its
+/// passes; one that is not given up has the tree that it has anyway.
+#[test]
+fn builds_can_be_given_up() {
+    let family = |wanted: &str| FAMILIES.into_iter().find(|(name, _)| *name == wanted).expect("a family").1;
+    let cases = [
+        // Questions counted: nine passes of the rehearsal and more, one each before clustering, reinsertion and the end, and in
+        // the other builder one for each subtree of 8192 items and more.
+        ("random", random as fn(usize) -> Vec<Item>, BuildQuality::Fastest, true, 12),
+        ("random", random, BuildQuality::VerySlow, true, 24),
+        ("all in one place", family("all in one place"), BuildQuality::Fast, false, 17),
+    ];
+    for (name, items, quality, clustered, least) in cases {
+        let items = items(40_000);
+        let given_up_after = |most: usize| {
+            let asked = AtomicUsize::new(0);
+            let stop = || asked.fetch_add(1, Ordering::Relaxed) >= most;
+            let geometry = Geometry::unless(group(&items), AcceleratorKind::Tree(quality), &stop);
+            (geometry.and_then(|geometry| geometry.build_work()), asked.into_inner())
+        };
+        let (whole, asked) = given_up_after(usize::MAX);
+        assert_eq!(whole, Some(work(&items, quality)), "{name}");
+
+        assert!(whole.is_some_and(|work| work.clustered == clustered) && asked >= least, "{name}: {whole:?}, {asked} questions");
+        for most in 0..asked {
+            assert_eq!(given_up_after(most).0, None, "{name}: {most} of {asked}");
+        }
     }
 }
 

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{Placed, Triangle};
 use raywright_bvh::shapes::transform_bounds;
+use raywright_bvh::shapes::{Placed, Triangle};
 use raywright_bvh::{Aabb, Precision, Shape as _, Vector};
 
 use super::geometry::any_shape;

@@ -116,8 +116,8 @@ pub(super) fn build_with<P: Precision>(
         }
         builder.add(index, &shown, material, &facets[material as usize])?;
     }
-    go_on(observer)?;
-    Ok(Built { geometry: Geometry::new(builder.group, kind), meshes: builder.meshes, objects: builder.records })
+    let geometry = Geometry::unless(builder.group, kind, &|| observer.cancelled()).ok_or(PrepareError::Cancelled)?;
+    Ok(Built { geometry, meshes: builder.meshes, objects: builder.records })
 }
 
 struct Builder<'a, P: Precision> {
@@ -188,8 +188,8 @@ impl<'a, P: Precision> Builder<'a, P> {
                 Entry::Vacant(shared) => {
                     let mut group = Group::default();
                     triangles(&mut group, index, data, None, visibility, self.observer)?;
-                    go_on(self.observer)?;
-                    *shared.insert(self.group.part(Geometry::new(group, self.kind)).map_err(refused)?)
+                    let part = Geometry::unless(group, self.kind, &|| self.observer.cancelled());
+                    *shared.insert(self.group.part(part.ok_or(PrepareError::Cancelled)?).map_err(refused)?)
                 }
             };
             self.group.instance(part, map, visibility).map_err(refused)?;
