@@ -25,7 +25,7 @@ fn prove(what: &str, scene: &Scene) {
     zero(Effect::Refraction, counters.refraction);
     zero(Effect::Shadows, if absent(Effect::SoftShadows) { counters.shadow } else { 0 });
     zero(Effect::SoftShadows, tables.emitters as u64);
-    zero(Effect::Instances, tables.instances as u64);
+    zero(Effect::Instances, if absent(Effect::Motion) { tables.instances as u64 } else { 0 });
     zero(Effect::UnboundedShapes, tables.unbounded as u64);
     zero(Effect::SkyLight, u64::from(tables.irradiance));
     zero(Effect::ImageTextures, if absent(Effect::EnvironmentMap) { tables.texture_bytes as u64 } else { 0 });

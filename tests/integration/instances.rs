@@ -41,6 +41,7 @@ fn scene(shared: bool) -> Scene {
         face_viewer: true,
         casts_shadow: true,
         transform,
+        transform_end: None,
     };
     let classic = Classic { colour: ColourInput::Constant(Colour([0.8, 0.6, 0.4])), ..Classic::default() };
     let mut scene = Scene {
@@ -49,6 +50,8 @@ fn scene(shared: bool) -> Scene {
             pose: Pose::LookAt { eye: [0.5, 1.5, 6.0], target: [0.0, 0.2, 0.0], up: [0.0, 1.0, 0.0] },
             projection: Projection::Pinhole(Pinhole { vertical_fov: Some(35.0), ..Pinhole::default() }),
             aspect: None,
+            pose_end: None,
+            shutter: None,
         }],
         lights: vec![Light {
             name: String::new(),

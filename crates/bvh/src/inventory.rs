@@ -3,6 +3,7 @@
 use crate::accelerator::{Accelerator, AcceleratorKind};
 use crate::group::{Group, few};
 use crate::instance::Instance;
+use crate::motion::Motion;
 use crate::scalar::{Precision, Real};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
 
@@ -21,6 +22,8 @@ pub struct Inventory {
     pub placed: u64,
     /// Instances of other geometry.
     pub instances: u64,
+    /// Of the instances, those that move.
+    pub moving: u64,
     /// Of all these, those without bounds.
     unbounded: u64,
 }
@@ -75,6 +78,7 @@ impl Inventory {
             (self.shapes, size_of::<AnyShape<P::Real>>()),
             (self.placed, size_of::<Placed<P>>()),
             (self.instances, size_of::<Instance<P>>()),
+            (self.moving, size_of::<Motion>()),
         ];
         each.into_iter().fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)))
     }

@@ -3,7 +3,7 @@
 use crate::geometry::Geometry;
 use crate::group::Kind;
 use crate::ray::{Hit, Ray};
-use crate::scalar::Precision;
+use crate::scalar::{Precision, Vec3Of, convert_vec};
 use crate::shapes::{Located, Maps, Parameters, Probe, Shape, ShapeHit, Surface, Under};
 
 impl<P: Precision> Geometry<P> {
@@ -23,6 +23,18 @@ impl<P: Precision> Geometry<P> {
     #[inline]
     pub fn parameters(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Parameters<P::Real> {
         self.parameters_at(&self.probe(*ray), own(hit), hit.slots)
+    }
+
+    /// A normal of the space of the instance that a hit names, in the world at the ray's time, not brought to unit length: what
+    /// whoever keeps the normals of a mesh asks where a constant map would not do. Without an instance it is the world's own.
+    pub fn normal(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>, normal: Vec3Of<P>) -> Vec3Of<P> {
+        let (group, slot) = (&self.group, &self.group.slots[hit.slots[0] as usize]);
+        if slot.kind != Kind::Instance {
+            return normal;
+        }
+        let mut room = None;
+        let transform = group.transform(&group.instances[slot.index as usize], ray.time, &mut room);
+        convert_vec::<P::Core, P::Real>(transform.normal_to_world(convert_vec::<P::Real, P::Core>(normal)))
     }
 
     /// For a probe of this geometry's own space, which is under these maps.

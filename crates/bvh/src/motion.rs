@@ -11,16 +11,20 @@ use crate::twice::Twice;
 
 /// A map that runs from one at time 0 to another at time 1, each entry of it linearly.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion {
+pub struct Motion {
     ends: [DAffine3; 2],
 }
 
 impl Motion {
-    /// `ends`: each of them has an inverse.
+    /// From one end to the other, each of which has an inverse.
+    ///
+    /// # Errors
+    /// [`GeometryError::SingularOnTheWay`] where it can't be inverted, or can't be told from one that can't, at any time from 0 to
+    /// 1; [`GeometryError::NotFinite`] for ends that are too far apart.
     pub fn new(ends: [DAffine3; 2]) -> Result<Self, GeometryError> {
         let motion = Self { ends };
         // What lies further apart than the greatest number has nothing halfway.
-        if !motion.at_f64(0.5).is_finite() {
+        if !motion.map(0.5).is_finite() {
             return Err(GeometryError::NotFinite);
         }
         let invertible = keeps_sign(determinants(ends.map(|end| end.matrix3)), HALVINGS);
@@ -30,14 +34,14 @@ impl Motion {
     /// The map at a time, before 0 as at 0, after 1 as at 1. In f64 and with an accurate inverse, whatever the core's scalar, as
     /// the map of an instance that stands there: both are hit with the same bits.
     #[inline(never)]
-    pub fn at<C: Real>(&self, time: f64) -> Transform<C> {
-        Transform::of_invertible(self.at_f64(time.clamp(0.0, 1.0)))
+    pub(crate) fn at<C: Real>(&self, time: f64) -> Transform<C> {
+        Transform::of_invertible(self.map(time.clamp(0.0, 1.0)))
     }
 
-    /// Each entry is the exact one, rounded: it is summed in twice the precision. So it is wrong by a rounding of itself, also where
+    /// The map at a time from 0 to 1. Each entry is the exact one, rounded: it is summed in twice the precision. So it is wrong by a rounding of itself, also where
     /// the thing passes the origin on its way from far to far, and what bounds the error of a place under any map of f64 holds
     /// here without a margin of its own. At both ends it is that end's, and what both have in common stays.
-    fn at_f64(&self, time: f64) -> DAffine3 {
+    pub fn map(&self, time: f64) -> DAffine3 {
         let [start, end] = self.ends.map(|end| end.to_cols_array());
         let entry = |i: usize| (Twice::from(start[i]) + (Twice::from(end[i]) + Twice::from(-start[i])) * time).rounded();
         DAffine3::from_cols_array(&core::array::from_fn(entry))
@@ -196,13 +200,13 @@ mod tests {
             cancelled += u32::from(exact.abs() < 1 << 25);
             let [start, end] = [from as f64, to as f64].map(|x| DAffine3::from_translation(DVec3::new(x, 0.1, x)));
             let motion = Motion::new([start, end]).unwrap();
-            let found = motion.at_f64(time as f64 * unit);
+            let found = motion.map(time as f64 * unit);
             assert_eq!(found.translation, DVec3::new(exact as f64 * unit, 0.1, exact as f64 * unit), "{from} {to} {time}");
-            assert_eq!((motion.at_f64(0.0), motion.at_f64(1.0)), (start, end));
+            assert_eq!((motion.map(0.0), motion.map(1.0)), (start, end));
         }
         assert!(cancelled > 1000, "{cancelled}");
         let ends = [DAffine3::from_quat(DQuat::from_rotation_x(0.7)), turn(33.0)];
         let motion = Motion::new(ends).unwrap();
-        assert_eq!((motion.at_f64(0.0), motion.at_f64(1.0)), (ends[0], ends[1]));
+        assert_eq!((motion.map(0.0), motion.map(1.0)), (ends[0], ends[1]));
     }
 }

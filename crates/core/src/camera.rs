@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Aabb, Ray, Real, Vector};
 
+use crate::motion::{camera_at, camera_moves, exposure, opening, pose_at};
 use crate::scene::{Camera as CameraData, Pinhole, Pose, Projection};
 
 /// A camera for a picture of one size.
@@ -19,6 +20,17 @@ pub struct Camera<R: Real> {
     kind: Kind<R>,
     /// Of a camera that is far from the scene.
     far: Option<Box<Far>>,
+    /// Of a camera whose rays have times of their own.
+    shutter: Option<Box<Shutter>>,
+}
+
+/// When rays are asked, and what is needed to tell where the camera is then. A camera that moves is made anew for each ray, in
+/// f64 from the scene's numbers: rare, and as right as one that stands. Its rays start at the eye, however far away that is.
+#[derive(Clone, Debug)]
+struct Shutter {
+    open: f64,
+    duration: f64,
+    moving: Option<(CameraData, [u32; 2])>,
 }
 
 /// Rays of a camera so far away that stored coordinates there can't tell one pixel's from the next one's. They are made in f64
@@ -79,7 +91,11 @@ impl<R: Real> Camera<R> {
     /// Prepares a camera for a picture of `size` pixels.
     pub fn new(data: &CameraData, size: [u32; 2]) -> Self {
         let [width, height] = size.map(f64::from);
-        let (eye, frame) = axes(&data.pose);
+        let shutter = exposure(data).map(|[open, close]| {
+            let moving = camera_moves(data).then(|| (data.clone(), size));
+            Box::new(Shutter { open, duration: close - open, moving })
+        });
+        let (eye, frame) = axes(&pose_at(data, opening(data)));
         let film_width = data.aspect.unwrap_or(width / height);
         let (mut right, mut up, mut forward) = (frame.x_axis, frame.y_axis, -frame.z_axis);
         let kind = match &data.projection {
@@ -113,6 +129,7 @@ impl<R: Real> Camera<R> {
             half: [R::from_f64(width * 0.5), R::from_f64(height * 0.5)],
             kind,
             far: None,
+            shutter,
         }
     }
 
@@ -121,7 +138,7 @@ impl<R: Real> Camera<R> {
     pub fn towards(data: &CameraData, size: [u32; 2], bounds: &Aabb) -> Self {
         let camera = Self::new(data, size);
         let radius = bounds.extent().length() * 0.5;
-        let (eye, frame) = axes(&data.pose);
+        let (eye, frame) = axes(&pose_at(data, opening(data)));
         let way = bounds.centre() - eye;
         let (distance, reach) = match &data.projection {
             Projection::Orthographic { .. } => (-way.dot(frame.z_axis), radius),
@@ -130,7 +147,8 @@ impl<R: Real> Camera<R> {
         };
         // As stored, so that eye and start are apart by what every sum takes them to be.
         let ahead = R::from_f64(distance - 2.0 * reach).to_f64();
-        let far = !bounds.is_empty() && ahead * R::ROUNDOFF.to_f64() > FAR * reach && ahead.is_finite();
+        let moves = camera.shutter.as_ref().is_some_and(|shutter| shutter.moving.is_some());
+        let far = !moves && !bounds.is_empty() && ahead * R::ROUNDOFF.to_f64() > FAR * reach && ahead.is_finite();
         Self { far: far.then(|| Box::new(Far { camera: Camera::new(data, size), ahead })), ..camera }
     }
 
@@ -143,6 +161,30 @@ impl<R: Real> Camera<R> {
     /// Whether rays need a point on a lens.
     pub fn has_lens(&self) -> bool {
         matches!(self.kind, Kind::ThinLens { .. })
+    }
+
+    /// Whether rays need a time.
+    pub fn has_shutter(&self) -> bool {
+        self.shutter.is_some()
+    }
+
+    /// As [`Camera::ray`], after this share of the time for which the shutter is open. Without one it is that ray.
+    #[inline]
+    pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
+        match &self.shutter {
+            None => self.ray(x, y, lens),
+            Some(shutter) => self.timed_ray(shutter, [x, y], lens, share),
+        }
+    }
+
+    #[inline(never)]
+    fn timed_ray(&self, shutter: &Shutter, [x, y]: [R; 2], lens: [f32; 2], share: f32) -> Ray<R> {
+        let time = R::from_f64(shutter.open + shutter.duration * f64::from(share));
+        let ray = match &shutter.moving {
+            None => self.ray(x, y, lens),
+            Some((data, size)) => Self::new(&camera_at(data, time.to_f64()), *size).ray(x, y, lens),
+        };
+        ray.at_time(time)
     }
 
     /// The ray through a film position, in pixels from the top left corner of the picture, from [`Camera::ahead`] on. `lens` is
@@ -199,6 +241,8 @@ pub fn frame(bounds: &Aabb, aspect: f64) -> CameraData {
         pose: Pose::LookAt { eye: (centre + back * distance).into(), target: centre.into(), up: [0.0, 1.0, 0.0] },
         projection: Projection::Pinhole(Pinhole { vertical_fov: Some(VERTICAL_FOV), ..Pinhole::default() }),
         aspect: None,
+        pose_end: None,
+        shutter: None,
     }
 }
 

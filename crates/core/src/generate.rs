@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::affine::affine;
 use crate::hash::mix;
+use crate::motion::ends;
 use crate::scene::{GeneratorKind, Object, Scene, TransformStep};
 
 /// One of all the objects of a scene: a listed one, or one that a generator moves to a place. A million of them are a million
@@ -19,6 +20,15 @@ impl Shown<'_> {
     /// From the object's own space to the world. Its own transform comes first.
     pub fn map(&self) -> DAffine3 {
         let own = affine(&self.object.transform);
+        self.placed(own)
+    }
+
+    /// The same at both ends of its way, for one that moves: it does so from where a generator puts it.
+    pub fn ends(&self) -> Option<[DAffine3; 2]> {
+        ends(self.object).map(|ends| ends.map(|end| self.placed(end)))
+    }
+
+    fn placed(&self, own: DAffine3) -> DAffine3 {
         self.place.map_or(own, |place| DAffine3::from_translation(place) * own)
     }
 }
@@ -44,7 +54,9 @@ pub fn expand(scene: &Scene) -> Vec<Object> {
     all(scene)
         .map(|shown| {
             let mut object = shown.object.clone();
-            object.transform.extend(shown.place.map(|place| TransformStep::Translate(place.into())));
+            let place = shown.place.map(|place| TransformStep::Translate(place.into()));
+            object.transform.extend(place);
+            object.transform_end.iter_mut().for_each(|end| end.extend(place));
             object
         })
         .collect()

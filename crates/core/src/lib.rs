@@ -79,6 +79,7 @@ pub mod lookup;
 pub mod material;
 pub mod memory;
 pub mod metrics;
+mod motion;
 pub mod noise;
 mod observer;
 pub mod picture;

@@ -252,8 +252,9 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let [u, v] = if self.settings.sampling.is_fixed() { [0.5; 2] } else { pair(address, Purpose::Pixel) };
         let camera = &self.scene.camera;
         let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
+        let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };
         let at = |v: u32, offset: f32| P::Real::from_f64(f64::from(v)) + P::Real::from_f32(offset);
-        camera.ray(at(x, u), at(y, v), lens)
+        camera.ray_during(at(x, u), at(y, v), lens, share)
     }
 
     /// The layers that show what the rays through the middles of pixels hit first. Those rays are traced for them alone.
@@ -265,7 +266,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         }
         for (x, y) in self.rows().flat_map(|y| self.columns().map(move |x| (x, y))) {
             let at = |v: u32| P::Real::from_f64(f64::from(v) + 0.5);
-            let first = tracer.first_hit(self.scene.camera.ray(at(x), at(y), [0.5; 2]));
+            let first = tracer.first_hit(self.scene.camera.ray_during(at(x), at(y), [0.5; 2], 0.0));
             for (buffer, (aov, _)) in buffers.iter_mut().zip(layers) {
                 buffer.push(first.as_ref().map_or(-1.0, |f| match aov {
                     Aov::Depth => f.distance as f32,

@@ -23,6 +23,8 @@ pub enum Purpose {
     Emitter = 2,
     /// Where on that surface.
     EmitterPoint = 3,
+    /// When the shutter lets the path in.
+    Time = 4,
 }
 
 /// Points that one scramble of the sequence holds.
@@ -107,7 +109,7 @@ mod tests {
             Address { bounce: 1, ..base },
             Address { branch: 1, ..base },
         ];
-        let purposes = [Purpose::Pixel, Purpose::Lens, Purpose::Emitter, Purpose::EmitterPoint];
+        let purposes = [Purpose::Pixel, Purpose::Lens, Purpose::Emitter, Purpose::EmitterPoint, Purpose::Time];
         let numbers = others.iter().map(|&at| pair(at, Purpose::Pixel)).chain(purposes.map(|purpose| pair(base, purpose)));
         let distinct: BTreeSet<_> = numbers.map(|p| p.map(f32::to_bits)).collect();
         assert_eq!(distinct.len(), others.len() + purposes.len());

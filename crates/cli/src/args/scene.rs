@@ -30,7 +30,7 @@ pub struct ChoiceArgs {
 
     /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,
     /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, checkerboard, vertex-colours,
-    /// smooth-shading, sky, environment-map, sky-light, depth-of-field, soft-shadows
+    /// smooth-shading, sky, environment-map, sky-light, depth-of-field, motion, soft-shadows
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::effect)]
     pub without: Vec<Effect>,
 }

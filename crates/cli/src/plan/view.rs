@@ -19,6 +19,8 @@ pub fn camera(scene: &Scene, args: &ViewArgs, framed: impl FnOnce() -> Camera) -
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
         camera.pose = moved(&camera.pose, args)?;
+        // Where it is to stand is said for all times.
+        camera.pose_end = None;
     }
     match args.fov {
         Some(fov) => set_fov(&mut camera.projection, fov)?,
@@ -119,6 +121,8 @@ mod tests {
             pose,
             projection: Projection::Pinhole(pinhole),
             aspect: None,
+            pose_end: None,
+            shutter: None,
         };
         let wide = Pinhole { horizontal_fov: Some(90.0), ..Pinhole::default() };
         let look_at = Pose::LookAt { eye: [0.0, 0.0, 5.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
@@ -172,6 +176,18 @@ mod tests {
             pose(ViewArgs { up: Some([1.0, 0.0, 0.0]), eye, ..named("2") }),
             Pose::LookAt { eye: [1.0, 2.0, 3.0], target: [1.0, 2.0, 2.0], up: [1.0, 0.0, 0.0] }
         );
+    }
+
+    /// Protects: a camera that moves stands still where a flag puts it, and keeps its shutter for what else moves.
+    #[test]
+    fn a_camera_that_is_put_somewhere_stands_there() {
+        let mut scene = scene();
+        let end = Pose::LookAt { eye: [1.0; 3], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
+        (scene.cameras[0].pose_end, scene.cameras[0].shutter) = (Some(end.clone()), Some([0.0, 1.0]));
+        let taken = |args: &ViewArgs| camera(&scene, args, || panic!("the scene has cameras")).expect("a camera").expect("one");
+        assert_eq!(taken(&ViewArgs { fov: Some(20.0), ..named("front") }).pose_end, Some(end));
+        let put = taken(&ViewArgs { eye: Some([1.0, 2.0, 3.0]), ..named("front") });
+        assert_eq!((put.pose_end, put.shutter), (None, Some([0.0, 1.0])));
     }
 
     /// A view that shows nothing sensible is refused before anything is rendered.

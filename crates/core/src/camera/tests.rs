@@ -34,7 +34,7 @@ fn still() -> Scene {
 fn seen(distance: f64, elevation: f64, projection: Projection, precision: PrecisionChoice) -> Rendered {
     let scene = still();
     let pose = Pose::Orbit { target: [0.0; 3], distance, azimuth: 20.0, elevation };
-    let camera = CameraData { name: String::new(), pose, projection, aspect: None };
+    let camera = CameraData { name: String::new(), pose, projection, aspect: None, pose_end: None, shutter: None };
     let settings = Settings {
         size: SIZE,
         camera: Some(camera),
@@ -98,7 +98,14 @@ fn distant_pinholes_show_what_parallel_rays_show() {
 #[test]
 fn near_cameras_start_at_the_eye() {
     let pose = Pose::LookAt { eye: [1.0, 2.0, 300.0], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
-    let data = CameraData { name: String::new(), pose, projection: Projection::Orthographic { height: 2.0 }, aspect: None };
+    let data = CameraData {
+        name: String::new(),
+        pose,
+        projection: Projection::Orthographic { height: 2.0 },
+        aspect: None,
+        pose_end: None,
+        shutter: None,
+    };
     let bounds = Aabb::around(DVec3::ZERO, DVec3::splat(2.0));
     let camera = Camera::<f32>::towards(&data, SIZE, &bounds);
     assert_eq!((camera.ahead(), camera.ray(40.0, 30.0, [0.5; 2]).origin.to_array()), (0.0, [1.0, 2.0, 300.0]));

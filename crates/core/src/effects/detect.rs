@@ -34,6 +34,7 @@ fn found(scene: &Scene, settings: &Settings) -> Vec<Finding> {
     looks_of_surfaces(&mut list, &facts);
     geometry_and_sky(&mut list, &facts);
     list.lens(&facts.lens, settings);
+    list.motion(&facts, settings);
     emissive_surfaces(&mut list, &facts);
     what_needs_a_path_tracer(&mut list, &facts);
     list.0.sort_by_key(|finding| finding.effect);
@@ -198,6 +199,9 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
     );
 }
 
+/// Why there is no motion.
+const NOTHING_MOVES: &str = "nothing moves while the shutter is open";
+
 #[derive(Default)]
 struct List(Vec<Finding>);
 
@@ -234,6 +238,21 @@ impl List {
             }
             _ => self.plain(Effect::DepthOfField, source, "the camera has an aperture", "the camera is a pinhole"),
         }
+    }
+
+    /// Motion needs samples at different times.
+    fn motion(&mut self, f: &Facts, settings: &Settings) {
+        let (because, hint) = match settings.sampling {
+            _ if f.motion.is_none() || f.instant => return self.plain(Effect::Motion, &None, "", NOTHING_MOVES),
+            _ if f.exposure.is_none() => {
+                ("the camera has no shutter, so everything is seen at time 0", "give it `shutter = [0, 1]`")
+            }
+            Sampling::Pattern(_) => ("a fixed pattern asks at one time, when the shutter opens", "--spp 64, say"),
+            Sampling::General(_) => {
+                return self.plain(Effect::Motion, &f.motion, "something moves while the shutter is open", NOTHING_MOVES);
+            }
+        };
+        self.push(Effect::Motion, Status::LeftOut, because, f.motion.clone(), Some(hint.to_owned()));
     }
 
     /// Never simulated by this integrator.

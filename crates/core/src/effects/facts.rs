@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use crate::generate::count_of;
 use crate::lookup::Lookup;
+use crate::motion::{camera_moves, ends, exposure};
 use crate::scene::{
     AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Model, Physical, Projection, Scene, Shape, Sky,
     Varying, Weight,
@@ -50,6 +51,11 @@ pub(super) struct Facts {
     pub sky: Source,
     pub sky_map: Source,
     pub lens: Source,
+    pub motion: Source,
+    /// A shutter that is open for some time.
+    pub exposure: Source,
+    /// A shutter that opens and closes at once: what moves is seen as it is then, and nothing is missed.
+    pub instant: bool,
 }
 
 fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
@@ -93,6 +99,9 @@ impl Facts {
         note(&mut facts.sky, scene.sky.is_some(), || "sky".to_owned());
         let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);
         note(&mut facts.lens, camera.is_some_and(lens), || "cameras".to_owned());
+        note(&mut facts.motion, camera.is_some_and(camera_moves), || "cameras".to_owned());
+        note(&mut facts.exposure, camera.and_then(exposure).is_some(), || "cameras".to_owned());
+        facts.instant = facts.exposure.is_none() && camera.is_some_and(|camera| camera.shutter.is_some());
         facts
     }
 
@@ -108,6 +117,7 @@ impl Facts {
             note(&mut self.occluder, object.casts_shadow, path);
             let unbounded = matches!(object.shape, Shape::Plane { .. } | Shape::Cylinder { height: None, .. });
             note(&mut self.unbounded, unbounded, || format!("{}.shape", path()));
+            note(&mut self.motion, ends(object).is_some(), || format!("{}.transform_end", path()));
             let Shape::Mesh(name) = &object.shape else { continue };
             note(&mut self.mesh, true, || format!("{}.shape.mesh", path()));
             // Only objects that show the same side share what is stored.

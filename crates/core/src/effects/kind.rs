@@ -74,6 +74,8 @@ effects! {
     SkyLight = "sky light",
     /// A camera with an aperture.
     DepthOfField = "depth of field",
+    /// Something moves, or the camera does, while the shutter is open.
+    Motion = "motion",
     /// Emissive surfaces light others.
     SoftShadows = "soft shadows",
     /// Surfaces whose emission varies light others.

@@ -29,6 +29,7 @@ mod tests {
             face_viewer: true,
             casts_shadow: true,
             transform: Vec::new(),
+            transform_end: None,
         };
         let material = Material { name: "only".to_owned(), model };
         Scene { materials: vec![material], objects: vec![object], ..Scene::default() }

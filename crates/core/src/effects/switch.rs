@@ -25,10 +25,11 @@ pub const SWITCHABLE: EffectSet = EffectSet::of(&[
     Effect::EnvironmentMap,
     Effect::SkyLight,
     Effect::DepthOfField,
+    Effect::Motion,
     Effect::SoftShadows,
 ]);
 
-/// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows` and the mirror reflection of physical
+/// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows`, `Motion` and the mirror reflection of physical
 /// materials are no data of their own: preparation leaves them out where they are not simulated.
 pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSet) -> (Scene, Option<Camera>) {
     let (mut scene, mut camera) = (scene.clone(), camera.clone());

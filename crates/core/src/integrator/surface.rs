@@ -68,7 +68,7 @@ impl<R: Real> Interaction<R> {
             at.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
         if K::MESHES {
-            at.attributes(scene, record, hit);
+            at.attributes(scene, record, ray, hit);
         }
         if record.face_viewer && !outside {
             at.normal = -at.normal;
@@ -80,7 +80,7 @@ impl<R: Real> Interaction<R> {
     }
 
     /// Interpolates what the mesh's vertices carry.
-    fn attributes<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, record: &ObjectRecord<R>, hit: &Hit<R>) {
+    fn attributes<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, record: &ObjectRecord<R>, ray: &Ray<R>, hit: &Hit<R>) {
         let Some(mesh) = &record.mesh else { return };
         let data = &scene.meshes[mesh.mesh as usize];
         let [a, b, c] = data.indices[hit.primitive as usize].map(|i| i as usize);
@@ -92,7 +92,7 @@ impl<R: Real> Interaction<R> {
             let normal = |i: usize| R::Vec3::new(real(data.normals[i][0]), real(data.normals[i][1]), real(data.normals[i][2]));
             let n = normal(a) * w + normal(b) * u + normal(c) * v;
             let [x, y, z] = mesh.normals;
-            let n = (x * n.x() + y * n.y() + z * n.z()).normalize();
+            let n = if mesh.turns { scene.geometry.normal(ray, hit, n) } else { x * n.x() + y * n.y() + z * n.z() }.normalize();
             // Normals that cancel, or that a flat transform squeezes to nothing, leave the facet's.
             if n.is_finite() {
                 self.normal = n;

@@ -4,7 +4,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Placed};
 use raywright_bvh::{Group, Precision, Side, Vec3Of, Vector, Visibility};
 
-use super::geometry::{BLOCK, any_shape, side_of, triangles};
+use super::geometry::{BLOCK, side_of, triangles};
+use super::shape::any_shape;
 use super::{PrepareError, go_on};
 use crate::generate::all;
 use crate::light::EmitterList;

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Geometry, Inventory, Precision};
 
-use super::geometry::{ObjectRecord, any_shape};
+use super::geometry::ObjectRecord;
 use super::input::TextureUse;
 use super::material::Material;
+use super::shape::any_shape;
 use super::uses::Uses;
 use crate::affine::affine;
 use crate::effects::{Effect, EffectSet};
@@ -18,12 +19,14 @@ use crate::generate::{count, counted};
 use crate::light::{DeltaLight, EmitterList};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
+use crate::motion::{ends, simulated_scene};
 use crate::scene::{ImageData, Projection, Scene, Shape, Sky};
 use crate::settings::Settings;
 
 /// At least what a scene prepared in a precision will take, and at most twice of it, from counts alone: only how many nodes a
 /// tree has, and whether lamps have an area to be drawn from, is not known beforehand.
 pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
+    let scene = &*simulated_scene(scene, settings.camera.as_ref(), simulated);
     let lookup = Lookup::new(scene);
     let needs = Needs::of::<P>(scene, settings, &lookup, simulated.has(Effect::SoftShadows));
     let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
@@ -75,7 +78,7 @@ impl Needs {
             used.insert(object.material.as_str());
             let material = lookup.material(&object.material).map(|(_, material)| material);
             let glows = lamps && material.is_some_and(|material| material.even_emission().is_some());
-            let mut each = 1;
+            let (mut each, moves) = (1, ends(object).is_some());
             match &object.shape {
                 Shape::Mesh(name) => {
                     let Some(data) = lookup.mesh_data(name) else { continue };
@@ -86,11 +89,18 @@ impl Needs {
                     if !uses.share(name, object.side) {
                         needs.own.triangles += each;
                     } else {
-                        needs.own.instances = needs.own.instances.saturating_add(count);
+                        needs.instances(count, moves);
                         if shared.insert((name, object.side)) {
-                            let alone = Inventory::of_triangles(each);
-                            needs.shared += size_of::<Geometry<P>>() as u64 + alone.most_bytes::<P>(settings.accelerator);
+                            needs.part::<P>(&Inventory::of_triangles(each), settings);
                         }
+                    }
+                }
+                shape if moves => {
+                    if let Some(shape) = any_shape::<P::Real>(shape, DVec3::ZERO) {
+                        let mut alone = Inventory::default();
+                        alone.add(&shape, false, 1);
+                        needs.part::<P>(&alone, settings);
+                        needs.instances(count, true);
                     }
                 }
                 shape => {
@@ -105,6 +115,17 @@ impl Needs {
         }
         needs.look_up_images(scene, lookup, &used);
         needs
+    }
+
+    /// Adds so many instances that move, or that stand still.
+    fn instances(&mut self, count: u64, moves: bool) {
+        self.own.instances = self.own.instances.saturating_add(count);
+        self.own.moving = self.own.moving.saturating_add(if moves { count } else { 0 });
+    }
+
+    /// Adds a geometry that instances show.
+    fn part<P: Precision>(&mut self, alone: &Inventory, settings: &Settings) {
+        self.shared += size_of::<Geometry<P>>() as u64 + alone.most_bytes::<P>(settings.accelerator);
     }
 
     fn look_up_images(&mut self, scene: &Scene, lookup: &Lookup<'_>, used: &HashSet<&str>) {

@@ -7,7 +7,7 @@ use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::shapes::{Placed, Triangle};
 use raywright_bvh::{Aabb, Precision, Shape as _, Vector};
 
-use super::geometry::any_shape;
+use super::shape::any_shape;
 use super::uses::Uses;
 use crate::generate::all;
 use crate::lookup::Lookup;
@@ -29,18 +29,27 @@ pub(crate) fn extent<P: Precision>(scene: &Scene, lookup: &Lookup<'_>) -> Extent
     let mut shared: HashMap<&str, Aabb> = HashMap::new();
     let mut whole = Extent { bounds: Aabb::EMPTY, unbounded: 0 };
     for shown in all(scene) {
-        let (object, map) = (shown.object, shown.map());
+        let (object, map, ends) = (shown.object, shown.map(), shown.ends());
+        // A point on its way is between its ends.
+        let instance = |own: Aabb| match ends {
+            None => transform_bounds(&map, &own),
+            Some([start, end]) => transform_bounds(&start, &own).union(transform_bounds(&end, &own)),
+        };
         match &object.shape {
             Shape::Mesh(name) => {
                 let Some(data) = lookup.mesh_data(name) else { continue };
                 if uses.share(name, object.side) {
                     let own = shared.entry(name.as_str()).or_insert_with(|| around::<P>(data, None));
                     if !own.is_empty() {
-                        whole.include(Some(transform_bounds(&map, own)));
+                        whole.include(Some(instance(*own)));
                     }
                 } else {
                     whole.include(Some(around::<P>(data, Some(map))));
                 }
+            }
+            shape if ends.is_some() => {
+                let Some(shape) = any_shape::<P::Real>(shape, DVec3::ZERO) else { continue };
+                whole.include(shape.bounds().map(instance));
             }
             shape if map.matrix3 == DMat3::IDENTITY => {
                 whole.include(any_shape::<P::Real>(shape, map.translation).and_then(|shape| shape.bounds()));

@@ -6,17 +6,16 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
-};
+use raywright_bvh::shapes::AnyShape;
 use raywright_bvh::{AcceleratorKind, Geometry, Group, Occlusion, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
+use super::shape::any_shape;
 use super::uses::Uses;
 use super::{PrepareError, go_on};
 use crate::generate::{Shown, all};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
-use crate::scene::{MeshData, Object, Scene, Shape, SideRule, Triple};
+use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
 use crate::validate::collapses;
 
 /// What shading needs of an object.
@@ -36,6 +35,8 @@ pub(crate) struct MeshUse<R: Real> {
     pub mesh: u32,
     /// Columns of the inverse transpose: object normals to world normals, not normalised.
     pub normals: [R::Vec3; 3],
+    /// It moves, and not only from place to place: the normals are those of time 0, and geometry tells them at others.
+    pub turns: bool,
     /// The triangles were turned over because the transform mirrors.
     pub flipped: bool,
     /// Sets of texture coordinates that the material reads, a bit each.
@@ -131,6 +132,8 @@ struct Builder<'a, P: Precision> {
     /// Where each mesh is in the table of meshes.
     places: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<P::Real>>,
+    /// The shape that moves which came last, and the part that shows it.
+    moving: Option<(&'a Object, u32)>,
     observer: &'a dyn Observer,
 }
 
@@ -145,6 +148,7 @@ impl<'a, P: Precision> Builder<'a, P> {
             meshes: Vec::new(),
             places: HashMap::new(),
             records: Vec::new(),
+            moving: None,
             observer,
         }
     }
@@ -154,7 +158,10 @@ impl<'a, P: Precision> Builder<'a, P> {
         let mesh = match &shown.object.shape {
             Shape::Mesh(name) => Some(self.mesh(index, shown, name, visibility, facet)?),
             shape => {
-                self.shape(index, shape, shown, visibility)?;
+                match shown.ends() {
+                    Some(ends) => self.moving_shape(index, shape, shown.object, ends, visibility)?,
+                    None => self.shape(index, shape, shown, visibility)?,
+                }
                 None
             }
         };
@@ -179,7 +186,7 @@ impl<'a, P: Precision> Builder<'a, P> {
             self.meshes.len() as u32 - 1
         });
         let refused = |source| PrepareError::Geometry { object: index, source };
-        let map = shown.map();
+        let (map, ends) = (shown.map(), shown.ends());
         let mut flipped = false;
         let key = (name, shown.object.side);
         if self.uses.share(name, shown.object.side) {
@@ -192,14 +199,19 @@ impl<'a, P: Precision> Builder<'a, P> {
                     *shared.insert(self.group.part(part.ok_or(PrepareError::Cancelled)?).map_err(refused)?)
                 }
             };
-            self.group.instance(part, map, visibility).map_err(refused)?;
+            let added = match ends {
+                Some(ends) => self.group.moving(part, ends, visibility),
+                None => self.group.instance(part, map, visibility),
+            };
+            added.map_err(refused)?;
         } else {
             flipped = map.matrix3.determinant() < 0.0;
             triangles(&mut self.group, index, data, Some((map, flipped)), visibility, self.observer)?;
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
-        Ok(MeshUse { mesh, normals: columns.map(Vector::from_f64), flipped, sets: facet.sets })
+        let turns = ends.is_some_and(|[start, end]| start.matrix3 != end.matrix3);
+        Ok(MeshUse { mesh, normals: columns.map(Vector::from_f64), turns, flipped, sets: facet.sets })
     }
 }
 
@@ -228,7 +240,7 @@ pub(super) fn triangles<P: Precision>(
     go_on(observer)
 }
 
-impl<P: Precision> Builder<'_, P> {
+impl<'a, P: Precision> Builder<'a, P> {
     /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact in f64, so that what a
     /// generator scatters costs no transform.
     ///
@@ -238,46 +250,48 @@ impl<P: Precision> Builder<'_, P> {
         let map = shown.map();
         let moved_only = map.matrix3 == DMat3::IDENTITY;
         let offset = if moved_only { map.translation } else { DVec3::ZERO };
-        if collapses(shape, offset, |x| P::Real::from_f64(x).to_f64()) {
-            return Err(PrepareError::Collapsed { object: index });
-        }
-        let Some(shape) = any_shape(shape, offset) else { return Ok(()) };
+        let Some(shape) = stored(index, shape, offset)? else { return Ok(()) };
         let added = if moved_only { self.group.shape(shape, visibility) } else { self.group.placed(shape, map, visibility) };
         added.map(drop).map_err(|source| PrepareError::Geometry { object: index, source })
     }
+
+    /// Adds a shape that moves: an instance of a part of its own, which all that a generator makes of it share.
+    ///
+    /// # Errors
+    /// A shape of which storing leaves nothing, or that the geometry refuses.
+    fn moving_shape(
+        &mut self,
+        index: usize,
+        shape: &Shape,
+        object: &'a Object,
+        ends: [DAffine3; 2],
+        visibility: Visibility,
+    ) -> Result<(), PrepareError> {
+        let refused = |source| PrepareError::Geometry { object: index, source };
+        let part = match self.moving {
+            Some((last, part)) if core::ptr::eq(last, object) => part,
+            _ => {
+                let Some(shape) = stored(index, shape, DVec3::ZERO)? else { return Ok(()) };
+                let mut alone = Group::default();
+                alone.shape(shape, visibility).map_err(refused)?;
+                let part = self.group.part(Geometry::new(alone, self.kind)).map_err(refused)?;
+                self.moving = Some((object, part));
+                part
+            }
+        };
+        self.group.moving(part, ends, visibility).map(drop).map_err(refused)
+    }
 }
 
-/// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is many.
-pub(super) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
-    let at = |p: Triple| DVec3::from(p) + offset;
-    let v = |p: Triple| DVec3::from(p);
-    Some(match *shape {
-        Shape::Sphere { centre, radius } => {
-            AnyShape::Sphere(Sphere { centre: Vector::from_f64(at(centre)), radius: R::from_f64(radius) })
-        }
-        Shape::Plane { point, normal } => {
-            AnyShape::Plane(Plane::new(Vector::from_f64(at(point)), Vector::from_f64(v(normal).normalize())))
-        }
-        Shape::Disk { centre, normal, radius } => AnyShape::Disk(Disk::new(at(centre), v(normal), radius)),
-        Shape::Quad { corner, edge_u, edge_v } => AnyShape::Quad(Quad::new(at(corner), v(edge_u), v(edge_v))),
-        Shape::Box { min, max } => AnyShape::Cuboid(Cuboid::new(at(min), at(max))),
-        Shape::Cylinder { base, axis, radius, height, caps } => {
-            AnyShape::Cylinder(Cylinder::new(at(base), v(axis), radius, height, caps))
-        }
-        Shape::Cone { base, axis, radius, top_radius, height } => {
-            AnyShape::Cone(Cone::new(at(base), v(axis), radius, top_radius, height))
-        }
-        Shape::Ellipsoid { centre, semi_axes } => AnyShape::Ellipsoid(Ellipsoid::new(at(centre), v(semi_axes))),
-        Shape::Hyperboloid { centre, waist_radius, c, half_height } => {
-            AnyShape::Hyperboloid(Hyperboloid::new(at(centre), waist_radius, c, half_height))
-        }
-        Shape::Paraboloid { apex, radius, height } => AnyShape::Paraboloid(Paraboloid::new(at(apex), radius, height)),
-        Shape::Torus { centre, axis, major_radius, minor_radius } => {
-            AnyShape::Torus(Torus::new(at(centre), v(axis), major_radius, minor_radius))
-        }
-        Shape::Triangle { vertices } => AnyShape::Triangle(Triangle::new(vertices.map(|p| Vector::from_f64(at(p))))),
-        Shape::Mesh(_) => return None,
-    })
+/// The shape of an object as it is stored; none for a mesh.
+///
+/// # Errors
+/// [`PrepareError::Collapsed`] where storing leaves nothing of it.
+fn stored<R: Real>(object: usize, shape: &Shape, offset: DVec3) -> Result<Option<AnyShape<R>>, PrepareError> {
+    if collapses(shape, offset, |x| R::from_f64(x).to_f64()) {
+        return Err(PrepareError::Collapsed { object });
+    }
+    Ok(any_shape(shape, offset))
 }
 
 #[cfg(test)]

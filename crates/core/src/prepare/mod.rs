@@ -7,6 +7,7 @@ mod extent;
 mod geometry;
 mod input;
 mod material;
+mod shape;
 pub(crate) mod texture;
 mod uses;
 
@@ -20,6 +21,7 @@ use crate::expr::ExprError;
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, prepare_sky};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
+use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
 use crate::scene::{self, ClassicRules, DepthLimit, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
 use crate::settings::{Background, Settings};
@@ -173,6 +175,8 @@ impl<P: Precision> Prepared<P> {
     /// What validation would have reported with a place, and what only the geometry can know.
     pub fn new(scene: &Scene, settings: &Settings, simulated: EffectSet, observer: &dyn Observer) -> Result<Self, PrepareError> {
         go_on(observer)?;
+        let whole = scene;
+        let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
         let names = names(scene);
         let lookup = Lookup::new(scene);
         let shown = geometry::materials(scene, &lookup)?;
@@ -201,7 +205,9 @@ impl<P: Precision> Prepared<P> {
         let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
         let lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
-        let camera = settings.camera.clone().unwrap_or_else(|| frame(&extent::<P>(scene, &lookup).bounds, aspect));
+        // The view that shows everything shows it wherever it goes, also where it stands in the picture.
+        let framed = || frame(&extent::<P>(whole, &Lookup::new(whole)).bounds, aspect);
+        let camera = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
         let backdrop = match settings.background {
             Background::Environment => None,
             Background::Transparent => Some(Vector::ZERO),

@@ -20,6 +20,14 @@ pub struct Camera {
     /// vertical field of view is kept.
     #[serde(default)]
     pub aspect: Option<f64>,
+    /// Where it is at time 1 if it moves; of the same kind as `pose`, which is where it is at time 0. Each number runs linearly
+    /// from one to the other. None: it stands still.
+    #[serde(default)]
+    pub pose_end: Option<Pose>,
+    /// Opening and closing time of the shutter, from 0 to 1: each sample of a pixel has a time of its own between them, at which
+    /// it sees what moves. None: everything is seen at time 0.
+    #[serde(default)]
+    pub shutter: Option<[f64; 2]>,
 }
 
 /// Position and orientation of a camera.

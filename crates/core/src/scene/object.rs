@@ -28,6 +28,11 @@ pub struct Object {
     /// Affine transform: steps in the order in which they are applied; empty: none.
     #[serde(default)]
     pub transform: Vec<TransformStep>,
+    /// Where it is at time 1 if it moves, by steps of its own; `transform` is where it is at time 0. Between them each entry of
+    /// the map runs linearly: every point goes along a straight line at a constant speed, and what turns shrinks on the way,
+    /// halfway by the cosine of half the angle. None: it stands still. Rays have times where the camera has a `shutter`.
+    #[serde(default)]
+    pub transform_end: Option<Vec<TransformStep>>,
 }
 
 fn yes() -> bool {

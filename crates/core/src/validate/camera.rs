@@ -4,17 +4,24 @@ use glam::DVec3;
 
 use super::SMALLEST;
 use super::check::{Check, list};
+use super::motion;
 use crate::scene::{Camera, Pinhole, Pose, Projection, Triple};
 
 /// Sine of the least angle between a camera's view and its up direction.
-const PARALLEL: f64 = 1e-6;
+pub(super) const PARALLEL: f64 = 1e-6;
 
 pub(super) fn camera(check: &mut Check<'_>, camera: &Camera) {
     if camera.name.parse::<u64>().is_ok() {
         let message = format!("`{}` cannot be the name of a camera", camera.name);
         check.inside("name", |check| check.advise(message, "a number chooses a camera by its place in the list"));
     }
+    let before = check.problems();
     check.inside("pose", |check| pose(check, &camera.pose));
+    if let Some(end) = &camera.pose_end {
+        check.inside("pose_end", |check| pose(check, end));
+    }
+    let right = check.problems() == before;
+    motion::camera(check, camera, right);
     check.inside("projection", |check| projection(check, &camera.projection));
     if let Some(aspect) = camera.aspect {
         check.within("aspect", aspect, 1e-3, 1e3);

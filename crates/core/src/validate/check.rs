@@ -6,7 +6,7 @@ use std::fmt::{Display, Write as _};
 use super::{FARTHEST, MOST, Problem, SMALLEST};
 use crate::expr::{self, ExprError, Scope};
 use crate::lookup::{Lookup, Names};
-use crate::scene::{Colour, Scene, Triple};
+use crate::scene::{Colour, Material, Scene, Triple};
 use crate::suggest::closest;
 
 /// Shortest and longest direction: beyond these, squares of its length do not fit a double.
@@ -119,6 +119,11 @@ impl<'a> Check<'a> {
             };
             self.inside(key, |check| check.element(i, |check| check.inside("name", |check| check.report(problem))));
         }
+    }
+
+    /// The material of a name.
+    pub fn material(&self, name: &str) -> Option<&'a Material> {
+        self.names.material(name).map(|(_, material)| material)
     }
 
     /// A name must be defined. `what` is the kind of thing: "material".

@@ -9,6 +9,7 @@ mod collapse;
 mod light;
 mod material;
 mod mesh;
+mod motion;
 mod object;
 mod render;
 mod transform;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::check::{Check, list};
-use super::{collapse, transform};
+use super::{collapse, motion, transform};
 use crate::scene::{Generator, GeneratorKind, Object, Shape, Triple};
 
 pub(super) fn object(check: &mut Check<'_>, object: &Object) {
@@ -18,7 +18,14 @@ pub(super) fn object(check: &mut Check<'_>, object: &Object) {
 fn parts(check: &mut Check<'_>, object: &Object) {
     check.inside("shape", |check| shape(check, &object.shape));
     check.refers("material", &object.material, "material", |names| &names.materials);
-    transform::steps(check, &object.transform);
+    let before = check.problems();
+    transform::steps(check, "transform", &object.transform);
+    if let Some(end) = &object.transform_end {
+        transform::steps(check, "transform_end", end);
+    }
+    if check.problems() == before {
+        motion::object(check, object);
+    }
 }
 
 pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {

@@ -22,6 +22,8 @@ fn sound() -> Scene {
             pose: Pose::LookAt { eye: [0.0, 0.0, 5.0], target: HERE, up: ABOVE },
             projection: Projection::Pinhole(Pinhole { vertical_fov: Some(45.0), ..Pinhole::default() }),
             aspect: None,
+            pose_end: None,
+            shutter: None,
         }],
         sky: Some(Sky::Gradient { bottom: Colour::BLACK, top: Colour::WHITE, suns: vec![] }),
         lights: vec![Light {
@@ -66,6 +68,7 @@ fn ball(radius: f64) -> Object {
         face_viewer: true,
         casts_shadow: true,
         transform: Vec::new(),
+        transform_end: None,
     }
 }
 

@@ -13,9 +13,10 @@ const SCALES: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 /// Least volume spanned by the unit vectors along a matrix's rows: below it the matrix flattens space.
 const FLAT: f64 = 1e-12;
 
-pub(super) fn steps(check: &mut Check<'_>, steps: &[TransformStep]) {
+/// The steps under a key of an object.
+pub(super) fn steps(check: &mut Check<'_>, key: &str, steps: &[TransformStep]) {
     let before = check.problems();
-    check.each("transform", steps, |check, step| match *step {
+    check.each(key, steps, |check, step| match *step {
         TransformStep::Translate(offset) => check.point("translate", offset),
         TransformStep::Scale(factors) => check.inside("scale", |check| {
             if factors.contains(&0.0) {
@@ -36,7 +37,7 @@ pub(super) fn steps(check: &mut Check<'_>, steps: &[TransformStep]) {
     if check.problems() == before
         && !(whole.is_finite() && whole.inverse().is_finite() && whole.translation.abs().max_element() <= FARTHEST)
     {
-        check.inside("transform", |check| check.report("the steps of `transform` together lead beyond every measure"));
+        check.inside(key, |check| check.report(format!("the steps of `{key}` together lead beyond every measure")));
     }
 }
 

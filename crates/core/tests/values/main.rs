@@ -17,6 +17,7 @@ mod highlights;
 mod interfaces;
 mod lights;
 mod meshes;
+mod motion;
 mod offsets;
 mod physical;
 mod reflections;

@@ -69,7 +69,14 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
     let up = if upright { [0.0, 1.0, 0.0] } else { [0.0, 0.0, -1.0] };
     let pinhole = Pinhole { vertical_fov: Some(40.0), ..Pinhole::default() };
     let pose = Pose::LookAt { eye, target, up };
-    let camera = Camera { name: String::new(), pose, projection: Projection::Pinhole(pinhole), aspect: None };
+    let camera = Camera {
+        name: String::new(),
+        pose,
+        projection: Projection::Pinhole(pinhole),
+        aspect: None,
+        pose_end: None,
+        shutter: None,
+    };
     Settings {
         size: [1, 1],
         camera: Some(camera),

@@ -39,7 +39,7 @@ pub(super) fn convert(
         _ => return skip("it has no view of its type"),
     };
     let Some(pose) = pose(placed) else { return skip("its node squeezes it flat") };
-    Some(Camera { name, pose, projection, aspect: None })
+    Some(Camera { name, pose, projection, aspect: None, pose_end: None, shutter: None })
 }
 
 /// The node's axes without their lengths; a mirrored node keeps its mirrored view. None where the node flattens space.

@@ -214,6 +214,7 @@ impl Import<'_> {
             face_viewer: true,
             casts_shadow: true,
             transform,
+            transform_end: None,
         });
         Ok(())
     }

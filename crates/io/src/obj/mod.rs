@@ -74,6 +74,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
             face_viewer: true,
             casts_shadow: true,
             transform: Vec::new(),
+            transform_end: None,
         });
     }
     if scene.objects.is_empty() {

@@ -10,6 +10,12 @@ fn ball(transform: Value) -> Value {
     json!({ "shape": { "sphere": { "centre": [0.1, 0.2, 0.3], "radius": 0.7 } }, "material": "m", "transform": transform })
 }
 
+/// The same on its way from where it is.
+fn moving(mut object: Value, end: Value) -> Value {
+    object["transform_end"] = end;
+    object
+}
+
 fn leaf(mesh: &str, transform: Value) -> Value {
     json!({ "shape": { "mesh": mesh }, "material": "m", "transform": transform })
 }
@@ -28,6 +34,10 @@ fn objects() -> Vec<Value> {
         json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "m" }),
         json!({ "shape": pipe, "material": "m" }),
         json!({ "shape": pipe, "material": "m", "transform": turned }),
+        moving(ball(turned.clone()), moved.clone()),
+        moving(json!({ "shape": pipe, "material": "m" }), turned.clone()),
+        moving(leaf("travelling", turned.clone()), moved.clone()),
+        moving(leaf("nowhere", json!([])), moved.clone()),
         leaf("once", squeezed.clone()),
         leaf("empty", moved.clone()),
         leaf("twice", turned),
@@ -43,14 +53,16 @@ fn scene(objects: &[Value]) -> Scene {
         json!([[0, 0, 0], [1.1, 0.3, 0], [0, 1.7, 0.9], [0.1, 0.1, 0.1], [0.2, 0.2, 0.2], [0.3, 0.3, 0.3], [99, 99, 99]]);
     let arrays = json!({ "positions": positions, "indices": [[0, 1, 2], [3, 4, 5]] });
     let mesh = |name: &str, arrays: &Value| json!({ "name": name, "source": { "inline": arrays } });
-    let scattered = json!({ "kind": { "scatter": { "count": 9, "min": [-3, 0, 0], "max": [0, 4, 0.5], "seed": 7 } },
-        "object": ball(json!([{ "scale": [1, 2, 1] }])) });
+    let kind = json!({ "scatter": { "count": 9, "min": [-3, 0, 0], "max": [0, 4, 0.5], "seed": 7 } });
+    let scattered = json!({ "kind": kind, "object": ball(json!([{ "scale": [1, 2, 1] }])) });
+    let swarm = json!({ "kind": kind, "object": moving(ball(json!([])), json!([{ "translate": [0.3, 0.1, 7] }])) });
     let scene = json!({
         "format": 1,
         "materials": [{ "name": "m", "model": { "classic": {} } }],
-        "meshes": [mesh("once", &arrays), mesh("twice", &arrays), mesh("empty", &json!({})), mesh("nothing", &json!({}))],
+        "meshes": [mesh("once", &arrays), mesh("twice", &arrays), mesh("empty", &json!({})), mesh("nothing", &json!({})),
+            mesh("travelling", &arrays), mesh("nowhere", &json!({}))],
         "objects": objects,
-        "generators": if objects.len() > 1 { json!([scattered]) } else { json!([]) },
+        "generators": if objects.len() > 1 { json!([scattered, swarm]) } else { json!([]) },
     });
     serde_json::from_value(scene).unwrap_or_else(|e| panic!("{e}"))
 }
@@ -63,7 +75,7 @@ fn agrees<P: Precision>(scene: &Scene) {
 }
 
 /// Protects: a camera is framed by where things really lie, each as its precision stores it: shapes moved, turned and flattened,
-/// without end, generated; meshes shown once and more often, empty, with vertices that nothing shows.
+/// without end, generated, on their way; meshes shown once and more often, empty, with vertices that nothing shows.
 #[test]
 fn the_extent_is_that_of_what_is_built() {
     let objects = objects();
@@ -75,5 +87,5 @@ fn the_extent_is_that_of_what_is_built() {
     }
     let whole = scene(&objects);
     let found = extent::<Robust>(&whole, &Lookup::new(&whole));
-    assert!(found.unbounded == 3 && found.bounds.max.x > 1000.0 && found.bounds.max.y < 99.0, "{found:?}");
+    assert!(found.unbounded == 4 && found.bounds.max.x > 1000.0 && found.bounds.max.y < 99.0, "{found:?}");
 }

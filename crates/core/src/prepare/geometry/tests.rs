@@ -15,6 +15,7 @@ pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -
         face_viewer: true,
         casts_shadow: true,
         transform,
+        transform_end: None,
     };
     (material, object)
 }

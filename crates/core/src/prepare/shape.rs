@@ -1,0 +1,42 @@
+//! The one place where a shape of the scene becomes one that geometry stores, for all that ask what it will be.
+
+use glam::DVec3;
+use raywright_bvh::shapes::{
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
+};
+use raywright_bvh::{Real, Vector};
+
+use crate::scene::{Shape, Triple};
+
+/// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is many.
+pub(super) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
+    let at = |p: Triple| DVec3::from(p) + offset;
+    let v = |p: Triple| DVec3::from(p);
+    Some(match *shape {
+        Shape::Sphere { centre, radius } => {
+            AnyShape::Sphere(Sphere { centre: Vector::from_f64(at(centre)), radius: R::from_f64(radius) })
+        }
+        Shape::Plane { point, normal } => {
+            AnyShape::Plane(Plane::new(Vector::from_f64(at(point)), Vector::from_f64(v(normal).normalize())))
+        }
+        Shape::Disk { centre, normal, radius } => AnyShape::Disk(Disk::new(at(centre), v(normal), radius)),
+        Shape::Quad { corner, edge_u, edge_v } => AnyShape::Quad(Quad::new(at(corner), v(edge_u), v(edge_v))),
+        Shape::Box { min, max } => AnyShape::Cuboid(Cuboid::new(at(min), at(max))),
+        Shape::Cylinder { base, axis, radius, height, caps } => {
+            AnyShape::Cylinder(Cylinder::new(at(base), v(axis), radius, height, caps))
+        }
+        Shape::Cone { base, axis, radius, top_radius, height } => {
+            AnyShape::Cone(Cone::new(at(base), v(axis), radius, top_radius, height))
+        }
+        Shape::Ellipsoid { centre, semi_axes } => AnyShape::Ellipsoid(Ellipsoid::new(at(centre), v(semi_axes))),
+        Shape::Hyperboloid { centre, waist_radius, c, half_height } => {
+            AnyShape::Hyperboloid(Hyperboloid::new(at(centre), waist_radius, c, half_height))
+        }
+        Shape::Paraboloid { apex, radius, height } => AnyShape::Paraboloid(Paraboloid::new(at(apex), radius, height)),
+        Shape::Torus { centre, axis, major_radius, minor_radius } => {
+            AnyShape::Torus(Torus::new(at(centre), v(axis), major_radius, minor_radius))
+        }
+        Shape::Triangle { vertices } => AnyShape::Triangle(Triangle::new(vertices.map(|p| Vector::from_f64(at(p))))),
+        Shape::Mesh(_) => return None,
+    })
+}
