@@ -179,6 +179,12 @@ impl Ready {
         each!(&self.inner, p => p.tables())
     }
 
+    /// Objects that nothing can be seen of, ascending: so far from the origin that all triangles of their mesh collapse where
+    /// coordinates are stored. By index of the scene's objects, generated ones last.
+    pub fn lost(&self) -> &[u32] {
+        each!(&self.inner, p => &p.lost)
+    }
+
     /// What is simulated, absent and left out.
     pub fn effects(&self) -> &EffectReport {
         &self.effects

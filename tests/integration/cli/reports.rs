@@ -80,6 +80,41 @@ material = "matte"
     assert_eq!(left_out.len(), 1);
 }
 
+/// Protects: meshes that vanish where coordinates are stored are named, and how to see them; in f64 there is nothing to say.
+#[test]
+fn what_vanishes_is_a_warning() {
+    let desk = Desk::new();
+    let object = |name: &str, x: &str| {
+        format!(
+            "[[objects]]\nname = \"{name}\"\nshape.mesh = \"{name}\"\nmaterial = \"matte\"\ntransform = [{{ translate = [{x}, 0, 0] }}]\n"
+        )
+    };
+    let mesh = |name: &str| {
+        let inline = "{ positions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], indices = [[0, 1, 2]] }";
+        format!("[[meshes]]\nname = \"{name}\"\nsource.inline = {inline}\n")
+    };
+    let scene = |objects: &[(&str, &str)]| {
+        let parts: Vec<String> = objects.iter().map(|(name, x)| mesh(name) + &object(name, x)).collect();
+        let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[[materials]]\nname = \"matte\"\nmodel.physical = {}\n";
+        head.to_owned() + &parts.concat()
+    };
+    desk.write("one.scene.toml", &scene(&[("near", "0"), ("far", "1e9")]));
+    desk.write("three.scene.toml", &scene(&[("far", "1e9"), ("farther", "1e10"), ("near", "0"), ("beyond", "-1e9")]));
+    let warning = |arguments: &[&str]| {
+        let run = desk.run(arguments);
+        run.exits_with(0);
+        run.stderr.lines().filter(|line| line.contains("nothing is seen")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let advice = "so far from the origin, single precision takes the corners of such small triangles for one; move the mesh nearer, or \
+                  add --precision reference";
+    assert_eq!(warning(&["render", "one.scene.toml"]), [format!("warning: nothing is seen of object `far`: {advice}")]);
+    assert_eq!(
+        warning(&["render", "three.scene.toml"]),
+        [format!("warning: nothing is seen of object `far` and 2 more: {advice}")]
+    );
+    assert_eq!(warning(&["render", "one.scene.toml", "--precision", "reference"]), [String::new(); 0]);
+}
+
 /// `--stats` has the fields that scripts rely on, and its figures are those of the render.
 #[test]
 fn stats_have_their_fields() {

@@ -49,6 +49,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let ready = threads.run(|| prepared(&loaded, &plan.settings, &Watch { progress: None, stop }))?;
     let prepare = clock.lap();
     tell_effects(&loaded, ready.effects(), verbosity);
+    tell_lost(&loaded, &ready, verbosity);
 
     let progress = Progress::start(args.report.progress, verbosity);
     let rendered = threads.run(|| ready.render(&Watch { progress: Some(&progress), stop }));
@@ -111,6 +112,20 @@ fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
         let name = &loaded.source.name;
         verbosity.warn(format_args!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));
     }
+}
+
+/// Objects that vanish without being left out.
+fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
+    let [first, others @ ..] = ready.lost() else { return };
+    let object = match loaded.scene.objects.get(*first as usize) {
+        Some(object) if !object.name.is_empty() => format!("object `{}`", object.name),
+        _ => format!("object {first}"),
+    };
+    let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+    verbosity.warn(format_args!(
+        "nothing is seen of {object}{more}: so far from the origin, single precision takes the corners of such small triangles for \
+         one; move the mesh nearer, or add --precision reference"
+    ));
 }
 
 fn limits(args: &RenderArgs) -> Limits {

@@ -49,6 +49,8 @@ pub(crate) struct Built<P: Precision> {
     pub meshes: Vec<Arc<MeshData>>,
     /// By the geometry's objects, which are the scene's.
     pub objects: Vec<ObjectRecord<P::Real>>,
+    /// Objects of whose mesh storing leaves nothing, ascending.
+    pub lost: Vec<u32>,
 }
 
 /// What geometry asks of a material.
@@ -118,7 +120,7 @@ pub(super) fn build_with<P: Precision>(
         builder.add(index, &shown, material, &facets[material as usize])?;
     }
     let geometry = Geometry::unless(builder.group, kind, &|| observer.cancelled()).ok_or(PrepareError::Cancelled)?;
-    Ok(Built { geometry, meshes: builder.meshes, objects: builder.records })
+    Ok(Built { geometry, meshes: builder.meshes, objects: builder.records, lost: builder.lost })
 }
 
 struct Builder<'a, P: Precision> {
@@ -132,6 +134,7 @@ struct Builder<'a, P: Precision> {
     /// Where each mesh is in the table of meshes.
     places: HashMap<&'a str, u32>,
     records: Vec<ObjectRecord<P::Real>>,
+    lost: Vec<u32>,
     /// The shape that moves which came last, and the part that shows it.
     moving: Option<(&'a Object, u32)>,
     observer: &'a dyn Observer,
@@ -148,6 +151,7 @@ impl<'a, P: Precision> Builder<'a, P> {
             meshes: Vec::new(),
             places: HashMap::new(),
             records: Vec::new(),
+            lost: Vec::new(),
             moving: None,
             observer,
         }
@@ -207,12 +211,26 @@ impl<'a, P: Precision> Builder<'a, P> {
         } else {
             flipped = map.matrix3.determinant() < 0.0;
             triangles(&mut self.group, index, data, Some((map, flipped)), visibility, self.observer)?;
+            if vanishes::<P::Real>(data, &map) {
+                self.lost.push(index as u32);
+            }
         }
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
         let turns = ends.is_some_and(|[start, end]| start.matrix3 != end.matrix3);
         Ok(MeshUse { mesh, normals: columns.map(Vector::from_f64), turns, flipped, sets: facet.sets })
     }
+}
+
+/// Whether storing leaves nothing of a mesh in its place that is something before. One triangle that stays is enough of an
+/// answer, so few are looked at.
+fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
+    let corner = |i: u32| map.transform_point3(DVec3::from(data.positions[i as usize].map(f64::from))).to_array();
+    let nothing = |round: fn(f64) -> f64| {
+        let mut triangles = data.indices.iter().map(|corners| Shape::Triangle { vertices: corners.map(corner) });
+        triangles.all(|triangle| collapses(&triangle, DVec3::ZERO, round))
+    };
+    nothing(|x| R::from_f64(x).to_f64()) && !nothing(|x| x)
 }
 
 /// Adds the triangles of an object's mesh as one object, mapped where a map is given; a mirroring map turns them over so that

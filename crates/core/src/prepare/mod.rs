@@ -142,6 +142,8 @@ pub struct Prepared<P: Precision> {
     pub(crate) camera: Camera<P::Real>,
     pub(crate) rules: Rules<P::Real>,
     pub(crate) veil: <P::Real as Real>::Vec3,
+    /// Objects of whose mesh storing leaves nothing, ascending.
+    pub(crate) lost: Vec<u32>,
     /// Bytes of geometry and accelerators, shared geometry counted once.
     geometry_bytes: usize,
 }
@@ -219,6 +221,7 @@ impl<P: Precision> Prepared<P> {
             geometry: built.geometry,
             meshes: built.meshes,
             objects: built.objects,
+            lost: built.lost,
             materials,
             sources: inputs.sources,
             lights,

@@ -1,7 +1,7 @@
 //! Shapes as preparation makes them.
 
 use super::*;
-use crate::scene::{Colour, Generator, GeneratorKind, Material, Model, Physical, TransformStep};
+use crate::scene::{Colour, Generator, GeneratorKind, Material, Mesh, MeshSource, Model, Physical, TransformStep};
 use raywright_bvh::Robust;
 
 pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -> (Material, Object) {
@@ -40,4 +40,36 @@ fn collapsed_shapes_are_refused() {
     let wide =
         build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("f64 tells its faces apart");
     assert_eq!(wide.objects.len(), 2);
+}
+
+/// Protects: a mesh of which storing leaves nothing is told by its object, and only such a one: not near the origin, not where one
+/// triangle is left, not where it had no area before, not where instances keep its coordinates small, not where doubles are stored.
+#[test]
+fn vanished_meshes_are_told() {
+    let triangle = |size: f32| vec![[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0]];
+    let mesh = |name: &str, positions: Vec<[f32; 3]>| {
+        let indices = (0..positions.len() as u32).step_by(3).map(|i| [i, i + 1, i + 2]).collect();
+        let data = MeshData { positions, indices, ..MeshData::default() };
+        Mesh { name: name.to_owned(), source: MeshSource::Inline(Arc::new(data)) }
+    };
+    let small_and_large = [triangle(1.0), triangle(1e4)].concat();
+    let meshes = vec![
+        mesh("small", triangle(1.0)),
+        mesh("small too", triangle(2.0)),
+        mesh("near", triangle(1.0)),
+        mesh("large", small_and_large),
+        mesh("flat", vec![[0.0; 3]; 3]),
+        mesh("twice", triangle(1.0)),
+    ];
+    let (material, _) = glowing(Shape::Mesh(String::new()), Vec::new());
+    let object = |name: &str, x: f64| glowing(Shape::Mesh(name.to_owned()), vec![TransformStep::Translate([x, 0.0, 0.0])]).1;
+    let placed =
+        [("near", 1e3), ("small", 1e9), ("large", 1e9), ("twice", 1e9), ("flat", 1e9), ("twice", 2e9), ("small too", -1e9)];
+    let objects = placed.into_iter().map(|(name, x)| object(name, x)).collect();
+    let scene = Scene { materials: vec![material], meshes, objects, ..Scene::default() };
+    let lookup = Lookup::new(&scene);
+    let narrow = build::<Robust>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
+    assert_eq!(narrow.lost, [1, 6]);
+    let wide = build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
+    assert_eq!(wide.lost, [0; 0]);
 }
