@@ -6,9 +6,18 @@ use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
 use super::{Kernel, Leaving, MAX_CUTOUTS, Next, Path, Step, Tracer};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
-use crate::material::MetallicRoughness;
-use crate::prepare::{Alpha, Here, Physical};
+use crate::material::{Glass, MetallicRoughness};
+use crate::prepare::{Alpha, Boundary, Here, Index, Passage, Physical};
 use crate::sampler::{Address, Branch};
+use crate::scene::Physical as PhysicalData;
+
+impl<R: Real> Passage<R> {
+    /// Share of the surface that lets light through at a point.
+    #[inline(always)]
+    fn share_at(&self, here: &Here<'_, R>) -> R {
+        Real::clamp(self.share.number(here), R::ZERO, R::ONE)
+    }
+}
 
 impl<R: Real> Physical<R> {
     /// Base colour at a point.
@@ -22,13 +31,31 @@ impl<R: Real> Physical<R> {
     /// What the model's inputs are at a point.
     #[inline(always)]
     fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
+        let boundary = match &self.index {
+            Index::Even(boundary) => *boundary,
+            Index::Varying(index) => {
+                let [least, most] = PhysicalData::IOR;
+                Boundary::new(Real::clamp(index.number(here).to_f64(), least, most))
+            }
+        };
+        let glass = |passage: &Passage<R>| {
+            let share = passage.share_at(here);
+            let glass = || Glass { ior: boundary.ior, reflected: Vector::ONE, transmitted: passage.tint * share };
+            (share > R::ZERO).then(glass)
+        };
         MetallicRoughness {
             base: self.base_at(here),
             metallic: self.metallic.number(here),
             roughness: self.roughness.number(here),
-            dielectric: self.f0,
-            glass: self.glass,
+            dielectric: boundary.f0,
+            glass: self.passage.as_ref().and_then(glass),
         }
+    }
+
+    /// Share of light that passes where a point of it is the occluder.
+    pub fn passes_at(&self, here: &Here<'_, R>) -> R {
+        let through = self.passage.as_ref().map_or(R::ZERO, |passage| passage.of_light(passage.share_at(here)));
+        R::ONE - self.alpha_at(here) * (R::ONE - through)
     }
 
     /// Coverage at a point: 0 or 1 for a mask.
