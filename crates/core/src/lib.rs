@@ -80,6 +80,7 @@ pub mod material;
 pub mod memory;
 pub mod metrics;
 pub mod noise;
+pub mod number;
 mod observer;
 pub mod picture;
 pub mod prepare;
