@@ -81,6 +81,7 @@ pub mod memory;
 pub mod metrics;
 mod motion;
 pub mod noise;
+pub mod number;
 mod observer;
 pub mod picture;
 pub mod prepare;

@@ -190,7 +190,9 @@ impl Facts {
         let varies = textured || m.roughness.constant().is_none();
         let smooth = m.roughness.constant().is_some_and(|roughness| roughness <= MIRROR_ROUGHNESS);
         let plain = textured || m.metallic.constant().is_none_or(|metallic| metallic < 1.0);
-        let clear = m.transmission > 0.0 && plain;
+        let clear = m.may_transmit() && plain;
+        // All of the light passes everywhere, so none is diffused.
+        let all_passes = m.transmission == 1.0.into() && m.transmission_texture.is_none();
         note(&mut self.lit, true, || path.to_owned());
         note(&mut self.lit_physical, true, || path.to_owned());
         note(&mut self.highlight, true, || at("roughness"));
@@ -198,6 +200,6 @@ impl Facts {
         note(&mut self.rough_reflection, !smooth, || at("roughness"));
         note(&mut self.refraction, clear, || at("transmission"));
         note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
-        note(&mut self.diffuse_physical, plain && m.transmission < 1.0, || at("base_colour"));
+        note(&mut self.diffuse_physical, plain && !all_passes, || at("base_colour"));
     }
 }

@@ -91,7 +91,8 @@ fn physical(m: &mut Physical, off: EffectSet) {
         m.emission = Colour::BLACK.into();
     }
     if off.has(Effect::Refraction) {
-        m.transmission = 0.0;
+        m.transmission = 0.0.into();
+        m.transmission_texture = None;
     }
     if off.has(Effect::Transparency) {
         m.alpha = AlphaMode::Opaque;

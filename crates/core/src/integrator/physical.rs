@@ -6,9 +6,18 @@ use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
 use super::{Kernel, Leaving, MAX_CUTOUTS, Next, Path, Step, Tracer};
 use crate::effects::MIRROR_ROUGHNESS;
 use crate::interaction::Interaction;
-use crate::material::MetallicRoughness;
-use crate::prepare::{Alpha, Here, Physical};
+use crate::material::{Glass, MetallicRoughness, environment_reflectance};
+use crate::prepare::{Alpha, Boundary, Here, Index, Passage, Physical};
 use crate::sampler::{Address, Branch};
+use crate::scene::Physical as PhysicalData;
+
+impl<R: Real> Passage<R> {
+    /// Share of the surface that lets light through at a point.
+    #[inline(always)]
+    fn share_at(&self, here: &Here<'_, R>) -> R {
+        Real::clamp(self.share.number(here), R::ZERO, R::ONE)
+    }
+}
 
 impl<R: Real> Physical<R> {
     /// Base colour at a point.
@@ -22,13 +31,31 @@ impl<R: Real> Physical<R> {
     /// What the model's inputs are at a point.
     #[inline(always)]
     fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
+        let boundary = match &self.index {
+            Index::Even(boundary) => *boundary,
+            Index::Varying(index) => {
+                let [least, most] = PhysicalData::IOR;
+                Boundary::new(Real::clamp(index.number(here).to_f64(), least, most))
+            }
+        };
+        let glass = |passage: &Passage<R>| {
+            let share = passage.share_at(here);
+            let glass = || Glass { ior: boundary.ior, reflected: Vector::ONE, transmitted: passage.tint * share };
+            (share > R::ZERO).then(glass)
+        };
         MetallicRoughness {
             base: self.base_at(here),
             metallic: self.metallic.number(here),
             roughness: self.roughness.number(here),
-            dielectric: self.f0,
-            glass: self.glass,
+            dielectric: boundary.f0,
+            glass: self.passage.as_ref().and_then(glass),
         }
+    }
+
+    /// Share of light that passes where a point of it is the occluder.
+    pub fn passes_at(&self, here: &Here<'_, R>) -> R {
+        let through = self.passage.as_ref().map_or(R::ZERO, |passage| passage.of_light(passage.share_at(here)));
+        R::ONE - self.alpha_at(here) * (R::ONE - through)
     }
 
     /// Coverage at a point: 0 or 1 for a mask.
@@ -145,7 +172,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         if let Some(irradiance) = &scene.irradiance {
             let facing = normal.dot(view).max(zero);
-            let reflected = environment_reflectance::<P::Real>(model.f0(), model.roughness, facing);
+            let reflected = environment_reflectance(model.f0(), model.roughness, facing);
             sum += model.albedo() * (Vec3Of::<P>::ONE - reflected) * irradiance.at(normal);
             if !mirror {
                 sum += reflected * irradiance.at(at.mirrored());
@@ -153,19 +180,4 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         sum
     }
-}
-
-/// Reflectance of a rough surface under uniform light: the analytic fit of "Physically Based Shading on Mobile" (Karis 2014),
-/// which lies within 0.02 of the integral.
-fn environment_reflectance<R: Real>(f0: R::Vec3, roughness: R, facing: R) -> R::Vec3 {
-    let c = R::from_f64;
-    let rx = roughness * c(-1.0) + c(1.0);
-    let ry = roughness * c(-0.0275) + c(0.0425);
-    let rz = roughness * c(-0.572) + c(1.04);
-    let rw = roughness * c(0.022) + c(-0.04);
-    // 2^(−9.28·cosine)
-    let decay = (facing * c(-9.28 * core::f64::consts::LN_2)).exp();
-    let a = (rx * rx).min(decay) * rx + ry;
-    let (scale, offset) = (a * c(-1.04) + rz, a * c(1.04) + rw);
-    (f0 * scale + R::Vec3::splat(offset)).max(R::Vec3::ZERO).min(R::Vec3::ONE)
 }

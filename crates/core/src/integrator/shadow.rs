@@ -155,15 +155,15 @@ impl Product {
 #[inline]
 fn passes<P: Precision, K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> P::Real {
     let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];
+    let even = material.shadow_transmittance();
     if K::PHYSICAL
         && let Material::Physical(m) = material
-        && m.alpha != Alpha::Opaque
+        && (m.alpha != Alpha::Opaque || even.is_none())
     {
         let at = Interaction::of::<P, K>(scene, &Leg::of(*ray), hit);
-        let alpha = m.alpha_at(&scene.sources.at(&at));
-        return P::Real::ONE - alpha * (P::Real::ONE - material.shadow_transmittance());
+        return m.passes_at(&scene.sources.at(&at));
     }
-    material.shadow_transmittance()
+    even.unwrap_or(P::Real::ZERO)
 }
 
 #[cfg(test)]

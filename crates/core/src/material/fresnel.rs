@@ -1,18 +1,34 @@
 //! How much of the light that meets a surface is reflected: Fresnel's equations, and what is taken for them.
 
-use raywright_bvh::{Real, Vector};
+use crate::number::{Number, Vector3};
 
 /// Schlick's share of the way from the reflectance at normal incidence to that at grazing incidence, by the cosine of the angle
 /// of incidence ("An Inexpensive BRDF Model for Physically-based Rendering", 1994).
 #[inline(always)]
-pub fn towards_grazing<R: Real>(cosine: R) -> R {
-    Real::powi(R::ONE - cosine.min(R::ONE), 5)
+pub fn towards_grazing<N: Number>(cosine: N) -> N {
+    (N::ONE - cosine.min(N::ONE)).powi(5)
 }
 
 /// Schlick's reflectance of a surface that reflects `f0` at normal incidence and all at grazing incidence.
 #[inline(always)]
-pub fn schlick<R: Real>(f0: R::Vec3, cosine: R) -> R::Vec3 {
-    f0 + (R::Vec3::ONE - f0) * towards_grazing(cosine)
+pub fn schlick<N: Number>(f0: N::Vec3, cosine: N) -> N::Vec3 {
+    f0 + (N::Vec3::ONE - f0) * towards_grazing(cosine)
+}
+
+/// Reflectance of a rough surface under uniform light: the analytic fit of "Physically Based Shading on Mobile" (Karis 2014),
+/// which lies within 0.02 of the integral.
+#[inline(always)]
+pub fn environment_reflectance<N: Number>(f0: N::Vec3, roughness: N, facing: N) -> N::Vec3 {
+    let c = N::from_f64;
+    let rx = roughness * c(-1.0) + c(1.0);
+    let ry = roughness * c(-0.0275) + c(0.0425);
+    let rz = roughness * c(-0.572) + c(1.04);
+    let rw = roughness * c(0.022) + c(-0.04);
+    // 2^(−9.28·cosine)
+    let decay = (facing * c(-9.28 * core::f64::consts::LN_2)).exp();
+    let a = (rx * rx).min(decay) * rx + ry;
+    let (scale, offset) = (a * c(-1.04) + rz, a * c(1.04) + rw);
+    (f0 * scale + N::Vec3::splat(offset)).max(N::Vec3::ZERO).min(N::Vec3::ONE)
 }
 
 /// Exact unpolarised reflectance of a dielectric (Fresnel's equations) from the cosines of the incident and the transmitted

@@ -1,5 +1,7 @@
 //! Sampling against the density that it claims, densities against one, values against reciprocity and the energy that came in.
 
+mod lanes;
+
 use super::*;
 use glam::DVec3;
 
@@ -15,9 +17,8 @@ fn numbers(index: u64) -> [f64; 3] {
 
 /// A direction by its height over the plane across `n` and its turn.
 fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
-    let [x, y] = tangents::<f64>(n);
     let across = (1.0 - height * height).sqrt();
-    x * (across * turn.cos()) + y * (across * turn.sin()) + n * height
+    Frame::<f64>::about(n).to_world(DVec3::new(across * turn.cos(), across * turn.sin(), height))
 }
 
 const NORMAL: DVec3 = DVec3::new(0.48, -0.64, 0.6);
@@ -73,11 +74,12 @@ fn samples_follow_their_density() {
             let total: f64 = expected.iter().sum();
             assert!(total <= 1.0 + 2e-3, "{name} at {height}: the density sums to {total}");
             let mut found = vec![0.0; expected.len()];
-            let [x, y] = tangents::<f64>(NORMAL);
-            for sampled in (0..COUNT).filter_map(|i| bsdf.sample(wo, numbers(i))).filter(|sampled| !sampled.delta) {
+            let frame = Frame::<f64>::about(NORMAL);
+            let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
+            for sampled in drawn.filter(|sampled| sampled.some && !sampled.delta) {
                 let d = sampled.direction;
                 assert!((d.length() - 1.0).abs() < 1e-12 && (sampled.density / bsdf.pdf(wo, d) - 1.0).abs() < 1e-12);
-                let turn = (libm::atan2(d.dot(y), d.dot(x)) / core::f64::consts::TAU).rem_euclid(1.0);
+                let turn = (libm::atan2(d.dot(frame.bitangent), d.dot(frame.tangent)) / core::f64::consts::TAU).rem_euclid(1.0);
                 let place = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
                 found[place(d.dot(NORMAL), CELLS[0]) * CELLS[1] + place(turn, CELLS[1])] += 1.0;
             }
@@ -135,7 +137,7 @@ fn no_lobe_makes_light() {
         for height in HEIGHTS {
             let wo = towards(NORMAL, height, 0.4);
             let (mut sum, mut squares) = (0.0, 0.0);
-            for weight in (0..COUNT).filter_map(|i| bsdf.sample(wo, numbers(i))).map(|sampled| sampled.weight.x) {
+            for weight in (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight.x) {
                 (sum, squares) = (sum + weight, squares + weight * weight);
             }
             let mean = sum / COUNT as f64;
@@ -185,14 +187,14 @@ fn delta_lobes_are_kept_apart() {
     for bsdf in [&mirror, &glass] {
         assert_eq!((bsdf.eval(wo, mirrored), bsdf.pdf(wo, mirrored)), (DVec3::ZERO, 0.0));
     }
-    let sampled = mirror.sample(wo, [0.3; 3]).expect("it reflects");
-    assert!(sampled.delta && sampled.density == 0.0 && (sampled.direction - mirrored).length() < 1e-12);
+    let sampled = mirror.sample(&Frame::about(NORMAL), wo, [0.3; 3]);
+    assert!(sampled.some && sampled.delta && sampled.density == 0.0 && (sampled.direction - mirrored).length() < 1e-12);
     let schlick = 0.25 + 0.75 * 0.4_f64.powi(5);
     assert!((sampled.weight.x - schlick).abs() < 1e-12);
     let share = dielectric(0.6, Some((1.0 - 0.64 / 2.25_f64).sqrt()), 1.0 / 1.5);
     for (u, factor, upwards) in [(share - 1e-9, 1.0, true), (share + 1e-9, 0.5, false)] {
-        let sampled = glass.sample(wo, [0.0, u, 0.0]).expect("it sends all on");
-        assert!(sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12, "{sampled:?}");
+        let sampled = glass.sample(&Frame::about(NORMAL), wo, [0.0, u, 0.0]);
+        assert!(sampled.some && sampled.delta && (sampled.weight.x - 0.5 * factor).abs() < 1e-12, "{sampled:?}");
         assert_eq!(sampled.direction.dot(NORMAL) > 0.0, upwards);
         let sine = sampled.direction.cross(NORMAL).length();
         assert!((sine - if upwards { 0.8 } else { 0.8 / 1.5 }).abs() < 1e-9, "{sine}");

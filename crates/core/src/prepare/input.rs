@@ -178,12 +178,17 @@ impl<R: Real> Product<R> {
         if let Some(image) = &self.image { own * image.colour(here) } else { own }
     }
 
-    /// The value where no image and no hit changes it.
+    /// The value of the input itself where no hit changes it.
     pub fn constant(&self) -> Option<R::Vec3> {
         match self.own {
             Input::Constant(c) => Some(c),
             _ => None,
         }
+    }
+
+    /// The value where it is the same everywhere.
+    pub fn even(&self) -> Option<R::Vec3> {
+        self.constant().filter(|_| self.image.is_none())
     }
 
     /// Both factors.

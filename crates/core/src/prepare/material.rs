@@ -76,10 +76,9 @@ pub(crate) struct Physical<R: Real> {
     pub vertex_colours: bool,
     pub metallic: Product<R>,
     pub roughness: Product<R>,
-    /// Reflectance of the dielectric at normal incidence.
-    pub f0: R,
-    /// Where light passes through.
-    pub glass: Option<Glass<R>>,
+    pub index: Index<R>,
+    /// What lets light through; none: nothing.
+    pub passage: Option<Passage<R>>,
     /// Radiance given off; none: nothing.
     pub emission: Option<Product<R>>,
     pub alpha: Alpha<R>,
@@ -87,6 +86,46 @@ pub(crate) struct Physical<R: Real> {
     pub unlit: bool,
     /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
     pub mirrors: bool,
+}
+
+/// Index of refraction of a physical material, at least 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Index<R: Real> {
+    /// The same everywhere.
+    Even(Boundary<R>),
+    Varying(Product<R>),
+}
+
+/// An index of refraction and what follows from it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Boundary<R> {
+    /// In f64, in which refraction is computed.
+    pub ior: f64,
+    /// Reflectance at normal incidence, which f32 would lose digits of near index 1.
+    pub f0: R,
+}
+
+impl<R: Real> Boundary<R> {
+    pub fn new(ior: f64) -> Self {
+        Self { ior, f0: R::from_f64(((ior - 1.0) / (ior + 1.0)) * ((ior - 1.0) / (ior + 1.0))) }
+    }
+}
+
+/// How a physical material lets light through.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passage<R: Real> {
+    pub share: Product<R>,
+    /// A thin tint stands for what the base colour takes away on the way through.
+    pub tint: R::Vec3,
+    /// Share of a light that passes where this is the occluder; none where it varies.
+    pub even: Option<R>,
+}
+
+impl<R: Real> Passage<R> {
+    /// Share of a light that passes where this is the share of the surface that lets light through.
+    pub fn of_light(&self, share: R) -> R {
+        (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
+    }
 }
 
 /// What alpha means.
@@ -110,7 +149,9 @@ impl<R: Real> Material<R> {
             }
             Self::Physical(m) => {
                 let products = [&m.base, &m.metallic, &m.roughness, &m.opacity];
-                products.into_iter().chain(&m.emission).flat_map(Product::factors).any(reads)
+                let index = if let Index::Varying(index) = &m.index { Some(index) } else { None };
+                let further = [m.emission.as_ref(), index, m.passage.as_ref().map(|passage| &passage.share)];
+                products.into_iter().chain(further.into_iter().flatten()).flat_map(Product::factors).any(reads)
             }
             Self::Unused => false,
         }
@@ -122,7 +163,7 @@ impl<R: Real> Material<R> {
             Self::Classic(_) | Self::Unused => true,
             Self::Physical(m) => m.alpha == Alpha::Opaque,
         };
-        solid && self.shadow_transmittance() == R::ZERO
+        solid && self.shadow_transmittance() == Some(R::ZERO)
     }
 
     /// Whether it weighs light by how far away the nearest occluder is.
@@ -130,12 +171,12 @@ impl<R: Real> Material<R> {
         matches!(self, Self::Classic(m) if m.asks_how_far)
     }
 
-    /// Share of light that passes when this is the occluder, where it is the same everywhere.
-    pub fn shadow_transmittance(&self) -> R {
+    /// Share of light that passes when this is the occluder and covers all of what is behind it; none where it varies.
+    pub fn shadow_transmittance(&self) -> Option<R> {
         match self {
-            Self::Classic(m) => m.shadow_transmittance,
-            Self::Physical(m) => m.glass.map_or(R::ZERO, |glass| glass.transmitted.dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))),
-            Self::Unused => R::ONE,
+            Self::Classic(m) => Some(m.shadow_transmittance),
+            Self::Physical(m) => m.passage.as_ref().map_or(Some(R::ZERO), |passage| passage.even),
+            Self::Unused => Some(R::ONE),
         }
     }
 }
@@ -225,16 +266,25 @@ fn physical<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>, without: Ef
         let image = inputs.image(&m.emission_texture, "emission_texture")?;
         Some(inputs.product(&m.emission, image, "emission")?)
     };
-    let f0 = ((m.ior - 1.0) / (m.ior + 1.0)) * ((m.ior - 1.0) / (m.ior + 1.0));
-    // A thin tint stands for what the base colour takes away on the way through.
-    let tint = base.constant().unwrap_or(R::Vec3::ONE) * R::from_f64(m.transmission);
+    let index = match m.ior.constant() {
+        Some(ior) => Index::Even(Boundary::new(ior)),
+        None => Index::Varying(inputs.product(&m.ior, None, "ior")?),
+    };
+    let passage = if m.may_transmit() {
+        let image = inputs.image(&m.transmission_texture, "transmission_texture")?;
+        let share = inputs.product(&m.transmission, image, "transmission")?;
+        let passage = Passage { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
+        Some(Passage { even: share.even().map(|share| passage.of_light(share.x())), ..passage })
+    } else {
+        None
+    };
     Ok(Physical {
         base,
         vertex_colours: m.vertex_colours,
         metallic,
         roughness,
-        f0: R::from_f64(f0),
-        glass: (m.transmission > 0.0).then_some(Glass { ior: m.ior, reflected: R::Vec3::ONE, transmitted: tint }),
+        index,
+        passage,
         emission,
         alpha: match m.alpha {
             AlphaMode::Opaque => Alpha::Opaque,

@@ -219,10 +219,14 @@ pub struct Physical {
     pub roughness: NumberInput,
     /// Image with roughness in green and metalness in blue.
     pub metallic_roughness_texture: Option<TextureRef>,
-    /// Index of refraction, at least 1.
-    pub ior: f64,
-    /// Share of light that passes through the surface instead of being diffused, 0 to 1.
-    pub transmission: f64,
+    /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read.
+    #[serde(deserialize_with = "early")]
+    pub ior: NumberInput,
+    /// Share of light that passes through the surface instead of being diffused, 0 to 1; what varies is clamped to that.
+    #[serde(deserialize_with = "early")]
+    pub transmission: NumberInput,
+    /// Image whose red channel, where it names no other, multiplies the transmission.
+    pub transmission_texture: Option<TextureRef>,
     /// Radiance given off.
     #[serde(deserialize_with = "early")]
     pub emission: ColourInput,
@@ -246,8 +250,9 @@ impl Default for Physical {
             metallic: 0.0.into(),
             roughness: 1.0.into(),
             metallic_roughness_texture: None,
-            ior: 1.5,
-            transmission: 0.0,
+            ior: 1.5.into(),
+            transmission: 0.0.into(),
+            transmission_texture: None,
             emission: Colour::BLACK.into(),
             emission_texture: None,
             alpha: AlphaMode::Opaque,
@@ -273,7 +278,29 @@ macro_rules! inputs {
         }
     };
 }
-inputs!(base_colour, base_colour_texture, metallic, roughness, metallic_roughness_texture, emission, emission_texture, opacity);
+inputs!(
+    base_colour,
+    base_colour_texture,
+    metallic,
+    roughness,
+    metallic_roughness_texture,
+    ior,
+    transmission,
+    transmission_texture,
+    emission,
+    emission_texture,
+    opacity
+);
+
+impl Physical {
+    /// Indices of refraction that it may have.
+    pub const IOR: [f64; 2] = [1.0, 1e3];
+
+    /// Whether light may pass through it somewhere.
+    pub fn may_transmit(&self) -> bool {
+        self.transmission != 0.0.into()
+    }
+}
 
 /// What the alpha channel of a base colour means.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

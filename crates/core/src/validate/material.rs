@@ -82,14 +82,19 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
     if let Some(colour) = material.emission.constant() {
         check.light("emission", colour);
     }
-    let shares = [("metallic", &material.metallic), ("roughness", &material.roughness), ("opacity", &material.opacity)];
-    for (key, share) in shares {
-        if let Some(share) = share.constant() {
-            check.within(key, share, 0.0, 1.0);
+    let share = [0.0, 1.0];
+    let numbers = [
+        ("metallic", &material.metallic, share),
+        ("roughness", &material.roughness, share),
+        ("opacity", &material.opacity, share),
+        ("ior", &material.ior, Physical::IOR),
+        ("transmission", &material.transmission, share),
+    ];
+    for (key, number, [least, most]) in numbers {
+        if let Some(number) = number.constant() {
+            check.within(key, number, least, most);
         }
     }
-    check.within("ior", material.ior, 1.0, 1e3);
-    check.within("transmission", material.transmission, 0.0, 1.0);
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
     }

@@ -122,6 +122,16 @@ fn physical_terms() {
             json!({ "roughness": 0, "transmission": 0.5 }),
             &[("refraction", Simulated), ("indirect light", LeftOut), ("caustics", LeftOut)],
         ),
+        // What varies may pass somewhere, and may be diffused somewhere.
+        (
+            json!({ "roughness": 0, "transmission": "p.x" }),
+            &[("refraction", Simulated), ("indirect light", LeftOut), ("procedural textures", Simulated)],
+        ),
+        (
+            json!({ "roughness": 0, "transmission": { "checker": { "even": 1, "odd": 1 } } }),
+            &[("refraction", Simulated), ("indirect light", LeftOut), ("checkerboard", Absent)],
+        ),
+        (json!({ "ior": { "checker": { "even": 1, "odd": 2 } } }), &[("refraction", Absent), ("checkerboard", Simulated)]),
         (json!({ "alpha": "blend" }), &[("transparency", Simulated)]),
         (json!({ "opacity": 0.5 }), &[("transparency", Absent)]),
         (json!({ "emission": 1 }), &[("emission", Simulated), ("soft shadows", Simulated)]),

@@ -13,6 +13,7 @@ mod emitters;
 mod expressions;
 mod films;
 mod generators;
+mod glass;
 mod highlights;
 mod interfaces;
 mod lights;

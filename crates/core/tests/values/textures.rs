@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use raywright_core::prepare;
-use raywright_core::scene::{Image, ImageData, Pixels, Scene};
+use raywright_core::scene::{Colour, Image, ImageData, Pixels, Scene, Sky};
 use serde_json::{Value, json};
 
-use crate::support::{View, classic, physical, scene, sees, settings, sun};
+use crate::support::{View, classic, near, physical, pixel, scene, sees, settings, sun};
 
 /// A mesh in the plane z = 0 with two sets of coordinates, of a material; `ramp` has its column in red and its row in green, in
 /// steps of a half and a quarter, and alpha 0.5 in its last row; `codes` is one texel of codes.
@@ -84,6 +84,37 @@ fn textures_of_physical_materials() {
     let f0 = 0.02 + 0.25;
     let expected = (0.25 * (1.0 - f0) + 4.0 * f0) / core::f64::consts::PI;
     sees(&leaf(physical(terms), true), AT, [expected; 3]);
+}
+
+/// Protects: the image of a transmission multiplies it by its red channel, or by the one that is named; without the image its factor
+/// alone counts.
+#[test]
+fn textures_of_transmission() {
+    let seen = |terms: Value, has_image: bool| {
+        let mut scene = leaf(physical(terms), true);
+        if !has_image {
+            scene.images[0].data = None;
+        }
+        scene.sky = Some(Sky::Constant(Colour::WHITE));
+        pixel(&scene, &settings(&scene, AT))
+    };
+    let even = |share: f64| seen(json!({ "transmission": share }), true);
+    let with = |more: Value, has_image| {
+        let mut texture = json!({ "name": "ramp", "uv": [0.3, 0.6] });
+        texture.as_object_mut().expect("a table").extend(more.as_object().expect("a table").clone());
+        seen(json!({ "transmission": 0.8, "transmission_texture": texture }), has_image)
+    };
+    for (found, expected) in [
+        (with(json!({}), true), even(0.8 * 0.5)),
+        (with(json!({ "uv": [0.3, 0.3], "channel": "green" }), true), even(0.8 * 0.25)),
+        (with(json!({ "factor": 0.5 }), true), even(0.8 * 0.25)),
+        (with(json!({ "uv": [0.1, 0.3] }), true), even(0.0)),
+        (with(json!({ "uv": [0.9, 0.3] }), true), even(1.0)),
+        (with(json!({}), false), even(0.8)),
+    ] {
+        near(found, expected, 1e-12, "an image of transmission");
+    }
+    assert!(even(0.4) != even(0.2) && even(0.2) != even(0.0), "what is compared above differs");
 }
 
 /// Protects: inputs that are read one after the other at a hit each have their own texel, of another image and of the same.

@@ -42,7 +42,7 @@ impl Import<'_> {
             name: self.names.materials.unique(source.name.as_deref().unwrap_or("default")),
             place: self.scene.materials.len(),
             // Rays must be able to leave what they entered.
-            two_sided: source.double_sided || model.transmission > 0.0,
+            two_sided: source.double_sided || model.may_transmit(),
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
         self.scene.materials.push(Material { name: used.name.clone(), model: Model::Physical(Box::new(model)) });
@@ -86,13 +86,11 @@ impl Import<'_> {
             }
         };
         if let Some(ior) = &extensions.ior {
-            out.ior = self.ior(ior.ior.0.into(), label);
+            out.ior = self.ior(ior.ior.0.into(), label).into();
         }
         if let Some(transmission) = &extensions.transmission {
-            out.transmission = self.unit(transmission.transmission_factor.0.into(), label, "transmissionFactor");
-            if transmission.transmission_texture.is_some() {
-                self.warnings.add(format!("{label}: transmissionTexture is ignored; the factor counts everywhere"));
-            }
+            out.transmission = self.unit(transmission.transmission_factor.0.into(), label, "transmissionFactor").into();
+            out.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
         }
         if let Some(glossy) = &extensions.pbr_specular_glossiness {
             self.warnings.add(format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"));

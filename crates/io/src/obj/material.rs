@@ -54,7 +54,7 @@ pub(super) fn convert(
     if let Some(value) = unknown("Pm").and_then(parsed) {
         out.metallic = unit(value).into();
     }
-    if out.transmission == 0.0 {
+    if !out.may_transmit() {
         let opacity = opacity(source, warnings);
         out.opacity = opacity.into();
         let own_alpha = match (&source.dissolve_texture, &source.diffuse_texture) {
@@ -86,17 +86,23 @@ fn surface(source: &tobj::Material) -> Physical {
     let clear = filter.is_some_and(|tint| !black(tint)) || source.dissolve.is_some_and(|d| d < 1.0);
     let of = |colour: [f64; 3]| Physical { base_colour: Colour(colour).into(), ..Physical::default() };
     match illum {
-        6 | 7 => {
-            Physical { transmission: 1.0, roughness: 0.0.into(), ior: index.unwrap_or(1.5), ..of(filter.unwrap_or([1.0; 3])) }
-        }
-        4 | 9 if clear => {
-            Physical { transmission: 1.0, roughness: 0.0.into(), ior: index.unwrap_or(1.5), ..of(filter.unwrap_or([1.0; 3])) }
-        }
+        6 | 7 => Physical {
+            transmission: 1.0.into(),
+            roughness: 0.0.into(),
+            ior: index.unwrap_or(1.5).into(),
+            ..of(filter.unwrap_or([1.0; 3]))
+        },
+        4 | 9 if clear => Physical {
+            transmission: 1.0.into(),
+            roughness: 0.0.into(),
+            ior: index.unwrap_or(1.5).into(),
+            ..of(filter.unwrap_or([1.0; 3]))
+        },
         3 if black(diffuse) => Physical { metallic: 1.0.into(), roughness: 0.0.into(), ..of(specular) },
         3 => Physical { metallic: 1.0.into(), roughness: rough.into(), ..of(diffuse) },
-        5 => Physical { roughness: 0.0.into(), ior: index.unwrap_or(1.5), ..of(diffuse) },
-        0 | 1 => Physical { ior: 1.0, ..of(diffuse) },
-        _ if black(specular) => Physical { ior: 1.0, ..of(diffuse) },
+        5 => Physical { roughness: 0.0.into(), ior: index.unwrap_or(1.5).into(), ..of(diffuse) },
+        0 | 1 => Physical { ior: 1.0.into(), ..of(diffuse) },
+        _ if black(specular) => Physical { ior: 1.0.into(), ..of(diffuse) },
         _ if black(diffuse) && source.diffuse_texture.is_none() => {
             Physical { metallic: 1.0.into(), roughness: rough.into(), ..of(specular) }
         }
@@ -166,10 +172,10 @@ mod tests {
     #[test]
     fn illumination_models_mean_what_the_table_says() {
         let glass = of("Kd 0 0 0\nTf 0.5 1 1\nNi 1.25\nd 0.1\nillum 7");
-        assert_eq!((glass.transmission, glass.ior, base(&glass)), (1.0, 1.25, [0.5, 1.0, 1.0]));
+        assert_eq!((&glass.transmission, &glass.ior, base(&glass)), (&1.0.into(), &1.25.into(), [0.5, 1.0, 1.0]));
         assert_eq!(glass.roughness, 0.0.into());
-        assert_eq!(of("illum 4").transmission, 0.0);
-        assert_eq!(of("illum 4\nd 0.5").transmission, 1.0);
+        assert_eq!(of("illum 4").transmission, 0.0.into());
+        assert_eq!(of("illum 4\nd 0.5").transmission, 1.0.into());
         let mirror = of("Kd 0 0 0\nKs 1 0.5 0.25\nNs 1000\nillum 3");
         assert_eq!(base(&mirror), [1.0, 0.5, 0.25]);
         assert_eq!((mirror.metallic, mirror.roughness), (1.0.into(), 0.0.into()));
@@ -177,8 +183,8 @@ mod tests {
         assert_eq!(base(&metal), [1.0, 0.5, 0.25]);
         assert_eq!((metal.metallic, metal.roughness), (1.0.into(), 0.5.into()));
         let matte = of("Kd 0.5 0.5 0.5\nillum 1");
-        assert_eq!((matte.ior, matte.roughness, matte.metallic), (1.0, 1.0.into(), 0.0.into()));
+        assert_eq!((matte.ior, matte.roughness, matte.metallic), (1.0.into(), 1.0.into(), 0.0.into()));
         let shiny = of("Kd 0.5 0.5 0.5\nKs 0.3 0.3 0.3\nNs 30\nillum 2");
-        assert_eq!((shiny.ior, shiny.roughness, shiny.metallic), (1.5, 0.5.into(), 0.0.into()));
+        assert_eq!((shiny.ior, shiny.roughness, shiny.metallic), (1.5.into(), 0.5.into(), 0.0.into()));
     }
 }

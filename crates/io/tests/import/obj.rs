@@ -52,10 +52,10 @@ fn glass_and_mirror() {
     let Some(path) = assets("obj/crafted/glass_and_mirror.obj") else { return };
     let file = load(&path);
     let glass = physical(&file, "glass");
-    assert_eq!((glass.transmission, glass.ior, &glass.roughness), (1.0, 1.5, &0.0.into()));
+    assert_eq!((&glass.transmission, &glass.ior, &glass.roughness), (&1.0.into(), &1.5.into(), &0.0.into()));
     assert_eq!((glass.alpha, &glass.opacity), (AlphaMode::Opaque, &1.0.into()), "what is refracted is not also faded");
     let mirror = physical(&file, "mirror");
-    assert_eq!((&mirror.metallic, &mirror.roughness, mirror.transmission), (&1.0.into(), &0.0.into(), 0.0));
+    assert_eq!((&mirror.metallic, &mirror.roughness, &mirror.transmission), (&1.0.into(), &0.0.into(), &0.0.into()));
 }
 
 /// A smoothing group shares a normal along its edge; without one, facets stay flat.

@@ -1,6 +1,6 @@
 //! How textures are read and surfaces seen: single materials, written here.
 
-use raywright_core::scene::{ColourSpace, SideRule, Wrap};
+use raywright_core::scene::{ColourSpace, Model, SideRule, Wrap};
 
 use crate::shared::load;
 
@@ -48,6 +48,31 @@ fn a_texture_may_play_two_parts() {
     let mut spaces: Vec<_> = load(&path).scene.textures.iter().map(|texture| texture.colour_space).collect();
     spaces.sort_by_key(|space| *space != ColourSpace::Srgb);
     assert_eq!(spaces, [ColourSpace::Srgb, ColourSpace::Linear]);
+}
+
+/// Protects: the image of KHR_materials_transmission multiplies its factor by red, is read as numbers and not by the sRGB curve, with
+/// the map of its coordinates and without a warning; without a factor nothing passes, and the specification's factor is none.
+#[test]
+fn transmission_has_an_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    let read = |factor: &str| {
+        let texture = r#"{ "index": 0, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0.25] } } }"#;
+        let glass = format!(
+            r#""extensions": {{ "KHR_materials_transmission": {{ {factor} "transmissionTexture": {texture} }} }}, "pbrMetallicRoughness""#
+        );
+        std::fs::write(&path, textured("").replace(r#""pbrMetallicRoughness""#, &glass)).unwrap();
+        let loaded = load(&path);
+        assert!(loaded.warnings.iter().all(|w| !w.message.contains("transmission")), "{:?}", loaded.warnings);
+        let Model::Physical(model) = &loaded.scene.materials[0].model else { panic!("physical") };
+        let image = model.transmission_texture.clone().expect("an image");
+        let texture = loaded.scene.textures.iter().find(|texture| texture.name == image.name).expect("named");
+        assert_eq!((texture.colour_space, image.channel), (ColourSpace::Linear, None));
+        assert_eq!(image.uv_transform, Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.25]]));
+        (model.transmission.clone(), loaded.scene.objects[0].side)
+    };
+    assert_eq!(read(r#""transmissionFactor": 0.5,"#), (0.5.into(), SideRule::Both));
+    assert_eq!(read(""), (0.0.into(), SideRule::Outside));
 }
 
 /// Protects: a surface is seen from outside, glass and what the file calls double-sided from both sides.

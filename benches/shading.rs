@@ -1,0 +1,116 @@
+//! What shading costs a lane: value, density and a sample of the lobes that answer to light, for one path alone and for 8 and 16 side
+//! by side. The contestants do the same work on the same paths and take turns; `benches/README.md` quotes the table.
+//!
+//! A compiler that no longer turns the loops over lanes into vectors shows here, as a ratio near one.
+#![expect(clippy::print_stdout, reason = "the tables are this program's result")]
+
+#[path = "support/turns.rs"]
+mod turns;
+
+use std::cell::RefCell;
+use std::hint::black_box;
+
+use glam::DVec3;
+use raywright::core::material::{Frame, MetallicRoughness, Sampled};
+use raywright::core::number::{Lanes, Number, Vector3};
+
+use turns::{Contestant, interleaved, measuring};
+
+const ROUNDS: usize = 31;
+/// As many as fit into the second-level cache with what comes out.
+const PATHS: usize = 4096;
+/// How often each round goes through them.
+const TIMES: usize = 40;
+
+/// What paths met, in lanes.
+struct Met<N: Number> {
+    wo: N::Vec3,
+    wi: N::Vec3,
+    frame: Frame<N>,
+    model: MetallicRoughness<N>,
+    drawn: [N; 3],
+}
+
+/// An even number in [0, 1) for each place (SplitMix64).
+fn even(place: usize) -> f64 {
+    let mut z = (place as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// A direction above the plane across z.
+fn above(place: usize) -> DVec3 {
+    let (height, turn) = (0.02 + 0.98 * even(place), core::f64::consts::TAU * even(place + 1));
+    let across = (1.0 - height * height).sqrt();
+    DVec3::new(across * turn.cos(), across * turn.sin(), height)
+}
+
+fn met<N: Number>() -> Vec<Met<N>> {
+    let group = |first: usize| {
+        let place = |lane: usize, what: usize| 16 * (first + lane) + what;
+        let number = |what: usize| N::of_lanes(|lane| even(place(lane, what)));
+        let direction = |what: usize| <N::Vec3 as Vector3<N>>::of_lanes(|lane| above(place(lane, what)));
+        Met {
+            wo: direction(0),
+            wi: direction(2),
+            frame: Frame::about(<N::Vec3 as Vector3<N>>::of_lanes(|_| DVec3::Z)),
+            model: MetallicRoughness {
+                base: N::Vec3::new(number(4), number(5), number(6)),
+                metallic: number(7),
+                roughness: number(8),
+                dielectric: N::from_f64(0.04),
+                glass: None,
+            },
+            drawn: [number(9), number(10), number(11)],
+        }
+    };
+    (0..PATHS).step_by(N::LANES).map(group).collect()
+}
+
+fn eval<N: Number>(met: &Met<N>) -> N::Vec3 {
+    met.model.answer(met.frame.normal).eval(met.wo, met.wi)
+}
+
+fn pdf<N: Number>(met: &Met<N>) -> N {
+    met.model.answer(met.frame.normal).pdf(met.wo, met.wi)
+}
+
+fn sample<N: Number>(met: &Met<N>) -> Sampled<N> {
+    met.model.answer(met.frame.normal).sample(&met.frame, met.wo, met.drawn)
+}
+
+/// Work that writes what a function makes of all paths.
+fn over_paths<N: Number, T>(of: impl Fn(&Met<N>) -> T) -> impl Fn() {
+    let met = met::<N>();
+    let out = RefCell::new(met.iter().map(&of).collect::<Vec<T>>());
+    move || {
+        for _ in 0..TIMES {
+            let mut out = out.borrow_mut();
+            out.iter_mut().zip(black_box(&met)).for_each(|(slot, met)| *slot = of(met));
+            black_box(&*out);
+        }
+    }
+}
+
+fn main() {
+    if !measuring() {
+        return;
+    }
+    macro_rules! compare {
+        ($name:ident) => {
+            let (one, eight, sixteen) =
+                (over_paths::<f32, _>($name), over_paths::<Lanes<8>, _>($name), over_paths::<Lanes<16>, _>($name));
+            let contestants = [
+                Contestant { name: "1 lane", work: &one },
+                Contestant { name: "8 lanes", work: &eight },
+                Contestant { name: "16 lanes", work: &sixteen },
+            ];
+            let title = format!("{} of {PATHS} paths, {TIMES} times", stringify!($name));
+            print!("{}", interleaved(&title, ROUNDS, &contestants));
+        };
+    }
+    compare!(eval);
+    compare!(pdf);
+    compare!(sample);
+}

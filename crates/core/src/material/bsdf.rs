@@ -1,0 +1,178 @@
+//! The answer to light of a surface at a point: a list of lobes, evaluated, sampled and weighed together.
+
+use super::frame::Frame;
+use super::interface::Interface;
+use super::lobe::{Lobe, Pair};
+use crate::number::{Mask, Number, Vector3};
+
+/// Lobes that a surface may have.
+pub const MOST_LOBES: usize = 4;
+
+/// The answer to light of a surface at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf<N: Number> {
+    normal: N::Vec3,
+    lobes: [Lobe<N>; MOST_LOBES],
+    count: usize,
+}
+
+/// A direction in which light may have come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampled<N: Number> {
+    /// Whether there is one: what was drawn may send nothing back. Everything else is zero then.
+    pub some: N::Mask,
+    /// Unit, away from the surface.
+    pub direction: N::Vec3,
+    /// What light from there counts: value · |cosine| over the density, in the mean the share that is sent back.
+    pub weight: N::Vec3,
+    /// Density by solid angle; zero for a delta lobe, which has none.
+    pub density: N,
+    /// Whether a delta lobe gave it, so that no light would be met in any other way.
+    pub delta: N::Mask,
+}
+
+impl<N: Number> Bsdf<N> {
+    /// A surface without lobes, which is black.
+    #[inline(always)]
+    pub fn new(normal: N::Vec3) -> Self {
+        let nothing = Lobe::Mirror { f0: N::Vec3::ZERO, f90: N::Vec3::ZERO };
+        Self { normal, lobes: [nothing; MOST_LOBES], count: 0 }
+    }
+
+    /// Adds a lobe; beyond [`MOST_LOBES`] none is taken.
+    #[inline(always)]
+    #[must_use]
+    pub fn with(mut self, lobe: Lobe<N>) -> Self {
+        if let Some(slot) = self.lobes.get_mut(self.count) {
+            *slot = lobe;
+            self.count += 1;
+        }
+        self
+    }
+
+    /// Its lobes.
+    #[inline(always)]
+    pub fn lobes(&self) -> &[Lobe<N>] {
+        &self.lobes[..self.count]
+    }
+
+    #[inline(always)]
+    fn sum(&self, wo: N::Vec3, wi: N::Vec3, counts: impl Fn(&Lobe<N>) -> bool) -> N::Vec3 {
+        let pair = Pair::new(self.normal, wo, wi);
+        let mut sum = N::Vec3::ZERO;
+        for lobe in self.lobes() {
+            if counts(lobe) {
+                sum += lobe.value(&pair);
+            }
+        }
+        sum
+    }
+
+    /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes nothing.
+    #[inline(always)]
+    pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
+        self.sum(wo, wi, |_| true)
+    }
+
+    /// [`Self::eval`] of the diffuse lobes alone, for a light that makes no highlights.
+    #[inline(always)]
+    pub fn diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
+        self.sum(wo, wi, |lobe| matches!(lobe, Lobe::Diffuse { .. }))
+    }
+
+    /// Sum of what the choice among lobes goes by.
+    #[inline(always)]
+    fn importance(&self, cosine: N) -> N {
+        self.lobes().iter().fold(N::ZERO, |sum, lobe| sum + lobe.importance(cosine))
+    }
+
+    /// Density by solid angle with which [`Self::sample`] gives `wi`; delta lobes, which have none, take their share of it away.
+    #[inline(always)]
+    pub fn pdf(&self, wo: N::Vec3, wi: N::Vec3) -> N {
+        let (cosine, zero) = (self.normal.dot(wo), N::ZERO);
+        let total = self.importance(cosine);
+        let pair = Pair::new(self.normal, wo, wi);
+        let sum = self.lobes().iter().fold(zero, |sum, lobe| sum + lobe.importance(cosine) * lobe.density(&pair));
+        let above = cosine.above(zero) & self.normal.dot(wi).above(zero) & total.above(zero);
+        N::select(above, sum / total, zero)
+    }
+
+    /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a frame about its normal.
+    #[inline(always)]
+    pub fn sample(&self, frame: &Frame<N>, wo: N::Vec3, [choice, u, v]: [N; 3]) -> Sampled<N> {
+        let cosine = self.normal.dot(wo);
+        let total = self.importance(cosine);
+        let able = cosine.above(N::ZERO) & total.above(N::ZERO);
+        let mut out = Sampled {
+            some: N::Mask::default(),
+            direction: N::Vec3::ZERO,
+            weight: N::Vec3::ZERO,
+            density: N::ZERO,
+            delta: N::Mask::default(),
+        };
+        let local = frame.to_local(wo);
+        for (lobe, chosen) in self.lobes().iter().zip(self.chosen(cosine, choice * total, able)) {
+            if !chosen.any() {
+                continue;
+            }
+            if lobe.is_delta() {
+                let (direction, weight) = self.sample_delta(lobe, wo, u);
+                out.direction = N::Vec3::select(chosen, direction, out.direction);
+                out.weight = N::Vec3::select(chosen, weight / (lobe.importance(cosine) / total), out.weight);
+                (out.some, out.delta) = (out.some | chosen, out.delta | chosen);
+            } else {
+                out.direction = N::Vec3::select(chosen, frame.to_world(lobe.drawn(local, [u, v])), out.direction);
+            }
+        }
+        let (density, facing) = (self.pdf(wo, out.direction), self.normal.dot(out.direction));
+        // Also false for NaN, and where nothing was drawn.
+        let sent = density.above(N::ZERO) & facing.above(N::ZERO) & !out.delta;
+        let weight = self.eval(wo, out.direction) * (facing / density);
+        let some = out.some | sent;
+        Sampled {
+            some,
+            direction: N::Vec3::select(some, out.direction, N::Vec3::ZERO),
+            weight: N::Vec3::select(sent, weight, out.weight),
+            density: N::select(sent, density, N::ZERO),
+            delta: out.delta,
+        }
+    }
+
+    /// From which lobe each able lane draws: the last one whose importance is above zero and before which the others' sum is not
+    /// above `target`. Asked from the last one on, so that rounding leaves no rest behind it.
+    #[inline(always)]
+    fn chosen(&self, cosine: N, target: N, able: N::Mask) -> [N::Mask; MOST_LOBES] {
+        let (mut chosen, mut left) = ([N::Mask::default(); MOST_LOBES], able);
+        let mut before = [N::ZERO; MOST_LOBES];
+        for (i, lobe) in self.lobes().iter().enumerate().take(MOST_LOBES - 1) {
+            before[i + 1] = before[i] + lobe.importance(cosine);
+        }
+        for (i, lobe) in self.lobes().iter().enumerate().rev() {
+            chosen[i] = left & lobe.importance(cosine).above(N::ZERO) & !before[i].above(target);
+            left = left & !chosen[i];
+        }
+        chosen
+    }
+
+    /// Direction and weight of a delta lobe; a dielectric divides its light by a number in [0, 1).
+    #[inline(always)]
+    fn sample_delta(&self, lobe: &Lobe<N>, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let Lobe::Dielectric { eta, share, reflected, transmitted } = *lobe else {
+            let cosine = self.normal.dot(wo);
+            return (self.normal * (N::from_f64(2.0) * cosine) - wo, lobe.reflectance(cosine));
+        };
+        let mut through = N::Mask::default();
+        let direction = N::Vec3::of_lanes(|lane| {
+            let interface = Interface::new(-wo.lane(lane), self.normal.lane(lane), N::exact_lane(eta, lane));
+            // Chosen by the share itself, so the weight is the tint.
+            match interface.refracted {
+                Some(direction) if u.lane(lane) >= interface.fresnel() => {
+                    through.set(lane);
+                    direction
+                }
+                _ => interface.reflected,
+            }
+        });
+        (direction, N::Vec3::select(through, transmitted, reflected) * share)
+    }
+}

@@ -1,0 +1,86 @@
+//! The metallic-roughness model: the inputs that its lobes are made of.
+
+use super::bsdf::Bsdf;
+use super::lobe::Lobe;
+use crate::number::{Mask, Number, Vector3};
+
+/// What makes a boundary of glass of a share of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass<N: Number> {
+    /// Index of refraction of the inside over the outside.
+    pub ior: N::Exact,
+    /// Factor of what is reflected.
+    pub reflected: N::Vec3,
+    /// Factor of what is let through.
+    pub transmitted: N::Vec3,
+}
+
+impl<N: Number> Glass<N> {
+    /// Index on the side that a ray comes from over the one beyond.
+    #[inline(always)]
+    pub fn eta(&self, outside: N::Mask) -> N::Exact {
+        let ior = |lane| N::exact_lane(self.ior, lane);
+        N::exact(|lane| if outside.lane(lane) { 1.0 / ior(lane) } else { ior(lane) })
+    }
+}
+
+/// The inputs of the metallic-roughness model at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetallicRoughness<N: Number> {
+    /// Base colour.
+    pub base: N::Vec3,
+    /// 0 dielectric to 1 metal.
+    pub metallic: N,
+    /// Perceptual roughness.
+    pub roughness: N,
+    /// Reflectance of the dielectric part at normal incidence.
+    pub dielectric: N,
+    /// The boundary of the dielectric part, where it lets light through.
+    pub glass: Option<Glass<N>>,
+}
+
+impl<N: Number> MetallicRoughness<N> {
+    /// Share of the surface that is a boundary of glass.
+    #[inline(always)]
+    pub fn through(&self) -> N {
+        if self.glass.is_some() { N::ONE - self.metallic } else { N::ZERO }
+    }
+
+    /// Colour that is diffused: what neither a metal nor the way through takes away.
+    #[inline(always)]
+    pub fn albedo(&self) -> N::Vec3 {
+        let tint = self.glass.map_or(N::ZERO, |glass| glass.transmitted.max_element().min(N::ONE));
+        self.base * ((N::ONE - self.metallic) * (N::ONE - self.through() * tint))
+    }
+
+    /// Reflectance at normal incidence.
+    #[inline(always)]
+    pub fn f0(&self) -> N::Vec3 {
+        N::Vec3::splat(self.dielectric) * (N::ONE - self.metallic) + self.base * self.metallic
+    }
+
+    /// The mirror that its glossy lobe is where the roughness is next to none.
+    #[inline(always)]
+    pub fn mirror(&self) -> Lobe<N> {
+        Lobe::Mirror { f0: self.f0(), f90: N::Vec3::ONE }
+    }
+
+    /// The lobes that answer to a light: diffuse and glossy. How many is known when this is compiled, so nothing is left of
+    /// the list.
+    #[inline(always)]
+    pub fn answer(&self, normal: N::Vec3) -> Bsdf<N> {
+        let f0 = self.f0();
+        let diffuse = Lobe::Diffuse { albedo: self.albedo(), f0 };
+        Bsdf::new(normal).with(diffuse).with(Lobe::Glossy { f0, roughness: self.roughness })
+    }
+
+    /// All its lobes: those of [`Self::answer`], and the boundary of glass where some lane has a share of it.
+    #[inline(always)]
+    pub fn bsdf(&self, normal: N::Vec3, outside: N::Mask) -> Bsdf<N> {
+        let bsdf = self.answer(normal);
+        let (share, Some(glass)) = (self.through(), self.glass) else { return bsdf };
+        let (eta, reflected, transmitted) = (glass.eta(outside), glass.reflected, glass.transmitted);
+        let some = share.above(N::ZERO).any();
+        if some { bsdf.with(Lobe::Dielectric { eta, share, reflected, transmitted }) } else { bsdf }
+    }
+}

@@ -1,0 +1,166 @@
+//! Shading in lanes against the one-lane version, to the bit: whatever the neighbours of a lane are.
+
+use super::super::*;
+use super::numbers;
+use crate::number::{Lanes, Mask, Number, Vector3};
+use glam::DVec3;
+
+/// Kinds of lobes, of which every combination is tried.
+const KINDS: u32 = 4;
+const CASES: usize = 4096;
+
+/// What a lane is given. Every number is an f32, some are the ends of what may occur.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    normal: DVec3,
+    wo: DVec3,
+    wi: DVec3,
+    colours: [DVec3; 4],
+    metallic: f64,
+    roughness: f64,
+    dielectric: f64,
+    share: f64,
+    ior: f64,
+    outside: bool,
+    drawn: [f64; 3],
+}
+
+/// A direction at this height over the plane across `n`, as f32 has it.
+fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
+    let across = (1.0 - height * height).max(0.0).sqrt();
+    let turn = core::f64::consts::TAU * turn;
+    let v = Frame::<f64>::about(n).to_world(DVec3::new(across * libm::cos(turn), across * libm::sin(turn), height));
+    v.as_vec3().as_dvec3()
+}
+
+impl Case {
+    fn of(index: usize) -> Self {
+        let mut at = 16 * index as u64;
+        let mut next = || {
+            at += 1;
+            numbers(at).map(|x| f64::from(x as f32))
+        };
+        let [a, b, kind] = next();
+        let normal = towards(DVec3::Z, 2.0 * a - 1.0, b);
+        // From head-on over grazing and across to below the surface.
+        let height = |[how, x, _]: [f64; 3]| match (how * 8.0) as u32 {
+            0 => 1.0,
+            1 => 1e-4 * x,
+            2 => 0.0,
+            3 => -x,
+            _ => x,
+        };
+        let ([turn_o, turn_i, _], [how_o, how_i, how_l]) = (next(), [next(), next(), next()]);
+        let wo = towards(normal, height(how_o), turn_o);
+        let wi = match (how_l[0] * 12.0) as u32 {
+            0 => wo,
+            1 => -wo,
+            _ => towards(normal, height(how_i), turn_i),
+        };
+        let end = |[how, x, _]: [f64; 3]| [0.0, 1.0, x, x, x, x][(how * 6.0) as usize];
+        let colours = [0; 4].map(|_| {
+            let [r, g, b] = [end(next()), end(next()), end(next())];
+            if kind < 0.1 { DVec3::ZERO } else { DVec3::new(r, g, b) }
+        });
+        let ior = f64::from(1.0 + next()[0] as f32);
+        let drawn = [0; 3].map(|_| [0.0, next()[0], next()[0], next()[0]][(next()[1] * 4.0) as usize]);
+        let [metallic, roughness, share] = [0; 3].map(|_| end(next()));
+        Self { normal, wo, wi, colours, metallic, roughness, dielectric: 0.04, share, ior, outside: next()[0] < 0.5, drawn }
+    }
+}
+
+/// What comes out of every function, lane after lane: bits, and all that is not a number is one.
+fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
+    let at = |lane: usize| Case::of((first + lane) % CASES);
+    let number = |of: fn(&Case) -> f64| N::of_lanes(|lane| of(&at(lane)));
+    let vector = |of: fn(&Case) -> DVec3| <N::Vec3 as Vector3<N>>::of_lanes(|lane| of(&at(lane)));
+    let (normal, wo, wi) = (vector(|c| c.normal), vector(|c| c.wo), vector(|c| c.wi));
+    let [first_colour, second, third, fourth] =
+        [vector(|c| c.colours[0]), vector(|c| c.colours[1]), vector(|c| c.colours[2]), vector(|c| c.colours[3])];
+    let (roughness, share) = (number(|c| c.roughness), number(|c| c.share));
+    let drawn = [number(|c| c.drawn[0]), number(|c| c.drawn[1]), number(|c| c.drawn[2])];
+    let mut outside = N::Mask::default();
+    (0..N::LANES).filter(|&lane| at(lane).outside).for_each(|lane| outside.set(lane));
+    let glass = Glass { ior: N::exact(|lane| at(lane).ior), reflected: third, transmitted: fourth };
+    let dielectric = Lobe::Dielectric { eta: glass.eta(outside), share, reflected: third, transmitted: fourth };
+    let kinds = [
+        Lobe::Diffuse { albedo: first_colour, f0: second },
+        Lobe::Glossy { f0: second, roughness },
+        Lobe::Mirror { f0: third, f90: fourth },
+        dielectric,
+    ];
+    let chosen = (0..KINDS).filter(|kind| set >> kind & 1 == 1).map(|kind| kinds[kind as usize]);
+    let list = chosen.fold(Bsdf::new(normal), Bsdf::with);
+    let model = MetallicRoughness {
+        base: first_colour,
+        metallic: number(|c| c.metallic),
+        roughness,
+        dielectric: number(|c| c.dielectric),
+        glass: (set & 1 == 1).then_some(glass),
+    };
+    let frame = Frame::about(normal);
+    let cosine = normal.dot(wo);
+    let (mut numbers, mut vectors) = (vec![model.through(), towards_grazing(cosine)], Vec::new());
+    let mut masks = Vec::new();
+    for bsdf in [list, model.bsdf(normal, outside), model.answer(normal)] {
+        let sampled = bsdf.sample(&frame, wo, drawn);
+        numbers.extend([bsdf.pdf(wo, wi), sampled.density]);
+        vectors.extend([bsdf.eval(wo, wi), bsdf.diffuse(wo, wi), sampled.direction, sampled.weight]);
+        masks.extend([sampled.some, sampled.delta]);
+    }
+    vectors.extend([model.albedo(), model.f0(), model.mirror().reflectance(cosine), schlick(second, cosine)]);
+    vectors.extend([environment_reflectance(second, roughness, cosine.max(N::ZERO)), frame.tangent, frame.bitangent]);
+    let bits = |x: f64| if x.is_nan() { u32::MAX } else { (x as f32).to_bits() };
+    let lane = |lane: usize| {
+        let vectors = vectors.iter().flat_map(|v| v.lane(lane).to_array().map(bits));
+        let masks = masks.iter().map(|mask| mask.lane(lane).into());
+        numbers.iter().map(|x| bits(x.lane(lane))).chain(vectors).chain(masks).collect()
+    };
+    (0..N::LANES).map(lane).collect()
+}
+
+fn lanes_are_alone<const N: usize>() {
+    for set in 0..1 << KINDS {
+        for first in (0..CASES).step_by(N) {
+            for (lane, found) in outcome::<Lanes<N>>(set, first).into_iter().enumerate() {
+                let alone = outcome::<f32>(set, first + lane).remove(0);
+                assert_eq!(found, alone, "lobes {set:04b}, lane {lane} of {N}: {:?}", Case::of(first + lane));
+            }
+        }
+    }
+}
+
+/// Protects: 8 lanes give the bits of one, in every function of shading and for all combinations of lobes, among them what is
+/// grazing, below the surface or opposite, roughness 0 and 1 and colours without a part or without any.
+#[test]
+fn eight_lanes_have_the_bits_of_one() {
+    lanes_are_alone::<8>();
+}
+
+/// Protects: the same of 16 lanes.
+#[test]
+fn sixteen_lanes_have_the_bits_of_one() {
+    lanes_are_alone::<16>();
+}
+
+/// Protects: the cases above are what they claim to be: something of each is there, many send light, and some send none.
+#[test]
+fn cases_meet_what_may_differ() {
+    let all: Vec<Case> = (0..CASES).map(Case::of).collect();
+    let count = |of: &dyn Fn(&Case) -> bool| all.iter().filter(|case| of(case)).count();
+    for (name, found) in [
+        ("below the surface", count(&|c| c.normal.dot(c.wo) < -0.01)),
+        ("grazing", count(&|c| (1e-6..1e-3).contains(&c.normal.dot(c.wo)))),
+        ("opposite", count(&|c| c.wi == -c.wo)),
+        ("back where it came from", count(&|c| c.wi == c.wo)),
+        ("a mirror", count(&|c| c.roughness == 0.0)),
+        ("matte", count(&|c| c.roughness == 1.0)),
+        ("black", count(&|c| c.colours == [DVec3::ZERO; 4])),
+        ("outside", count(&|c| c.outside)),
+        ("inside", count(&|c| !c.outside)),
+    ] {
+        assert!(found > CASES / 100, "{name}: {found} cases");
+    }
+    let sent = |set| (0..CASES).filter(|&i| outcome::<f32>(set, i)[0].iter().rev().nth(5) == Some(&1)).count();
+    assert!((CASES / 4..CASES).contains(&sent(0b1111)), "{} send light", sent(0b1111));
+}

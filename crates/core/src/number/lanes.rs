@@ -1,0 +1,298 @@
+//! Several `f32` side by side, in plain loops over arrays: the compiler turns them into whatever vector registers the target has.
+//!
+//! Vectors are three such arrays and not an array of vectors. Sine, cosine and exponential go lane by lane through `libm`, as those
+//! of one number do: a polynomial in lanes would have other bits.
+
+use core::array::from_fn;
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use glam::DVec3;
+use raywright_bvh::Real;
+
+use super::{Mask, Number, Vector3};
+
+/// An `f32` in each of `N` lanes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct Lanes<const N: usize>(pub [f32; N]);
+
+/// Yes or no in each of `N` lanes: every bit or none, so that a choice is bitwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct LaneMask<const N: usize>([u32; N]);
+
+/// A vector in each of `N` lanes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vec3Lanes<const N: usize> {
+    /// First components.
+    pub x: Lanes<N>,
+    /// Second components.
+    pub y: Lanes<N>,
+    /// Third components.
+    pub z: Lanes<N>,
+}
+
+impl<const N: usize> Lanes<N> {
+    #[inline(always)]
+    fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        Self(from_fn(|i| f(self.0[i])))
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Self(from_fn(|i| f(self.0[i], other.0[i])))
+    }
+
+    /// As vectors have it, whose second operand wins where one is NaN.
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+}
+
+impl<const N: usize> Vec3Lanes<N> {
+    #[inline(always)]
+    fn map(self, f: impl Fn(Lanes<N>) -> Lanes<N>) -> Self {
+        Self { x: f(self.x), y: f(self.y), z: f(self.z) }
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(Lanes<N>, Lanes<N>) -> Lanes<N>) -> Self {
+        Self { x: f(self.x, other.x), y: f(self.y, other.y), z: f(self.z, other.z) }
+    }
+}
+
+/// Operators lane by lane and component by component.
+macro_rules! operators {
+    ($($operator:ident $name:ident),*) => {$(
+        impl<const N: usize> $operator for Lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                self.zip(other, |a, b| a.$name(b))
+            }
+        }
+
+        impl<const N: usize> $operator for Vec3Lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                self.zip(other, |a, b| a.$name(b))
+            }
+        }
+
+        impl<const N: usize> $operator<Lanes<N>> for Vec3Lanes<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Lanes<N>) -> Self {
+                self.map(|a| a.$name(other))
+            }
+        }
+    )*};
+}
+operators!(Add add, Sub sub, Mul mul, Div div);
+
+impl<const N: usize> Neg for Lanes<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+
+impl<const N: usize> Neg for Vec3Lanes<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+
+impl<const N: usize> AddAssign for Vec3Lanes<N> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<const N: usize> Default for LaneMask<N> {
+    /// None.
+    #[inline(always)]
+    fn default() -> Self {
+        Self([0; N])
+    }
+}
+
+impl<const N: usize> BitAnd for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(from_fn(|i| self.0[i] & other.0[i]))
+    }
+}
+
+impl<const N: usize> BitOr for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(from_fn(|i| self.0[i] | other.0[i]))
+    }
+}
+
+impl<const N: usize> Not for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0.map(|bits| !bits))
+    }
+}
+
+impl<const N: usize> Mask for LaneMask<N> {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0.iter().fold(0, |some, bits| some | bits) != 0
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> bool {
+        self.0[index] != 0
+    }
+    #[inline(always)]
+    fn set(&mut self, index: usize) {
+        self.0[index] = u32::MAX;
+    }
+}
+
+impl<const N: usize> Number for Lanes<N> {
+    type Vec3 = Vec3Lanes<N>;
+    type Mask = LaneMask<N>;
+    type Exact = [f64; N];
+    const LANES: usize = N;
+    const ZERO: Self = Self([0.0; N]);
+    const ONE: Self = Self([1.0; N]);
+    #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        Self([x as f32; N])
+    }
+    #[inline(always)]
+    fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
+        Self(from_fn(|i| value(i) as f32))
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> f64 {
+        self.0[index].into()
+    }
+    #[inline(always)]
+    fn exact(value: impl FnMut(usize) -> f64) -> [f64; N] {
+        from_fn(value)
+    }
+    #[inline(always)]
+    fn exact_lane(exact: [f64; N], index: usize) -> f64 {
+        exact[index]
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> LaneMask<N> {
+        LaneMask(from_fn(|i| if self.0[i] > other.0[i] { u32::MAX } else { 0 }))
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
+        Self(from_fn(|i| f32::from_bits(yes.0[i].to_bits() & mask.0[i] | no.0[i].to_bits() & !mask.0[i])))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, f32::max)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, f32::min)
+    }
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        self.zip(sign, f32::copysign)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.map(f32::sqrt)
+    }
+    #[inline(always)]
+    fn powi(self, exponent: u32) -> Self {
+        self.map(|x| Real::powi(x, exponent))
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.map(Real::sin)
+    }
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.map(Real::cos)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.map(Real::exp)
+    }
+}
+
+impl<const N: usize> Vector3<Lanes<N>> for Vec3Lanes<N> {
+    const ZERO: Self = Self { x: Lanes::ZERO, y: Lanes::ZERO, z: Lanes::ZERO };
+    const ONE: Self = Self { x: Lanes::ONE, y: Lanes::ONE, z: Lanes::ONE };
+    #[inline(always)]
+    fn new(x: Lanes<N>, y: Lanes<N>, z: Lanes<N>) -> Self {
+        Self { x, y, z }
+    }
+    #[inline(always)]
+    fn splat(value: Lanes<N>) -> Self {
+        Self { x: value, y: value, z: value }
+    }
+    #[inline(always)]
+    fn of_lanes(value: impl FnMut(usize) -> DVec3) -> Self {
+        let all: [DVec3; N] = from_fn(value);
+        Self { x: Lanes::of_lanes(|i| all[i].x), y: Lanes::of_lanes(|i| all[i].y), z: Lanes::of_lanes(|i| all[i].z) }
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> DVec3 {
+        DVec3::new(self.x.lane(index), self.y.lane(index), self.z.lane(index))
+    }
+    #[inline(always)]
+    fn x(self) -> Lanes<N> {
+        self.x
+    }
+    #[inline(always)]
+    fn y(self) -> Lanes<N> {
+        self.y
+    }
+    #[inline(always)]
+    fn z(self) -> Lanes<N> {
+        self.z
+    }
+    #[inline(always)]
+    fn dot(self, other: Self) -> Lanes<N> {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+    #[inline(always)]
+    fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - other.y * self.z,
+            y: self.z * other.x - other.z * self.x,
+            z: self.x * other.y - other.x * self.y,
+        }
+    }
+    #[inline(always)]
+    fn normalize(self) -> Self {
+        self * (Lanes::ONE / self.dot(self).sqrt())
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| a.zip(b, |a, b| if a < b { a } else { b }))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, Lanes::greater)
+    }
+    #[inline(always)]
+    fn max_element(self) -> Lanes<N> {
+        self.x.greater(self.y.greater(self.z))
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
+        yes.zip(no, |yes, no| Lanes::select(mask, yes, no))
+    }
+}

@@ -1,0 +1,285 @@
+//! What shading computes with: one number, or several side by side, so that one source serves a path alone and many paths that met
+//! surfaces of the same kind.
+//!
+//! `f32` and `f64` are numbers of one lane, [`Lanes`] is `f32` several times. Every operation does in each lane what the number
+//! alone would do, in the same order, so lanes have the bits of the one-lane version, which is their oracle. Where lanes may
+//! differ nothing branches: a comparison gives a mask, and a mask selects.
+//!
+//! [`Number`] is not a part that [`Real`] is made of, though every `Real` is one: whoever names a constant of a precision's scalar
+//! would have to import both.
+
+mod lanes;
+#[cfg(test)]
+mod tests;
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use glam::DVec3;
+pub use lanes::{LaneMask, Lanes, Vec3Lanes};
+use raywright_bvh::{Real, Vector};
+
+/// A number in each lane.
+pub trait Number:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Three of them.
+    type Vec3: Vector3<Self>;
+    /// An answer in each lane.
+    type Mask: Mask;
+    /// An `f64` in each lane, for what would cancel in less.
+    type Exact: Copy + Debug + PartialEq + Send + Sync + 'static;
+    /// How many there are.
+    const LANES: usize;
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// The nearest value to `x`, in every lane.
+    fn from_f64(x: f64) -> Self;
+    /// The nearest values to what is said of each lane.
+    fn of_lanes(value: impl FnMut(usize) -> f64) -> Self;
+    /// One lane, exactly.
+    fn lane(self, index: usize) -> f64;
+    /// What is said of each lane.
+    fn exact(value: impl FnMut(usize) -> f64) -> Self::Exact;
+    /// One lane.
+    fn exact_lane(exact: Self::Exact, index: usize) -> f64;
+    /// Whether it is greater than another; not where one is NaN.
+    fn above(self, other: Self) -> Self::Mask;
+    /// One number where the mask is set, the other elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The larger one; the other one where one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// The smaller one; the other one where one is NaN.
+    fn min(self, other: Self) -> Self;
+    /// This magnitude with the sign of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+    /// Square root, correctly rounded; NaN below zero.
+    fn sqrt(self) -> Self;
+    /// To a whole exponent, by repeated squaring.
+    fn powi(self, exponent: u32) -> Self;
+    /// Sine of radians.
+    fn sin(self) -> Self;
+    /// Cosine of radians.
+    fn cos(self) -> Self;
+    /// Natural exponential.
+    fn exp(self) -> Self;
+}
+
+/// Three numbers in each lane. Products of two vectors are componentwise.
+pub trait Vector3<N: Number>:
+    Copy
+    + Debug
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<N, Output = Self>
+    + Div<N, Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+{
+    /// Zero in every component.
+    const ZERO: Self;
+    /// One in every component.
+    const ONE: Self;
+    /// From components.
+    fn new(x: N, y: N, z: N) -> Self;
+    /// The same number in every component.
+    fn splat(value: N) -> Self;
+    /// The nearest vectors to what is said of each lane.
+    fn of_lanes(value: impl FnMut(usize) -> DVec3) -> Self;
+    /// One lane, exactly.
+    fn lane(self, index: usize) -> DVec3;
+    /// First component.
+    fn x(self) -> N;
+    /// Second component.
+    fn y(self) -> N;
+    /// Third component.
+    fn z(self) -> N;
+    /// Scalar product.
+    fn dot(self, other: Self) -> N;
+    /// Vector product.
+    fn cross(self, other: Self) -> Self;
+    /// Same direction, length one.
+    fn normalize(self) -> Self;
+    /// Componentwise minimum.
+    fn min(self, other: Self) -> Self;
+    /// Componentwise maximum.
+    fn max(self, other: Self) -> Self;
+    /// Largest component.
+    fn max_element(self) -> N;
+    /// One vector where the mask is set, the other elsewhere.
+    fn select(mask: N::Mask, yes: Self, no: Self) -> Self;
+}
+
+/// Yes or no in each lane.
+pub trait Mask:
+    Copy + Debug + PartialEq + Default + Send + Sync + 'static + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
+    /// Whether it is set somewhere.
+    fn any(self) -> bool;
+    /// One lane.
+    fn lane(self, index: usize) -> bool;
+    /// Sets one lane.
+    fn set(&mut self, index: usize);
+}
+
+impl<R: Real> Number for R {
+    type Vec3 = R::Vec3;
+    type Mask = bool;
+    type Exact = f64;
+    const LANES: usize = 1;
+    const ZERO: Self = R::ZERO;
+    const ONE: Self = R::ONE;
+    #[inline(always)]
+    fn from_f64(x: f64) -> Self {
+        Real::from_f64(x)
+    }
+    #[inline(always)]
+    fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
+        Real::from_f64(value(0))
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> f64 {
+        self.to_f64()
+    }
+    #[inline(always)]
+    fn exact(mut value: impl FnMut(usize) -> f64) -> f64 {
+        value(0)
+    }
+    #[inline(always)]
+    fn exact_lane(exact: f64, _: usize) -> f64 {
+        exact
+    }
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Real::max(self, other)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Real::min(self, other)
+    }
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        Real::copysign(self, sign)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Real::sqrt(self)
+    }
+    #[inline(always)]
+    fn powi(self, exponent: u32) -> Self {
+        Real::powi(self, exponent)
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        Real::sin(self)
+    }
+    #[inline(always)]
+    fn cos(self) -> Self {
+        Real::cos(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        Real::exp(self)
+    }
+}
+
+impl<R: Real, V: Vector<R>> Vector3<R> for V {
+    const ZERO: Self = V::ZERO;
+    const ONE: Self = V::ONE;
+    #[inline(always)]
+    fn new(x: R, y: R, z: R) -> Self {
+        Vector::new(x, y, z)
+    }
+    #[inline(always)]
+    fn splat(value: R) -> Self {
+        Vector::splat(value)
+    }
+    #[inline(always)]
+    fn of_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {
+        Vector::from_f64(value(0))
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> DVec3 {
+        self.to_f64()
+    }
+    #[inline(always)]
+    fn x(self) -> R {
+        Vector::x(self)
+    }
+    #[inline(always)]
+    fn y(self) -> R {
+        Vector::y(self)
+    }
+    #[inline(always)]
+    fn z(self) -> R {
+        Vector::z(self)
+    }
+    #[inline(always)]
+    fn dot(self, other: Self) -> R {
+        Vector::dot(self, other)
+    }
+    #[inline(always)]
+    fn cross(self, other: Self) -> Self {
+        Vector::cross(self, other)
+    }
+    #[inline(always)]
+    fn normalize(self) -> Self {
+        Vector::normalize(self)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Vector::min(self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Vector::max(self, other)
+    }
+    #[inline(always)]
+    fn max_element(self) -> R {
+        Vector::max_element(self)
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn lane(self, _: usize) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn set(&mut self, _: usize) {
+        *self = true;
+    }
+}
