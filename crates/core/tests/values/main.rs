@@ -14,6 +14,7 @@ mod expressions;
 mod films;
 mod generators;
 mod highlights;
+mod inputs;
 mod interfaces;
 mod lights;
 mod meshes;
