@@ -111,4 +111,17 @@ mod tests {
         assert_eq!(name(&raywright_core::scene::ToneMap::KhronosNeutral), "khronos-neutral");
         assert_eq!(name(&raywright_core::scene::TransferCurve::Gamma22), "2.2");
     }
+
+    /// Protects: what a picture and a report call the ways to search and to compute, and that choices are told as they are typed.
+    #[test]
+    fn choices_have_their_own_words() {
+        use raywright_core::bvh::BuildQuality;
+        let kinds = [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(BuildQuality::Slow)];
+        assert_eq!(kinds.map(accelerator), ["linear", "linear boxes", "bvh"]);
+        let precisions = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference];
+        assert_eq!(precisions.map(precision), ["fast", "robust", "reference"]);
+        let rung = raywright_core::ladder::Choice::parse("samples=16").expect("a rung");
+        let without = vec![raywright_core::effects::Effect::MirrorReflection, raywright_core::effects::Effect::Sky];
+        assert_eq!(chosen(&ChoiceArgs { rungs: vec![rung], without }), " rung:samples=16 without=mirror-reflection without=sky");
+    }
 }

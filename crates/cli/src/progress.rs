@@ -177,4 +177,12 @@ mod tests {
         let lines: Vec<u64> = (0..6000).map(|n| 10 * n).filter(|&n| pace.is_due(Duration::from_millis(n))).collect();
         assert_eq!(lines, [1000, 3000, 7000, 15000, 31000]);
     }
+
+    /// Protects: lines come at 1 s and then after pauses of 2, 4, 8, 16, 32 and again 32 seconds.
+    #[test]
+    fn pauses_grow_up_to_half_a_minute() {
+        let mut pace = Pace::new();
+        let due: Vec<u64> = (0..130).filter(|&second| pace.is_due(Duration::from_secs(second))).collect();
+        assert_eq!(due, [1, 3, 7, 15, 31, 63, 95, 127]);
+    }
 }

@@ -60,7 +60,16 @@ mod tests {
     /// Numbers of any size keep four digits and lose empty ones.
     #[test]
     fn numbers_are_short() {
-        let cases = [(0.0, "0"), (0.25, "0.25"), (1.0, "1"), (31.41592, "31.42"), (0.0012345, "0.001234"), (2.5e-7, "2.500e-7")];
+        let cases = [
+            (0.0, "0"),
+            (0.25, "0.25"),
+            (1.0, "1"),
+            (31.41592, "31.42"),
+            (0.0012345, "0.001234"),
+            (2.5e-7, "2.500e-7"),
+            (9999.4, "9999"),
+            (12345.6, "1.235e4"),
+        ];
         for (value, text) in cases {
             assert_eq!(short(value), text);
         }

@@ -170,4 +170,12 @@ mod tests {
         let refused = outputs.keep_clear_of(&inputs).expect_err("an input");
         assert_eq!(refused.exit, Exit::Usage);
     }
+
+    /// Protects: layers have a place in a named EXR picture alone, not in a PNG, on the standard output or in what nobody named.
+    #[test]
+    fn layers_need_a_named_exr() {
+        let file = |format| Target::File("a".into(), format);
+        let targets = [Target::Stdout, file(Format::Png), file(Format::Exr), Target::Unnamed("a.png".into())];
+        assert_eq!(targets.map(|target| target.has_layers()), [false, false, true, false]);
+    }
 }

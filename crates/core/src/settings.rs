@@ -203,3 +203,18 @@ impl Settings {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: one picture below 8 samples, two below 64, four from there on: see "Replicates carry the error" in ARCHITECTURE.md.
+    #[test]
+    fn pictures_are_divided_by_their_samples() {
+        for samples in 0..200 {
+            let expected = if samples < 8 { 1 } else { 4 - 2 * u32::from(samples < 64) };
+            assert_eq!(replicates(samples), expected, "{samples}");
+        }
+        assert_eq!(replicates(u32::MAX), 4);
+    }
+}

@@ -30,8 +30,13 @@ mod tests {
     #[test]
     fn typing_errors_and_other_spellings_find_their_word() {
         let words = ["colour", "centre", "radius", "vertical_fov", "u"];
-        for (wrong, right) in [("color", "colour"), ("center", "centre"), ("Radius", "radius"), ("vertical-fov", "vertical_fov")]
-        {
+        for (wrong, right) in [
+            ("color", "colour"),
+            ("center", "centre"),
+            ("Radius", "radius"),
+            ("RADIUS", "radius"),
+            ("vertical-fov", "vertical_fov"),
+        ] {
             assert_eq!(closest(wrong, words), Some(right), "{wrong}");
         }
     }

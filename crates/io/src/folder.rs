@@ -277,4 +277,17 @@ mod tests {
     fn a_preset_reads_no_file() {
         assert!(matches!(Folder::none(1000).read("own.txt"), Err(ReadError::Refused(_))));
     }
+
+    /// Protects: what is noted is told apart by where it ends, so that no other contents have the same hash.
+    #[test]
+    fn a_hash_knows_where_things_end() {
+        let hash = |parts: &[&[u8]]| {
+            let folder = Folder::none(100);
+            parts.iter().for_each(|part| folder.note(part));
+            folder.hash()
+        };
+        assert_eq!(hash(&[b"ab", b"c"]), hash(&[b"ab", b"c"]));
+        let hashes = [hash(&[b"ab", b"c"]), hash(&[b"a", b"bc"]), hash(&[b"abc"]), hash(&[b"abc", b""])];
+        assert!((0..4).all(|i| (0..i).all(|j| hashes[i] != hashes[j])), "{hashes:?}");
+    }
 }

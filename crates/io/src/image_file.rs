@@ -260,4 +260,29 @@ mod tests {
             assert!(decode(bytes, &Limits::default()).unwrap_err().message.contains(word));
         }
     }
+
+    /// Protects: pictures are known by their first bytes, those that are read and those that are only named; and what a radiance
+    /// picture says below zero, beyond or not at all is brought back to what light can be.
+    #[test]
+    fn kinds_of_pictures_are_told() {
+        let foreign = |bytes: &[u8]| match sniff(bytes) {
+            Kind::Foreign(name) => name,
+            _ => "",
+        };
+        assert!(matches!(sniff(b"\x89PNG\r\n\x1a\n"), Kind::Png) && matches!(sniff(b"\xff\xd8\xff\xe0"), Kind::Jpeg));
+        assert!(matches!(sniff(b"#?RADIANCE\n"), Kind::Hdr) && matches!(sniff(b"#?RGBE\n"), Kind::Hdr));
+        assert!(matches!(sniff(b"\x76\x2f\x31\x01"), Kind::Exr) && matches!(sniff(b""), Kind::Unknown));
+        let others: [(&[u8], &str); 6] = [
+            (b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"),
+            (b"GIF89a", "GIF"),
+            (b"BM6", "BMP"),
+            (b"DDS ", "DDS"),
+            (b"II*\0", "TIFF"),
+            (b"RIFF1234WEBPVP8", "WebP"),
+        ];
+        for (bytes, name) in others {
+            assert_eq!(foreign(bytes), name);
+        }
+        assert_eq!([-1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.5].map(usable), [0.0, 0.0, f32::MAX, 0.0, 0.5]);
+    }
 }

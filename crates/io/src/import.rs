@@ -212,6 +212,10 @@ mod tests {
             warnings.add(format!("w{}", i % 500));
         }
         assert_eq!(warnings.finish("f").len(), Warnings::MOST + 1);
+        let mut warnings = Warnings::default();
+        ["a", "b", "a", "b", "b"].into_iter().for_each(|message| warnings.add(message));
+        let said: Vec<_> = warnings.finish("f").into_iter().map(|warning| warning.message).collect();
+        assert_eq!(said, ["f: a", "f: b"]);
     }
 
     /// Claims add up, also when a single product overflows.

@@ -86,3 +86,75 @@ fn append(whole: &mut MeshData, part: &MeshData, transform: &DAffine3) {
         set.resize(after, [0.0; 2]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use raywright_core::scene::{Mesh, MeshSource, Object, SideRule, TransformStep};
+
+    use super::*;
+
+    /// A file of these parts, each shown once under its steps.
+    fn file(parts: Vec<(MeshData, Vec<TransformStep>)>) -> Scene {
+        let mut scene = Scene::default();
+        for (i, (data, transform)) in parts.into_iter().enumerate() {
+            scene.meshes.push(Mesh { name: i.to_string(), source: MeshSource::Inline(Arc::new(data)) });
+            scene.objects.push(Object {
+                name: String::new(),
+                shape: Shape::Mesh(i.to_string()),
+                material: String::new(),
+                side: SideRule::Both,
+                face_viewer: true,
+                casts_shadow: true,
+                transform,
+            });
+        }
+        scene
+    }
+
+    /// The corners 0, x and y, facing +z.
+    fn leaf() -> MeshData {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        MeshData { positions, indices: vec![[0, 1, 2]], ..MeshData::default() }
+    }
+
+    fn full() -> MeshData {
+        let uvs = vec![vec![[0.25, 0.5]; 3], vec![[0.75, 1.0]; 3]];
+        MeshData { normals: vec![[0.0, 0.6, 0.8]; 3], colours: vec![[0.5; 4]; 3], uvs, ..leaf() }
+    }
+
+    /// Protects: parts become one mesh in which each keeps what it has, and what it lacks is what a mesh alone would be taken to have:
+    /// white, (0, 0) and the facet's own normal; whichever comes first.
+    #[test]
+    fn parts_keep_what_they_have() {
+        for bare_first in [true, false] {
+            let mut parts = vec![(leaf(), Vec::new()), (full(), Vec::new())];
+            if !bare_first {
+                parts.reverse();
+            }
+            let whole = merged(&file(parts));
+            let [bare, own] = if bare_first { [0, 3] } else { [3, 0] };
+            assert_eq!((whole.positions.len(), whole.indices.as_slice()), (6, &[[0, 1, 2], [3, 4, 5]][..]));
+            assert_eq!((whole.colours[bare + 2], whole.colours[own + 2]), ([1.0; 4], [0.5; 4]));
+            assert_eq!((whole.normals[bare + 2], whole.normals[own + 2]), ([0.0, 0.0, 1.0], [0.0, 0.6, 0.8]));
+            assert_eq!((whole.uvs[0][bare + 2], whole.uvs[0][own + 2]), ([0.0; 2], [0.25, 0.5]));
+            assert_eq!((whole.uvs[1][bare + 2], whole.uvs[1][own + 2]), ([0.0; 2], [0.75, 1.0]));
+        }
+        assert!(merged(&file(vec![(leaf(), Vec::new())])).normals.is_empty());
+    }
+
+    /// Protects: a part stands where its node puts it; normals stay perpendicular under what stretches, and a mirror turns no triangle
+    /// inside out.
+    #[test]
+    fn parts_stand_where_they_are_put() {
+        let stretched = merged(&file(vec![(full(), vec![TransformStep::Scale([1.0, 3.0, 4.0])])]));
+        assert_eq!(stretched.positions[2], [0.0, 3.0, 0.0]);
+        // (0, 0.6/3, 0.8/4) has equal parts.
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        assert!(stretched.normals[0].iter().zip([0.0, half, half]).all(|(a, b)| (a - b).abs() < 1e-6), "{:?}", stretched.normals);
+        let mirrored = merged(&file(vec![(leaf(), vec![TransformStep::Scale([-1.0, 1.0, 1.0])])]));
+        let [a, b, c] = mirrored.indices[0].map(|i| Vec3::from_array(mirrored.positions[i as usize]));
+        assert_eq!((b - a).cross(c - a), Vec3::Z);
+    }
+}

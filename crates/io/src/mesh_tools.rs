@@ -128,4 +128,16 @@ mod tests {
         let rounded = rows.map(|row| row.map(|x| x.round()));
         assert_eq!(rounded, [[0.0, -1.0, 0.0, 1.0], [1.0, 0.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0]]);
     }
+
+    /// Protects: what a flat map squeezes keeps all but its normals, which no flat map can carry.
+    #[test]
+    fn what_is_squeezed_has_no_normals() {
+        let mut mesh = triangle(vec![[0.0; 3], [1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 3.0]]);
+        mesh.normals = vec![[0.0, 0.0, 1.0]; 4];
+        mesh.uvs = vec![vec![[0.5; 2]; 4]];
+        let flat =
+            squeezed(&mesh, &DAffine3::from_scale_rotation_translation(DVec3::new(2.0, 0.0, 1.0), DQuat::IDENTITY, DVec3::X));
+        assert_eq!((flat.positions[3], flat.positions[1]), ([3.0, 0.0, 3.0], [3.0, 0.0, 0.0]));
+        assert_eq!((flat.normals.len(), &flat.uvs, &flat.indices), (0, &mesh.uvs, &mesh.indices));
+    }
 }

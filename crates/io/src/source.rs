@@ -54,3 +54,19 @@ impl SourceInfo {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: places are told by line and column in a text, by the path alone in a model, and by the file where neither is known.
+    #[test]
+    fn places_are_told_as_well_as_they_can_be() {
+        let text = "format = 1\n[render]\n  samples = 4\n";
+        let native = |text| SourceInfo::new("a.toml", "a", Format::Native(Notation::Toml), text);
+        assert_eq!(native(Some(text.into())).locate("render.samples"), "a.toml:3:13");
+        assert_eq!(native(Some(text.into())).locate("sky"), "a.toml");
+        assert_eq!(native(None).locate("render.samples"), "a.toml: render.samples");
+        assert_eq!(SourceInfo::new("a.obj", "a", Format::Obj, None).locate("lights[0]"), "a.obj: lights[0]");
+    }
+}

@@ -73,6 +73,8 @@ fn unlike_kinds_meet_as_display_values() {
     // The PNG is rounded to codes, half a code at most.
     desk.run(&[&["compare", "a.exr", "a.png", "--max-rmse", "0.002"], &display[..]].concat()).exits_with(0);
     desk.run(&["compare", "a.exr", "a.png", "--max-rmse", "0.002"]).exits_with(1);
+    let brighter = [&["compare", "a.exr", "a.png", "--max-rmse", "0.002", "--exposure", "-1"], &display[..]].concat();
+    desk.run(&brighter).exits_with(1);
 }
 
 /// What cannot be compared: another size, no picture, no file, a difference picture nowhere.

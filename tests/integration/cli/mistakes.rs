@@ -8,6 +8,8 @@ fn wrong_use_is_explained() {
     let desk = Desk::new();
     let cases: &[(&[&str], &str)] = &[
         (&["duck.glb"], "error: `duck.glb` is not a command\nhelp: to render it: raywright render duck.glb"),
+        (&["preset:whitted"], "error: `preset:whitted` is not a command\nhelp: to render it: raywright render preset:whitted"),
+        (&["render", "preset:whitted", "--set", "t=1"], "error: the scene has no parameter `t`\nhelp: time is set with --at"),
         (
             &["rendr"],
             "error: unrecognized subcommand 'rendr'\n\n  tip: a similar subcommand exists: 'render'\n\nUsage: raywright [COMMAND]\n\nFor more information, try '--help'.",

@@ -149,6 +149,13 @@ fn stats_have_their_fields() {
     assert_eq!(fields(&stats["effects"][0]).expect("effects"), ["name", "status", "because", "source", "hint"]);
     assert_eq!(fields(&stats["memory"]).expect("memory"), ["peak_bytes", "geometry_bytes", "texture_bytes"]);
     assert!(stats["memory"]["geometry_bytes"].as_u64().is_some_and(|bytes| bytes > 0));
+    // Pictures by their own bytes: the first render's, four a pixel.
+    let sky = "format = 1\nimages = [{ name = \"a\", path = \"a.png\" }]\nsky.map.image = \"a\"\n";
+    desk.write("sky.scene.toml", sky);
+    desk.run(&["render", "sky.scene.toml", "--size", "4x3", "--spp", "1", "--stats", "d.json", "-o", "b.png", "-q"])
+        .exits_with(0);
+    let sky = json(&std::fs::read_to_string(desk.path("d.json")).expect("a file"));
+    assert_eq!(sky["memory"]["texture_bytes"], 20 * 10 * 4);
 }
 
 /// The report goes where a report belongs, and never over the scene itself.

@@ -63,6 +63,11 @@ fn check_tells_good_files_from_bad_ones() {
     let good = desk.run(&["check", "two.scene.toml"]);
     good.exits_with(0).says("");
     assert_eq!(good.text(), "two.scene.toml: ok\n");
+    for (images, told) in [(1, "1 warning"), (2, "2 warnings")] {
+        let image = |i: u32| format!("\n[[images]]\nname = \"{i}\"\npath = \"{i}.png\"\n");
+        desk.write("bare.scene.toml", TWO_SPHERES.to_owned() + &(0..images).map(image).collect::<String>());
+        assert_eq!(desk.run(&["check", "bare.scene.toml"]).text(), format!("bare.scene.toml: ok, {told}\n"));
+    }
     desk.write("bad.scene.toml", TWO_SPHERES.replace("radius", "raduis"));
     desk.run(&["check", "bad.scene.toml"]).exits_with(3);
     desk.run(&["check", "missing.scene.toml"])

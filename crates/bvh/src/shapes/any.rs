@@ -108,6 +108,8 @@ impl<R: Real> AnyShape<R> {
         match self {
             AnyShape::Plane(plane) => plane.point.is_finite() && plane.normal.is_finite(),
             AnyShape::Cylinder(c) if c.ends == Ends::None => c.base.is_finite() && c.axis.is_finite() && c.radius.is_finite(),
+            // With an infinite slope the box is that of a cylinder.
+            AnyShape::Hyperboloid(h) if !h.slope.is_finite() => false,
             shape => shape.bounds().is_some_and(|b| b.padded().is_some()),
         }
     }

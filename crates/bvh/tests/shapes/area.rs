@@ -230,3 +230,22 @@ fn rays_leave_drawn_points() {
         }
     }
 }
+
+/// Protects the area of what is leant, where the sides of a cube stay equally long: a ball becomes an ellipsoid whose half axes are
+/// √(1 ± 0.6) and 1, and so does one that is turned besides; a cube's faces become parallelograms.
+#[test]
+fn leaning_changes_areas() {
+    use raywright_bvh::shapes::{Cuboid, Ellipsoid};
+    let lean = DAffine3::from_cols(DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::Z, DVec3::ZERO);
+    let ball = Sphere { centre: DVec3::ZERO, radius: 1.0 };
+    let half_axes = DVec3::new(1.6_f64.sqrt(), 0.4_f64.sqrt(), 1.0);
+    let expected = Placed::<Reference>::new(Ellipsoid::new(DVec3::ZERO, half_axes).into(), DAffine3::IDENTITY).unwrap().area();
+    for turn in [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.7)] {
+        let area = Placed::<Reference>::new(ball.into(), turn * lean).unwrap().area().unwrap();
+        assert!((area / expected.unwrap() - 1.0).abs() < 1e-3, "{area} {expected:?}");
+        // Faces of 1 × 2, 2 × 3 and 3 × 1; those across z lean to 0.8 of themselves.
+        let cuboid = Cuboid::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
+        let area = Placed::<Reference>::new(cuboid.into(), turn * lean).unwrap().area().unwrap();
+        assert!((area - 2.0 * (2.0 * 0.8 + 6.0 + 3.0)).abs() < 1e-12, "{area}");
+    }
+}

@@ -6,4 +6,5 @@ mod bounds;
 mod gallery;
 mod hits;
 mod parameters;
+mod refused;
 mod scalar;

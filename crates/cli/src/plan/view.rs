@@ -151,6 +151,7 @@ mod tests {
         assert_eq!(taken(&named("side")).expect("by name").name, "side");
         assert_eq!(taken(&named("1")).expect("by index").name, "side");
         assert_eq!(taken(&named("2")).expect("by index").name, "");
+        assert!(taken(&named("")).is_err(), "a camera without a name has an index alone");
         let message = taken(&named("fornt")).expect_err("unknown").message;
         assert!(message.contains("did you mean `front`?"), "{message}");
         assert!(taken(&named("3")).is_err());

@@ -148,4 +148,32 @@ mod tests {
         let ratio = |x: f64| agx.apply([x, 0.0, 0.0])[1] / agx.apply([x, 0.0, 0.0])[0];
         assert!(ratio(0.2) < ratio(2.0) && ratio(2.0) < ratio(20.0) && ratio(20.0) > 0.3);
     }
+
+    /// Protects: every entry of the matrices. The two between Rec. 709 and Rec. 2020 are those of the standards' primaries, in four
+    /// digits, which were cut in one place and rounded in the others. Those of AgX itself are published by columns: where each primary goes on the way in, and that on the way out the
+    /// others of a column get equal shares, since that way nothing is turned.
+    #[test]
+    fn matrices_are_those_of_their_primaries() {
+        use crate::display::tests::primaries::{REC709, REC2020, between};
+        for (rows, derived) in [(REC709_TO_REC2020, between(REC709, REC2020)), (REC2020_TO_REC709, between(REC2020, REC709))] {
+            for (i, row) in rows.iter().enumerate() {
+                let apart = glam::DVec3::from(*row) - derived.row(i);
+                assert!(apart.abs().max_element() < 1e-4, "row {i}: {row:?} {}", derived.row(i));
+            }
+        }
+        let columns = [
+            [0.856_627_153_315_983, 0.137_318_972_929_847, 0.111_898_212_999_95],
+            [0.095_121_240_538_158_8, 0.761_241_990_602_591, 0.076_799_418_603_190_3],
+            [0.048_251_606_145_858_3, 0.101_439_036_467_562, 0.811_302_368_396_859],
+        ];
+        let primary = |k: usize| [0, 1, 2].map(|i| f64::from(u8::from(i == k)));
+        for (k, column) in columns.into_iter().enumerate() {
+            assert_eq!(transform(&INSET, primary(k)), column);
+            let out = transform(&OUTSET, primary(k));
+            assert!((out[(k + 1) % 3] - out[(k + 2) % 3]).abs() < 1e-14, "{out:?}");
+        }
+        for rows in [INSET, OUTSET] {
+            assert!(transform(&rows, [1.0; 3]).iter().all(|grey| (grey - 1.0).abs() < 1e-14), "{rows:?}");
+        }
+    }
 }

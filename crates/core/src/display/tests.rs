@@ -1,5 +1,7 @@
 //! Hard values through every tone map and curve (numerics F05, F06), coverage, and the table against the definition.
 
+pub(super) mod primaries;
+
 use super::*;
 
 const MAPS: [ToneMap; 5] = [ToneMap::None, ToneMap::Aces, ToneMap::AcesHill, ToneMap::Agx, ToneMap::KhronosNeutral];
@@ -143,4 +145,13 @@ fn a_picture_keeps_its_places() {
         assert_eq!(code, expected);
     }
     assert!(codes[0] < codes[3] && codes[12] < codes[15]);
+}
+
+/// Protects: a scene's own display, each of its three settings, for every map and curve.
+#[test]
+fn a_scene_says_how_it_is_shown() {
+    for display in every_display() {
+        let Display { tone_map, curve, exposure_stops } = display;
+        assert_eq!(Display::of(&Render { tone_map, gamma: curve, exposure: exposure_stops, ..Render::default() }), display);
+    }
 }

@@ -152,6 +152,13 @@ mod tests {
             assert_eq!((shares(1)[0].share, shares(1)[1].share), (1.0, 0.0), "{k}");
             assert_eq!((shares(2)[1].share, shares(2)[2].share), (1.0, 0.0), "{k}");
         }
+        for apart in 0..64 {
+            let [a, b] = [0, apart].map(|k| Picture { rgb: vec![[0.5, code(k), 0.5]], ..Picture::new(1, 1) });
+            let side = |picture| Side { picture, encoding: Encoding::Display };
+            let beyond = compare(side(&a), side(&b), Display::PLAIN).unwrap().beyond;
+            let expected = [0, 1, 2, 8, 32].map(|codes| Beyond { codes, share: if apart > codes { 1.0 } else { 0.0 } });
+            assert_eq!(beyond, expected, "{apart}");
+        }
     }
 
     /// A difference in coverage alone is not hidden, nor is a single bit.

@@ -36,6 +36,20 @@ fn pinholes_open_by_their_key() {
         |pinhole: Value, x: f64, y: f64| camera(pose(), json!({ "pinhole": pinhole }), Value::Null, [40, 20]).ray(x, y, [0.5; 2]);
     goes(at(json!({ "vertical_fov": 90 }), 20.0, 0.0), EYE, [0.0, 1.0, -1.0]);
     goes(at(json!({ "vertical_fov": 90 }), 40.0, 10.0), EYE, [2.0, 0.0, -1.0]);
+    // A lens opens as its pinhole does, also where the picture has a shape of its own: 3 to 1 here, in pixels that are none.
+    for aspect in [Value::Null, json!(3)] {
+        let half = if aspect.is_null() { 1.0 } else { 1.5 };
+        for (pinhole, focal) in
+            [(json!({ "vertical_fov": 90 }), 0.5), (json!({ "horizontal_fov": 90 }), half), (json!({ "focal_length": 2 }), 2.0)]
+        {
+            let lens = json!({ "thin_lens": { "pinhole": pinhole, "aperture_radius": 0.1, "focus_distance": 4 } });
+            for projection in [json!({ "pinhole": pinhole }), lens] {
+                let camera = camera(pose(), projection, aspect.clone(), [40, 20]);
+                goes(camera.ray(40.0, 10.0, [0.0; 2]), EYE, [half, 0.0, -focal]);
+                goes(camera.ray(20.0, 0.0, [0.0; 2]), EYE, [0.0, 0.5, -focal]);
+            }
+        }
+    }
     goes(at(json!({ "vertical_fov": 60 }), 20.0, 20.0), EYE, [0.0, -f64::sqrt(1.0 / 3.0), -1.0]);
     goes(at(json!({ "horizontal_fov": 90 }), 40.0, 10.0), EYE, [1.0, 0.0, -1.0]);
     goes(at(json!({ "horizontal_fov": 90 }), 0.0, 0.0), EYE, [-1.0, 0.5, -1.0]);

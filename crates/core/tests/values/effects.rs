@@ -74,6 +74,13 @@ fn classic_terms() {
             json!({}),
             &[("emission", Simulated), ("textured emitters", LeftOut), ("procedural textures", Simulated)],
         ),
+        // At the last segment what reflects shows its local term whole, whatever its weight.
+        (
+            json!({ "local": 0, "reflection": { "weight": 1 } }),
+            json!({ "lights": [sun([0.0, 1.0, 0.0])], "classic": { "depth_limit": "local_only" } }),
+            &[("direct light", Simulated)],
+        ),
+        (json!({}), json!({ "sky": { "constant": 1 } }), &[("sky", Simulated), ("sky light", Absent)]),
         (json!({ "colour": { "checker": { "even": 0, "odd": 1 } } }), json!({}), &[("checkerboard", Simulated)]),
         (json!({ "colour": { "checker": { "even": 1, "odd": 1 } } }), json!({}), &[("checkerboard", Absent)]),
     ] {
@@ -202,9 +209,12 @@ fn geometry_and_what_is_shown() {
     };
     reports(classic(json!({})), generator(2), &[("instances", Simulated)]);
     reports(classic(json!({})), generator(1), &[("instances", Absent)]);
-    let mut bounded = floor(classic(json!({})), json!({}));
-    bounded.objects[0] = serde_json::from_value(ball([0.0; 3], 1.0, "floor")).expect("an object");
-    assert_eq!(detect(&bounded, &Settings::of(&bounded)).status(Effect::UnboundedShapes), Absent);
+    let mut shown = floor(classic(json!({})), json!({}));
+    let tube = |height: Value| json!({ "shape": { "cylinder": { "base": [0, 0, 0], "axis": [0, 1, 0], "radius": 1, "height": height } }, "material": "floor" });
+    for (object, status) in [(ball([0.0; 3], 1.0, "floor"), Absent), (tube(json!(1)), Absent), (tube(Value::Null), Simulated)] {
+        shown.objects[0] = serde_json::from_value(object).expect("an object");
+        assert_eq!(detect(&shown, &Settings::of(&shown)).status(Effect::UnboundedShapes), status);
+    }
 }
 
 /// Protects: a lens without a radius is none, and a fixed pattern shows none.

@@ -15,6 +15,7 @@ mod films;
 mod generators;
 mod glass;
 mod highlights;
+mod inputs;
 mod interfaces;
 mod lights;
 mod meshes;

@@ -2,8 +2,10 @@
 
 mod attributes;
 mod collections;
+mod containers;
 mod gltf;
 mod hostile;
+mod keys;
 mod made;
 mod malformed;
 mod obj;

@@ -139,4 +139,18 @@ mod tests {
         assert_eq!(care("0.75", 5), Care { repeats: 4, sample_seconds: 0.0125 });
         assert_eq!(care("1000", 2).sample_seconds, 0.05);
     }
+
+    /// Protects: a disagreement of scan and tree is a failure of the program, with its own exit code; everything else is the file's.
+    #[test]
+    fn a_disagreement_is_not_the_files_fault() {
+        let disagreement = raywright_core::bench::Disagreement {
+            which: "scan",
+            ray: 1,
+            primitives: 2,
+            scan: String::new(),
+            tree: String::new(),
+        };
+        assert_eq!(failed(BenchError::Disagreement(disagreement), "a").exit, Exit::Failed);
+        assert_eq!(failed(BenchError::Empty, "a").exit, Exit::Input);
+    }
 }

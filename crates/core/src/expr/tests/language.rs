@@ -67,6 +67,8 @@ fn functions() {
         ("floor(-1.5)", -2.0),
         ("ceil(-1.5)", -1.0),
         ("round(2.5)", 3.0),
+        ("round(-2.5)", -2.0),
+        ("round(-2.6)", -3.0),
         ("fract(-1.25)", 0.75),
         ("mod(-1, 4)", 3.0),
         ("sign(-3) + sign(0)", -1.0),
@@ -259,6 +261,7 @@ fn noise_functions() {
     }
     assert_eq!(refused("fbm([1, 2, 3], 0.5)").0, "the octaves of `fbm` must be a constant whole number from 1 to 24");
     assert_eq!(refused("fbm([1, 2, 3], 25)").1, "25");
+    assert_eq!(refused("fbm([1, 2, 3], 0)").1, "0");
     assert_eq!(refused("noise(1)").0, "a point of noise must be a vector, and this is a number");
     assert_eq!(refused("noise2([1, 2, 3])").0, "`noise2` does not take 1 argument");
     assert_eq!(refused("fbm2(1, 2, 3, 4)").0, "`fbm2` does not take 4 arguments");

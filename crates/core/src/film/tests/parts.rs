@@ -164,3 +164,15 @@ fn what_does_not_belong_together_is_refused() {
     let refused = own.render_part(&mut strange, &Part { tiles: 0..1, replicates: 0..1 }, &());
     assert_eq!(refused, Err(PartError::Foreign { part: 0, what: "seed" }));
 }
+
+/// Protects: a film holds no tile and no replicate that its picture does not have, next to those that it has.
+#[test]
+fn nothing_is_held_beyond_the_picture() {
+    let film = rendered(&ready(&settings(6)));
+    let Part { tiles, replicates } = film.whole();
+    for tile in 0..tiles.end + 2 {
+        for replicate in 0..replicates.end + 2 {
+            assert_eq!(film.has(tile, replicate), tiles.contains(&tile) && replicates.contains(&replicate), "{tile} {replicate}");
+        }
+    }
+}

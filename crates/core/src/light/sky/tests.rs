@@ -69,3 +69,20 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
     assert!((along(-90.0, DVec3::NEG_Z) - middle).abs() < 1e-9);
     assert!((along(0.0, DVec3::Z) - middle - 16.0).abs() < 1e-9, "{}", along(0.0, DVec3::Z));
 }
+
+/// Protects: a picture's strength counts in its power as in its radiance, whatever its pixels are.
+#[test]
+fn strength_is_part_of_the_power() {
+    for pixels in [Pixels::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]), Pixels::Codes(vec![[20, 120, 250, 255]; 8])] {
+        let image = Arc::new(ImageData { width: 4, height: 2, pixels });
+        let power = |strength: f64| {
+            let sky = Sky { kind: Kind::Map(Map { image: Arc::clone(&image), turn: 0.0, strength }) };
+            let seen = sky.radiance(DVec3::ZERO, DVec3::X);
+            let sampler = crate::light::SkySampler::new(&sky).expect("it shines");
+            // The same from everywhere, so the power is the radiance over the sphere.
+            assert!((sampler.flux() / (4.0 * core::f64::consts::PI * (seen.x + seen.y + seen.z)) - 1.0).abs() < 1e-9);
+            sampler.flux()
+        };
+        assert!((power(3.0) / power(1.0) - 3.0).abs() < 1e-12);
+    }
+}

@@ -6,6 +6,7 @@ mod messages_expressions;
 mod messages_rules;
 mod messages_syntax;
 mod messages_types;
+mod numbers;
 mod reading;
 mod schema;
 

@@ -55,6 +55,9 @@ fn f08_exr_keeps_every_finite_number() {
     assert_eq!(read.picture.rgb[0][0].to_bits(), picture.rgb[0][0].to_bits());
     let headers = ::exr::prelude::MetaData::read_from_buffered(bytes.as_slice(), true).unwrap().headers;
     assert_eq!(headers.len(), 1, "parts");
+    let space = headers[0].shared_attributes.chromaticities.unwrap();
+    let primaries = [space.red, space.green, space.blue, space.white].map(|place| [place.0, place.1]);
+    assert_eq!(primaries, [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]], "Rec. 709, D65");
 }
 
 /// F08: an infinite colour becomes the largest number of its sign, a NaN stays one.

@@ -1,0 +1,230 @@
+//! Tables of importers: what each key of a material, a light or a texture alone means, and what is taken where it is left out.
+
+use std::path::Path;
+
+use raywright_core::scene::{AlphaMode, Colour, Falloff, LightKind, Model, Physical};
+use raywright_io::Loaded;
+
+use crate::shared::load;
+
+fn first(loaded: &Loaded) -> Physical {
+    let name = &loaded.scene.objects[0].material;
+    match loaded.scene.materials.iter().find(|material| &material.name == name).map(|material| &material.model) {
+        Some(Model::Physical(physical)) => Physical::clone(physical),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+fn picture(folder: &Path) {
+    image::RgbaImage::new(1, 1).save(folder.join("a.png")).unwrap();
+}
+
+/// The material of an OBJ file that a library writes in these lines, without its textures, and how many it had.
+fn library(lines: &str) -> (Physical, usize) {
+    let folder = tempfile::tempdir().unwrap();
+    picture(folder.path());
+    let path = folder.path().join("a.obj");
+    std::fs::write(&path, "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n").unwrap();
+    std::fs::write(folder.path().join("a.mtl"), format!("newmtl m\n{lines}\n")).unwrap();
+    let found = first(&load(&path));
+    let textures = [&found.base_colour_texture, &found.metallic_roughness_texture, &found.emission_texture];
+    let count = textures.into_iter().flatten().count();
+    (Physical { base_colour_texture: None, metallic_roughness_texture: None, emission_texture: None, ..found }, count)
+}
+
+/// Protects: the table from MTL to the physical model: each key, each `illum` and what decides between two readings of one. An
+/// exponent of 30 is a roughness of one half: its fourth power is 2/(30 + 2).
+#[test]
+fn each_key_of_a_library_has_its_meaning() {
+    let plain = |grey: f64| Physical { base_colour: Colour([grey; 3]).into(), ior: 1.0, ..Physical::default() };
+    let glossy = |grey: f64| Physical { ior: 1.5, roughness: 0.5.into(), ..plain(grey) };
+    let metal = |colour: [f64; 3], roughness: f64| Physical {
+        base_colour: Colour(colour).into(),
+        metallic: 1.0.into(),
+        roughness: roughness.into(),
+        ..Physical::default()
+    };
+    let glass = |tint: f64, ior: f64| Physical { transmission: 1.0, roughness: 0.0.into(), ior, ..plain(tint) };
+    let faded = |opacity: f64| Physical { alpha: AlphaMode::Blend, opacity: opacity.into(), ..plain(0.8) };
+    let glowing = |colour: [f64; 3]| Physical { emission: Colour(colour).into(), ..plain(0.8) };
+    let gold = [1.0, 0.75, 0.25];
+    for (lines, wanted) in [
+        ("", plain(0.8)),
+        ("Kd 0.5 0.5 0.5", plain(0.5)),
+        ("Kd 2 2 2", plain(1.0)),
+        ("map_Kd a.png", plain(1.0)),
+        ("Ks 1 1 1\nNs 30", glossy(0.8)),
+        ("Ks 1 1 1", Physical { roughness: 1.0.into(), ..glossy(0.8) }),
+        ("Ks 1 1 1\nNs 30\nillum 0", plain(0.8)),
+        ("Ks 1 1 1\nNs 30\nillum 1", plain(0.8)),
+        ("Ks 1 1 1\nNs 30\nillum 2", glossy(0.8)),
+        ("Ks 0 0 0\nNs 30\nillum 2", plain(0.8)),
+        ("Kd 0 0 0\nKs 1 0.75 0.25\nNs 30", metal(gold, 0.5)),
+        ("Kd 0 0 0\nmap_Kd a.png\nKs 1 0.75 0.25\nNs 30", glossy(0.0)),
+        ("Kd 0.5 0.5 0.5\nNs 30\nillum 3", metal([0.5; 3], 0.5)),
+        ("Kd 0 0 0\nKs 1 0.75 0.25\nNs 30\nillum 3", metal(gold, 0.0)),
+        ("illum 4", plain(0.8)),
+        ("Ks 1 1 1\nNs 30\nillum 4", glossy(0.8)),
+        ("Tf 0 0 0\nillum 4", plain(0.8)),
+        ("Tf 0.5 0.5 0.5\nillum 4", glass(0.5, 1.5)),
+        ("Tf 0.5\nillum 9\nNi 1.25", glass(0.5, 1.25)),
+        ("d 0.5\nillum 9", glass(1.0, 1.5)),
+        ("Ns 30\nNi 1.75\nillum 5", Physical { roughness: 0.0.into(), ior: 1.75, ..plain(0.8) }),
+        ("illum 6", glass(1.0, 1.5)),
+        ("Tf 0.25\nNi 2\nillum 7", glass(0.25, 2.0)),
+        ("Ni 0.5\nillum 7", glass(1.0, 1.5)),
+        ("Pr 0.25", Physical { roughness: 0.25.into(), ..plain(0.8) }),
+        ("Pm 0.25", Physical { metallic: 0.25.into(), ..plain(0.8) }),
+        ("Ke 1 2 4", glowing([1.0, 2.0, 4.0])),
+        ("map_Ke a.png", glowing([1.0; 3])),
+        ("Ke 0.5 1 2\nmap_Ke a.png", glowing([0.5, 1.0, 2.0])),
+        ("d 0.25", faded(0.25)),
+        ("d -halo 0.25", faded(0.25)),
+        ("Tr 0.75", faded(0.25)),
+        ("map_Kd a.png\nmap_d a.png", Physical { opacity: 1.0.into(), base_colour: Colour::WHITE.into(), ..faded(1.0) }),
+    ] {
+        let (found, textures) = library(lines);
+        assert_eq!(found, wanted, "{lines}");
+        assert_eq!(textures, lines.matches("a.png").count() - usize::from(lines.contains("map_d")), "{lines}");
+    }
+}
+
+/// A glTF file of one triangle with this material.
+fn gltf(material: &str) -> Loaded {
+    let folder = tempfile::tempdir().unwrap();
+    picture(folder.path());
+    let corners = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let text = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "nodes": [{{ "mesh": 0 }}], "materials": [{{ {material} }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }}, "material": 0 }}] }}],
+        "images": [{{ "uri": "a.png" }}], "textures": [{{ "source": 0 }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}],
+        "buffers": [{{ "byteLength": 36, "uri": "data:;base64,{corners}" }}] }}"#
+    );
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, text).unwrap();
+    load(&path)
+}
+
+/// Protects: what glTF 2.0 and its extensions say of each factor, and of one that is left out: a metal is the default there.
+#[test]
+fn each_factor_of_gltf_has_its_meaning() {
+    let default = || Physical { metallic: 1.0.into(), ..Physical::default() };
+    let masked = |cutoff: f64| Physical { alpha: AlphaMode::Mask { cutoff }, ..default() };
+    let shiny = |colour: [f64; 3], metallic: f64, roughness: f64, opacity: f64| Physical {
+        base_colour: Colour(colour).into(),
+        metallic: metallic.into(),
+        roughness: roughness.into(),
+        opacity: opacity.into(),
+        ..Physical::default()
+    };
+    let extension = |name: &str, body: &str| format!(r#""extensions": {{ "KHR_materials_{name}": {{ {body} }} }}"#);
+    let factors = |body: &str| format!(r#""pbrMetallicRoughness": {{ {body} }}"#);
+    let glow = |strength: f64| Physical { emission: Colour([0.5 * strength, strength, 0.0]).into(), ..default() };
+    for (material, wanted) in [
+        (String::new(), default()),
+        (factors(r#""baseColorFactor": [0.5, 0.25, 1, 0.75]"#), shiny([0.5, 0.25, 1.0], 1.0, 1.0, 0.75)),
+        (factors(r#""metallicFactor": 0.25"#), shiny([1.0; 3], 0.25, 1.0, 1.0)),
+        (factors(r#""roughnessFactor": 0.25"#), shiny([1.0; 3], 1.0, 0.25, 1.0)),
+        (r#""emissiveFactor": [0.5, 1, 0]"#.to_owned(), glow(1.0)),
+        (format!(r#""emissiveFactor": [0.5, 1, 0], {}"#, extension("emissive_strength", r#""emissiveStrength": 8"#)), glow(8.0)),
+        (r#""alphaMode": "OPAQUE""#.to_owned(), default()),
+        (r#""alphaMode": "BLEND""#.to_owned(), Physical { alpha: AlphaMode::Blend, ..default() }),
+        (r#""alphaMode": "MASK""#.to_owned(), masked(0.5)),
+        (r#""alphaMode": "MASK", "alphaCutoff": 0.25"#.to_owned(), masked(0.25)),
+        (extension("ior", r#""ior": 1.25"#), Physical { ior: 1.25, ..default() }),
+        (extension("ior", ""), default()),
+        (extension("transmission", r#""transmissionFactor": 0.25"#), Physical { transmission: 0.25, ..default() }),
+        (extension("unlit", ""), Physical { unlit: true, ..default() }),
+        // A dielectric reflects 4 %; what reflects in one channel fully leaves nothing to be diffused.
+        (
+            extension("pbrSpecularGlossiness", r#""diffuseFactor": [0.5, 0.25, 0, 0.75], "specularFactor": [0, 0, 0]"#),
+            shiny([0.5 / 0.96, 0.25 / 0.96, 0.0], 0.0, 0.0, 0.75),
+        ),
+        (
+            extension(
+                "pbrSpecularGlossiness",
+                r#""diffuseFactor": [0.5, 0.5, 0.5, 1], "specularFactor": [1, 0.5, 0], "glossinessFactor": 0.25"#,
+            ),
+            shiny([1.0, 0.5, 0.0], 1.0, 0.75, 1.0),
+        ),
+    ] {
+        let found = first(&gltf(&material));
+        let near = |a: &Physical, b: &Physical| {
+            let colour = |m: &Physical| m.base_colour.constant().unwrap().0;
+            colour(a).iter().zip(colour(b)).all(|(a, b)| (a - b).abs() < 1e-12)
+                && (a.metallic.constant().unwrap() - b.metallic.constant().unwrap()).abs() < 1e-12
+        };
+        assert!(near(&found, &wanted), "{material}: {found:?}");
+        let rest = Physical { base_colour: wanted.base_colour.clone(), metallic: wanted.metallic.clone(), ..found };
+        assert_eq!(rest, wanted, "{material}");
+    }
+}
+
+/// Protects: the set of coordinates that a texture's transform names counts before that of its use (KHR_texture_transform).
+#[test]
+fn a_transform_may_name_its_own_coordinates() {
+    for (body, set) in [
+        ("", 0),
+        (r#", "texCoord": 1"#, 1),
+        (r#", "texCoord": 1, "extensions": { "KHR_texture_transform": {} }"#, 1),
+        (r#", "texCoord": 1, "extensions": { "KHR_texture_transform": { "texCoord": 2 } }"#, 2),
+        (r#", "texCoord": 1, "extensions": { "KHR_texture_transform": { "texCoord": 0 } }"#, 0),
+    ] {
+        let material = format!(r#""pbrMetallicRoughness": {{ "baseColorTexture": {{ "index": 0{body} }} }}"#);
+        let texture = first(&gltf(&material)).base_colour_texture.unwrap();
+        assert_eq!(texture.uv_set, set, "{body}");
+    }
+}
+
+/// Protects: lamps of KHR_lights_punctual: kinds, what is left out, a range of nothing, and names, for which a node's will do.
+#[test]
+fn lamps_have_their_defaults() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    let read = |light: &str, node: &str| {
+        let text = format!(
+            r#"{{ "asset": {{ "version": "2.0" }},
+            "nodes": [{{ {node} "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }}],
+            "extensions": {{ "KHR_lights_punctual": {{ "lights": [{{ {light} }}] }} }} }}"#
+        );
+        std::fs::write(&path, text).unwrap();
+        let mut lights = load(&path).scene.lights;
+        assert_eq!(lights.len(), 1, "{light}");
+        lights.remove(0)
+    };
+    let [here, towards] = [[0.0; 3], [0.0, 0.0, -1.0]];
+    let falloff = Falloff::InverseSquare;
+    let spot = |outer_angle: f64, range| LightKind::Spot {
+        position: here,
+        direction: towards,
+        inner_angle: 0.0,
+        outer_angle,
+        falloff,
+        range,
+    };
+    for (light, kind) in [
+        (r#""type": "directional""#, LightKind::Directional { to_light: [0.0, 0.0, 1.0] }),
+        (r#""type": "point""#, LightKind::Point { position: here, falloff, range: None }),
+        (r#""type": "point", "range": 4"#, LightKind::Point { position: here, falloff, range: Some(4.0) }),
+        (r#""type": "point", "range": 0"#, LightKind::Point { position: here, falloff, range: None }),
+        (r#""type": "spot""#, spot(45.0, None)),
+        (r#""type": "spot", "spot": {}, "range": 4"#, spot(45.0, Some(4.0))),
+    ] {
+        let found = read(light, "");
+        let rounded = |kind| match kind {
+            LightKind::Spot { position, direction, inner_angle, outer_angle, falloff, range } => {
+                let outer_angle = (outer_angle * 1e4).round() / 1e4;
+                LightKind::Spot { position, direction, inner_angle, outer_angle, falloff, range }
+            }
+            other => other,
+        };
+        assert_eq!(rounded(found.kind), kind, "{light}");
+        assert_eq!((found.colour, found.shadows, found.specular), (Colour::WHITE, true, true), "{light}");
+    }
+    for (own, node, name) in [("", "", ""), ("", "post", "post"), ("lamp", "post", "lamp"), ("lamp", "", "lamp")] {
+        let found = read(&format!(r#""type": "point", "name": "{own}""#), &format!(r#""name": "{node}","#));
+        assert_eq!(found.name, name);
+    }
+}
