@@ -108,6 +108,7 @@ mod tests {
                 face_viewer: true,
                 casts_shadow: true,
                 transform,
+                transform_end: None,
             });
         }
         scene

@@ -36,15 +36,15 @@ fn library(lines: &str) -> (Physical, usize) {
 /// exponent of 30 is a roughness of one half: its fourth power is 2/(30 + 2).
 #[test]
 fn each_key_of_a_library_has_its_meaning() {
-    let plain = |grey: f64| Physical { base_colour: Colour([grey; 3]).into(), ior: 1.0, ..Physical::default() };
-    let glossy = |grey: f64| Physical { ior: 1.5, roughness: 0.5.into(), ..plain(grey) };
+    let plain = |grey: f64| Physical { base_colour: Colour([grey; 3]).into(), ior: 1.0.into(), ..Physical::default() };
+    let glossy = |grey: f64| Physical { ior: 1.5.into(), roughness: 0.5.into(), ..plain(grey) };
     let metal = |colour: [f64; 3], roughness: f64| Physical {
         base_colour: Colour(colour).into(),
         metallic: 1.0.into(),
         roughness: roughness.into(),
         ..Physical::default()
     };
-    let glass = |tint: f64, ior: f64| Physical { transmission: 1.0, roughness: 0.0.into(), ior, ..plain(tint) };
+    let glass = |tint: f64, ior: f64| Physical { transmission: 1.0.into(), roughness: 0.0.into(), ior: ior.into(), ..plain(tint) };
     let faded = |opacity: f64| Physical { alpha: AlphaMode::Blend, opacity: opacity.into(), ..plain(0.8) };
     let glowing = |colour: [f64; 3]| Physical { emission: Colour(colour).into(), ..plain(0.8) };
     let gold = [1.0, 0.75, 0.25];
@@ -69,7 +69,7 @@ fn each_key_of_a_library_has_its_meaning() {
         ("Tf 0.5 0.5 0.5\nillum 4", glass(0.5, 1.5)),
         ("Tf 0.5\nillum 9\nNi 1.25", glass(0.5, 1.25)),
         ("d 0.5\nillum 9", glass(1.0, 1.5)),
-        ("Ns 30\nNi 1.75\nillum 5", Physical { roughness: 0.0.into(), ior: 1.75, ..plain(0.8) }),
+        ("Ns 30\nNi 1.75\nillum 5", Physical { roughness: 0.0.into(), ior: 1.75.into(), ..plain(0.8) }),
         ("illum 6", glass(1.0, 1.5)),
         ("Tf 0.25\nNi 2\nillum 7", glass(0.25, 2.0)),
         ("Ni 0.5\nillum 7", glass(1.0, 1.5)),
@@ -133,9 +133,9 @@ fn each_factor_of_gltf_has_its_meaning() {
         (r#""alphaMode": "BLEND""#.to_owned(), Physical { alpha: AlphaMode::Blend, ..default() }),
         (r#""alphaMode": "MASK""#.to_owned(), masked(0.5)),
         (r#""alphaMode": "MASK", "alphaCutoff": 0.25"#.to_owned(), masked(0.25)),
-        (extension("ior", r#""ior": 1.25"#), Physical { ior: 1.25, ..default() }),
+        (extension("ior", r#""ior": 1.25"#), Physical { ior: 1.25.into(), ..default() }),
         (extension("ior", ""), default()),
-        (extension("transmission", r#""transmissionFactor": 0.25"#), Physical { transmission: 0.25, ..default() }),
+        (extension("transmission", r#""transmissionFactor": 0.25"#), Physical { transmission: 0.25.into(), ..default() }),
         (extension("unlit", ""), Physical { unlit: true, ..default() }),
         // A dielectric reflects 4 %; what reflects in one channel fully leaves nothing to be diffused.
         (
