@@ -6,7 +6,7 @@ use crate::expr::Inputs;
 use crate::scene::MOST_UV_SETS;
 
 /// A point where a ray met a surface. What only some readers want is made from it when they ask: [`Self::inputs`] where an
-/// expression is evaluated, [`Self::mirrored`] where something reflects.
+/// expression is evaluated, [`Self::mirrored`] where something reflects, [`Self::frame`] where directions are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interaction<R: Real> {
     /// The geometric frame: point, how far it may be off, normal outwards. Spawned rays start from it.

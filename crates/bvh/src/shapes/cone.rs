@@ -165,7 +165,8 @@ impl<R: Real> Shape<R> for Cone<R> {
         let (u, dpdu) = turn::<P>(out, self.axis);
         let end_radius = if part == TOP { self.top_radius } else { self.radius };
         let v = if part == WALL { convert(P::Core::ONE - along) } else { convert::<P::Core, R>(out.length()) / end_radius };
-        Parameters { u, v, dpdu }
+        // The turn is one for both ends, so on the base, which faces the other way, it runs to the left.
+        Parameters { u, v, dpdu, mirrored: part == BASE }
     }
 }
 

@@ -161,7 +161,8 @@ impl<R: Real> Shape<R> for Cuboid<R> {
             if size.axis(i) > R::ZERO { way / size.axis(i) } else { R::ZERO }
         };
         let length = if u_falls { -size.axis(along_u) } else { size.axis(along_u) };
-        Parameters { u: share(along_u, u_falls), v: share(along_v, v_falls), dpdu: Self::face::<R::Vec3, R>(along_u, length) }
+        let dpdu = Self::face::<R::Vec3, R>(along_u, length);
+        Parameters { u: share(along_u, u_falls), v: share(along_v, v_falls), dpdu, mirrored: false }
     }
 }
 

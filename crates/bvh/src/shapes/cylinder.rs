@@ -178,7 +178,8 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         let (u, dpdu) = turn::<P>(out, self.axis);
         let top = if self.ends == Ends::None { P::Core::ZERO } else { P::Core::ONE };
         let v = if hit.u == R::ZERO { convert(top - along) } else { convert::<P::Core, R>(out.length()) / self.radius };
-        Parameters { u, v, dpdu }
+        // The turn is one for both ends, so on the base, which faces the other way, it runs to the left.
+        Parameters { u, v, dpdu, mirrored: hit.u == num(BASE.into()) }
     }
 }
 

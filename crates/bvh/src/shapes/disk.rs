@@ -60,7 +60,7 @@ impl<R: Real> Shape<R> for Disk<R> {
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.locate(probe, hit).point - wide::<P>(self.centre);
         let (u, dpdu) = turn::<P>(offset, self.normal);
-        Parameters { u, v: convert::<P::Core, R>(offset.length()) / self.radius, dpdu }
+        Parameters { u, v: convert::<P::Core, R>(offset.length()) / self.radius, dpdu, mirrored: false }
     }
 }
 

@@ -114,7 +114,8 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let n = ((self.locate(probe, hit).point.to_f64() - centre) / s).normalize();
         let [u, v] = on_globe::<f64>(n).map(R::from_f64);
-        Parameters { u, v, dpdu: R::Vec3::from_f64(DVec3::new(n.z, 0.0, -n.x) * s * core::f64::consts::TAU) }
+        let dpdu = R::Vec3::from_f64(DVec3::new(n.z, 0.0, -n.x) * s * core::f64::consts::TAU);
+        Parameters { u, v, dpdu, mirrored: false }
     }
 }
 

@@ -124,7 +124,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         let across = CoreVec::<P>::new(offset.x(), P::Core::ZERO, offset.z());
         let (u, dpdu) = turn::<P>(across, R::Vec3::new(R::ZERO, R::ONE, R::ZERO));
         let v = num::<R>(0.5) - convert::<P::Core, R>(offset.y()) / (self.half_height + self.half_height);
-        Parameters { u, v, dpdu }
+        Parameters { u, v, dpdu, mirrored: false }
     }
 }
 

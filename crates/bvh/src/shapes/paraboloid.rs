@@ -97,7 +97,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
         let offset = self.locate(probe, hit).point - wide::<P>(self.apex);
         let across = CoreVec::<P>::new(offset.x(), P::Core::ZERO, offset.z());
         let (u, dpdu) = turn::<P>(across, R::Vec3::new(R::ZERO, R::ONE, R::ZERO));
-        Parameters { u, v: R::ONE - convert::<P::Core, R>(offset.y()) / self.height, dpdu }
+        Parameters { u, v: R::ONE - convert::<P::Core, R>(offset.y()) / self.height, dpdu, mirrored: false }
     }
 }
 

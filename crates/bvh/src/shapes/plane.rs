@@ -61,6 +61,6 @@ impl<R: Real> Shape<R> for Plane<R> {
     fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.surface(probe, hit).point - self.point;
         let bitangent = self.tangent.cross(self.normal);
-        Parameters { u: offset.dot(self.tangent), v: offset.dot(bitangent), dpdu: self.tangent }
+        Parameters { u: offset.dot(self.tangent), v: offset.dot(bitangent), dpdu: self.tangent, mirrored: false }
     }
 }

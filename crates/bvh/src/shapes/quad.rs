@@ -142,7 +142,7 @@ impl<R: Real> Shape<R> for Quad<R> {
     /// u along the first edge, v along the second.
     fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let [a, b, _, _]: [Vec3Of<P>; 4] = self.corners;
-        Parameters { u: hit.u, v: hit.v, dpdu: b - a }
+        Parameters { u: hit.u, v: hit.v, dpdu: b - a, mirrored: true }
     }
 }
 

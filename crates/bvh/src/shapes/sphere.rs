@@ -97,7 +97,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
         let [u, v] = on_globe::<P::Core>(n).map(convert);
         let around = convert::<R, P::Core>(self.radius) * num(core::f64::consts::TAU);
         let dpdu = CoreVec::<P>::new(n.z(), P::Core::ZERO, -n.x()) * around;
-        Parameters { u, v, dpdu: convert_vec::<P::Core, R>(dpdu) }
+        Parameters { u, v, dpdu: convert_vec::<P::Core, R>(dpdu), mirrored: false }
     }
 }
 

@@ -68,6 +68,9 @@ pub struct Parameters<R: Real> {
     pub v: R,
     /// Derivative of the point by u; not normalised, zero where it vanishes.
     pub dpdu: R::Vec3,
+    /// Whether an image whose columns run along u and whose rows run down along v is seen mirrored from outside: whether dp/du × dp/dv
+    /// points outwards.
+    pub mirrored: bool,
 }
 
 impl<R: Real> Surface<R> {

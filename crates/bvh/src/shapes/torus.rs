@@ -187,7 +187,7 @@ impl<R: Real> Shape<R> for Torus<R> {
         let up: R = convert(located.normal.dot(axis));
         let away: R = convert(located.normal.dot(out.normalize()));
         let full: R = num(core::f64::consts::TAU);
-        Parameters { u, v: num::<R>(0.5) - up.atan2(away) / full, dpdu }
+        Parameters { u, v: num::<R>(0.5) - up.atan2(away) / full, dpdu, mirrored: false }
     }
 }
 

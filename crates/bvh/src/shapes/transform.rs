@@ -95,7 +95,9 @@ impl<C: Real> Transform<C> {
 
     /// Texture coordinates of object space in the world: the derivative turns with the map.
     pub fn parameters_to_world<R: Real>(&self, s: &Parameters<R>) -> Parameters<R> {
-        Parameters { dpdu: convert_vec::<C, R>(times::<C>(self.columns, convert_vec::<R, C>(s.dpdu))), ..*s }
+        let [x, y, z] = self.columns;
+        let dpdu = convert_vec::<C, R>(times::<C>(self.columns, convert_vec::<R, C>(s.dpdu)));
+        Parameters { dpdu, mirrored: s.mirrored != (x.dot(y.cross(z)) < C::ZERO), ..*s }
     }
 }
 

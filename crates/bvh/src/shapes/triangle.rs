@@ -69,7 +69,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
 
     fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
         let [a, b, _] = self.vertices;
-        Parameters { u: hit.u, v: hit.v, dpdu: b - a }
+        Parameters { u: hit.u, v: hit.v, dpdu: b - a, mirrored: true }
     }
 }
 

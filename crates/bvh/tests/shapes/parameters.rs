@@ -29,7 +29,7 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
     const STEP: f64 = 1e-6;
     let random = &mut Random(9);
     let placed = Placed::<Reference>::new(shape, map).unwrap();
-    let (mut hits, mut judged) = (0, 0);
+    let (mut hits, mut judged, mut handed) = (0, 0, 0);
     for _ in 0..4000 {
         let direction = random.direction();
         let origin = random.cube() * 1.5 - direction * 8.0;
@@ -55,11 +55,22 @@ fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
             "{name}: u changes by {du}, v by {dv} a unit; {along:?} at {:?}",
             at.point
         );
+        // To the right as u grows, the image's rows run down where it is not mirrored.
+        let below = at.point + along.cross(at.normal) * STEP;
+        let Some(lower) = found(&placed, below + at.normal * 1e-3, -at.normal) else { continue };
+        if lower.normal.dot(at.normal) < 0.999 || lower.point.distance(below) > 1e-5 * along.length() {
+            continue;
+        }
+        let dv = around(lower.parameters.v - v);
+        assert!(dv != 0.0 && (dv < 0.0) == at.parameters.mirrored, "{name}: v changes by {dv}, {:?}", at.parameters);
+        handed += 1;
     }
+    assert!(handed * 10 > hits * 9, "{name}: {handed} judged of {hits}");
     assert!(hits > 150 && judged * 10 > hits * 9, "{name}: {judged} judged of {hits}");
 }
 
-/// Protects dp/du of every shape, plain and mapped: a step along it changes u by as much and v by nothing.
+/// Protects dp/du of every shape, plain and mapped: a step along it changes u by as much and v by nothing; and on which side of
+/// it v grows, under a map that mirrors too.
 #[test]
 fn dpdu_is_the_derivative_by_u() {
     let map = DAffine3::from_translation(DVec3::new(0.2, -0.1, 0.3))

@@ -5,6 +5,7 @@
 //! goes on.
 
 mod classic;
+mod frame;
 mod kernel;
 mod path;
 mod physical;

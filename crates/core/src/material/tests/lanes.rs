@@ -98,7 +98,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
         dielectric: number(|c| c.dielectric),
         glass: (set & 1 == 1).then_some(glass),
     };
-    let frame = Frame::about(normal);
+    let (frame, along) = (Frame::about(normal), Frame::<N>::along(normal, wi, outside));
     let cosine = normal.dot(wo);
     let (mut numbers, mut vectors) = (vec![model.through(), towards_grazing(cosine)], Vec::new());
     let mut masks = Vec::new();
@@ -110,6 +110,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     }
     vectors.extend([model.albedo(), model.f0(), model.mirror().reflectance(cosine), schlick(second, cosine)]);
     vectors.extend([environment_reflectance(second, roughness, cosine.max(N::ZERO)), frame.tangent, frame.bitangent]);
+    vectors.extend([along.tangent, along.bitangent]);
     let bits = |x: f64| if x.is_nan() { u32::MAX } else { (x as f32).to_bits() };
     let lane = |lane: usize| {
         let vectors = vectors.iter().flat_map(|v| v.lane(lane).to_array().map(bits));

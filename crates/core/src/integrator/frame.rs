@@ -1,0 +1,191 @@
+//! The shading frame of an interaction, for who asks: along the texture coordinates, where rough surfaces are combed and normal maps
+//! lie. Nothing of it is stored, so a picture that needs none pays for none.
+
+use glam::DVec3;
+use raywright_bvh::{Hit, Precision, Real, Vector};
+
+use super::Leg;
+use crate::interaction::Interaction;
+use crate::material::Frame;
+use crate::prepare::{MeshUse, Prepared};
+use crate::scene::MeshData;
+
+impl<R: Real> Interaction<R> {
+    /// The frame about the shading normal whose tangent goes as the first texture coordinate grows. The bitangent is up in an
+    /// image there: the frame is left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
+    #[cfg_attr(
+        not(test),
+        expect(dead_code, reason = "for integrators that draw directions or read normal maps; Whitted's does neither")
+    )]
+    pub fn frame<P: Precision<Real = R>>(&self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Frame<R> {
+        let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
+            Some(mesh) => along_first(mesh, &scene.meshes[mesh.mesh as usize], hit.primitive),
+            None => {
+                let parameters = scene.geometry.parameters(&leg.ray, hit);
+                (parameters.dpdu.to_f64(), parameters.mirrored)
+            }
+        };
+        let from_behind = self.normal.dot(self.surface.normal) < R::ZERO;
+        Frame::along(self.normal, R::Vec3::from_f64(along.normalize_or_zero()), mirrored != from_behind)
+    }
+}
+
+/// The way in the world in which the first coordinate grows on a triangle of a mesh, of any length, and whether an image is seen
+/// mirrored there from outside. Without a first set it is what [`Interaction`] reads: the weight of the second corner.
+fn along_first<R: Real>(mesh: &MeshUse<R>, data: &MeshData, primitive: u32) -> (DVec3, bool) {
+    let corners = data.indices[primitive as usize].map(|i| i as usize);
+    let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
+    let set = data.uvs.first().filter(|set| !set.is_empty());
+    let [p, q, r] = set.map_or([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |set| corners.map(|i| set[i].map(f64::from)));
+    let ([u1, v1], [u2, v2]) = ([q[0] - p[0], q[1] - p[1]], [r[0] - p[0], r[1] - p[1]]);
+    let area = u1 * v2 - u2 * v1;
+    if area == 0.0 {
+        return (DVec3::ZERO, false);
+    }
+    // dp/du times what has no say in its direction.
+    let own = ((b - a) * v2 - (c - a) * v1) * area.signum();
+    // The map's linear part is the inverse transpose of that of normals, so but for the determinant its cofactors.
+    let [x, y, z] = mesh.normals.map(Vector::to_f64);
+    let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
+    let mirrors = x.dot(y.cross(z)) < 0.0;
+    (if mirrors { -mapped } else { mapped }, (area > 0.0) != mirrors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::General;
+    use super::*;
+    use crate::effects::EffectSet;
+    use crate::scene::Scene;
+    use crate::settings::Settings;
+    use raywright_bvh::{Fast, Interval, Ray, Reference, Robust};
+    use serde_json::{Value, json};
+
+    /// Tangent and bitangent where a ray meets an object.
+    fn frame<P: Precision>(object: &Value, data: &Value, [origin, direction]: [DVec3; 2]) -> [DVec3; 3] {
+        let scene: Scene = serde_json::from_value(json!({
+            "format": 1, "materials": [{ "name": "paint", "model": { "physical": {} } }], "objects": [object],
+            "meshes": [{ "name": "leaf", "source": { "inline": data } }],
+        }))
+        .expect("a scene");
+        let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
+        let prepared = Prepared::<P>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let [origin, direction] = [origin, direction.normalize()].map(<P::Real as Real>::Vec3::from_f64);
+        let leg = Leg::of(Ray::new(origin, direction));
+        let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
+        let at = Interaction::of::<P, General>(&prepared, &leg, &hit);
+        let frame = at.frame(&prepared, &leg, &hit);
+        [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64)
+    }
+
+    /// The frame is this one, in every precision, and its directions are unit and across each other.
+    #[track_caller]
+    fn is(object: Value, data: &Value, ray: [DVec3; 2], tangent: DVec3, bitangent: DVec3) {
+        let found = [frame::<Fast>, frame::<Robust>, frame::<Reference>].map(|frame| frame(&object, data, ray));
+        for (found, tolerance) in found.into_iter().zip([1e-4, 1e-5, 1e-9]) {
+            let [t, b, n] = found;
+            assert!(t.distance(tangent.normalize()) < tolerance, "{object}: tangent {t:?}, not {:?}", tangent.normalize());
+            assert!(b.distance(bitangent.normalize()) < tolerance, "{object}: bitangent {b:?}, not {:?}", bitangent.normalize());
+            for (one, other) in [(t, b), (b, n), (n, t)] {
+                assert!((one.length() - 1.0).abs() < tolerance && one.dot(other).abs() < tolerance, "{object}: {found:?}");
+            }
+        }
+    }
+
+    /// A triangle in the plane z = 0, seen from +z, and its coordinates if it has any.
+    fn leaf(uvs: Option<Value>) -> Value {
+        let mut data = json!({ "positions": [[0, 0, 0], [3, 0, 0], [0, 3, 0]], "indices": [[0, 1, 2]] });
+        if let Some(uvs) = uvs {
+            data["uvs"] = json!([uvs]);
+        }
+        data
+    }
+
+    const ONTO: [DVec3; 2] = [DVec3::new(0.5, 0.5, 4.0), DVec3::NEG_Z];
+    const MIRRORED: [f64; 3] = [-1.0, 1.0, 1.0];
+
+    /// Protects: on a sphere the tangent is east and the bitangent north, from within mirrored; on a floor x and −z; stretched,
+    /// turned and mirrored as maps do it.
+    #[test]
+    fn frames_of_shapes() {
+        let shape = |shape: Value, steps: Value| json!({ "shape": shape, "material": "paint", "transform": steps });
+        let ball = |steps| shape(json!({ "sphere": { "centre": [0, 0, 0], "radius": 1 } }), steps);
+        let none = leaf(None);
+        let n = DVec3::new(0.48, 0.6, 0.64);
+        let (east, north) = (DVec3::new(n.z, 0.0, -n.x), DVec3::new(-n.x * n.y, n.x * n.x + n.z * n.z, -n.z * n.y));
+        is(ball(json!([])), &none, [n * 3.0, -n], east, north);
+        is(ball(json!([])), &none, [DVec3::ZERO, n], east, north);
+        is(ball(json!([{ "rotate": { "axis": [0, 1, 0], "degrees": 90 } }])), &none, [n * 3.0, -n], east, north);
+        is(ball(json!([{ "scale": MIRRORED }])), &none, [n * 3.0, -n], -east, north);
+        // Stretched along x by 2: the point over n/(2, 1, 1), whose normal leans.
+        let stretched = ball(json!([{ "scale": [2, 1, 1] }]));
+        let (at, normal) = (n * DVec3::new(2.0, 1.0, 1.0), n * DVec3::new(0.5, 1.0, 1.0));
+        let along = east * DVec3::new(2.0, 1.0, 1.0);
+        is(stretched, &none, [at + normal, -normal], along, normal.cross(along));
+        let floor = |steps| shape(json!({ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }), steps);
+        let down = [DVec3::new(0.5, 2.0, 0.25), DVec3::NEG_Y];
+        is(floor(json!([])), &none, down, DVec3::X, DVec3::NEG_Z);
+        is(floor(json!([{ "scale": MIRRORED }])), &none, down, DVec3::NEG_X, DVec3::NEG_Z);
+        is(floor(json!([])), &none, [-down[0], DVec3::Y], DVec3::X, DVec3::NEG_Z);
+    }
+
+    /// Protects: on a mesh the tangent goes as u of its own coordinates grows and the bitangent against v, whatever the order of
+    /// corners, the map and the side; without coordinates they are the weights of the corners.
+    #[test]
+    fn frames_of_meshes() {
+        let shown = |steps: Value| json!({ "shape": { "mesh": "leaf" }, "material": "paint", "transform": steps });
+        let plain = || shown(json!([]));
+        // u = x/3, v = 1 − y/3: an image upright and unmirrored.
+        let upright = || leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
+        is(plain(), &upright(), ONTO, DVec3::X, DVec3::Y);
+        is(plain(), &upright(), [-ONTO[0] + DVec3::new(1.0, 1.0, 0.0), DVec3::Z], DVec3::X, DVec3::Y);
+        // u = 1 − x/3: mirrored.
+        is(plain(), &leaf(Some(json!([[1, 1], [0, 1], [1, 0]]))), ONTO, DVec3::NEG_X, DVec3::Y);
+        // u = (x + y)/3, v = y/3: dp/dv is not across dp/du, along (−1, 1), and the bitangent is across the tangent.
+        is(plain(), &leaf(Some(json!([[0, 0], [1, 0], [1, 1]]))), ONTO, DVec3::X, DVec3::NEG_Y);
+        is(plain(), &leaf(None), ONTO, DVec3::X, DVec3::NEG_Y);
+        // Mirrored in x: the triangle is turned over so that it is still seen from +z.
+        let over = [ONTO[0] * DVec3::new(-1.0, 1.0, 1.0), ONTO[1]];
+        is(shown(json!([{ "scale": MIRRORED }])), &upright(), over, DVec3::NEG_X, DVec3::Y);
+        is(shown(json!([{ "scale": MIRRORED }])), &leaf(None), over, DVec3::NEG_X, DVec3::NEG_Y);
+        // Sheared along y by x: x goes to (1, 1, 0); normals stay.
+        let sheared = json!([{ "matrix": [[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0]] }]);
+        let [t, b] = [DVec3::new(1.0, 1.0, 0.0), DVec3::new(-1.0, 1.0, 0.0)];
+        is(shown(sheared), &upright(), [ONTO[0] + DVec3::Y * 0.5, ONTO[1]], t, b);
+        // Coordinates without an area say nothing: any frame is right.
+        let [t, b, n] = frame::<Robust>(&plain(), &leaf(Some(json!([[0, 0], [1, 1], [2, 2]]))), ONTO);
+        assert!(t.cross(b).distance(n) < 1e-6 && t.dot(n).abs() < 1e-6, "{t:?} {b:?} {n:?}");
+    }
+
+    /// Protects: the tangent lies across the shading normal, which may lean from the surface's: here by 45° along x.
+    #[test]
+    fn frames_follow_the_shading_normal() {
+        let mut data = leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
+        data["normals"] = json!([[1, 0, 1], [1, 0, 1], [1, 0, 1]]);
+        let object = json!({ "shape": { "mesh": "leaf" }, "material": "paint" });
+        is(object, &data, ONTO, DVec3::new(1.0, 0.0, -1.0), DVec3::Y);
+    }
+
+    /// Protects: an instance that mirrors, of a mesh that is stored once.
+    #[test]
+    fn frames_of_mirrored_instances() {
+        let shown = |steps: Value| json!({ "shape": { "mesh": "leaf" }, "material": "paint", "transform": steps });
+        let upright = leaf(Some(json!([[0, 1], [1, 1], [0, 0]])));
+        let scene: Scene = serde_json::from_value(json!({
+            "format": 1, "materials": [{ "name": "paint", "model": { "physical": {} } }],
+            "objects": [shown(json!([])), shown(json!([{ "scale": MIRRORED }, { "translate": [-1, 0, 0] }]))],
+            "meshes": [{ "name": "leaf", "source": { "inline": upright } }],
+        }))
+        .expect("a scene");
+        let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
+        let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        assert_eq!(prepared.geometry.instance_count(), 2);
+        for (x, tangent) in [(0.5, DVec3::X), (-1.5, DVec3::NEG_X)] {
+            let leg = Leg::of(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
+            let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
+            let frame = Interaction::of::<Robust, General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
+            assert!(t.distance(tangent) < 1e-6 && b.distance(DVec3::Y) < 1e-6, "at {x}: {t:?} {b:?}");
+        }
+    }
+}
