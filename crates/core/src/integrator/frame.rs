@@ -7,7 +7,7 @@ use raywright_bvh::{Hit, Precision, Real, Vector};
 use super::Leg;
 use crate::interaction::Interaction;
 use crate::material::Frame;
-use crate::prepare::{MeshUse, Prepared};
+use crate::prepare::Prepared;
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
@@ -19,7 +19,12 @@ impl<R: Real> Interaction<R> {
     )]
     pub fn frame<P: Precision<Real = R>>(&self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Frame<R> {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
-            Some(mesh) => along_first(mesh, &scene.meshes[mesh.mesh as usize], hit.primitive),
+            Some(mesh) => {
+                let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(R::Vec3::from_f64);
+                let turned = || axes.map(|axis| scene.geometry.normal(&leg.ray, hit, axis));
+                let normals = if mesh.turns { turned() } else { mesh.normals };
+                along_first::<R>(normals, &scene.meshes[mesh.mesh as usize], hit.primitive)
+            }
             None => {
                 let parameters = scene.geometry.parameters(&leg.ray, hit);
                 (parameters.dpdu.to_f64(), parameters.mirrored)
@@ -31,8 +36,8 @@ impl<R: Real> Interaction<R> {
 }
 
 /// The way in the world in which the first coordinate grows on a triangle of a mesh, of any length, and whether an image is seen
-/// mirrored there from outside. Without a first set it is what [`Interaction`] reads: the weight of the second corner.
-fn along_first<R: Real>(mesh: &MeshUse<R>, data: &MeshData, primitive: u32) -> (DVec3, bool) {
+/// mirrored there from outside. `normals` are the columns of the map that takes normals to the world. Without a first set it is what [`Interaction`] reads: the weight of the second corner.
+fn along_first<R: Real>(normals: [R::Vec3; 3], data: &MeshData, primitive: u32) -> (DVec3, bool) {
     let corners = data.indices[primitive as usize].map(|i| i as usize);
     let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
     let set = data.uvs.first().filter(|set| !set.is_empty());
@@ -45,7 +50,7 @@ fn along_first<R: Real>(mesh: &MeshUse<R>, data: &MeshData, primitive: u32) -> (
     // dp/du times what has no say in its direction.
     let own = ((b - a) * v2 - (c - a) * v1) * area.signum();
     // The map's linear part is the inverse transpose of that of normals, so but for the determinant its cofactors.
-    let [x, y, z] = mesh.normals.map(Vector::to_f64);
+    let [x, y, z] = normals.map(Vector::to_f64);
     let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
     let mirrors = x.dot(y.cross(z)) < 0.0;
     (if mirrors { -mapped } else { mapped }, (area > 0.0) != mirrors)
@@ -164,6 +169,28 @@ mod tests {
         data["normals"] = json!([[1, 0, 1], [1, 0, 1], [1, 0, 1]]);
         let object = json!({ "shape": { "mesh": "leaf" }, "material": "paint" });
         is(object, &data, ONTO, DVec3::new(1.0, 0.0, -1.0), DVec3::Y);
+    }
+
+    /// Protects: the tangent of an instance that turns on its way is that of the ray's time.
+    #[test]
+    fn frames_of_what_moves() {
+        let matrix = |lean: f64| json!([{ "matrix": [[1, 0, 0, 0], [lean, 1, 0, 0], [0, 0, 1, 0]] }]);
+        let scene: Scene = serde_json::from_value(json!({
+            "format": 1, "materials": [{ "name": "paint", "model": { "physical": {} } }],
+            "objects": [{ "shape": { "mesh": "leaf" }, "material": "paint", "transform": matrix(0.0), "transform_end": matrix(2.0) }],
+            "meshes": [{ "name": "leaf", "source": { "inline": leaf(Some(json!([[0, 1], [1, 1], [0, 0]]))) } }],
+        }))
+        .expect("a scene");
+        let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
+        let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        for (time, tangent) in [(0.0, DVec3::X), (0.5, DVec3::new(1.0, 1.0, 0.0)), (1.0, DVec3::new(1.0, 2.0, 0.0))] {
+            let leg = Leg::of(Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time));
+            let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
+            let frame = Interaction::of::<Robust, General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
+            let (tangent, across) = (tangent.normalize(), DVec3::Z.cross(tangent).normalize());
+            assert!(t.distance(tangent) < 1e-6 && b.distance(across) < 1e-6, "at {time}: {t:?} {b:?}");
+        }
     }
 
     /// Protects: an instance that mirrors, of a mesh that is stored once.

@@ -30,7 +30,7 @@ pub(crate) use estimate::estimate;
 pub use extent::Extent;
 pub(crate) use extent::extent;
 use geometry::Facet;
-pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
+pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
 pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Passage, Physical, Specular};
 

@@ -44,7 +44,8 @@ fn each_key_of_a_library_has_its_meaning() {
         roughness: roughness.into(),
         ..Physical::default()
     };
-    let glass = |tint: f64, ior: f64| Physical { transmission: 1.0.into(), roughness: 0.0.into(), ior: ior.into(), ..plain(tint) };
+    let glass =
+        |tint: f64, ior: f64| Physical { transmission: 1.0.into(), roughness: 0.0.into(), ior: ior.into(), ..plain(tint) };
     let faded = |opacity: f64| Physical { alpha: AlphaMode::Blend, opacity: opacity.into(), ..plain(0.8) };
     let glowing = |colour: [f64; 3]| Physical { emission: Colour(colour).into(), ..plain(0.8) };
     let gold = [1.0, 0.75, 0.25];
