@@ -1,25 +1,22 @@
 //! Several `f32` side by side, in plain loops over arrays: the compiler turns them into whatever vector registers the target has.
 //!
 //! Vectors are three such arrays and not an array of vectors. Sine, cosine and exponential go lane by lane through `libm`, as those
-//! of one number do: a polynomial in lanes would have other bits.
+//! of one number do: a polynomial in lanes would have other bits. Loops write over a copy; arrays that are made element by element
+//! stay in memory from 16 lanes on.
 
 use core::array::from_fn;
-use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 use glam::DVec3;
 use raywright_bvh::Real;
 
-use super::{Mask, Number, Vector3};
+use super::mask::LaneMask;
+use super::{Number, Vector3};
 
 /// An `f32` in each of `N` lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(32))]
 pub struct Lanes<const N: usize>(pub [f32; N]);
-
-/// Yes or no in each of `N` lanes: every bit or none, so that a choice is bitwise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(32))]
-pub struct LaneMask<const N: usize>([u32; N]);
 
 /// A vector in each of `N` lanes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,12 +32,20 @@ pub struct Vec3Lanes<const N: usize> {
 impl<const N: usize> Lanes<N> {
     #[inline(always)]
     fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        Self(from_fn(|i| f(self.0[i])))
+        let mut out = self;
+        for x in &mut out.0 {
+            *x = f(*x);
+        }
+        out
     }
 
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(from_fn(|i| f(self.0[i], other.0[i])))
+        let mut out = self;
+        for (x, y) in out.0.iter_mut().zip(&other.0) {
+            *x = f(*x, *y);
+        }
+        out
     }
 
     /// As vectors have it, whose second operand wins where one is NaN.
@@ -115,53 +120,6 @@ impl<const N: usize> AddAssign for Vec3Lanes<N> {
     }
 }
 
-impl<const N: usize> Default for LaneMask<N> {
-    /// None.
-    #[inline(always)]
-    fn default() -> Self {
-        Self([0; N])
-    }
-}
-
-impl<const N: usize> BitAnd for LaneMask<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        Self(from_fn(|i| self.0[i] & other.0[i]))
-    }
-}
-
-impl<const N: usize> BitOr for LaneMask<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(from_fn(|i| self.0[i] | other.0[i]))
-    }
-}
-
-impl<const N: usize> Not for LaneMask<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        Self(self.0.map(|bits| !bits))
-    }
-}
-
-impl<const N: usize> Mask for LaneMask<N> {
-    #[inline(always)]
-    fn any(self) -> bool {
-        self.0.iter().fold(0, |some, bits| some | bits) != 0
-    }
-    #[inline(always)]
-    fn lane(self, index: usize) -> bool {
-        self.0[index] != 0
-    }
-    #[inline(always)]
-    fn set(&mut self, index: usize) {
-        self.0[index] = u32::MAX;
-    }
-}
-
 impl<const N: usize> Number for Lanes<N> {
     type Vec3 = Vec3Lanes<N>;
     type Mask = LaneMask<N>;
@@ -191,11 +149,15 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn above(self, other: Self) -> LaneMask<N> {
-        LaneMask(from_fn(|i| if self.0[i] > other.0[i] { u32::MAX } else { 0 }))
+        LaneMask::of(|i| self.0[i] > other.0[i])
     }
     #[inline(always)]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
-        Self(from_fn(|i| f32::from_bits(yes.0[i].to_bits() & mask.0[i] | no.0[i].to_bits() & !mask.0[i])))
+        let mut out = yes;
+        for (i, x) in out.0.iter_mut().enumerate() {
+            *x = f32::from_bits(mask.choose(i, x.to_bits(), no.0[i].to_bits()));
+        }
+        out
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {

@@ -9,6 +9,7 @@
 //! would have to import both.
 
 mod lanes;
+mod mask;
 #[cfg(test)]
 mod tests;
 
@@ -16,7 +17,8 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use glam::DVec3;
-pub use lanes::{LaneMask, Lanes, Vec3Lanes};
+pub use lanes::{Lanes, Vec3Lanes};
+pub use mask::LaneMask;
 use raywright_bvh::{Real, Vector};
 
 /// A number in each lane.

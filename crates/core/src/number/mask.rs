@@ -1,0 +1,76 @@
+//! Answers in lanes, by which numbers in lanes are chosen.
+
+use core::array::from_fn;
+use core::ops::{BitAnd, BitOr, Not};
+
+use super::Mask;
+
+/// Yes or no in each of `N` lanes: every bit or none, so that a choice is bitwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct LaneMask<const N: usize>([u32; N]);
+
+impl<const N: usize> LaneMask<N> {
+    /// What is said of each lane.
+    #[inline(always)]
+    pub(super) fn of(yes: impl Fn(usize) -> bool) -> Self {
+        let mut out = Self::default();
+        for (i, bits) in out.0.iter_mut().enumerate() {
+            *bits = if yes(i) { u32::MAX } else { 0 };
+        }
+        out
+    }
+
+    /// One of two patterns of bits, by a lane.
+    #[inline(always)]
+    pub(super) fn choose(&self, lane: usize, yes: u32, no: u32) -> u32 {
+        yes & self.0[lane] | no & !self.0[lane]
+    }
+}
+
+impl<const N: usize> Default for LaneMask<N> {
+    /// None.
+    #[inline(always)]
+    fn default() -> Self {
+        Self([0; N])
+    }
+}
+
+impl<const N: usize> BitAnd for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(from_fn(|i| self.0[i] & other.0[i]))
+    }
+}
+
+impl<const N: usize> BitOr for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(from_fn(|i| self.0[i] | other.0[i]))
+    }
+}
+
+impl<const N: usize> Not for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0.map(|bits| !bits))
+    }
+}
+
+impl<const N: usize> Mask for LaneMask<N> {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self.0.iter().fold(0, |some, bits| some | bits) != 0
+    }
+    #[inline(always)]
+    fn lane(self, index: usize) -> bool {
+        self.0[index] != 0
+    }
+    #[inline(always)]
+    fn set(&mut self, index: usize) {
+        self.0[index] = u32::MAX;
+    }
+}
