@@ -37,6 +37,6 @@ pub fn mesh() -> Scene {
                     {"shape": {"plane": {"point": [0, -1.2, 0], "normal": [0, 1, 0]}}, "material": "m"}]}"#,
     )
     .unwrap_or_else(|e| panic!("the scene of the benches: {e}"));
-    scene.meshes.push(Mesh { name: "ball".to_owned(), source: MeshSource::Inline(Arc::new(data)) });
+    scene.meshes.push(Mesh { name: "ball".to_owned(), source: MeshSource::Inline(Arc::new(data)), model: None });
     scene
 }

@@ -1,11 +1,11 @@
 //! Scenes for the benches that render, and how they get ready.
 
 use raywright::core::{Ready, Scene, Settings, prepare};
-use raywright::io::{Input, Limits, LoadOptions, Overrides, load};
+use raywright::io::{Input, LoadOptions, load};
 
 /// A built-in scene; none where the program does not carry it.
 pub fn preset(name: &str) -> Option<Scene> {
-    let options = LoadOptions { overrides: Overrides::default(), limits: Limits::default() };
+    let options = LoadOptions::default();
     load(&Input::Preset(name.to_owned()), &options).ok().map(|loaded| loaded.scene)
 }
 

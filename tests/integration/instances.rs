@@ -31,7 +31,7 @@ fn maps() -> Vec<Vec<TransformStep>> {
 
 /// `shared`: all objects show one mesh; otherwise each has a copy of its own.
 fn scene(shared: bool) -> Scene {
-    let mesh = |name: String| Mesh { name, source: MeshSource::Inline(Arc::new(tetrahedron())) };
+    let mesh = |name: String| Mesh { name, source: MeshSource::Inline(Arc::new(tetrahedron())), model: None };
     let name = |i: usize| if shared { "mesh".to_owned() } else { format!("mesh {i}") };
     let object = |(i, transform): (usize, Vec<TransformStep>)| Object {
         name: String::new(),

@@ -4,7 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use raywright_core::effects::{has_light, neutral_sky};
-use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded, Overrides, load, presets};
+use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load, presets};
 
 use crate::args::{DEFAULT_PRESET, SceneArgs};
 use crate::console::Verbosity;
@@ -13,8 +13,9 @@ use crate::failure::Failure;
 /// Reads and checks a scene and passes on its warnings.
 pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbosity) -> Result<Loaded, Failure> {
     let overrides = Overrides { at: changes.at, set: changes.set.clone() };
+    let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
     let input = named(name);
-    let loaded = load(&input, &LoadOptions { overrides, limits }).map_err(|error| explained(error, &input))?;
+    let loaded = load(&input, &LoadOptions { overrides, model, limits }).map_err(|error| explained(error, &input))?;
     for warning in &loaded.warnings {
         verbosity.warn(&warning.message);
     }

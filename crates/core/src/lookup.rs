@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn names_lead_to_the_first_that_has_them() {
         let material = |name: &str| Material { name: name.to_owned(), model: crate::scene::Model::Physical(Box::default()) };
-        let mesh = |name: &str, source| Mesh { name: name.to_owned(), source };
+        let mesh = |name: &str, source| Mesh { name: name.to_owned(), source, model: None };
         let scene = Scene {
             materials: ["a", "b", "a"].map(material).into(),
             meshes: vec![mesh("a", MeshSource::File("x.obj".to_owned())), mesh("c", MeshSource::Inline(Arc::default()))],

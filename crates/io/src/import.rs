@@ -16,6 +16,8 @@ pub(crate) enum FaultKind {
     Input,
     /// The content asks for more than the limits allow.
     Limit,
+    /// The user asked for a part that the content has not.
+    Choice,
 }
 
 /// A failure inside a file; [`Fault::into_error`] adds the file's name.
@@ -42,6 +44,11 @@ impl Fault {
         Self { kind: FaultKind::Limit, message: message.into() }
     }
 
+    /// The user asked for what is not there.
+    pub fn choice(message: impl Into<String>) -> Self {
+        Self { kind: FaultKind::Choice, message: message.into() }
+    }
+
     /// The same fault with the place where it happened in front.
     pub fn at(mut self, place: impl fmt::Display) -> Self {
         self.message = format!("{place}: {}", self.message);
@@ -53,6 +60,7 @@ impl Fault {
         match self.kind {
             FaultKind::Input => Error::input(file, self.message),
             FaultKind::Limit => Error::limit(file, self.message),
+            FaultKind::Choice => Error::usage(format_args!("{file}: {}", self.message)),
         }
     }
 }

@@ -17,7 +17,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: glTF animation, skins, morph targets and most material extensions (each is named in a warning), compressed
+//! Not here yet: glTF skins, morph targets and most material extensions (each is named in a warning), compressed
 //! geometry and KTX2 textures (refused with a message).
 #![forbid(unsafe_code)]
 
@@ -45,9 +45,10 @@ pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use error::{Error, Warning};
 pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError};
+pub use gltf::{AnimationInfo, Contents};
 pub use inputs::{Clash, Inputs};
 pub use limits::{Limits, human_bytes};
-pub use load::{Input, LoadOptions, Loaded, load};
+pub use load::{Input, LoadOptions, Loaded, ModelOptions, load};
 pub use native::{Notation, Overrides};
 pub use schema::schema;
 pub use source::{Format, SourceInfo};

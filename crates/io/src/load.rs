@@ -8,7 +8,7 @@ use raywright_core::{Scene, generate};
 
 use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_limited};
-use crate::gltf;
+use crate::gltf::{self, Choice, Contents};
 use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
@@ -27,10 +27,21 @@ pub enum Input {
 /// What loading may be told.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// Time and parameters in place of the file's.
+    /// Time and parameters in place of the file's. For a model, the time is that of its animations; none: it is shown at rest.
     pub overrides: Overrides,
+    /// What of a model is meant.
+    pub model: ModelOptions,
     /// What is refused.
     pub limits: Limits,
+}
+
+/// What of a glTF file is meant. Other inputs have nothing to choose from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ModelOptions {
+    /// Name of a scene or, where no name fits, its index; none: the file's default.
+    pub scene: Option<String>,
+    /// Name of a variant of its materials (KHR_materials_variants); none: the default look.
+    pub variant: Option<String>,
 }
 
 /// A scene that was read and found right.
@@ -46,6 +57,8 @@ pub struct Loaded {
     pub source: SourceInfo,
     /// Every file that was read for it or that it names: what no output of the same run may replace.
     pub inputs: Inputs,
+    /// What a glTF file holds besides; empty for every other.
+    pub contents: Contents,
 }
 
 /// Reads and checks a scene.
@@ -55,6 +68,7 @@ pub struct Loaded {
 pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
     match input {
         Input::Preset(name) => {
+            refuse_choice(&format!("preset:{name}"), &options.model)?;
             let preset = presets::get(name)?;
             let folder = Folder::none(options.limits.file_bytes);
             native_scene(&format!("preset:{name}"), name, preset.text, Notation::Toml, &folder, options)
@@ -66,6 +80,7 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
             let name = path.display().to_string();
             match format_of(path, &bytes)? {
                 Format::Native(notation) => {
+                    refuse_choice(&name, &options.model)?;
                     let text = native::text(&name, bytes, options.limits.text_bytes)?;
                     native_scene(&name, &stem(path), &text, notation, &folder, options)
                 }
@@ -75,7 +90,18 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
     }
 }
 
-/// A model becomes a whole scene; time means nothing to it.
+/// Refuses what only glTF files can be asked for.
+fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
+    let (what, wish) = match (&model.scene, &model.variant) {
+        (Some(scene), _) => ("scene", scene),
+        (None, Some(variant)) => ("variant", variant),
+        (None, None) => return Ok(()),
+    };
+    let message = format!("{name} has no {what}s to choose from, so none is `{wish}`");
+    Err(Error::usage(message).with_hint(format!("only glTF and GLB files have {what}s")))
+}
+
+/// A model becomes a whole scene.
 fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: &LoadOptions) -> Result<Loaded, Error> {
     let name = path.display().to_string();
     if let Some((parameter, _)) = options.overrides.set.first() {
@@ -84,13 +110,25 @@ fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: 
     }
     folder.note(&bytes);
     note_overrides(folder, &options.overrides);
-    let (scene, warnings) = match format {
-        Format::Obj => obj::load(path, &bytes, folder, &options.limits)?,
-        _ => gltf::load(path, &bytes, folder, &options.limits)?,
+    for (kind, wish) in [("scene", &options.model.scene), ("variant", &options.model.variant)] {
+        wish.iter().for_each(|wish| [kind, wish].iter().for_each(|text| folder.note(text.as_bytes())));
+    }
+    let (scene, warnings, contents) = match format {
+        Format::Obj => {
+            refuse_choice(&name, &options.model)?;
+            let (scene, warnings) = obj::load(path, &bytes, folder, &options.limits)?;
+            (scene, warnings, Contents::default())
+        }
+        _ => {
+            let ModelOptions { scene, variant } = &options.model;
+            let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), time: options.overrides.at };
+            let gltf::Model { scene, warnings, contents } = gltf::load(path, &bytes, folder, &options.limits, &choice)?;
+            (scene, warnings, contents)
+        }
     };
     within_limits(&name, &scene, &options.limits)?;
     let source = SourceInfo::new(name, stem(path), format, None);
-    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs() })
+    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs(), contents })
 }
 
 fn native_scene(
@@ -109,7 +147,7 @@ fn native_scene(
     let scene = parsed.scene;
     within_limits(name, &scene, &options.limits)?;
     let source = SourceInfo::new(name, stem, Format::Native(notation), Some(text.into()));
-    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs() })
+    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs(), contents: Contents::default() })
 }
 
 /// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_core::scene::{MeshData, Shape};
+use raywright_core::scene::{MeshData, ModelPart, Shape};
 use raywright_core::{Lookup, Scene, affine};
 
 use crate::error::{Error, Warning};
@@ -11,11 +11,24 @@ use crate::folder::Folder;
 use crate::limits::Limits;
 use crate::{gltf, obj};
 
-/// All triangles of a glTF, GLB or OBJ file, where the file puts them.
-pub(crate) fn read(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Result<(MeshData, Vec<Warning>), Error> {
+/// All triangles of a glTF, GLB or OBJ file, where the file puts them in the scene and at the time that are asked for.
+pub(crate) fn read(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+    model: &ModelPart,
+) -> Result<(MeshData, Vec<Warning>), Error> {
     let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let (scene, warnings) = match ending.as_str() {
-        "gltf" | "glb" => gltf::load(file, bytes, folder, limits)?,
+        "gltf" | "glb" => {
+            let choice = gltf::Choice { scene: model.scene.as_deref(), variant: None, time: model.time };
+            let model = gltf::load(file, bytes, folder, limits, &choice)?;
+            (model.scene, model.warnings)
+        }
+        "obj" if *model != ModelPart::default() => {
+            return Err(Error::input(file.display(), "an OBJ file has no scenes and no time"));
+        }
         "obj" => obj::load(file, bytes, folder, limits)?,
         _ => return Err(Error::input(file.display(), "meshes are read from .obj, .gltf and .glb files")),
     };
@@ -99,7 +112,7 @@ mod tests {
     fn file(parts: Vec<(MeshData, Vec<TransformStep>)>) -> Scene {
         let mut scene = Scene::default();
         for (i, (data, transform)) in parts.into_iter().enumerate() {
-            scene.meshes.push(Mesh { name: i.to_string(), source: MeshSource::Inline(Arc::new(data)) });
+            scene.meshes.push(Mesh { name: i.to_string(), source: MeshSource::Inline(Arc::new(data)), model: None });
             scene.objects.push(Object {
                 name: String::new(),
                 shape: Shape::Mesh(i.to_string()),

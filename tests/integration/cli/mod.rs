@@ -5,6 +5,7 @@ mod choices;
 mod compare;
 mod help;
 mod mistakes;
+mod models;
 mod overwriting;
 mod render;
 mod reports;

@@ -32,7 +32,7 @@ pub fn read(path: &Path) -> Picture {
 /// A preset at a time with parameters.
 pub fn scene(preset: &str, at: f64, set: &[(&str, f64)]) -> Scene {
     let overrides = Overrides { at: Some(at), set: set.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect() };
-    let options = LoadOptions { overrides, limits: Limits::default() };
+    let options = LoadOptions { overrides, ..LoadOptions::default() };
     load(&Input::Preset(preset.to_owned()), &options).unwrap_or_else(|e| panic!("{e}")).scene
 }
 

@@ -11,13 +11,22 @@ use super::values;
 /// Which scene, and what is changed in it before anything else happens.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SceneArgs {
-    /// Time in seconds at which the scene's expressions are evaluated [default: the file's `t`]
+    /// Time in seconds at which the scene's expressions are evaluated, or a glTF file's animations are shown [default: the
+    /// file's `t`; models at rest]
     #[arg(long, value_name = "T", value_parser = values::number, allow_hyphen_values = true)]
     pub at: Option<f64>,
 
     /// Give a parameter of the scene another value; may be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = values::assignment, action = clap::ArgAction::Append)]
     pub set: Vec<(String, f64)>,
+
+    /// Scene of a glTF file, by name or by index from 0 [default: the file's own choice]
+    #[arg(long = "scene", value_name = "NAME|INDEX")]
+    pub model_scene: Option<String>,
+
+    /// Variant of a glTF file's materials, by name; `raywright info FILE` lists scenes, variants and animations
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
 }
 
 /// Which rungs of which ladders, and which effects not.

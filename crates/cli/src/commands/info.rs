@@ -6,7 +6,7 @@ use glam::DVec3;
 use raywright_core::prepare::Extent;
 use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
 use raywright_core::{Lookup, Scene, Settings, estimate, extent, generate};
-use raywright_io::{Format, Limits, Loaded, Notation};
+use raywright_io::{AnimationInfo, Format, Limits, Loaded, Notation};
 
 use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
@@ -38,6 +38,9 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("materials", kinds(scene.materials.iter().map(|material| model_kind(&material.model)))),
         ("textures", count(scene.textures.len())),
         ("images", images(scene)),
+        ("scenes", numbered(&loaded.contents.scenes)),
+        ("variants", listed(loaded.contents.variants.iter().cloned())),
+        ("animations", listed(loaded.contents.animations.iter().map(animation))),
     ];
     let rows = rows.into_iter().chain(whole(scene)).chain([("hash", loaded.hash.clone())]);
     rows.filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
@@ -85,6 +88,18 @@ fn count(n: usize) -> String {
 
 fn listed(items: impl Iterator<Item = String>) -> String {
     items.collect::<Vec<_>>().join(", ")
+}
+
+/// The scenes of a file that has several, each by its index and its name.
+fn numbered(names: &[String]) -> String {
+    let numbered = |(index, name): (usize, &String)| format!("{index} {name}").trim_end().to_owned();
+    if names.len() > 1 { listed(names.iter().enumerate().map(numbered)) } else { String::new() }
+}
+
+/// `walk (0.71 s)`.
+fn animation(info: &AnimationInfo) -> String {
+    let name = if info.name.is_empty() { "unnamed" } else { &info.name };
+    info.seconds.map_or_else(|| name.to_owned(), |seconds| format!("{name} ({} s)", short(seconds)))
 }
 
 /// How many, and the names of those that have one.

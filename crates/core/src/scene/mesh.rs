@@ -16,6 +16,19 @@ pub struct Mesh {
     pub name: String,
     /// Where its triangles are.
     pub source: MeshSource,
+    /// What of a glTF or GLB file is meant; none: its default scene at rest.
+    #[serde(default)]
+    pub model: Option<ModelPart>,
+}
+
+/// What of a model file a mesh is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct ModelPart {
+    /// Name of one of its scenes or, where no name fits, its index; none: the file's default.
+    pub scene: Option<String>,
+    /// Seconds after the beginning of its animations; none: at rest.
+    pub time: Option<f64>,
 }
 
 /// Where a mesh's triangles are. The loader replaces files by their data.

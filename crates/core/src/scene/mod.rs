@@ -24,7 +24,9 @@ pub use material::{
     AlphaMode, Classic, Fuzz, Material, Model, Physical, Reflection, Rim, Specular, SpecularModel, Transmission,
     TransmissionChoice,
 };
-pub use mesh::{ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, Pixels, Texture, Wrap};
+pub use mesh::{
+    ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart, Pixels, Texture, Wrap,
+};
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render, ShadowRule, SpawnRule, ToneMap,

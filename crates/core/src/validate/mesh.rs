@@ -27,6 +27,13 @@ pub(super) fn mesh(check: &mut Check<'_>, mesh: &Mesh) {
             }
         }
     });
+    let Some(model) = &mesh.model else { return };
+    check.inside("model", |check| {
+        check.finite("time", model.time.unwrap_or_default());
+        if matches!(mesh.source, MeshSource::Inline(_)) {
+            check.advise("`model` chooses from a file, and the arrays of this mesh are inline", "leave `model` away");
+        }
+    });
 }
 
 /// Objects whose material reads a set of texture coordinates that their mesh does not have, each pair of the two once. Such a

@@ -43,7 +43,7 @@ fn sound() -> Scene {
             wrap_v: Wrap::Repeat,
         }],
         materials: vec![material, physical],
-        meshes: vec![Mesh { name: "leaf".into(), source: MeshSource::Inline(std::sync::Arc::new(leaf())) }],
+        meshes: vec![Mesh { name: "leaf".into(), source: MeshSource::Inline(std::sync::Arc::new(leaf())), model: None }],
         objects: vec![ball(1.0), Object { shape: Shape::Mesh("leaf".into()), ..ball(1.0) }],
         ..Scene::default()
     }

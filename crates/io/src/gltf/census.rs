@@ -42,7 +42,7 @@ struct Value<'w> {
 
 /// Keys whose numbers are indices or enumerations. Lists under them hold indices, too.
 fn is_index(key: &str) -> bool {
-    const KEYS: [&str; 24] = [
+    const KEYS: [&str; 25] = [
         "buffer",
         "bufferView",
         "camera",
@@ -67,6 +67,7 @@ fn is_index(key: &str) -> bool {
         "source",
         "target",
         "texCoord",
+        "variants",
     ];
     KEYS.contains(&key) || key.bytes().all(|b| b.is_ascii_uppercase() || b.is_ascii_digit() || b == b'_')
 }

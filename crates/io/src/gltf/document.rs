@@ -21,7 +21,7 @@ use crate::import::{Fault, Outcome, Warnings};
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
     pub accessors: Vec<json::Accessor>,
-    pub animations: Vec<IgnoredAny>,
+    pub animations: Vec<Animation>,
     pub buffers: Vec<json::Buffer>,
     pub buffer_views: Vec<json::buffer::View>,
     pub cameras: Vec<json::Camera>,
@@ -53,6 +53,8 @@ impl Document {
 pub(super) struct RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub lights: Lights,
+    #[serde(rename = "KHR_materials_variants")]
+    pub variants: Variants,
     #[serde(flatten)]
     pub others: HashMap<String, IgnoredAny>,
 }
@@ -62,6 +64,67 @@ pub(super) struct RootExtensions {
 #[serde(default)]
 pub(super) struct Lights {
     pub lights: Vec<Light>,
+}
+
+/// The variants that primitives refer to.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Variants {
+    pub variants: Vec<Variant>,
+}
+
+/// A look that the file's materials may have together.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Variant {
+    pub name: Option<String>,
+}
+
+/// Channels that are played together.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Animation {
+    pub name: Option<String>,
+    pub channels: Vec<Channel>,
+    pub samplers: Vec<AnimationSampler>,
+}
+
+/// What a sampler moves.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Channel {
+    pub sampler: u32,
+    pub target: Target,
+}
+
+/// A property of a node.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Target {
+    pub node: Option<u32>,
+    pub path: String,
+}
+
+/// Keys, and how to go from one to the next.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct AnimationSampler {
+    pub input: u32,
+    pub output: u32,
+    pub interpolation: Interpolation,
+}
+
+/// What lies between two keys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) enum Interpolation {
+    /// The straight way, or the shorter turn.
+    #[default]
+    Linear,
+    /// The earlier key.
+    Step,
+    /// A spline with a tangent before and after each key.
+    CubicSpline,
 }
 
 /// One of the file's scenes.

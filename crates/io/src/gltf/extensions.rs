@@ -3,7 +3,7 @@
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// Extensions that are read, or whose absence changes nothing in the picture of the default state.
-const READ: [&str; 10] = [
+const READ: [&str; 11] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -11,6 +11,7 @@ const READ: [&str; 10] = [
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_variants",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
     // Metadata.
@@ -23,8 +24,7 @@ const READ: [&str; 10] = [
 /// # Errors
 /// A fault of kind input naming the extensions.
 pub(super) fn check_required(required: &[String]) -> Outcome<()> {
-    // With variants, a file has a default look that needs nothing from the extension.
-    let able = |name: &&String| READ.contains(&name.as_str()) || name.as_str() == "KHR_materials_variants";
+    let able = |name: &&String| READ.contains(&name.as_str());
     let missing: Vec<&str> = required.iter().filter(|name| !able(name)).map(String::as_str).collect();
     if missing.is_empty() {
         return Ok(());

@@ -1,18 +1,20 @@
 //! Import of glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
 //!
-//! What is read: the default scene's node hierarchy; triangles in all three topologies with positions, normals, texture
-//! coordinates and vertex colours from any valid accessor; metallic-roughness materials with base colour,
-//! metallic-roughness and emissive textures; perspective and orthographic cameras; and the extensions listed in
-//! [`extensions`]. What is not read yet (animation, skins, morph targets, normal maps, further extensions) is named in a
+//! What is read: a scene's node hierarchy, at rest or at a time of its animations; triangles in all three topologies with
+//! positions, normals, texture coordinates and vertex colours from any valid accessor; metallic-roughness materials with base colour,
+//! metallic-roughness and emissive textures, and their variants; perspective and orthographic cameras; and the extensions
+//! listed in [`extensions`]. What is not read yet (skins, morph targets, normal maps, further extensions) is named in a
 //! warning; when a file *requires* it, the file is refused.
 //!
 //! Nothing in a file is trusted: `gltf`'s validating entry is not used, because it refuses valid files and its readers
 //! panic on invalid ones; the checks are those of [`document`], [`buffers`] and [`accessor`].
 
 mod accessor;
+mod animation;
 mod buffers;
 mod camera;
 mod census;
+mod choose;
 mod document;
 mod extensions;
 mod glb;
@@ -26,8 +28,12 @@ mod texture;
 use std::collections::HashMap;
 use std::path::Path;
 
+use gltf::json::mesh::Primitive;
 use raywright_core::Scene;
 use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
+
+pub(crate) use choose::Choice;
+pub use choose::{AnimationInfo, Contents};
 
 use accessor::{MOST_INVENTED, Reader};
 use buffers::{Buffers, absent};
@@ -36,19 +42,27 @@ use material::UsedMaterial;
 use nodes::Placed;
 
 use crate::folder::Folder;
-use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
-use crate::{Error, Limits, mesh_tools, uri};
+use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
+use crate::{Error, Limits, Warning, mesh_tools, uri};
 
-/// Reads a glTF or GLB file (told apart by content), given its bytes, with everything it refers to in its folder.
+/// What came out of a file.
+pub(crate) struct Model {
+    pub scene: Scene,
+    pub warnings: Vec<Warning>,
+    pub contents: Contents,
+}
+
+/// Reads what is meant of a glTF or GLB file (told apart by content), given its bytes, with everything it refers to in its
+/// folder.
 ///
 /// # Errors
 /// An error of kind input when the file or a buffer is wrong or needs what is not supported, of kind limit when it asks for
-/// more than `limits`. A texture that is missing is only a warning.
-pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Result<Imported, Error> {
-    import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
+/// more than `limits`, of kind usage for a scene or variant that it has not. A texture that is missing is only a warning.
+pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &Choice<'_>) -> Result<Model, Error> {
+    import(file, bytes, folder, limits, choice).map_err(|fault| fault.into_error(file.display()))
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
+fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &Choice<'_>) -> Outcome<Model> {
     if bytes.is_empty() {
         return Err(Fault::input("is empty"));
     }
@@ -59,6 +73,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         false => (bytes, None),
     };
     let document = document::parse(json, limits, &mut warnings)?;
+    let scene = choice.scene.map(|wish| choose::scene(&document, wish)).transpose()?;
+    let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
     // Images that nothing visible uses are not read, and are the user's all the same.
     document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
     let buffers = Buffers::load(&document, binary, folder, &mut budget)?;
@@ -72,19 +88,20 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         limits,
         budget,
         warnings,
-        scene: Scene { title: title(&document, file), ..Scene::default() },
+        variant,
+        scene: Scene { title: title(&document, scene, file), ..Scene::default() },
         names: TableNames::default(),
         materials: HashMap::new(),
         textures: HashMap::new(),
         images: HashMap::new(),
         meshes: HashMap::new(),
     };
-    import.run()
+    import.run(scene, choice.time)
 }
 
 /// The scene's own name, or the file's.
-fn title(document: &Document, file: &Path) -> String {
-    let scene = document.scenes.get(document.scene.unwrap_or(0) as usize);
+fn title(document: &Document, scene: Option<usize>, file: &Path) -> String {
+    let scene = document.scenes.get(scene.unwrap_or(document.scene.unwrap_or(0) as usize));
     match scene.and_then(|scene| scene.name.as_ref()) {
         Some(name) if !name.is_empty() => name.clone(),
         _ => file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
@@ -117,6 +134,8 @@ struct Import<'a> {
     limits: &'a Limits,
     budget: Budget,
     warnings: Warnings,
+    /// Index of the variant whose materials are shown; none: the default look.
+    variant: Option<u32>,
     scene: Scene,
     names: TableNames,
     /// By index in the file; none is the default material.
@@ -130,19 +149,25 @@ struct Import<'a> {
 }
 
 impl Import<'_> {
-    fn run(mut self) -> Outcome<Imported> {
+    fn run(mut self, scene: Option<usize>, time: Option<f64>) -> Outcome<Model> {
         extensions::warn_ignored(self.document.extensions(), &mut self.warnings);
-        if !self.document.animations.is_empty() {
-            self.warnings.add("animations are ignored: the file is shown at rest");
-        }
-        let placed = nodes::placed(self.document, &mut self.warnings)?;
+        let moved = match time {
+            Some(time) => animation::at(time, self.document, &self.reader, &mut self.warnings)?,
+            None if self.document.animations.is_empty() => HashMap::new(),
+            None => {
+                self.warnings.add("has animations and is shown at rest; --at shows a moment of them");
+                HashMap::new()
+            }
+        };
+        let placed = nodes::placed(self.document, scene, &moved, &mut self.warnings)?;
         for placed in &placed {
             self.node(placed).map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
         }
         if self.scene.objects.is_empty() {
-            self.warnings.add("the file's default scene has no triangles: nothing to see");
+            self.warnings.add("the scene that is shown has no triangles: nothing to see");
         }
-        Ok((checked(self.scene)?, self.warnings.finish(self.file.display())))
+        let contents = choose::contents(self.document, &self.reader);
+        Ok(Model { scene: checked(self.scene)?, warnings: self.warnings.finish(self.file.display()), contents })
     }
 
     /// Adds what one node carries.
@@ -176,7 +201,7 @@ impl Import<'_> {
         let mesh = list.get(index).ok_or_else(|| absent("meshes", index, list.len()))?;
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
-            let material = self.material(primitive.material.map(|m| m.value())).map_err(place)?;
+            let material = self.material(self.look(primitive)).map_err(place)?;
             let used = match self.meshes.get(&(index, i)) {
                 Some(known) => known.clone(),
                 None => {
@@ -184,7 +209,11 @@ impl Import<'_> {
                     let wish = mesh.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("mesh");
                     let used = data.map(|data| {
                         let used = UsedMesh { name: self.names.meshes.unique(wish), place: self.scene.meshes.len() };
-                        self.scene.meshes.push(Mesh { name: used.name.clone(), source: MeshSource::Inline(data.into()) });
+                        self.scene.meshes.push(Mesh {
+                            name: used.name.clone(),
+                            source: MeshSource::Inline(data.into()),
+                            model: None,
+                        });
                         used
                     });
                     self.meshes.insert((index, i), used.clone());
@@ -197,6 +226,16 @@ impl Import<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The material that a primitive shows, in the variant that is asked for.
+    fn look(&self, primitive: &Primitive) -> Option<usize> {
+        let mappings = primitive.extensions.as_ref().and_then(|extensions| extensions.khr_materials_variants.as_ref());
+        let mapped = self.variant.zip(mappings).and_then(|(variant, variants)| {
+            let mapping = variants.mappings.iter().find(|mapping| mapping.variants.contains(&variant))?;
+            Some(mapping.material as usize)
+        });
+        mapped.or(primitive.material.map(|material| material.value()))
     }
 
     /// Adds one object that shows a mesh where a node puts it.
@@ -226,7 +265,7 @@ impl Import<'_> {
         self.budget.memory(data.bytes(), 1)?;
         let name = self.names.meshes.unique(&mesh.name);
         let data = mesh_tools::squeezed(&data, &placed.world);
-        self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()) });
+        self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()), model: None });
         Ok(name)
     }
 }

@@ -38,14 +38,19 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
             let at = format!("meshes[{i}].source.file");
             let bytes = outer.read(reference).map_err(|why| unread(parsed, &at, &why))?;
             let folder = outer.beside(reference).map_err(|why| unread(parsed, &at, &why))?;
-            let (mesh, more) = mesh_file::read(Path::new(reference), &bytes, &folder, limits)
-                .map_err(|error| parsed.error(error.kind(), &at, error.message()))?;
+            let part = parsed.scene.meshes[i].model.clone().unwrap_or_default();
+            let (mesh, more) =
+                mesh_file::read(Path::new(reference), &bytes, &folder, limits, &part).map_err(|error| match error.kind() {
+                    // What a command line is blamed for there stands in the scene here.
+                    ErrorKind::Usage => parsed.error(ErrorKind::Input, &format!("meshes[{i}].model.scene"), error.message()),
+                    kind => parsed.error(kind, &at, error.message()),
+                })?;
             if let Some((path, message)) = mesh_data(&mesh).into_iter().next() {
                 return Err(parsed.error(ErrorKind::Input, &at, format!("{path} of `{reference}`: {message}")));
             }
             outer.note(folder.hash().as_bytes());
             warnings.extend(more);
-            parsed.scene.meshes[i].source = MeshSource::Inline(Arc::new(mesh));
+            (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) = (MeshSource::Inline(Arc::new(mesh)), None);
         }
     }
     warnings.extend(missing_uv_sets(&parsed.scene).into_iter().map(|problem| parsed.warning(&problem)));

@@ -65,7 +65,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
         budget.object()?;
         let label = materials.label(part.material).to_owned();
         let name = names.unique(&label);
-        scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(part.data.into()) });
+        scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(part.data.into()), model: None });
         scene.objects.push(Object {
             name: label,
             shape: Shape::Mesh(name),

@@ -50,7 +50,7 @@ fn vanished_meshes_are_told() {
     let mesh = |name: &str, positions: Vec<[f32; 3]>| {
         let indices = (0..positions.len() as u32).step_by(3).map(|i| [i, i + 1, i + 2]).collect();
         let data = MeshData { positions, indices, ..MeshData::default() };
-        Mesh { name: name.to_owned(), source: MeshSource::Inline(Arc::new(data)) }
+        Mesh { name: name.to_owned(), source: MeshSource::Inline(Arc::new(data)), model: None }
     };
     let small_and_large = [triangle(1.0), triangle(1e4)].concat();
     let meshes = vec![

@@ -1,0 +1,181 @@
+//! Where animations put nodes at a time: keys of translations, rotations and scales, and what lies between them (glTF 2.0,
+//! section 3.11 and appendix C).
+//!
+//! All of a file's animations are played together. Where two move one thing, the first in the file does: a file of a walk and a
+//! run shows the walk.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::rc::Rc;
+
+use glam::{DQuat, DVec4};
+
+use super::accessor::{Accessor, Reader};
+use super::buffers::absent;
+use super::document::{AnimationSampler, Document, Interpolation};
+use crate::import::{Fault, Outcome, Warnings, shown};
+
+/// What animations say of a node.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moved {
+    pub translation: Option<[f64; 3]>,
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+}
+
+/// Opens what samplers read, each once: a sparse accessor takes time and memory of its own.
+pub(super) struct Keys<'a> {
+    reader: &'a Reader<'a>,
+    open: HashMap<u32, Rc<Accessor<'a>>>,
+}
+
+/// What animations say of all nodes at a time in seconds, by node.
+///
+/// # Errors
+/// A fault of kind input for a channel that names nothing, or a sampler whose keys are not what its channel needs.
+pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<HashMap<usize, Moved>> {
+    let (mut moved, mut keys) = (HashMap::<usize, Moved>::new(), Keys::new(reader));
+    if document.animations.is_empty() {
+        warnings.add("the file has no animation: it looks the same at every time");
+    }
+    for (i, animation) in document.animations.iter().enumerate() {
+        for (j, channel) in animation.channels.iter().enumerate() {
+            let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
+            // A channel without a node is another's: an extension's.
+            let Some(index) = channel.target.node.map(|node| node as usize) else { continue };
+            let list = &document.nodes;
+            let node = list.get(index).ok_or_else(|| place(absent("nodes", index, list.len())))?;
+            if node.matrix.is_some() {
+                warnings.add(format!("nodes[{index}]: has a matrix, which no animation can move; it stands still"));
+                continue;
+            }
+            let samplers = &animation.samplers;
+            let number = channel.sampler as usize;
+            let sampler = samplers.get(number).ok_or_else(|| place(absent("samplers", number, samplers.len())))?;
+            let node = moved.entry(index).or_default();
+            match channel.target.path.as_str() {
+                "translation" if node.translation.is_none() => {
+                    node.translation = Some(keys.vector(sampler, time).map_err(place)?);
+                }
+                "rotation" if node.rotation.is_none() => node.rotation = Some(keys.rotation(sampler, time).map_err(place)?),
+                "scale" if node.scale.is_none() => node.scale = Some(keys.vector(sampler, time).map_err(place)?),
+                "translation" | "rotation" | "scale" => {
+                    warnings.add("several animations move one node: the first in the file is shown");
+                }
+                "weights" => warnings.add("morph targets are ignored: meshes are shown in their base shape"),
+                other => warnings.add(format!("animations of `{}` are ignored", shown(other))),
+            }
+        }
+    }
+    Ok(moved)
+}
+
+/// Whether each key has a tangent before and after its value.
+fn cubic(sampler: &AnimationSampler) -> bool {
+    sampler.interpolation == Interpolation::CubicSpline
+}
+
+/// A time among keys.
+enum Between {
+    /// At a key, before the first or after the last.
+    At(usize),
+    /// So much of the way from a key to the next one, and the seconds between both.
+    Way(usize, f64, f64),
+}
+
+impl<'a> Keys<'a> {
+    pub fn new(reader: &'a Reader<'a>) -> Self {
+        Self { reader, open: HashMap::new() }
+    }
+
+    fn open(&mut self, index: u32) -> Outcome<Rc<Accessor<'a>>> {
+        Ok(Rc::clone(match self.open.entry(index) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(Rc::new(self.reader.open(index as usize)?)),
+        }))
+    }
+
+    /// The time of a sampler's last key; none where it has none.
+    pub fn duration(&mut self, sampler: &AnimationSampler) -> Option<f64> {
+        let times = self.open(sampler.input).ok()?;
+        times.count().checked_sub(1).map(|last| f64::from(times.vector::<1>(last)[0])).filter(|seconds| seconds.is_finite())
+    }
+
+    /// The values of a sampler and where among them a time is.
+    fn find(&mut self, sampler: &AnimationSampler, time: f64, arity: usize) -> Outcome<(Rc<Accessor<'a>>, Between)> {
+        let times = self.open(sampler.input).map_err(|fault| fault.at("input"))?;
+        let values = self.open(sampler.output).map_err(|fault| fault.at("output"))?;
+        let (count, wanted) = (times.count(), times.count().saturating_mul(if cubic(sampler) { 3 } else { 1 }));
+        if count == 0 || times.arity() != 1 || values.arity() != arity || values.count() != wanted {
+            let (n, m) = (values.count(), values.arity());
+            return Err(Fault::input(format!("has {count} times and {n} values of {m} numbers, not {wanted} of {arity}")));
+        }
+        let seconds = |key: usize| f64::from(times.vector::<1>(key)[0]);
+        // Ascending by the specification; where they are not, some key is found all the same.
+        let (mut after, mut end) = (0, count);
+        while after < end {
+            let middle = after + (end - after) / 2;
+            if seconds(middle) <= time { after = middle + 1 } else { end = middle }
+        }
+        let between = match after {
+            0 => Between::At(0),
+            n if n == count || sampler.interpolation == Interpolation::Step => Between::At(n - 1),
+            n => {
+                let duration = seconds(n) - seconds(n - 1);
+                Between::Way(n - 1, (time - seconds(n - 1)) / duration, duration)
+            }
+        };
+        Ok((values, between))
+    }
+
+    /// A translation or a scale at a time.
+    fn vector<const N: usize>(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<[f64; N]> {
+        let (values, between) = self.find(sampler, time, N)?;
+        let value = |element: usize| values.vector::<N>(element).map(f64::from);
+        Ok(match between {
+            Between::At(key) if cubic(sampler) => value(3 * key + 1),
+            Between::At(key) => value(key),
+            Between::Way(key, share, _) if !cubic(sampler) => {
+                let (a, b) = (value(key), value(key + 1));
+                core::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+            }
+            Between::Way(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration),
+        })
+    }
+
+    /// A rotation at a time: between two keys the shorter turn at a constant speed.
+    fn rotation(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<[f64; 4]> {
+        if cubic(sampler) {
+            // Appendix C.5: the spline of the four numbers, brought to unit length.
+            let turn = DVec4::from_array(self.vector::<4>(sampler, time)?);
+            return Ok(turn.try_normalize().unwrap_or(DVec4::W).to_array());
+        }
+        let (values, between) = self.find(sampler, time, 4)?;
+        let value = |element: usize| DQuat::from_array(values.vector::<4>(element).map(f64::from));
+        Ok(match between {
+            Between::At(key) => value(key),
+            Between::Way(key, share, _) => slerp(value(key), value(key + 1), share),
+        }
+        .to_array())
+    }
+}
+
+/// Between two values with their tangents, in the file's order: the first value, its tangent, the second one's tangent, its value.
+fn hermite<const N: usize>([a, leaving, arriving, b]: [[f64; N]; 4], u: f64, duration: f64) -> [f64; N] {
+    let (u2, u3) = (u * u, u * u * u);
+    let weights = [2.0 * u3 - 3.0 * u2 + 1.0, duration * (u3 - 2.0 * u2 + u), duration * (u3 - u2), 3.0 * u2 - 2.0 * u3];
+    core::array::from_fn(|i| a[i] * weights[0] + leaving[i] * weights[1] + arriving[i] * weights[2] + b[i] * weights[3])
+}
+
+/// The shorter way from one turn to another at a constant speed (Shoemake, "Animating Rotation with Quaternion Curves", 1985), by
+/// functions that are the same on every platform.
+fn slerp(a: DQuat, b: DQuat, share: f64) -> DQuat {
+    let cosine = a.dot(b);
+    let b = if cosine < 0.0 { -b } else { b };
+    let angle = libm::acos(cosine.abs().min(1.0));
+    // Nearly the same turn: the straight line, whose length is off by less than rounding.
+    if angle < 1e-6 {
+        return a + (b - a) * share;
+    }
+    a * (libm::sin((1.0 - share) * angle) / libm::sin(angle)) + b * (libm::sin(share * angle) / libm::sin(angle))
+}

@@ -1,0 +1,99 @@
+//! Which of a file's scenes and looks is meant, and what there is to choose from.
+
+use raywright_core::suggest::closest;
+
+use super::accessor::Reader;
+use super::animation::Keys;
+use super::document::Document;
+use crate::import::{Fault, Outcome, shown};
+
+/// What is asked of a glTF file. None: its default scene, its default look, at rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Choice<'a> {
+    /// Name or index of a scene.
+    pub scene: Option<&'a str>,
+    /// Name of a variant of its materials.
+    pub variant: Option<&'a str>,
+    /// Seconds after the beginning of its animations.
+    pub time: Option<f64>,
+}
+
+/// What a model file holds besides what is shown of it: what a user may ask for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contents {
+    /// Names of its scenes, in the order of their indices; empty for one without a name.
+    pub scenes: Vec<String>,
+    /// Names of the variants of its materials.
+    pub variants: Vec<String>,
+    /// Its animations.
+    pub animations: Vec<AnimationInfo>,
+}
+
+/// An animation of a model file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AnimationInfo {
+    /// Its name; may be empty.
+    pub name: String,
+    /// Time of its last key in seconds; none where it has no key.
+    pub seconds: Option<f64>,
+}
+
+/// What a file holds. What is wrong with an animation is said where it is played.
+pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
+    let mut keys = Keys::new(reader);
+    let name = |name: &Option<String>| shown(name.as_deref().unwrap_or_default());
+    let animations = document.animations.iter().map(|animation| {
+        let ends = animation.samplers.iter().filter_map(|sampler| keys.duration(sampler));
+        AnimationInfo { name: name(&animation.name), seconds: ends.reduce(f64::max) }
+    });
+    Contents {
+        animations: animations.collect(),
+        scenes: document.scenes.iter().map(|scene| name(&scene.name)).collect(),
+        variants: variants(document).iter().map(|variant| shown(variant)).collect(),
+    }
+}
+
+fn variants(document: &Document) -> Vec<&str> {
+    document.extensions.variants.variants.iter().map(|variant| variant.name.as_deref().unwrap_or_default()).collect()
+}
+
+/// The scene of a name or, where no name fits, of an index.
+///
+/// # Errors
+/// A fault of kind choice that lists the scenes.
+pub(super) fn scene(document: &Document, wish: &str) -> Outcome<usize> {
+    let names: Vec<&str> = document.scenes.iter().map(|scene| scene.name.as_deref().unwrap_or_default()).collect();
+    let by_name = names.iter().position(|name| !name.is_empty() && *name == wish);
+    let by_index = || wish.parse::<usize>().ok().filter(|&index| index < names.len());
+    by_name.or_else(by_index).ok_or_else(|| unknown("scene", wish, &names, true))
+}
+
+/// The variant of a name.
+///
+/// # Errors
+/// A fault of kind choice that lists the variants.
+pub(super) fn variant(document: &Document, wish: &str) -> Outcome<u32> {
+    let names = variants(document);
+    let found = names.iter().position(|name| *name == wish);
+    found.map(|index| index as u32).ok_or_else(|| unknown("variant", wish, &names, false))
+}
+
+/// Says that there is no such thing, which one was probably meant, and which there are.
+fn unknown(what: &str, wish: &str, names: &[&str], by_index: bool) -> Fault {
+    const MOST: usize = 20;
+    let wish = shown(wish);
+    if names.is_empty() {
+        return Fault::choice(format!("has no {what}s to choose from, so none is `{wish}`"));
+    }
+    let listed = names.iter().take(MOST).enumerate().map(|(index, name)| match (by_index, name.is_empty()) {
+        (true, true) => index.to_string(),
+        (true, false) => format!("{index} `{}`", shown(name)),
+        (false, _) => format!("`{}`", shown(name)),
+    });
+    let list = listed.chain((names.len() > MOST).then(|| "…".to_owned())).collect::<Vec<_>>().join(", ");
+    let meant = match closest(&wish, names.iter().copied().filter(|name| !name.is_empty())) {
+        Some(name) => format!("did you mean `{}`? Its", shown(name)),
+        None => "its".to_owned(),
+    };
+    Fault::choice(format!("has no {what} `{wish}`; {meant} {what}s: {list}"))
+}

@@ -1,0 +1,100 @@
+//! A small model with two scenes, three variants and keys that a test gives it.
+
+use std::path::PathBuf;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use glam::DAffine3;
+use raywright_core::affine;
+use raywright_io::{Error, Input, LoadOptions, Loaded, ModelOptions, Overrides};
+use serde_json::{Value, json};
+
+/// A triangle, two keys at 1 and 3 seconds, and what is between them, each under its own accessor.
+pub struct Made {
+    document: Value,
+    bytes: Vec<u8>,
+    folder: tempfile::TempDir,
+}
+
+impl Made {
+    /// Two scenes, of a node each that has a node below it; the first is at (0, 0, 5).
+    pub fn new() -> Self {
+        let primitive = json!({ "attributes": { "POSITION": 0 }, "material": 0, "extensions": { "KHR_materials_variants": {
+            "mappings": [{ "material": 1, "variants": [1, 2] }] } } });
+        let colour = |c: [f64; 3]| json!({ "pbrMetallicRoughness": { "baseColorFactor": [c[0], c[1], c[2], 1] } });
+        let document = json!({
+            "asset": { "version": "2.0" }, "scene": 0,
+            "scenes": [{ "name": "day", "nodes": [0] }, { "nodes": [2] }],
+            "nodes": [{ "children": [1], "translation": [0, 0, 5] }, { "mesh": 0 }, { "mesh": 0, "translation": [7, 0, 0] }],
+            "meshes": [{ "primitives": [primitive] }],
+            "materials": [colour([1.0, 0.0, 0.0]), colour([0.0, 0.0, 1.0])],
+            "extensions": { "KHR_materials_variants": { "variants": [{ "name": "red" }, { "name": "blue" }, { "name": "sea" }] } },
+            "accessors": [], "bufferViews": [], "animations": [],
+        });
+        let mut made = Self { document, bytes: Vec::new(), folder: tempfile::tempdir().expect("a folder") };
+        made.accessor("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        made
+    }
+
+    fn accessor(&mut self, kind: &str, numbers: &[f32]) -> usize {
+        let arity = match kind {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            _ => 4,
+        };
+        let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": 4 * numbers.len() });
+        self.bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
+        let accessors = self.document["accessors"].as_array_mut().expect("a list");
+        let accessor =
+            json!({ "bufferView": accessors.len(), "componentType": 5126, "count": numbers.len() / arity, "type": kind });
+        accessors.push(accessor);
+        let place = accessors.len() - 1;
+        self.document["bufferViews"].as_array_mut().expect("a list").push(view);
+        place
+    }
+
+    /// An animation of one channel with keys at 1 and 3 seconds.
+    pub fn animated(mut self, name: &str, node: u32, path: &str, interpolation: &str, values: &[f32]) -> Self {
+        let input = self.accessor("SCALAR", &[1.0, 3.0]);
+        let output = self.accessor(if path == "rotation" { "VEC4" } else { "VEC3" }, values);
+        self.document["animations"].as_array_mut().expect("a list").push(json!({
+            "name": name, "channels": [{ "sampler": 0, "target": { "node": node, "path": path } }],
+            "samplers": [{ "input": input, "output": output, "interpolation": interpolation }] }));
+        self
+    }
+
+    /// The same with something changed in its JSON.
+    pub fn with(mut self, change: impl FnOnce(&mut Value)) -> Self {
+        change(&mut self.document);
+        self
+    }
+
+    /// The file.
+    pub fn write(&self) -> PathBuf {
+        let mut document = self.document.clone();
+        let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.bytes));
+        document["buffers"] = json!([{ "byteLength": self.bytes.len(), "uri": uri }]);
+        let path = self.folder.path().join("made.gltf");
+        std::fs::write(&path, document.to_string()).expect("a file");
+        path
+    }
+
+    /// Loads what is meant of it.
+    pub fn asked(&self, scene: Option<&str>, variant: Option<&str>, at: Option<f64>) -> Result<Loaded, Error> {
+        asked(self.write(), scene, variant, at)
+    }
+
+    /// Where the one object that is shown stands at a time.
+    pub fn at(&self, time: f64) -> DAffine3 {
+        let loaded = self.asked(None, None, Some(time)).unwrap_or_else(|e| panic!("{e}"));
+        let [object] = &loaded.scene.objects[..] else { panic!("one object") };
+        affine(&object.transform)
+    }
+}
+
+/// Loads what is meant of a file.
+pub fn asked(path: PathBuf, scene: Option<&str>, variant: Option<&str>, at: Option<f64>) -> Result<Loaded, Error> {
+    let model = ModelOptions { scene: scene.map(str::to_owned), variant: variant.map(str::to_owned) };
+    let overrides = Overrides { at, set: Vec::new() };
+    raywright_io::load(&Input::Path(path), &LoadOptions { overrides, model, ..LoadOptions::default() })
+}

@@ -1,0 +1,115 @@
+//! Scenes, looks and moments of a model on the command line, and motion in a scene: from the flags to picture, report and file.
+
+use crate::support::Desk;
+
+/// A white wall across the view in its first scene, nothing in sight in its second; red or blue; from the left edge of the picture
+/// to beyond its right one within a second.
+fn model() -> String {
+    let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>();
+    let corners = [-9.0, -9.0, 0.0, 9.0, -9.0, 0.0, 0.0, 18.0, 0.0];
+    let bytes = [floats(&corners), floats(&[0.0, 1.0]), floats(&[0.0, 0.0, 0.0, 90.0, 0.0, 0.0])].concat();
+    let hex: String = bytes.iter().map(|byte| format!("%{byte:02x}")).collect();
+    let unlit = |colour: &str| {
+        let extensions = r#""extensions": { "KHR_materials_unlit": {} }"#;
+        format!(r#"{{ "pbrMetallicRoughness": {{ "baseColorFactor": [{colour}, 1] }}, {extensions} }}"#)
+    };
+    let (red, blue) = (unlit("1, 0, 0"), unlit("0, 0, 1"));
+    format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0,
+        "scenes": [{{ "name": "wall", "nodes": [0, 1] }}, {{ "name": "void", "nodes": [1] }}],
+        "nodes": [{{ "mesh": 0 }}, {{ "camera": 0, "translation": [0, 0, 2] }}],
+        "cameras": [{{ "type": "perspective", "perspective": {{ "yfov": 0.5, "znear": 0.1 }} }}],
+        "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }}, "material": 0, "extensions": {{
+            "KHR_materials_variants": {{ "mappings": [{{ "material": 1, "variants": [1] }}] }} }} }}] }}],
+        "materials": [{red}, {blue}],
+        "extensions": {{ "KHR_materials_variants": {{ "variants": [{{ "name": "red" }}, {{ "name": "blue" }}] }} }},
+        "animations": [{{ "name": "leave", "channels": [{{ "sampler": 0, "target": {{ "node": 0, "path": "translation" }} }}],
+            "samplers": [{{ "input": 1, "output": 2 }}] }}],
+        "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" }},
+            {{ "bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR" }},
+            {{ "bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3" }}],
+        "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}, {{ "buffer": 0, "byteOffset": 36, "byteLength": 8 }},
+            {{ "buffer": 0, "byteOffset": 44, "byteLength": 24 }}],
+        "buffers": [{{ "byteLength": 68, "uri": "data:application/octet-stream,{hex}" }}] }}"#
+    )
+}
+
+/// Protects: `--scene`, `--variant` and `--at` choose what is seen of a model, and `info` lists what there is to choose from.
+#[test]
+fn parts_of_a_model_are_chosen() {
+    let desk = Desk::new();
+    desk.write("wall.gltf", model());
+    let seen = |flags: &[&str]| {
+        let words =
+            [&["render", "wall.gltf", "--size", "4x4", "--spp", "1", "--background", "0,1,0", "-q", "-o", "a.exr"], flags]
+                .concat();
+        desk.run(&words).exits_with(0);
+        desk.picture("a.exr").rgb[0]
+    };
+    let (red, blue, green) = ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]);
+    for (flags, colour) in [
+        (&[][..], red),
+        (&["--scene", "void"], green),
+        (&["--scene", "1"], green),
+        (&["--scene", "wall", "--variant", "blue"], blue),
+        (&["--at", "0"], red),
+        (&["--at", "1"], green),
+    ] {
+        assert_eq!(seen(flags), colour, "{flags:?}");
+    }
+    let info = desk.run(&["info", "wall.gltf"]);
+    for row in ["scenes      0 wall, 1 void", "variants    red, blue", "animations  leave (1 s)"] {
+        assert!(info.exits_with(0).text().lines().any(|line| line == row), "{row}\n{}", info.text());
+    }
+}
+
+/// Protects: what a model has not is wrong use and one message that lists what it has; so is any choice where there is none.
+#[test]
+fn unknown_parts_are_listed() {
+    let desk = Desk::new();
+    desk.write("wall.gltf", model());
+    desk.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let said = |flags: &[&str]| desk.run(&[&["check"], flags].concat()).exits_with(2).stderr.clone();
+    let scenes = "error: wall.gltf: has no scene `viod`; did you mean `void`? Its scenes: 0 `wall`, 1 `void`\n";
+    assert_eq!(said(&["wall.gltf", "--scene", "viod"]), scenes);
+    assert_eq!(
+        said(&["wall.gltf", "--variant", "green"]),
+        "error: wall.gltf: has no variant `green`; its variants: `red`, `blue`\n"
+    );
+    let none = "error: flat.obj has no scenes to choose from, so none is `0`\nhelp: only glTF and GLB files have scenes\n";
+    assert_eq!(said(&["flat.obj", "--scene", "0"]), none);
+}
+
+/// Protects: a scene's motion is an effect that `explain` names, that a shutter calls for, and that can be switched off; a way that
+/// can't be is a problem of the scene, at its line.
+#[test]
+fn motion_is_explained_switched_off_and_checked() {
+    let desk = Desk::new();
+    let scene = |shutter: &str, end: &str| {
+        format!(
+            "format = 1\nclassic.ambient = 1\nmaterials = [{{ name = \"clay\", model.classic = {{}} }}]\n{shutter}\n[[objects]]\n\
+            shape.sphere = {{ centre = [0, 0, 0], radius = 1 }}\nmaterial = \"clay\"\ntransform_end = [{end}]\n"
+        )
+    };
+    let camera = "cameras = [{ pose.orbit = { target = [0, 0, 0], distance = 5, azimuth = 0, elevation = 0 }, shutter = [0, 1], \
+        projection.pinhole.vertical_fov = 40 }]";
+    let moves = "{ translate = [1, 0, 0] }";
+    let status = |flags: &[&str]| {
+        let words = [&["explain", "a.scene.toml", "--json"], flags].concat();
+        let report: serde_json::Value = serde_json::from_str(desk.run(&words).exits_with(0).text()).expect("JSON");
+        let effects = report["effects"].as_array().expect("a list");
+        let motion = effects.iter().find(|effect| effect["name"] == "motion").expect("it is listed");
+        (motion["status"].as_str().expect("a word").to_owned(), motion["because"].as_str().expect("a text").to_owned())
+    };
+    let told = |status: &str, because: &str| (status.to_owned(), because.to_owned());
+    desk.write("a.scene.toml", scene(camera, moves));
+    assert_eq!(status(&[]), told("simulated", "something moves while the shutter is open"));
+    assert_eq!(status(&["--without", "motion"]), told("left-out", "switched off"));
+    desk.write("a.scene.toml", scene("", moves));
+    assert_eq!(status(&[]), told("left-out", "the camera has no shutter, so everything is seen at time 0"));
+    desk.write("a.scene.toml", scene(camera, ""));
+    assert_eq!(status(&[]), told("absent", "nothing moves while the shutter is open"));
+    desk.write("a.scene.toml", scene(camera, "{ rotate = { axis = [0, 1, 0], degrees = 180 } }"));
+    let message = desk.run(&["check", "a.scene.toml"]).exits_with(3).stderr.clone();
+    assert!(message.contains("a.scene.toml:8:") && message.contains("less than 180 degrees"), "{message}");
+}
