@@ -41,6 +41,15 @@ struct Far {
     ahead: f64,
 }
 
+impl Far {
+    /// Out of line, so that the rays of other cameras stay in the loops that make them.
+    #[inline(never)]
+    fn ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
+        let ray = self.camera.near_ray(x, y, lens);
+        Ray::new(R::Vec3::from_f64(ray.at(self.ahead)), R::Vec3::from_f64(ray.direction))
+    }
+}
+
 /// A camera is far when rounding moves its rays by more than 2⁻¹⁶ of the scene's radius, a tenth of a pixel at the most.
 const FAR: f64 = 1.0 / 65536.0;
 
@@ -189,12 +198,16 @@ impl<R: Real> Camera<R> {
 
     /// The ray through a film position, in pixels from the top left corner of the picture, from [`Camera::ahead`] on. `lens` is
     /// uniform in [0, 1)² and only read where [`Camera::has_lens`].
-    #[inline]
+    #[inline(always)]
     pub fn ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
-        if let Some(far) = &self.far {
-            let ray = far.camera.ray(x.to_f64(), y.to_f64(), lens);
-            return Ray::new(R::Vec3::from_f64(ray.at(far.ahead)), R::Vec3::from_f64(ray.direction));
+        match &self.far {
+            None => self.near_ray(x, y, lens),
+            Some(far) => far.ray(x.to_f64(), y.to_f64(), lens),
         }
+    }
+
+    #[inline(always)]
+    fn near_ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         let u = (x - self.half[0]) * self.pixel[0];
         let v = (self.half[1] - y) * self.pixel[1];
         let across = self.right * u + self.up * v;

@@ -98,11 +98,14 @@ fn what_is_played() {
     assert_ne!(rest.hash, played.hash, "other pictures");
 }
 
+/// What is wrong with a file's JSON.
+type Change = fn(&mut Value);
+
 /// Protects: broken animations are errors with a place where they are played, and nothing where the file is shown at rest.
 #[test]
 fn broken_animations_are_refused_when_played() {
-    let made = |change: fn(&mut Value)| Made::new().animated("", 0, "translation", "LINEAR", &[0.0; 6]).with(change);
-    let breaks: [(fn(&mut Value), &str); 6] = [
+    let made = |change: Change| Made::new().animated("", 0, "translation", "LINEAR", &[0.0; 6]).with(change);
+    let breaks: [(Change, &str); 6] = [
         (|d| d["animations"][0]["channels"][0]["sampler"] = json!(7), "samplers"),
         (|d| d["animations"][0]["channels"][0]["target"]["node"] = json!(99), "nodes"),
         (|d| d["animations"][0]["samplers"][0]["input"] = json!(99), "accessors"),
