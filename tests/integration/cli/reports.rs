@@ -98,8 +98,8 @@ fn what_vanishes_is_a_warning() {
         let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[[materials]]\nname = \"matte\"\nmodel.physical = {}\n";
         head.to_owned() + &parts.concat()
     };
-    desk.write("one.scene.toml", &scene(&[("near", "0"), ("far", "1e9")]));
-    desk.write("three.scene.toml", &scene(&[("far", "1e9"), ("farther", "1e10"), ("near", "0"), ("beyond", "-1e9")]));
+    desk.write("one.scene.toml", scene(&[("near", "0"), ("far", "1e9")]));
+    desk.write("three.scene.toml", scene(&[("far", "1e9"), ("farther", "1e10"), ("near", "0"), ("beyond", "-1e9")]));
     let warning = |arguments: &[&str]| {
         let run = desk.run(arguments);
         run.exits_with(0);
@@ -112,7 +112,7 @@ fn what_vanishes_is_a_warning() {
         warning(&["render", "three.scene.toml"]),
         [format!("warning: nothing is seen of object `far` and 2 more: {advice}")]
     );
-    assert_eq!(warning(&["render", "one.scene.toml", "--precision", "reference"]), [String::new(); 0]);
+    assert!(warning(&["render", "one.scene.toml", "--precision", "reference"]).is_empty());
 }
 
 /// `--stats` has the fields that scripts rely on, and its figures are those of the render.
