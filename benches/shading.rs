@@ -92,24 +92,20 @@ fn over_paths<N: Number, T>(of: impl Fn(&Met<N>) -> T) -> impl Fn() {
     }
 }
 
+fn compare(name: &str, [one, eight, sixteen]: [&dyn Fn(); 3]) {
+    let contestants = [
+        Contestant { name: "1 lane", work: one },
+        Contestant { name: "8 lanes", work: eight },
+        Contestant { name: "16 lanes", work: sixteen },
+    ];
+    print!("{}", interleaved(&format!("{name} of {PATHS} paths, {TIMES} times"), ROUNDS, &contestants));
+}
+
 fn main() {
     if !measuring() {
         return;
     }
-    macro_rules! compare {
-        ($name:ident) => {
-            let (one, eight, sixteen) =
-                (over_paths::<f32, _>($name), over_paths::<Lanes<8>, _>($name), over_paths::<Lanes<16>, _>($name));
-            let contestants = [
-                Contestant { name: "1 lane", work: &one },
-                Contestant { name: "8 lanes", work: &eight },
-                Contestant { name: "16 lanes", work: &sixteen },
-            ];
-            let title = format!("{} of {PATHS} paths, {TIMES} times", stringify!($name));
-            print!("{}", interleaved(&title, ROUNDS, &contestants));
-        };
-    }
-    compare!(eval);
-    compare!(pdf);
-    compare!(sample);
+    compare("eval", [&over_paths(eval::<f32>), &over_paths(eval::<Lanes<8>>), &over_paths(eval::<Lanes<16>>)]);
+    compare("pdf", [&over_paths(pdf::<f32>), &over_paths(pdf::<Lanes<8>>), &over_paths(pdf::<Lanes<16>>)]);
+    compare("sample", [&over_paths(sample::<f32>), &over_paths(sample::<Lanes<8>>), &over_paths(sample::<Lanes<16>>)]);
 }
