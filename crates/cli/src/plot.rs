@@ -285,6 +285,15 @@ mod tests {
         assert!(svg.contains("a&lt;b &amp; &quot;c&quot;") && !svg.contains("a<b"), "{svg}");
     }
 
+    /// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from the point.
+    #[test]
+    fn spreads_lie_on_the_area() {
+        let points = vec![Point { x: 1.0, y: 10.0, spread: [1.0, 1000.0] }, point(10.0, 10.0)];
+        let svg = Plot { lines: vec![Line { points, ..Line::default() }], ..Plot::default() }.svg();
+        let [left, top, _, bottom] = AREA;
+        assert!(svg.contains(&format!("d=\"M{left:.1} {bottom:.1}V{top:.1}\"")), "{svg}");
+    }
+
     /// Protects: every line is drawn, marked and named once, an empty one not at all, and no coordinate is NaN.
     #[test]
     fn lines_are_drawn_and_named() {

@@ -1,7 +1,7 @@
 //! Objects: how hits name them, what they are to any-hit queries, and what they take.
 
-use glam::{DAffine3, DVec3, Vec3};
-use raywright_bvh::shapes::{AnyShape, Cylinder, Disk, Placed, Plane, Sphere, Triangle};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use raywright_bvh::shapes::{AnyShape, Cylinder, Disk, Placed, Plane, Quad, Sphere, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Hit, Interval, Occlusion, Ray, Robust, Visibility};
 
 use crate::{Random, halved, kinds, triangles};
@@ -189,4 +189,47 @@ fn hits_name_their_objects() {
         }
         assert_eq!(name(-3.0, 3.0), (none, ball, 0), "{kind:?}");
     }
+}
+
+/// Protects: hits at one distance are decided by the scene's own object first, whatever the object is in the part that an instance
+/// shows; then by that, then by the primitive.
+#[test]
+fn the_outermost_object_decides_first() {
+    let mut inner = Group::<Robust>::default();
+    for x in [0.0, 1.0] {
+        let at = |i: usize| [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)].map(|(u, v)| Vec3::new(x + u, v, -(i as f32)));
+        inner.mesh((0..2).map(at), Visibility::default()).unwrap();
+    }
+    let mut group = Group::<Robust>::default();
+    let part = group.part(Geometry::new(inner, AcceleratorKind::Linear)).unwrap();
+    for x in [0.0, 10.0] {
+        group.instance(part, DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)), Visibility::default()).unwrap();
+    }
+    let geometry = Geometry::new(group, AcceleratorKind::Linear);
+    let order = |x: f32, behind: f32| {
+        let ray = Ray::new(Vec3::new(x, 0.1, 0.5 - behind), Vec3::NEG_Z);
+        geometry.closest(&ray, Interval::positive(), &mut ()).unwrap().order()
+    };
+    let found = [(0.1, 0.0), (0.1, 1.0), (1.1, 0.0), (1.1, 1.0), (10.1, 0.0), (11.1, 1.0)].map(|(x, behind)| order(x, behind));
+    assert_eq!(found, [[0, 0, 0], [0, 0, 1], [0, 1, 0], [0, 1, 1], [1, 0, 0], [1, 1, 1]]);
+    assert!(found.is_sorted());
+}
+
+/// Protects: what the point does as u grows is told in the world, through an instance's map.
+#[test]
+fn coordinates_of_instances_run_in_the_world() {
+    let mut inner = Group::<Robust>::default();
+    let quad = Quad::new(DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 2.0);
+    inner.shape(AnyShape::Quad(quad), Visibility::default()).unwrap();
+    let mut group = Group::<Robust>::default();
+    let part = group.part(Geometry::new(inner, AcceleratorKind::Linear)).unwrap();
+    // x goes to 3y and y to −x.
+    let turn = DMat3::from_cols(DVec3::Y * 3.0, -DVec3::X, DVec3::Z);
+    group.instance(part, DAffine3::from_mat3(turn), Visibility::default()).unwrap();
+    let geometry = Geometry::new(group, AcceleratorKind::Linear);
+    let ray = Ray::new(Vec3::new(-0.5, 1.5, 1.0), Vec3::NEG_Z);
+    let hit = geometry.closest(&ray, Interval::positive(), &mut ()).unwrap();
+    let parameters = geometry.parameters(&ray, &hit);
+    assert_eq!(parameters.dpdu, Vec3::new(0.0, 6.0, 0.0));
+    assert!((parameters.u - 0.25).abs() < 1e-6, "{}", parameters.u);
 }

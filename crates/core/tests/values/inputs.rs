@@ -148,7 +148,13 @@ fn what_is_switched_off_is_gone() {
     let checker = |even: f64, odd: f64| json!({ "checker": { "even": even, "odd": odd, "size": 100 } });
     let glow = |emission: Value| floor(classic(json!({ "local": 0, "emission": emission })), json!({}));
     let grey = |own: Value, shared: f64| floor(classic(json!({ "ambient": own })), json!({ "classic": { "ambient": shared } }));
+    let shiny = |specular: bool| {
+        let mut light = sun([-0.6, 0.8, 0.0]);
+        light["specular"] = json!(specular);
+        floor(physical(json!({ "metallic": 1, "roughness": 0.5 })), json!({ "lights": [light] }))
+    };
     for (effect, with, without) in [
+        (Effect::Highlights, shiny(true), shiny(false)),
         (Effect::Shadows, hidden(true, false), hidden(false, false)),
         (Effect::Shadows, hidden(true, true), hidden(false, true)),
         (Effect::AmbientLight, grey(json!(0.5), 0.0), grey(json!(0), 0.0)),

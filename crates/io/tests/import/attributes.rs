@@ -88,3 +88,45 @@ fn smooth_normals_point_outward() {
     }
     assert_eq!(model.normals.len(), model.positions.len());
 }
+
+/// Protects: smoothing groups that meet share no normal: a floor in one and a wall in the other each keep their own, and in one
+/// group the edge leans.
+#[test]
+fn smoothing_groups_keep_their_normals() {
+    let model = |wall: &str| {
+        let text = format!("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\ns 1\nf 1 2 3 4\ns {wall}\nf 1 4 6 5\n");
+        written("a.obj", &text, &[])
+    };
+    let apart = model("2");
+    assert!(apart.normals.iter().all(|n| *n == [0.0, 0.0, 1.0] || *n == [1.0, 0.0, 0.0]), "{:?}", apart.normals);
+    let edge = |data: &MeshData| data.positions.iter().filter(|p| p[0] == 0.0 && p[2] == 0.0).count();
+    assert_eq!((edge(&apart), edge(&model("1"))), (4, 2));
+}
+
+/// Protects: a mesh has every set of coordinates up to the one that its material reads, each at its own place: of a file with the
+/// second set alone the first is zeros.
+#[test]
+fn sets_of_coordinates_keep_their_places() {
+    const DOT: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
+    let given = [[0.0_f32, 0.0], [1.0, 0.0], [0.25, 1.0]];
+    let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let numbers = corners.as_flattened().iter().chain(given.as_flattened());
+    let bytes: Vec<u8> = numbers.flat_map(|x| x.to_le_bytes()).collect();
+    let sets = |given: u32, read: u32| {
+        let text = format!(
+            r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0] }}], "nodes": [{{ "mesh": 0 }}],
+            "images": [{{ "uri": "data:image/png;base64,{DOT}" }}], "textures": [{{ "source": 0 }}],
+            "materials": [{{ "pbrMetallicRoughness": {{ "baseColorTexture": {{ "index": 0, "texCoord": {read} }} }} }}],
+            "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0, "TEXCOORD_{given}": 1 }}, "material": 0 }}] }}],
+            "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }},
+                {{ "bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2" }}],
+            "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}, {{ "buffer": 0, "byteOffset": 36, "byteLength": 24 }}],
+            "buffers": [{{ "byteLength": 60, "uri": "a.bin" }}] }}"#
+        );
+        written("a.gltf", &text, &bytes).uvs
+    };
+    let (given, zeros) = (given.to_vec(), vec![[0.0; 2]; 3]);
+    assert_eq!(sets(0, 0), [given.clone()]);
+    assert_eq!(sets(1, 1), [zeros.clone(), given.clone()]);
+    assert_eq!(sets(0, 2), [given, zeros.clone(), zeros]);
+}
