@@ -2,6 +2,7 @@
 //! by side. The contestants do the same work on the same paths and take turns; `benches/README.md` quotes the table.
 //!
 //! A compiler that no longer turns the loops over lanes into vectors shows here, as a ratio near one.
+#![expect(clippy::print_stdout, reason = "the tables are this program's result")]
 
 #[path = "support/turns.rs"]
 mod turns;

@@ -126,7 +126,7 @@ fn sets_of_coordinates_keep_their_places() {
         written("a.gltf", &text, &bytes).uvs
     };
     let (given, zeros) = (given.to_vec(), vec![[0.0; 2]; 3]);
-    assert_eq!(sets(0, 0), [given.clone()]);
+    assert_eq!(sets(0, 0), std::slice::from_ref(&given));
     assert_eq!(sets(1, 1), [zeros.clone(), given.clone()]);
     assert_eq!(sets(0, 2), [given, zeros.clone(), zeros]);
 }
