@@ -1,7 +1,7 @@
 //! Hits against a march along the ray that looks for changes of sign of the implicit function.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Placed, Probe, Shape, ShapeHit};
+use raywright_bvh::shapes::{AnyShape, Placed, Probe, Quad, Shape, ShapeHit};
 use raywright_bvh::{Aabb, Fast, Interval, Located, Parameters, Precision, Ray, Real, Reference, Robust, Side, Vector};
 
 use super::gallery::{Oracle, Random, gallery};
@@ -183,4 +183,25 @@ fn reference_shapes_meet_their_implicit_functions() {
 #[test]
 fn fast_shapes_meet_their_implicit_functions() {
     all::<Fast>(2e-5);
+}
+
+/// Protects: a point at the border of a quad is kept from it by eight roundings of its greatest coordinate on each side, also where
+/// one side is a hundred times the other: rays that start at an inner edge of a long room start inside.
+#[test]
+fn points_keep_from_borders_of_long_quads() {
+    let (long, short) = (100.0, 1.0);
+    let kept = 8.0 * f64::from(f32::ROUNDOFF) * long;
+    for [width, height] in [[long, short], [short, long]] {
+        let quad = Quad::<f32>::new(DVec3::ZERO, DVec3::X * width, DVec3::Y * height);
+        let near = 1e-6;
+        for (x, y) in [(near, 0.4), (width - near, 0.4), (0.6, near), (0.6, height - near)] {
+            let ray = Ray::<f64>::new(DVec3::new(x, y, 1.0), DVec3::NEG_Z);
+            let probe = Probe::<Robust>::new(Ray::new(Vector::from_f64(ray.origin), Vector::from_f64(ray.direction)));
+            // What rounding takes over the border is no hit.
+            let Some(hit) = quad.intersect(&probe, Interval::positive(), Side::Both) else { continue };
+            let p = quad.locate(&probe, hit).point;
+            let from_border = p.x.min(width - p.x).min(p.y).min(height - p.y);
+            assert!((from_border / kept - 1.0).abs() < 1e-3, "{width} by {height}: {p:?} for ({x}, {y}), {from_border:e}");
+        }
+    }
 }
