@@ -13,7 +13,7 @@ use crate::integrator::{FirstHit, Kernel, Tracer};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
-use crate::sampler::{Address, Purpose, pair};
+use crate::sampler::{Address, Purpose, Sequence, pair};
 use crate::scene::Pattern;
 use crate::settings::{Aov, Crop, Sampling, Settings};
 
@@ -157,8 +157,12 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                 let mut pixel = Gather::<P::Real, B>::default();
                 for y in self.rows() {
                     for x in self.columns() {
+                        // A replicate has no more samples than a sequence has points.
+                        let places =
+                            (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(x, y, 0), Purpose::Pixel));
                         for index in 0..samples {
-                            let brought = tracer.camera_ray(self.sample_ray(x, y, index), self.address(x, y, index));
+                            let ray = self.sample_ray([x, y], index, places);
+                            let brought = tracer.camera_ray(ray, self.address(x, y, index));
                             dropped += u64::from(!pixel.add(brought.radiance, brought.hit));
                             firsts.add(tracer.first());
                         }
@@ -245,11 +249,11 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         Address { seed, frame, pixel: [x, y], replicate: self.replicate, index, ..Address::default() }
     }
 
-    /// The camera ray of one sample of a pixel.
+    /// The camera ray of one sample of a pixel: at its place, or in the middle.
     #[inline]
-    fn sample_ray(&self, x: u32, y: u32, index: u32) -> Ray<P::Real> {
+    fn sample_ray(&self, [x, y]: [u32; 2], index: u32, places: Option<Sequence>) -> Ray<P::Real> {
         let address = self.address(x, y, index);
-        let [u, v] = if self.settings.sampling.is_fixed() { [0.5; 2] } else { pair(address, Purpose::Pixel) };
+        let [u, v] = places.map_or([0.5; 2], |places| places.pair(index));
         let camera = &self.scene.camera;
         let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
         let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };

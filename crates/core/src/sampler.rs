@@ -70,16 +70,36 @@ impl Address {
     }
 }
 
+/// The samples of one replicate for one purpose at one vertex: a sequence of points, and which of them an index means.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sequence {
+    scramble: u32,
+}
+
+impl Sequence {
+    /// The one that an address lies in. All samples of a pixel in one replicate lie in one until it is used up, so whoever takes
+    /// many of them asks once.
+    #[inline]
+    pub fn of(at: Address, purpose: Purpose) -> Self {
+        let words = [
+            u64::from(at.pixel[0]) | u64::from(at.pixel[1]) << 32,
+            u64::from(at.frame) | u64::from(at.replicate) << 32,
+            u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56,
+            at.branch,
+        ];
+        Self { scramble: words.into_iter().fold(mix(at.seed), |hash, word| mix(hash ^ word)) as u32 }
+    }
+
+    /// Two numbers in [0, 1).
+    #[inline]
+    pub fn pair(self, index: u32) -> [f32; 2] {
+        [0, 1].map(|dimension| sobol_burley::sample(index % SEQUENCE, dimension, self.scramble))
+    }
+}
+
 /// Two numbers in [0, 1) for one purpose at one vertex of a sample's path.
 pub fn pair(at: Address, purpose: Purpose) -> [f32; 2] {
-    let words = [
-        u64::from(at.pixel[0]) | u64::from(at.pixel[1]) << 32,
-        u64::from(at.frame) | u64::from(at.replicate) << 32,
-        u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56,
-        at.branch,
-    ];
-    let scramble = words.into_iter().fold(mix(at.seed), |hash, word| mix(hash ^ word)) as u32;
-    [0, 1].map(|dimension| sobol_burley::sample(at.index % SEQUENCE, dimension, scramble))
+    Sequence::of(at, purpose).pair(at.index)
 }
 
 #[cfg(test)]
