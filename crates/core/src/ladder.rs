@@ -8,9 +8,9 @@ use core::fmt;
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::Serialize;
 
-use crate::effects::{Effect, EffectReport, EffectSet, Status};
-use crate::scene::{ConstantOffset, Filter, OffsetDirection, Scene, SpawnRule};
-use crate::settings::{PrecisionChoice, Sampling, Settings};
+use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
+use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
+use crate::settings::{LightSampling, PrecisionChoice, Sampling, Settings};
 use crate::suggest::closest;
 
 /// One ladder.
@@ -22,6 +22,8 @@ pub enum Ladder {
     RayOffset,
     /// Whether something between a light and a surface counts.
     Shadows,
+    /// How a path tracer finds light that has a size.
+    LightSampling,
     /// How texels are combined.
     TextureFilter,
     /// How many segments a path may have.
@@ -57,6 +59,11 @@ const RAY_OFFSET: &[Rung] = &[
     rung("error-bound", "outside the error of the hit point, at every scale"),
 ];
 const SHADOWS: &[Rung] = &[rung("off", "light passes through everything"), rung("on", "what stands in between counts")];
+const LIGHT_SAMPLING: &[Rung] = &[
+    rung("scattering", "paths meet light by chance: noise where lights are small"),
+    rung("lights", "each vertex asks one light: noise where surfaces are glossy and lights large"),
+    rung("both", "each in the share in which it is the better one"),
+];
 const TEXTURE_FILTER: &[Rung] = &[
     rung("nearest", "the nearest texel: blocks near by, and sparkles far away"),
     rung("bilinear", "the weighted mean of four: smooth near by"),
@@ -97,10 +104,11 @@ const OFFSET: ConstantOffset =
 
 impl Ladder {
     /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Precision,
         Self::RayOffset,
         Self::Shadows,
+        Self::LightSampling,
         Self::TextureFilter,
         Self::PathLength,
         Self::Samples,
@@ -114,6 +122,7 @@ impl Ladder {
             Self::Precision => "precision",
             Self::RayOffset => "ray-offset",
             Self::Shadows => "shadows",
+            Self::LightSampling => "light-sampling",
             Self::TextureFilter => "texture-filter",
             Self::PathLength => "path-length",
             Self::Samples => "samples",
@@ -128,6 +137,7 @@ impl Ladder {
             Self::Precision => PRECISION,
             Self::RayOffset => RAY_OFFSET,
             Self::Shadows => SHADOWS,
+            Self::LightSampling => LIGHT_SAMPLING,
             Self::TextureFilter => TEXTURE_FILTER,
             Self::PathLength => PATH_LENGTH,
             Self::Samples => SAMPLES,
@@ -142,6 +152,7 @@ impl Ladder {
             Self::Precision => "robust",
             Self::RayOffset => "error-bound",
             Self::Shadows => "on",
+            Self::LightSampling => "both",
             Self::TextureFilter => "bilinear",
             Self::PathLength => "8",
             Self::Samples => "64",
@@ -166,6 +177,7 @@ impl Ladder {
                 Effect::Transparency,
             ]),
             Self::Shadows => EffectSet::of(&[Effect::Shadows]),
+            Self::LightSampling => EffectSet::of(&[Effect::SoftShadows, Effect::SkyLight]),
             Self::TextureFilter => EffectSet::of(&[Effect::ImageTextures]),
             Self::PathLength => EffectSet::of(&[Effect::MirrorReflection, Effect::Refraction, Effect::Transparency]),
             _ => EffectSet::EMPTY,
@@ -182,6 +194,7 @@ impl Ladder {
                 SpawnRule::ErrorBound => "error-bound".to_owned(),
             },
             Self::Shadows => if settings.without.has(Effect::Shadows) { "off" } else { "on" }.to_owned(),
+            Self::LightSampling => LIGHT_SAMPLING[settings.light_sampling as usize].name.to_owned(),
             Self::TextureFilter => match scene.textures.first() {
                 Some(first) if scene.textures.iter().any(|t| t.filter != first.filter) => mixed(),
                 Some(first) if first.filter == Filter::Nearest => "nearest".to_owned(),
@@ -261,6 +274,9 @@ impl Choice {
                 let others = settings.without.without(shadows);
                 settings.without = if at == 0 { others.or(shadows) } else { others };
             }
+            Ladder::LightSampling => {
+                settings.light_sampling = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both][at];
+            }
             Ladder::TextureFilter => {
                 let filter = [Filter::Nearest, Filter::Bilinear][at];
                 scene.textures.iter_mut().for_each(|texture| texture.filter = filter);
@@ -310,7 +326,11 @@ pub struct Standing {
 /// The ladders that a scene reaches, with the rungs in use.
 pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<Standing> {
     let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
-    let reached = |ladder: &Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
+    // Whitted ray tracing always asks, and meets nothing by chance.
+    let paths = chosen(settings) == Integrator::Path;
+    let reached = |ladder: &Ladder| {
+        (paths || *ladder != Ladder::LightSampling) && (ladder.effects().is_empty() || !ladder.effects().and(present).is_empty())
+    };
     let standing = |ladder: Ladder| Standing {
         ladder: ladder.name(),
         rung: ladder.in_use(scene, settings),

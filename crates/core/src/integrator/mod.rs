@@ -1,18 +1,19 @@
 //! Whitted ray tracing: local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model for
-//! Shaded Display", 1980), for both families of materials.
+//! Shaded Display", 1980), for both families of materials; and path tracing, in [`path_tracing`].
 //!
-//! A path has a running throughput; where a surface sends two rays, one of them is a path of its own, followed before this one
-//! goes on.
+//! A path has a running throughput; where a surface sends two rays under Whitted's rules, one of them is a path of its own, followed
+//! before this one goes on.
 
 mod classic;
 mod frame;
 mod kernel;
 mod path;
+mod path_tracing;
 mod physical;
 mod shadow;
 mod surface;
 
-pub(crate) use kernel::{Analytic, General, Kernel};
+pub(crate) use kernel::{Analytic, General, Kernel, Paths};
 use path::{Leaving, Next, Path, Step};
 pub(crate) use surface::Leg;
 
@@ -73,6 +74,10 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// Radiance that arrives along a camera ray.
     #[inline]
     pub fn camera_ray(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
+        if K::PATHS {
+            let brought = self.trace(ray, address);
+            return Brought { radiance: brought.radiance + self.scene.veil, ..brought };
+        }
         let mut path = self.camera_path(ray, address);
         self.follow(&mut path);
         Brought { radiance: path.radiance + self.scene.veil, hit: path.hit }

@@ -56,6 +56,12 @@ impl<N: Number> Bsdf<N> {
         &self.lobes[..self.count]
     }
 
+    /// Whether it answers to no light that could be drawn: all its lobes are delta lobes.
+    #[inline(always)]
+    pub fn is_delta(&self) -> bool {
+        self.lobes().iter().all(Lobe::is_delta)
+    }
+
     #[inline(always)]
     fn sum(&self, wo: N::Vec3, wi: N::Vec3, counts: impl Fn(&Lobe<N>) -> bool) -> N::Vec3 {
         let pair = Pair::new(self.normal, wo, wi);
@@ -77,7 +83,7 @@ impl<N: Number> Bsdf<N> {
     /// [`Self::eval`] of the diffuse lobes alone, for a light that makes no highlights.
     #[inline(always)]
     pub fn diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, |lobe| matches!(lobe, Lobe::Diffuse { .. }))
+        self.sum(wo, wi, |lobe| matches!(lobe, Lobe::Diffuse { .. } | Lobe::Lambert { .. }))
     }
 
     /// Sum of what the choice among lobes goes by.

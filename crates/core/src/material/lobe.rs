@@ -6,7 +6,7 @@ use super::fresnel::{schlick, towards_grazing};
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness of a glossy lobe: below it the highlight of a light without size is a spike.
-const LEAST_ROUGHNESS: f64 = 0.03;
+pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// One way in which a surface sends light back or on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +17,20 @@ pub enum Lobe<N: Number> {
         albedo: N::Vec3,
         /// Reflectance of the layer at normal incidence.
         f0: N::Vec3,
+    },
+    /// Lambert's: the same radiance in every direction.
+    Lambert {
+        /// Share that is diffused.
+        albedo: N::Vec3,
+    },
+    /// As [`Lobe::Glossy`], with a reflectance at grazing incidence of its own.
+    Rough {
+        /// Reflectance of a facet at normal incidence.
+        f0: N::Vec3,
+        /// Reflectance of a facet at grazing incidence.
+        f90: N::Vec3,
+        /// Perceptual roughness; the microfacet α is its square.
+        roughness: N,
     },
     /// Microfacets by the GGX distribution with height-correlated shadowing.
     Glossy {
@@ -66,6 +80,14 @@ impl<N: Number> Pair<N> {
         Self { normal, half, out: normal.dot(wo), into: normal.dot(wi), tilt: half.dot(wi).max(N::ZERO) }
     }
 
+    /// What facets of such a reflectance send back, by GGX's density of them and Smith's height-correlated shadowing. Takes α².
+    #[inline(always)]
+    fn reflected(&self, reflectance: N::Vec3, a2: N) -> N::Vec3 {
+        let visibility = N::from_f64(0.5) / (self.into * smith(a2, self.out) + self.out * smith(a2, self.into));
+        let value = reflectance * (self.facets(a2) * visibility);
+        N::Vec3::select(self.out.above(N::ZERO), value, N::Vec3::ZERO)
+    }
+
     /// GGX's density of facets ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007), in the form
     /// (hx² + hy²)/α² + hz², which keeps its digits at low roughness. Takes α².
     #[inline(always)]
@@ -101,11 +123,10 @@ impl<N: Number> Lobe<N> {
     pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
             Self::Diffuse { albedo, f0 } => albedo * (N::Vec3::ONE - schlick(f0, pair.tilt)) / N::from_f64(PI),
-            Self::Glossy { f0, roughness } => {
-                let a2 = squared_alpha(roughness);
-                let visibility = N::from_f64(0.5) / (pair.into * smith(a2, pair.out) + pair.out * smith(a2, pair.into));
-                let value = schlick(f0, pair.tilt) * (pair.facets(a2) * visibility);
-                N::Vec3::select(pair.out.above(N::ZERO), value, N::Vec3::ZERO)
+            Self::Lambert { albedo } => albedo / N::from_f64(PI),
+            Self::Glossy { f0, roughness } => pair.reflected(schlick(f0, pair.tilt), squared_alpha(roughness)),
+            Self::Rough { f0, f90, roughness } => {
+                pair.reflected(f0 + (f90 - f0) * towards_grazing(pair.tilt), squared_alpha(roughness))
             }
             Self::Mirror { .. } | Self::Dielectric { .. } => N::Vec3::ZERO,
         }
@@ -115,9 +136,9 @@ impl<N: Number> Lobe<N> {
     #[inline(always)]
     pub(super) fn density(&self, pair: &Pair<N>) -> N {
         match *self {
-            Self::Diffuse { .. } => pair.into / N::from_f64(PI),
+            Self::Diffuse { .. } | Self::Lambert { .. } => pair.into / N::from_f64(PI),
             // The density of visible facets D·G₁·(o·h)/cosₒ over 4·(o·h), with G₁ = 2·cosₒ / (cosₒ + smith(cosₒ)).
-            Self::Glossy { roughness, .. } => {
+            Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => {
                 let a2 = squared_alpha(roughness);
                 pair.facets(a2) / (N::from_f64(2.0) * (pair.out + smith(a2, pair.out)))
             }
@@ -132,7 +153,7 @@ impl<N: Number> Lobe<N> {
         let angle = N::from_f64(2.0 * PI) * v;
         let disk = [u.sqrt() * angle.cos(), u.sqrt() * angle.sin()];
         match *self {
-            Self::Glossy { roughness, .. } => {
+            Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => {
                 let facet = visible_facet::<N>(wo, squared_alpha(roughness).sqrt(), disk);
                 facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
             }
@@ -145,7 +166,8 @@ impl<N: Number> Lobe<N> {
     #[inline(always)]
     pub(super) fn importance(&self, cosine: N) -> N {
         match *self {
-            Self::Diffuse { albedo, .. } => albedo.max_element(),
+            Self::Diffuse { albedo, .. } | Self::Lambert { albedo } => albedo.max_element(),
+            Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))).max_element(),
             Self::Glossy { f0, .. } => schlick(f0, cosine.max(N::ZERO)).max_element(),
             Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::Dielectric { share, reflected, transmitted, .. } => share * reflected.max(transmitted).max_element(),

@@ -1,7 +1,7 @@
 //! The metallic-roughness model: the inputs that its lobes are made of.
 
 use super::bsdf::Bsdf;
-use super::lobe::Lobe;
+use super::lobe::{LEAST_ROUGHNESS, Lobe};
 use crate::number::{Mask, Number, Vector3};
 
 /// What makes a boundary of glass of a share of a surface.
@@ -74,10 +74,43 @@ impl<N: Number> MetallicRoughness<N> {
         Bsdf::new(normal).with(diffuse).with(Lobe::Glossy { f0, roughness: self.roughness })
     }
 
+    /// Its lobes for light that goes any way: as [`Self::bsdf`], but next to smooth surfaces are mirrors, and a boundary of glass
+    /// reflects by itself, so that of the rest only what is metal does.
+    #[inline(always)]
+    pub fn transport(&self, normal: N::Vec3, outside: N::Mask) -> Bsdf<N> {
+        let zero = N::Vec3::ZERO;
+        let (through, whole) = (self.through(), self.f0());
+        let glassy = through.above(N::ZERO);
+        let f0 = N::Vec3::select(glassy, self.base * self.metallic, whole);
+        let f90 = N::Vec3::splat(N::select(glassy, self.metallic, N::ONE));
+        let mut bsdf = Bsdf::new(normal);
+        let albedo = self.albedo();
+        if albedo.max_element().above(N::ZERO).any() {
+            bsdf = bsdf.with(Lobe::Diffuse { albedo, f0: whole });
+        }
+        let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
+        if f90.max_element().above(N::ZERO).any() {
+            if rough.any() {
+                let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f, zero));
+                bsdf = bsdf.with(Lobe::Rough { f0, f90, roughness: self.roughness });
+            }
+            if (!rough).any() {
+                let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, zero, f));
+                bsdf = bsdf.with(Lobe::Mirror { f0, f90 });
+            }
+        }
+        self.boundary(bsdf, outside)
+    }
+
     /// All its lobes: those of [`Self::answer`], and the boundary of glass where some lane has a share of it.
     #[inline(always)]
     pub fn bsdf(&self, normal: N::Vec3, outside: N::Mask) -> Bsdf<N> {
-        let bsdf = self.answer(normal);
+        self.boundary(self.answer(normal), outside)
+    }
+
+    /// With the boundary of glass where some lane has a share of it.
+    #[inline(always)]
+    fn boundary(&self, bsdf: Bsdf<N>, outside: N::Mask) -> Bsdf<N> {
         let (share, Some(glass)) = (self.through(), self.glass) else { return bsdf };
         let (eta, reflected, transmitted) = (glass.eta(outside), glass.reflected, glass.transmitted);
         let some = share.above(N::ZERO).any();

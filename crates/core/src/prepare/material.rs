@@ -166,6 +166,11 @@ impl<R: Real> Material<R> {
         solid && self.shadow_transmittance() == Some(R::ZERO)
     }
 
+    /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives on other ways.
+    pub fn covers(&self) -> bool {
+        !matches!(self, Self::Physical(m) if m.alpha != Alpha::Opaque)
+    }
+
     /// Whether it weighs light by how far away the nearest occluder is.
     pub fn asks_how_far(&self) -> bool {
         matches!(self, Self::Classic(m) if m.asks_how_far)

@@ -21,6 +21,7 @@ mod lights;
 mod meshes;
 mod motion;
 mod offsets;
+mod paths;
 mod physical;
 mod reflections;
 mod sampler;
