@@ -52,7 +52,7 @@ pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> R
             return Err(PrepareError::Memory { needed, allowed });
         }
     }
-    let integrator = chosen(settings);
+    let integrator = chosen(scene, settings);
     let inner = if settings.without.is_empty() {
         AnyPrepared::new(scene, &Settings { integrator, ..settings.clone() }, simulated, observer)?
     } else {
@@ -164,7 +164,7 @@ impl Ready {
     /// follow paths.
     fn plan(&self) -> Plan {
         let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
-        let drawn = drawn || chosen(&self.settings) == Integrator::Path;
+        let drawn = drawn || matches!(self.kernel, KernelName::Paths);
         Plan::new(&self.settings, drawn || !self.settings.sampling.is_fixed())
     }
 

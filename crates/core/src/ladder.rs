@@ -327,7 +327,7 @@ pub struct Standing {
 pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<Standing> {
     let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
     // Whitted ray tracing always asks, and meets nothing by chance.
-    let paths = chosen(settings) == Integrator::Path;
+    let paths = chosen(scene, settings) == Integrator::Path;
     let reached = |ladder: &Ladder| {
         (paths || *ladder != Ladder::LightSampling) && (ladder.effects().is_empty() || !ladder.effects().and(present).is_empty())
     };

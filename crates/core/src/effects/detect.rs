@@ -7,7 +7,7 @@ use crate::settings::{Sampling, Settings};
 
 /// What the scene and the settings make of every effect.
 pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
-    let integrator = chosen(settings);
+    let integrator = chosen(scene, settings);
     let paths = integrator == Integrator::Path;
     let mut findings = found(scene, settings, paths);
     if !settings.without.is_empty() {
@@ -19,6 +19,7 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
     }
     let because = match settings.integrator {
         Integrator::Whitted | Integrator::Path => "asked for".to_owned(),
+        Integrator::Auto if paths => "the scene has what only paths find".to_owned(),
         Integrator::Auto if findings.iter().any(|f| f.status == Status::LeftOut) => {
             "the scene asks for no other; what it leaves out is listed".to_owned()
         }
@@ -28,11 +29,14 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
 }
 
 /// The integrator that runs. A scene that says nothing has Whitted's, whose pictures take no chance and so no more samples than edges
-/// need; what they leave out is said.
-pub(crate) fn chosen(settings: &Settings) -> Integrator {
+/// need, unless it has materials that say nothing to it; what it leaves out is said.
+pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
-        Integrator::Auto | Integrator::Whitted => Integrator::Whitted,
-        Integrator::Path => Integrator::Path,
+        Integrator::Auto => {
+            let facts = Facts::gather(scene, None);
+            if facts.mixture.is_some() || facts.absorption.is_some() { Integrator::Path } else { Integrator::Whitted }
+        }
+        asked => asked,
     }
 }
 
@@ -225,6 +229,8 @@ fn what_paths_find(list: &mut List, f: &Facts) {
         "no rough surface transmits",
         "none yet",
     );
+    list.plain(Effect::MixedScattering, &f.mixture, "a surface sends each ray one of three ways by chance", NOT_MIXED);
+    list.plain(Effect::Absorption, &f.absorption, "light is absorbed on its way through a body", NOT_ABSORBED);
     let caustics = f.lit.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     let absent = "no mirror or glass sends light onto a matte surface";
     if f.light.is_some() {
@@ -264,6 +270,8 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         "no rough surface transmits",
         path,
     );
+    list.missing(Effect::MixedScattering, &f.mixture, "its other terms stand for a surface's mixture", NOT_MIXED, path);
+    list.missing(Effect::Absorption, &f.absorption, "bodies that absorb light are shown clear", NOT_ABSORBED, path);
     let caustics = f.diffuse_physical.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     list.missing(
         Effect::Caustics,
@@ -273,6 +281,12 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         path,
     );
 }
+
+/// Why there is no mixed scattering.
+const NOT_MIXED: &str = "every surface answers by its terms";
+
+/// Why there is no absorption.
+const NOT_ABSORBED: &str = "nothing absorbs light on its way";
 
 /// Why there is no motion.
 const NOTHING_MOVES: &str = "nothing moves while the shutter is open";

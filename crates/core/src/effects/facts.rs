@@ -29,6 +29,9 @@ pub(super) struct Facts {
     pub reflection: Source,
     pub fuzz: Source,
     pub refraction: Source,
+    /// Surfaces that send rays three ways by chance.
+    pub mixture: Source,
+    pub absorption: Source,
     pub rough_reflection: Source,
     pub rough_refraction: Source,
     /// Physical surfaces that light reaches.
@@ -167,6 +170,11 @@ impl Facts {
         note(&mut self.refraction, m.transmission.is_some(), || at("transmission"));
         if let Some(shadow) = &m.shadow {
             self.weight(shadow, || at("shadow"));
+        }
+        if let Some(mixture) = &m.mixture {
+            let bends = mixture.refraction_chance > 0.0;
+            note(&mut self.mixture, true, || at("mixture"));
+            note(&mut self.absorption, bends && mixture.absorption != Colour::BLACK, || at("mixture.absorption"));
         }
         if let Some(emission) = &m.emission {
             self.input(emission, || at("emission"));

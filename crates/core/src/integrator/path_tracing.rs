@@ -7,6 +7,7 @@
 
 mod classic;
 mod lights;
+mod mixture;
 mod vertex;
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};

@@ -150,16 +150,21 @@ impl<N: Number> Lobe<N> {
     /// lobe that is not delta.
     #[inline(always)]
     pub(super) fn drawn(&self, wo: N::Vec3, [u, v]: [N; 2]) -> N::Vec3 {
-        let angle = N::from_f64(2.0 * PI) * v;
-        let disk = [u.sqrt() * angle.cos(), u.sqrt() * angle.sin()];
         match *self {
             Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => {
-                let facet = visible_facet::<N>(wo, squared_alpha(roughness).sqrt(), disk);
+                let facet = visible_facet::<N>(wo, squared_alpha(roughness).sqrt(), on_disk([u, v]));
                 facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
             }
-            // By the cosine: a point of the disk, raised to the hemisphere (Malley).
-            _ => N::Vec3::new(disk[0], disk[1], (N::ONE - u).max(N::ZERO).sqrt()),
+            _ => Self::cosine([u, v]),
         }
+    }
+
+    /// A direction about the third axis, drawn by the cosine for two numbers in [0, 1): a point of the disk, raised to the
+    /// hemisphere (Malley).
+    #[inline(always)]
+    pub(crate) fn cosine([u, v]: [N; 2]) -> N::Vec3 {
+        let [x, y] = on_disk([u, v]);
+        N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
     }
 
     /// How much it may send back to a direction with this cosine to the normal: what choosing among lobes goes by.
@@ -180,6 +185,13 @@ impl<N: Number> Lobe<N> {
         let Self::Mirror { f0, f90 } = *self else { return N::Vec3::ZERO };
         f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))
     }
+}
+
+/// An even point of the unit disk for two numbers in [0, 1).
+#[inline(always)]
+fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
+    let angle = N::from_f64(2.0 * PI) * v;
+    [u.sqrt() * angle.cos(), u.sqrt() * angle.sin()]
 }
 
 /// The normal of a facet that is seen along `wo`, for a point of the unit disk ("Sampling the GGX Distribution of Visible

@@ -33,7 +33,7 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
         Some(Projection::ThinLens { aperture_radius, .. }) => *aperture_radius > 0.0,
         _ => false,
     };
-    let paths = chosen(settings) == Integrator::Path;
+    let paths = chosen(scene, settings) == Integrator::Path;
     let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
     let choice = if paths { Choice::bytes_of(needs.lamps.saturating_add(scene.lights.len() as u64), needs.lamps) } else { 0 };
     let plan = Plan::new(settings, random);

@@ -8,8 +8,8 @@ use crate::effects::{Effect, EffectSet};
 use crate::expr::{Scope, Variable};
 use crate::material::Glass;
 use crate::scene::{
-    AlphaMode, Channel, Classic as ClassicData, Colour, Material as MaterialData, Model, Physical as PhysicalData, Scene,
-    SpecularModel, TransmissionChoice,
+    AlphaMode, Channel, Classic as ClassicData, Colour, Material as MaterialData, Mixture as MixtureData, Model,
+    Physical as PhysicalData, Scene, SpecularModel, TransmissionChoice,
 };
 
 /// What a surface does to light.
@@ -33,6 +33,7 @@ pub(crate) struct Classic<R: Real> {
     pub reflection: Option<Reflection<R>>,
     pub transmission: Option<Transmission<R>>,
     pub emission: Option<Input<R>>,
+    pub mixture: Option<Mixture<R>>,
     pub shadow_transmittance: R,
     pub shadow: Option<Input<R>>,
     /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
@@ -67,6 +68,35 @@ pub(crate) struct Transmission<R: Real> {
     pub glass: Glass<R>,
     /// Schlick's reflectance above which one ray reflects; none: both rays, weighted.
     pub switch: Option<R>,
+}
+
+/// Three ways by chance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mixture<R: Real> {
+    pub specular_chance: f64,
+    pub specular_colour: R::Vec3,
+    pub specular_roughness: f64,
+    pub refraction_chance: f64,
+    pub refraction_roughness: f64,
+    pub ior: Option<f64>,
+    /// None where it absorbs nothing.
+    pub absorption: Option<R::Vec3>,
+    pub published_roulette: bool,
+}
+
+impl<R: Real> Mixture<R> {
+    fn new(m: &MixtureData) -> Self {
+        Self {
+            specular_chance: m.specular_chance,
+            specular_colour: vector::<R>(m.specular_colour),
+            specular_roughness: m.specular_roughness,
+            refraction_chance: m.refraction_chance,
+            refraction_roughness: m.refraction_roughness,
+            ior: m.ior,
+            absorption: (m.absorption != Colour::BLACK).then(|| vector::<R>(m.absorption)),
+            published_roulette: m.published_roulette,
+        }
+    }
 }
 
 /// The metallic-roughness model.
@@ -251,6 +281,7 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, inputs: &mut Compiler<'_, 
             },
         }),
         emission: m.emission.as_ref().map(|e| inputs.input(e, "emission")).transpose()?,
+        mixture: m.mixture.as_ref().map(Mixture::new),
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
         asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
         shadow,

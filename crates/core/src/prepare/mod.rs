@@ -32,7 +32,7 @@ pub(crate) use extent::extent;
 use geometry::Facet;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
-pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Passage, Physical, Specular};
+pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Mixture, Passage, Physical, Specular};
 
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -21,11 +21,18 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let mut at = *at;
         match &scene.materials[at.material as usize] {
             Material::Classic(m) => {
+                if let Some(absorption) = m.mixture.as_ref().and_then(|mixture| mixture.absorption).filter(|_| !at.outside) {
+                    walk.throughput = walk.throughput * absorbed::<P::Real>(absorption, at.distance);
+                }
                 if let Some(emission) = &m.emission {
                     self.emits(walk, hit, &at, emission.colour(&here));
                 }
                 if walk.traced >= self.max_depth {
                     return false;
+                }
+                if let Some(mixture) = &m.mixture {
+                    at.normal = towards(&at);
+                    return self.mixed(walk, &at, mixture, m.colour.colour(&here));
                 }
                 if m.transmission.is_some() {
                     at.normal = towards(&at);
@@ -119,6 +126,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             (stored, Vector::from_f64(exact - stored.to_f64()))
         })
     }
+}
+
+/// What passes of light on its way through what absorbs so much a metre (Beer-Lambert).
+fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
+    let share = |a: R| Real::exp(-(a * distance));
+    R::Vec3::new(share(absorption.x()), share(absorption.y()), share(absorption.z()))
 }
 
 /// The shading normal on the side that the ray came from, also where the object's points outwards always.
