@@ -56,7 +56,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), a measurement of the [`ladder`]s, files of
+//! Not here yet: a measurement of the [`ladder`]s, files of
 //! half-finished pictures (a [`film::Film`] holds one in memory).
 #![forbid(unsafe_code)]
 

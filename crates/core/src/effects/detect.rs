@@ -222,12 +222,11 @@ fn what_paths_find(list: &mut List, f: &Facts) {
         "a rough surface blurs what it reflects",
         "no rough surface reflects",
     );
-    list.missing(
+    list.plain(
         Effect::RoughRefraction,
         &f.rough_refraction,
-        "a rough surface blurs what it transmits; it is shown as a clear one",
+        "a rough surface blurs what it transmits",
         "no rough surface transmits",
-        "none yet",
     );
     list.plain(Effect::MixedScattering, &f.mixture, "a surface sends each ray one of three ways by chance", NOT_MIXED);
     list.plain(Effect::Absorption, &f.absorption, "light is absorbed on its way through a body", NOT_ABSORBED);

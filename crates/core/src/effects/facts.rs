@@ -208,6 +208,7 @@ impl Facts {
         note(&mut self.rough_reflection, !smooth, || at("roughness"));
         note(&mut self.refraction, clear, || at("transmission"));
         note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
+        note(&mut self.absorption, m.absorption().is_some(), || at("attenuation_distance"));
         note(&mut self.diffuse_physical, plain && !all_passes, || at("base_colour"));
     }
 }

@@ -7,10 +7,13 @@
 
 mod classic;
 mod lights;
+mod media;
 mod mixture;
 mod vertex;
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+
+use media::{Media, absorbed};
 
 use super::{Brought, Kernel, Leg, MAX_CUTOUTS, Tracer};
 use crate::interaction::Interaction;
@@ -40,6 +43,8 @@ struct Walk<R: Real> {
     cutouts: u32,
     /// Whether it has met a surface.
     hit: bool,
+    /// The bodies that it is in.
+    media: Media,
     /// Where the ray left, and how.
     left: Left<R>,
 }
@@ -47,7 +52,7 @@ struct Walk<R: Real> {
 /// How a ray left its vertex: what it takes to know how else the light at its end could have been found.
 #[derive(Clone, Copy, Debug)]
 struct Left<R: Real> {
-    /// The vertex, and the normal there on the side that the path came from.
+    /// The vertex, and the normal there on the side that the path came from; zero where light comes from both.
     from: R::Vec3,
     normal: R::Vec3,
     /// Density over solid angle of the direction; infinite where no light could have been drawn instead: for rays of the camera, and
@@ -79,6 +84,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             traced: 0,
             cutouts: 0,
             hit: false,
+            media: Media::default(),
             left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
         };
         loop {
@@ -98,6 +104,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return false;
         };
         let at = Interaction::of::<P, K>(self.scene, &walk.leg, hit);
+        if self.scene.absorbs
+            && let Some(absorption) = self.absorption(&walk.media, &at)
+        {
+            walk.throughput = walk.throughput * absorbed::<P::Real>(absorption, at.distance);
+        }
         if walk.traced == 0 && self.keeps_first && self.first.is_none() {
             self.first = Some(self.seen(&walk.leg, hit));
         }
@@ -175,7 +186,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         walk.throughput = throughput;
         walk.address.bounce += 1;
         let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
-        walk.left = Left { from: at.surface.point, normal: at.normal, density };
+        walk.left = Left { from: at.surface.point, normal: onward.lit, density };
+        if self.scene.absorbs && onward.through {
+            walk.media = walk.media.beyond(at.material, at.outside);
+        }
         true
     }
 }
@@ -187,4 +201,8 @@ struct Onward<P: Precision> {
     rest: Vec3Of<P>,
     /// A number in [0, 1): below what the path counts, it goes on.
     luck: P::Real,
+    /// Normal of the side that lights were asked for; zero for both.
+    lit: Vec3Of<P>,
+    /// Whether it goes through the surface.
+    through: bool,
 }

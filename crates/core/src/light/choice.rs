@@ -63,7 +63,7 @@ impl Choice {
     }
 
     /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of a surface with a unit normal on
-    /// the side that is lit; none where what was drawn can send nothing there. Both numbers, because one of f32 has steps of 2⁻²³.
+    /// the side that is lit, or zero where both are; none where what was drawn can send nothing there. Both numbers, because one of f32 has steps of 2⁻²³.
     #[inline]
     pub fn draw<R: Real>(&self, from: R::Vec3, normal: R::Vec3, [coarse, fine]: [f32; 2]) -> Option<(LightId, f64)> {
         const STEP: f64 = 1.0 / (1 << 23) as f64;

@@ -21,7 +21,7 @@ pub(super) struct Leaf {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Receiver {
     pub at: DVec3,
-    /// Unit, on the side that is lit.
+    /// Unit, on the side that is lit; zero where both are.
     pub normal: DVec3,
 }
 
@@ -110,7 +110,7 @@ impl Node {
             return 0.0;
         }
         let facing = -receiver.normal.dot(direction).clamp(-1.0, 1.0);
-        let arriving = cos_less([sine(facing), facing], bound);
+        let arriving = if receiver.normal == DVec3::ZERO { 1.0 } else { cos_less([sine(facing), facing], bound) };
         if arriving <= -MARGIN {
             return 0.0;
         }

@@ -109,6 +109,8 @@ pub(crate) struct Physical<R: Real> {
     pub index: Index<R>,
     /// What lets light through; none: nothing.
     pub passage: Option<Passage<R>>,
+    /// What the inside absorbs per metre; none where nothing.
+    pub absorption: Option<R::Vec3>,
     /// Radiance given off; none: nothing.
     pub emission: Option<Product<R>>,
     pub alpha: Alpha<R>,
@@ -158,6 +160,9 @@ impl<R: Real> Passage<R> {
     }
 }
 
+/// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
+const MOST_ABSORPTION: f64 = 1e30;
+
 /// What alpha means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Alpha<R> {
@@ -194,6 +199,15 @@ impl<R: Real> Material<R> {
             Self::Physical(m) => m.alpha == Alpha::Opaque,
         };
         solid && self.shadow_transmittance() == Some(R::ZERO)
+    }
+
+    /// Whether its inside absorbs light.
+    pub fn absorbs(&self) -> bool {
+        match self {
+            Self::Classic(m) => m.mixture.as_ref().is_some_and(|mixture| mixture.absorption.is_some()),
+            Self::Physical(m) => m.absorption.is_some(),
+            Self::Unused => false,
+        }
     }
 
     /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives on other ways.
@@ -321,6 +335,7 @@ fn physical<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>, without: Ef
         roughness,
         index,
         passage,
+        absorption: m.absorption().map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
         emission,
         alpha: match m.alpha {
             AlphaMode::Opaque => Alpha::Opaque,

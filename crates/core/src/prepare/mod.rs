@@ -141,6 +141,8 @@ pub struct Prepared<P: Precision> {
     pub(crate) irradiance: Option<Irradiance<P::Real>>,
     pub(crate) camera: Camera<P::Real>,
     pub(crate) rules: Rules<P::Real>,
+    /// Whether some material absorbs what passes through it.
+    pub(crate) absorbs: bool,
     /// How a path tracer finds light with a size.
     pub(crate) light_sampling: LightSampling,
     pub(crate) veil: <P::Real as Real>::Vec3,
@@ -232,6 +234,7 @@ impl<P: Precision> Prepared<P> {
             meshes: built.meshes,
             objects: built.objects,
             lost: built.lost,
+            absorbs: simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs),
             materials,
             sources: inputs.sources,
             lights,

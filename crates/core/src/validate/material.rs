@@ -114,6 +114,10 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
             check.within(key, number, least, most);
         }
     }
+    check.each("attenuation_colour", &material.attenuation_colour.0, |check, channel| check.within("", *channel, 0.0, 1.0));
+    if let Some(distance) = material.attenuation_distance {
+        check.length("attenuation_distance", distance);
+    }
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
     }

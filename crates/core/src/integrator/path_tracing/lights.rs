@@ -30,20 +30,29 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         let [coarse, fine, u, v] = four(walk.address, Purpose::Light);
         let (point, normal, view) = (at.surface.point, at.normal, -at.direction);
-        let Some((light, probability)) = lights.choice().draw::<P::Real>(point, normal, [coarse, fine]) else {
+        let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
+        let Some((light, probability)) = lights.choice().draw::<P::Real>(point, lit, [coarse, fine]) else {
             return Vector::ZERO;
         };
         let Some(seen) = lights.sample(light, point, [u, v], probability) else { return Vector::ZERO };
         let facing = normal.dot(seen.direction);
-        // Above the shading normal's horizon and the surface's own.
+        // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
         let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
-        if facing <= zero || geometric.dot(seen.direction) <= zero {
+        let through = facing < zero;
+        if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !bsdf.lets_through() {
             return Vector::ZERO;
         }
+        let value = || if through { bsdf.eval_either(view, seen.direction) } else { bsdf.eval(view, seen.direction) };
         let (answer, share) = match seen.density {
             Density::Delta => {
                 let shines = matches!(light, LightId::Delta(i) if lights.delta[i as usize].specular);
-                let answer = if shines { bsdf.eval(view, seen.direction) } else { bsdf.diffuse(view, seen.direction) };
+                let answer = if shines {
+                    value()
+                } else if through {
+                    Vector::ZERO
+                } else {
+                    bsdf.diffuse(view, seen.direction)
+                };
                 (answer, gain)
             }
             Density::SolidAngle(density) => {
@@ -52,12 +61,21 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     LightSampling::Lights => P::Real::ONE,
                     LightSampling::Both => P::Real::from_f64(weight(density, bsdf.pdf(view, seen.direction).to_f64())),
                 };
-                (bsdf.eval(view, seen.direction), share)
+                (value(), share)
             }
         };
-        let sent = seen.arriving * answer * (facing * share);
+        let mut sent = seen.arriving * answer * (Real::abs(facing) * share);
         if sent == Vector::ZERO || !sent.is_finite() {
             return Vector::ZERO;
+        }
+        if scene.absorbs {
+            let media = if through { walk.media.beyond(at.material, at.outside) } else { walk.media };
+            let distance = match &seen.target {
+                Target::Infinity => P::Real::INFINITY,
+                Target::Point(target) => (*target - point).length(),
+                Target::Surface(target) => (target.point - point).length(),
+            };
+            sent *= self.passes_media(&media, distance);
         }
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
         if shadows { sent * self.arrives(&seen, at) } else { sent }

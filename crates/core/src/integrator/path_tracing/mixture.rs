@@ -97,7 +97,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             drawn.weight = weight;
         }
         let ray = self.leave(at, direction, side);
-        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck })
+        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: at.normal, through: side != one })
     }
 }
 

@@ -21,9 +21,6 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let mut at = *at;
         match &scene.materials[at.material as usize] {
             Material::Classic(m) => {
-                if let Some(absorption) = m.mixture.as_ref().and_then(|mixture| mixture.absorption).filter(|_| !at.outside) {
-                    walk.throughput = walk.throughput * absorbed::<P::Real>(absorption, at.distance);
-                }
                 if let Some(emission) = &m.emission {
                     self.emits(walk, hit, &at, emission.colour(&here));
                 }
@@ -57,7 +54,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 if model.glass.is_some() {
                     at.normal = towards(&at);
                 }
-                let bsdf = model.transport(at.normal, at.outside);
+                let bsdf = model.transport(at.normal, -at.direction, at.outside);
                 self.scatter(walk, hit, &at, &bsdf, (model.glass.as_ref(), P::Real::ONE))
             }
             Material::Unused => false,
@@ -106,7 +103,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             _ => (drawn.direction, Vector::ZERO),
         };
         let side = if through { -P::Real::ONE } else { P::Real::ONE };
-        self.go_on(walk, at, &drawn, Onward { ray: self.leave(at, direction, side), rest, luck })
+        let lit = if bsdf.lets_through() { Vector::ZERO } else { at.normal };
+        self.go_on(walk, at, &drawn, Onward { ray: self.leave(at, direction, side), rest, luck, lit, through })
     }
 
     /// The direction that a boundary of glass sends a ray in, with the digits that storing takes from it.
@@ -126,12 +124,6 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             (stored, Vector::from_f64(exact - stored.to_f64()))
         })
     }
-}
-
-/// What passes of light on its way through what absorbs so much a metre (Beer-Lambert).
-fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
-    let share = |a: R| Real::exp(-(a * distance));
-    R::Vec3::new(share(absorption.x()), share(absorption.y()), share(absorption.z()))
 }
 
 /// The shading normal on the side that the ray came from, also where the object's points outwards always.
