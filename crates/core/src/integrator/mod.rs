@@ -48,6 +48,8 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     max_depth: u32,
     camera_min: P::Real,
     secondary_min: P::Real,
+    /// Absorbing bodies that the camera is in; of path tracing.
+    media: path_tracing::Media,
     kernel: PhantomData<K>,
 }
 
@@ -58,7 +60,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
             Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
         };
-        Self {
+        let mut tracer = Self {
             scene,
             counters: Counters::default(),
             waiting: Vec::new(),
@@ -67,8 +69,13 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             max_depth,
             camera_min,
             secondary_min,
+            media: path_tracing::Media::default(),
             kernel: PhantomData,
+        };
+        if K::PATHS && scene.absorbs {
+            tracer.media = tracer.media_of_camera();
         }
+        tracer
     }
 
     /// Radiance that arrives along a camera ray.

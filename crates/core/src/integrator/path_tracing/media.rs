@@ -1,17 +1,20 @@
 //! Bodies that absorb light: which ones a path is in, and what passes.
 
-use raywright_bvh::{Precision, Real, Vec3Of};
+use raywright_bvh::{Interval, Precision, Real, Vec3Of, Vector};
 
-use super::super::{Kernel, Tracer};
+use super::super::{Kernel, Leg, Tracer};
 use crate::interaction::Interaction;
 use crate::prepare::Material;
 
 /// Bodies that a path can be in at once; a deeper one is not noticed.
 const DEEPEST: usize = 4;
 
+/// Surfaces that are looked through for the bodies that a camera is in.
+const MOST_CROSSINGS: u32 = 64;
+
 /// Materials of the bodies that a path has entered and not left, the last one last. Bodies are told by their materials.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Media {
+pub(crate) struct Media {
     inside: [u32; DEEPEST],
     count: usize,
 }
@@ -37,8 +40,39 @@ impl Media {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// What a metre of the way to a hit absorbs; none where nothing does. A camera may be in the body that its ray leaves first.
+    /// The bodies that the camera is in: those that a ray leaves more often than it enters them.
+    pub(in super::super) fn media_of_camera(&self) -> Media {
+        let (scene, mut entered, mut around) = (self.scene, [0_u32; DEEPEST], Media::default());
+        let mut leg = Leg::of(scene.camera.ray(P::Real::ZERO, P::Real::ZERO, [0.5; 2]));
+        if scene.camera.ahead() != P::Real::ZERO {
+            return around;
+        }
+        let mut depth = 0;
+        for _ in 0..MOST_CROSSINGS {
+            let range = Interval { min: self.secondary_min, max: P::Real::INFINITY };
+            let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
+            let at = Interaction::of::<P, K>(scene, &leg, &hit);
+            if self.absorbs(at.material).is_some() {
+                if at.outside {
+                    entered[depth % DEEPEST] = at.material;
+                    depth += 1;
+                } else if depth > 0 && entered[(depth - 1) % DEEPEST] == at.material {
+                    depth -= 1;
+                } else if around.count < DEEPEST {
+                    // The innermost one is left first.
+                    around.inside.copy_within(0..around.count, 1);
+                    around.inside[0] = at.material;
+                    around.count += 1;
+                }
+            }
+            leg = leg.onward(self.leave(&at, at.direction, -P::Real::ONE), Vector::ZERO);
+        }
+        around
+    }
+
+    /// What a metre of the way to a hit absorbs; none where nothing does.
     pub(super) fn absorption(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Vec3Of<P>> {
+        // Also where a path got in by a way that it was not seen to take.
         let around = media.last().or((!at.outside).then_some(at.material))?;
         self.absorbs(around)
     }
@@ -46,7 +80,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Share of light that passes the way of a shadow ray, which meets nothing on it.
     pub(super) fn passes_media(&self, media: &Media, distance: P::Real) -> Vec3Of<P> {
         let absorption = media.last().and_then(|around| self.absorbs(around));
-        absorption.map_or(raywright_bvh::Vector::ONE, |absorption| absorbed::<P::Real>(absorption, distance))
+        absorption.map_or(Vector::ONE, |absorption| absorbed::<P::Real>(absorption, distance))
     }
 
     fn absorbs(&self, material: u32) -> Option<Vec3Of<P>> {
@@ -60,7 +94,6 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
 /// What passes of light on its way through what absorbs so much a metre (Beer and Lambert).
 pub(super) fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
-    use raywright_bvh::Vector;
     // Nothing is lost on no way, also where infinitely much would be.
     let share = |a: R| if distance > R::ZERO { Real::exp(-(a * distance)) } else { R::ONE };
     R::Vec3::new(share(absorption.x()), share(absorption.y()), share(absorption.z()))
