@@ -4,7 +4,9 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use raywright_core::effects::{has_light, neutral_sky};
-use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load, presets};
+use raywright_io::{
+    Environment, EnvironmentSource, Error, ErrorKind, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load, presets,
+};
 
 use crate::args::{DEFAULT_PRESET, SceneArgs};
 use crate::console::Verbosity;
@@ -15,7 +17,9 @@ pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbos
     let overrides = Overrides { at: changes.at, set: changes.set.clone() };
     let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
     let input = named(name);
-    let loaded = load(&input, &LoadOptions { overrides, model, limits }).map_err(|error| explained(error, &input))?;
+    let environment = Environment { source: changes.env.clone(), rotation: changes.env_rotation, strength: changes.env_strength };
+    let loaded =
+        load(&input, &LoadOptions { overrides, model, environment, limits }).map_err(|error| explained(error, &input))?;
     for warning in &loaded.warnings {
         verbosity.warn(&warning.message);
     }
@@ -40,9 +44,10 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
 }
 
 /// Puts what a picture needs into a scene that lacks it, and says so: a neutral sky where nothing gives light.
-pub fn complete(loaded: &mut Loaded, verbosity: Verbosity) {
+pub fn complete(loaded: &mut Loaded, changes: &SceneArgs, verbosity: Verbosity) {
     let name = &loaded.source.name;
-    if !has_light(&loaded.scene) {
+    // Who asks for no environment gets none.
+    if changes.env != Some(EnvironmentSource::None) && !has_light(&loaded.scene) {
         loaded.scene.sky = Some(neutral_sky());
         verbosity.say(format_args!("note: {name} has no light; a neutral grey sky is added"));
     }

@@ -2,15 +2,15 @@
 
 use raywright_bvh::{Fast, Precision, Reference, Robust};
 
-use crate::effects::{EffectReport, EffectSet, detect, switched_off};
+use crate::effects::{EffectReport, EffectSet, chosen, detect, switched_off};
 use crate::film::{Film, Part, PartError, Plan};
-use crate::integrator::{Analytic, General, Kernel};
+use crate::integrator::{Analytic, General, Kernel, Paths};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::observer::Observer;
 use crate::prepare::{self, Extent, PrepareError, Prepared, Tables};
 use crate::render::{Rendered, render};
-use crate::scene::Scene;
+use crate::scene::{Integrator, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
 
 /// A scene prepared for one set of settings, ready to render.
@@ -52,13 +52,15 @@ pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> R
             return Err(PrepareError::Memory { needed, allowed });
         }
     }
+    let integrator = chosen(scene, settings);
     let inner = if settings.without.is_empty() {
-        AnyPrepared::new(scene, settings, simulated, observer)?
+        AnyPrepared::new(scene, &Settings { integrator, ..settings.clone() }, simulated, observer)?
     } else {
         let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
-        AnyPrepared::new(&rest, &Settings { camera, ..settings.clone() }, simulated, observer)?
+        AnyPrepared::new(&rest, &Settings { integrator, camera, ..settings.clone() }, simulated, observer)?
     };
-    Ok(Ready { inner, kernel: KernelName::choose(settings.kernel, simulated), settings: settings.clone(), effects })
+    let kernel = KernelName::choose(settings.kernel, integrator, simulated);
+    Ok(Ready { inner, kernel, settings: settings.clone(), effects })
 }
 
 /// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it.
@@ -99,12 +101,14 @@ impl AnyPrepared {
 enum KernelName {
     Analytic,
     General,
+    Paths,
 }
 
 impl KernelName {
     /// The least one that contains what is simulated.
-    fn choose(choice: KernelChoice, simulated: EffectSet) -> Self {
+    fn choose(choice: KernelChoice, integrator: Integrator, simulated: EffectSet) -> Self {
         match choice {
+            _ if integrator == Integrator::Path => Self::Paths,
             KernelChoice::Fitting if simulated.is_within(Analytic::CONTAINS) => Self::Analytic,
             _ => Self::General,
         }
@@ -152,6 +156,7 @@ impl Ready {
         match self.kernel {
             KernelName::General => render::<P, General>(prepared, &self.settings, film, part, observer),
             KernelName::Analytic => render::<P, Analytic>(prepared, &self.settings, film, part, observer),
+            KernelName::Paths => render::<P, Paths>(prepared, &self.settings, film, part, observer),
         }
     }
 
@@ -160,10 +165,11 @@ impl Ready {
         Plan::new(&self.settings, self.is_by_chance())
     }
 
-    /// Whether another seed would give another picture: where samples lie anywhere in their pixel or draw points of a lens or of lights.
+    /// Whether another seed would give another picture: where samples lie anywhere in their pixel or draw points of a lens or of
+    /// lights, or follow paths.
     pub fn is_by_chance(&self) -> bool {
         let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
-        drawn || !self.settings.sampling.is_fixed()
+        drawn || matches!(self.kernel, KernelName::Paths) || !self.settings.sampling.is_fixed()
     }
 
     /// Name of the kernel that runs.
@@ -171,6 +177,7 @@ impl Ready {
         match self.kernel {
             KernelName::General => General::NAME,
             KernelName::Analytic => Analytic::NAME,
+            KernelName::Paths => Paths::NAME,
         }
     }
 

@@ -8,9 +8,9 @@ use core::fmt;
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::Serialize;
 
-use crate::effects::{Effect, EffectReport, EffectSet, Status};
-use crate::scene::{ConstantOffset, Filter, OffsetDirection, Scene, SpawnRule};
-use crate::settings::{PrecisionChoice, Sampling, Settings};
+use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
+use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
+use crate::settings::{LightSampling, PrecisionChoice, Sampling, Settings};
 use crate::suggest::closest;
 
 /// One ladder.
@@ -22,6 +22,8 @@ pub enum Ladder {
     RayOffset,
     /// Whether something between a light and a surface counts.
     Shadows,
+    /// How a path tracer finds light that has a size.
+    LightSampling,
     /// How texels are combined.
     TextureFilter,
     /// How many segments a path may have.
@@ -57,6 +59,11 @@ const RAY_OFFSET: &[Rung] = &[
     rung("error-bound", "outside the error of the hit point, at every scale"),
 ];
 const SHADOWS: &[Rung] = &[rung("off", "light passes through everything"), rung("on", "what stands in between counts")];
+const LIGHT_SAMPLING: &[Rung] = &[
+    rung("scattering", "paths meet light by chance: noise where lights are small"),
+    rung("lights", "each vertex asks one light: noise where surfaces are glossy and lights large"),
+    rung("both", "each in the share in which it is the better one"),
+];
 const TEXTURE_FILTER: &[Rung] = &[
     rung("nearest", "the nearest texel: blocks near by, and sparkles far away"),
     rung("bilinear", "the weighted mean of four: smooth near by"),
@@ -97,10 +104,11 @@ const OFFSET: ConstantOffset =
 
 impl Ladder {
     /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Precision,
         Self::RayOffset,
         Self::Shadows,
+        Self::LightSampling,
         Self::TextureFilter,
         Self::PathLength,
         Self::Samples,
@@ -114,6 +122,7 @@ impl Ladder {
             Self::Precision => "precision",
             Self::RayOffset => "ray-offset",
             Self::Shadows => "shadows",
+            Self::LightSampling => "light-sampling",
             Self::TextureFilter => "texture-filter",
             Self::PathLength => "path-length",
             Self::Samples => "samples",
@@ -128,6 +137,7 @@ impl Ladder {
             Self::Precision => PRECISION,
             Self::RayOffset => RAY_OFFSET,
             Self::Shadows => SHADOWS,
+            Self::LightSampling => LIGHT_SAMPLING,
             Self::TextureFilter => TEXTURE_FILTER,
             Self::PathLength => PATH_LENGTH,
             Self::Samples => SAMPLES,
@@ -142,6 +152,7 @@ impl Ladder {
             Self::Precision => "robust",
             Self::RayOffset => "error-bound",
             Self::Shadows => "on",
+            Self::LightSampling => "both",
             Self::TextureFilter => "bilinear",
             Self::PathLength => "8",
             Self::Samples => "64",
@@ -160,6 +171,11 @@ impl Ladder {
         !matches!(self, Self::Build | Self::Accelerator)
     }
 
+    /// Whether a render on one rung can have the random numbers of a render on another, so that they differ by the choice alone.
+    pub const fn shares_random_numbers(self) -> bool {
+        !matches!(self, Self::Samples | Self::LightSampling)
+    }
+
     /// A scene reaches it when it calls for one of these; every scene does where the set is empty.
     pub const fn effects(self) -> EffectSet {
         match self {
@@ -171,6 +187,7 @@ impl Ladder {
                 Effect::Transparency,
             ]),
             Self::Shadows => EffectSet::of(&[Effect::Shadows]),
+            Self::LightSampling => EffectSet::of(&[Effect::SoftShadows, Effect::SkyLight]),
             Self::TextureFilter => EffectSet::of(&[Effect::ImageTextures]),
             Self::PathLength => EffectSet::of(&[Effect::MirrorReflection, Effect::Refraction, Effect::Transparency]),
             _ => EffectSet::EMPTY,
@@ -187,6 +204,7 @@ impl Ladder {
                 SpawnRule::ErrorBound => "error-bound".to_owned(),
             },
             Self::Shadows => if settings.without.has(Effect::Shadows) { "off" } else { "on" }.to_owned(),
+            Self::LightSampling => LIGHT_SAMPLING[settings.light_sampling as usize].name.to_owned(),
             Self::TextureFilter => match scene.textures.first() {
                 Some(first) if scene.textures.iter().any(|t| t.filter != first.filter) => mixed(),
                 Some(first) if first.filter == Filter::Nearest => "nearest".to_owned(),
@@ -271,6 +289,9 @@ impl Choice {
                 let others = settings.without.without(shadows);
                 settings.without = if at == 0 { others.or(shadows) } else { others };
             }
+            Ladder::LightSampling => {
+                settings.light_sampling = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both][at];
+            }
             Ladder::TextureFilter => {
                 let filter = [Filter::Nearest, Filter::Bilinear][at];
                 scene.textures.iter_mut().for_each(|texture| texture.filter = filter);
@@ -318,9 +339,13 @@ pub struct Standing {
 }
 
 /// The ladders that a scene reaches: those whose effects it calls for.
-pub fn reached(effects: &EffectReport) -> impl Iterator<Item = Ladder> {
+pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> impl Iterator<Item = Ladder> + use<> {
     let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
-    Ladder::ALL.into_iter().filter(move |ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty())
+    // Whitted ray tracing always asks, and meets nothing by chance.
+    let paths = chosen(scene, settings) == Integrator::Path;
+    Ladder::ALL.into_iter().filter(move |&ladder| {
+        (paths || ladder != Ladder::LightSampling) && (ladder.effects().is_empty() || !ladder.effects().and(present).is_empty())
+    })
 }
 
 /// The ladders that a scene reaches, with the rungs in use.
@@ -332,7 +357,7 @@ pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> 
         changes_pictures: ladder.changes_pictures(),
         rungs: ladder.rungs(),
     };
-    reached(effects).map(standing).collect()
+    reached(scene, settings, effects).map(standing).collect()
 }
 
 #[cfg(test)]

@@ -25,6 +25,12 @@ pub enum Purpose {
     EmitterPoint = 3,
     /// When the shutter lets the path in.
     Time = 4,
+    /// Which light a vertex asks, and where on it.
+    Light = 5,
+    /// Which way a path leaves a vertex, and whether it goes on.
+    Scatter = 6,
+    /// Whether a surface that covers a share of what is behind it is there.
+    Coverage = 7,
 }
 
 /// Points that one scramble of the sequence holds.
@@ -98,6 +104,12 @@ impl Sequence {
     }
 }
 
+/// Four numbers in [0, 1) for one purpose at one vertex of a sample's path: they are even together, and cost little more than one.
+#[inline]
+pub(crate) fn four(at: Address, purpose: Purpose) -> [f32; 4] {
+    sobol_burley::sample_4d(at.index % SEQUENCE, 0, Sequence::of(at, purpose).scramble)
+}
+
 /// Two numbers in [0, 1) for one purpose at one vertex of a sample's path.
 pub fn pair(at: Address, purpose: Purpose) -> [f32; 2] {
     Sequence::of(at, purpose).pair(at.index)
@@ -130,7 +142,16 @@ mod tests {
             Address { bounce: 1, ..base },
             Address { branch: 1, ..base },
         ];
-        let purposes = [Purpose::Pixel, Purpose::Lens, Purpose::Emitter, Purpose::EmitterPoint, Purpose::Time];
+        let purposes = [
+            Purpose::Pixel,
+            Purpose::Lens,
+            Purpose::Emitter,
+            Purpose::EmitterPoint,
+            Purpose::Time,
+            Purpose::Light,
+            Purpose::Scatter,
+            Purpose::Coverage,
+        ];
         let numbers = others.iter().map(|&at| pair(at, Purpose::Pixel)).chain(purposes.map(|purpose| pair(base, purpose)));
         let distinct: BTreeSet<_> = numbers.map(|p| p.map(f32::to_bits)).collect();
         assert_eq!(distinct.len(), others.len() + purposes.len());

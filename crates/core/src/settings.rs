@@ -32,6 +32,19 @@ pub enum PrecisionChoice {
     Reference,
 }
 
+/// How a path tracer finds light that has a size: a rung of the ladder of light sampling. All are right in the mean; what differs is
+/// noise. Lights without size are always asked, and what a mirror or smooth glass shows is always met.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum LightSampling {
+    /// Paths meet it by chance.
+    Scattering,
+    /// Each vertex asks one light for it.
+    Lights,
+    /// Both, each in the share in which it is the better one.
+    #[default]
+    Both,
+}
+
 /// Which kernel runs. Both give the same bits; the general one exists as the proof of that.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KernelChoice {
@@ -154,6 +167,8 @@ pub struct Settings {
     pub max_depth: u32,
     /// How light is computed.
     pub integrator: Integrator,
+    /// How a path tracer finds light that has a size.
+    pub light_sampling: LightSampling,
     /// Seed of the general sampler.
     pub seed: u64,
     /// Number of the picture in a sequence, so that neighbours in it do not share their noise.
@@ -189,6 +204,7 @@ impl Settings {
             sampling: Sampling::resolve(scene, None),
             max_depth: scene.render.max_depth,
             integrator: scene.render.integrator,
+            light_sampling: LightSampling::default(),
             seed: scene.render.seed,
             frame: 0,
             replicates: None,

@@ -22,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 mod diagnostic;
+mod environment;
 mod error;
 mod error_kind;
 mod folder;
@@ -42,6 +43,7 @@ mod source;
 mod uri;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
+pub use environment::{Environment, EnvironmentSource};
 pub use error::{Error, Warning};
 pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError};

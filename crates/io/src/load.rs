@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use raywright_core::scene::MeshSource;
 use raywright_core::{Scene, generate};
 
+use crate::environment::{self, Environment};
 use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_limited};
 use crate::gltf::{self, Choice, Contents};
@@ -31,6 +32,8 @@ pub struct LoadOptions {
     pub overrides: Overrides,
     /// What of a model is meant.
     pub model: ModelOptions,
+    /// The environment in place of the scene's own.
+    pub environment: Environment,
     /// What is refused.
     pub limits: Limits,
 }
@@ -113,7 +116,7 @@ fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: 
     for (kind, wish) in [("scene", &options.model.scene), ("variant", &options.model.variant)] {
         wish.iter().for_each(|wish| [kind, wish].iter().for_each(|text| folder.note(text.as_bytes())));
     }
-    let (scene, warnings, contents) = match format {
+    let (mut scene, warnings, contents) = match format {
         Format::Obj => {
             refuse_choice(&name, &options.model)?;
             let (scene, warnings) = obj::load(path, &bytes, folder, &options.limits)?;
@@ -127,6 +130,7 @@ fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: 
         }
     };
     within_limits(&name, &scene, &options.limits)?;
+    environment::apply(&mut scene, &options.environment, folder, &options.limits)?;
     let source = SourceInfo::new(name, stem(path), format, None);
     Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs(), contents })
 }
@@ -144,8 +148,9 @@ fn native_scene(
     let mut parsed = native::parse(name, text, notation, &options.overrides)?;
     within_limits(name, &parsed.scene, &options.limits)?;
     let warnings = native::files::read(&mut parsed, folder, &options.limits)?;
-    let scene = parsed.scene;
+    let mut scene = parsed.scene;
     within_limits(name, &scene, &options.limits)?;
+    environment::apply(&mut scene, &options.environment, folder, &options.limits)?;
     let source = SourceInfo::new(name, stem, Format::Native(notation), Some(text.into()));
     Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs(), contents: Contents::default() })
 }

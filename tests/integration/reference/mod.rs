@@ -2,6 +2,7 @@
 
 mod kinderpainter;
 mod noise;
+mod path;
 mod swing;
 mod whitted;
 

@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use clap::Args;
 use raywright_core::effects::Effect;
 use raywright_core::ladder::Choice;
+use raywright_io::EnvironmentSource;
 
 use super::values;
 
@@ -27,6 +28,19 @@ pub struct SceneArgs {
     /// Variant of a glTF file's materials, by name; `raywright info FILE` lists scenes, variants and animations
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
+
+    /// Environment in place of the scene's own: none, default (the neutral grey sky of scenes without light), or an equirectangular
+    /// picture (.hdr, .exr, .png, .jpg)
+    #[arg(long, value_name = "none|default|FILE", value_parser = values::environment())]
+    pub env: Option<EnvironmentSource>,
+
+    /// Turn the environment by so many degrees about +y: 90 shows along +z what was along +x
+    #[arg(long, value_name = "DEG", value_parser = values::number, allow_hyphen_values = true)]
+    pub env_rotation: Option<f64>,
+
+    /// Factor on the environment's light, 0 or more
+    #[arg(long, value_name = "X", value_parser = values::at_least_zero)]
+    pub env_strength: Option<f64>,
 }
 
 /// Which rungs of which ladders, and which effects not.

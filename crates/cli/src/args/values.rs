@@ -2,6 +2,10 @@
 //!
 //! Each parser says in its error what it expected; clap adds the flag and the value.
 
+use std::path::PathBuf;
+
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use raywright_io::EnvironmentSource;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -127,6 +131,15 @@ pub fn background(text: &str) -> Result<Background, String> {
         (_, Ok(colour)) if colour.iter().all(|&v| v >= 0.0) => Ok(Background::Colour(colour)),
         _ => Err("expected env, transparent or a linear colour R,G,B of numbers from 0, such as 0.2,0.2,0.25".to_owned()),
     }
+}
+
+/// An environment: `none`, `default` or a file, whatever its name is made of.
+pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
+    OsStringValueParser::new().map(|text| match text.to_str() {
+        Some("none") => EnvironmentSource::None,
+        Some("default") => EnvironmentSource::Default,
+        _ => EnvironmentSource::File(PathBuf::from(text)),
+    })
 }
 
 /// An effect that can be switched off, spelled with hyphens for blanks.

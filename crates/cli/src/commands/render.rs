@@ -41,7 +41,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         targets = vec![targets::unnamed(&loaded.source.stem, &mut outputs, &loaded.inputs)?];
     }
     outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::complete(&mut loaded, verbosity);
+    scene_input::complete(&mut loaded, &args.changes, verbosity);
     let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded.scene, settings))?;
     plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
     let load = clock.lap();

@@ -64,7 +64,7 @@ impl<'a> Session<'a> {
         stopwatch: Stopwatch,
     ) -> Self {
         let effects = detect(scene, settings);
-        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(&effects).partition(|ladder| ladder.changes_pictures());
+        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects).partition(|ladder| ladder.changes_pictures());
         // Where time is short, it is not many samples that the other ladders wait for.
         pictured.sort_by_key(|&ladder| ladder == Ladder::Samples);
         let full_size = settings.size;
@@ -239,8 +239,7 @@ impl<'a> Session<'a> {
         let exact = self.most_exact(ladder);
         let rung = |(choice, rung): (Choice, &Rung)| {
             let setting = self.setting(choice);
-            // Other samples are other random numbers.
-            let paired = if ladder == Ladder::Samples { None } else { shots.paired(&setting, &exact) };
+            let paired = if ladder.shares_random_numbers() { shots.paired(&setting, &exact) } else { None };
             RungReport {
                 rung: rung.name.to_owned(),
                 about: rung.about,
@@ -317,7 +316,7 @@ impl<'a> Session<'a> {
         let exact = self.most_exact(ladder);
         let point = |setting: &Setting| {
             let point = shots.point(setting)?;
-            let error = if ladder == Ladder::Samples { point.error } else { shots.paired(setting, &exact)?.relative };
+            let error = if ladder.shares_random_numbers() { shots.paired(setting, &exact)?.relative } else { point.error };
             Some(Point { error, ..point })
         };
         let own = point(&Setting::default())?;

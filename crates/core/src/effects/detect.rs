@@ -7,36 +7,56 @@ use crate::settings::{Sampling, Settings};
 
 /// What the scene and the settings make of every effect.
 pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
-    let mut findings = found(scene, settings);
+    let integrator = chosen(scene, settings);
+    let paths = integrator == Integrator::Path;
+    let mut findings = found(scene, settings, paths);
     if !settings.without.is_empty() {
         let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
-        let remaining = found(&rest, &Settings { camera, ..settings.clone() });
+        let remaining = found(&rest, &Settings { camera, ..settings.clone() }, paths);
         for (finding, left) in findings.iter_mut().zip(remaining) {
             switch_off(finding, left.status, settings.without);
         }
     }
     let because = match settings.integrator {
-        Integrator::Whitted => "asked for".to_owned(),
+        Integrator::Whitted | Integrator::Path => "asked for".to_owned(),
+        Integrator::Auto if paths => "the scene has what only paths find".to_owned(),
         Integrator::Auto if findings.iter().any(|f| f.status == Status::LeftOut) => {
-            "the only one of this version; what it leaves out is listed".to_owned()
+            "the scene asks for no other; what it leaves out is listed".to_owned()
         }
         Integrator::Auto => "the scene is exactly what Whitted ray tracing solves".to_owned(),
     };
-    EffectReport { integrator: "whitted", because, effects: findings }
+    EffectReport { integrator: if paths { "path" } else { "whitted" }, because, effects: findings }
+}
+
+/// The integrator that runs. A scene that says nothing has Whitted's, whose pictures take no chance and so no more samples than edges
+/// need, unless it has materials that say nothing to it; what it leaves out is said.
+pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
+    match settings.integrator {
+        Integrator::Auto => {
+            let facts = Facts::gather(scene, None);
+            if facts.mixture.is_some() || facts.absorption.is_some() { Integrator::Path } else { Integrator::Whitted }
+        }
+        asked => asked,
+    }
 }
 
 /// What a scene calls for, in the order of [`Effect::ALL`].
-fn found(scene: &Scene, settings: &Settings) -> Vec<Finding> {
+fn found(scene: &Scene, settings: &Settings, paths: bool) -> Vec<Finding> {
     let facts = Facts::gather(scene, settings.camera.as_ref());
     let mut list = List::default();
-    light_at_a_surface(&mut list, &facts);
-    further_segments(&mut list, &facts, settings);
+    light_at_a_surface(&mut list, &facts, paths);
+    further_segments(&mut list, &facts, settings, paths);
     looks_of_surfaces(&mut list, &facts);
     geometry_and_sky(&mut list, &facts);
+    sky_light(&mut list, &facts, paths);
     list.lens(&facts.lens, settings);
     list.motion(&facts, settings);
-    emissive_surfaces(&mut list, &facts);
-    what_needs_a_path_tracer(&mut list, &facts);
+    emissive_surfaces(&mut list, &facts, paths);
+    if paths {
+        what_paths_find(&mut list, &facts);
+    } else {
+        what_needs_a_path_tracer(&mut list, &facts);
+    }
     list.0.sort_by_key(|finding| finding.effect);
     list.0
 }
@@ -53,8 +73,13 @@ fn switch_off(finding: &mut Finding, left: Status, off: EffectSet) {
 }
 
 /// What light does where it first meets a surface.
-fn light_at_a_surface(list: &mut List, f: &Facts) {
-    list.plain(Effect::AmbientLight, &f.ambient, "a constant light reaches every surface", "no surface has an ambient term");
+fn light_at_a_surface(list: &mut List, f: &Facts, paths: bool) {
+    let absent = "no surface has an ambient term";
+    if paths {
+        list.missing(Effect::AmbientLight, &f.ambient, "a constant light that comes from nowhere goes no way", absent, LOOKS);
+    } else {
+        list.plain(Effect::AmbientLight, &f.ambient, "a constant light reaches every surface", absent);
+    }
     let lit = f.lit.as_ref().and(f.light.clone());
     list.plain(
         Effect::DirectLight,
@@ -77,21 +102,25 @@ fn light_at_a_surface(list: &mut List, f: &Facts) {
         "a light makes highlights on a glossy surface",
         "no light meets a glossy surface",
     );
-    list.plain(Effect::RimLight, &f.rim, "a surface is lit at grazing angles", "no surface has a rim term");
+    let absent = "no surface has a rim term";
+    if paths {
+        list.missing(Effect::RimLight, &f.rim, "light at grazing angles that comes from nowhere goes no way", absent, LOOKS);
+    } else {
+        list.plain(Effect::RimLight, &f.rim, "a surface is lit at grazing angles", absent);
+    }
     list.plain(Effect::Emission, &f.emission, "a surface gives off light that is seen", "no surface gives off light");
     list.plain(Effect::UnlitSurfaces, &f.unlit, "a material shows its colour as it is", "every material answers to light");
 }
 
 /// What takes a path beyond its first hit.
-fn further_segments(list: &mut List, f: &Facts, settings: &Settings) {
+fn further_segments(list: &mut List, f: &Facts, settings: &Settings, paths: bool) {
     list.traced(Effect::MirrorReflection, &f.reflection, settings, "a smooth surface reflects", "no smooth surface reflects");
-    list.traced(
-        Effect::FuzzyReflection,
-        &f.fuzz,
-        settings,
-        "a reflection is disturbed by a fixed pattern",
-        "no reflection is disturbed",
-    );
+    let absent = "no reflection is disturbed";
+    if paths {
+        list.missing(Effect::FuzzyReflection, &f.fuzz, "a pattern that disturbs directions is no surface", absent, LOOKS);
+    } else {
+        list.traced(Effect::FuzzyReflection, &f.fuzz, settings, "a reflection is disturbed by a fixed pattern", absent);
+    }
     list.traced(Effect::Refraction, &f.refraction, settings, "a surface transmits light", "no surface transmits light");
     list.plain(Effect::Transparency, &f.alpha, "a material has an alpha", "every material is opaque");
 }
@@ -138,36 +167,87 @@ fn geometry_and_sky(list: &mut List, f: &Facts) {
     list.plain(Effect::UnboundedShapes, &f.unbounded, "a shape without bounds is kept beside the tree", "every shape has bounds");
     list.plain(Effect::Sky, &f.sky, "rays that hit nothing see it", "rays that hit nothing see black");
     list.plain(Effect::EnvironmentMap, &f.sky_map, "the sky is a picture", "the sky is not a picture");
-    let sky_light = f.lit_physical.as_ref().and(f.sky.clone());
+}
+
+/// The sky, as surfaces receive it.
+fn sky_light(list: &mut List, f: &Facts, paths: bool) {
+    if paths {
+        let receiver = f.lit.as_ref().or(f.highlight.as_ref());
+        let source = receiver.and(f.sky.clone());
+        list.plain(
+            Effect::SkyLight,
+            &source,
+            "surfaces ask directions of the sky, drawn by how bright it is there",
+            "no surface receives light from a sky",
+        );
+        return;
+    }
     list.plain(
         Effect::SkyLight,
-        &sky_light,
+        &f.lit_physical.as_ref().and(f.sky.clone()),
         "physical materials receive the sky's cosine-weighted average, without occlusion",
         "no physical material receives light from a sky",
     );
 }
 
 /// Surfaces that give off light, as others receive it.
-fn emissive_surfaces(list: &mut List, f: &Facts) {
-    let receiver = |source: &Option<String>| f.lit.as_ref().and(source.clone());
+fn emissive_surfaces(list: &mut List, f: &Facts, paths: bool) {
+    let answers = if paths { f.lit.as_ref().or(f.highlight.as_ref()) } else { f.lit.as_ref() };
+    let receiver = |source: &Option<String>| answers.and(source.clone());
     list.plain(
         Effect::SoftShadows,
         &receiver(&f.even_emission),
         "an emissive surface lights others: each sample asks one point of it",
         "no evenly emissive surface lights another",
     );
-    list.missing(
-        Effect::TexturedEmitters,
-        &receiver(&f.varied_emission),
-        "a surface whose emission varies is seen, but does not light others",
-        "no surface whose emission varies lights another",
-        "give it an even emission",
+    let (source, absent) = (receiver(&f.varied_emission), "no surface whose emission varies lights another");
+    if paths {
+        let because = "a surface whose emission varies lights others: paths meet it by chance, and nothing asks it";
+        list.plain(Effect::TexturedEmitters, &source, because, absent);
+    } else {
+        let because = "a surface whose emission varies is seen, but does not light others";
+        list.missing(Effect::TexturedEmitters, &source, because, absent, "--integrator path, or give it an even emission");
+    }
+}
+
+/// What to do about what is a look and no light.
+const LOOKS: &str = "--integrator whitted";
+
+/// What Whitted ray tracing does not solve, and paths find.
+fn what_paths_find(list: &mut List, f: &Facts) {
+    list.plain(Effect::IndirectLight, &f.lit, "surfaces light each other", "no surface diffuses light");
+    list.plain(
+        Effect::GlossyReflection,
+        &f.rough_reflection.clone().or(f.highlight.clone()),
+        "a rough surface blurs what it reflects",
+        "no rough surface reflects",
     );
+    list.plain(
+        Effect::RoughRefraction,
+        &f.rough_refraction,
+        "a rough surface blurs what it transmits",
+        "no rough surface transmits",
+    );
+    list.plain(Effect::MixedScattering, &f.mixture, "a surface sends each ray one of three ways by chance", NOT_MIXED);
+    list.plain(Effect::Absorption, &f.absorption, "light is absorbed on its way through a body", NOT_ABSORBED);
+    let caustics = f.lit.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
+    let absent = "no mirror or glass sends light onto a matte surface";
+    if f.light.is_some() {
+        list.missing(
+            Effect::Caustics,
+            &caustics,
+            "no path meets a light without size, so its way over mirrors or through glass to matte surfaces is not found",
+            absent,
+            "give the light a size: an emissive ball, say",
+        );
+    } else {
+        list.plain(Effect::Caustics, &caustics, "light reaches matte surfaces over mirrors or through glass", absent);
+    }
 }
 
 /// What Whitted ray tracing does not solve.
 fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
-    let path = "needs a path tracer, which this version does not have yet";
+    let path = "--integrator path";
     list.missing(
         Effect::IndirectLight,
         &f.diffuse_physical,
@@ -189,6 +269,8 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         "no rough surface transmits",
         path,
     );
+    list.missing(Effect::MixedScattering, &f.mixture, "its other terms stand for a surface's mixture", NOT_MIXED, path);
+    list.missing(Effect::Absorption, &f.absorption, "bodies that absorb light are shown clear", NOT_ABSORBED, path);
     let caustics = f.diffuse_physical.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     list.missing(
         Effect::Caustics,
@@ -198,6 +280,12 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         path,
     );
 }
+
+/// Why there is no mixed scattering.
+const NOT_MIXED: &str = "every surface answers by its terms";
+
+/// Why there is no absorption.
+const NOT_ABSORBED: &str = "nothing absorbs light on its way";
 
 /// Why there is no motion.
 const NOTHING_MOVES: &str = "nothing moves while the shutter is open";

@@ -29,6 +29,9 @@ pub(super) struct Facts {
     pub reflection: Source,
     pub fuzz: Source,
     pub refraction: Source,
+    /// Surfaces that send rays three ways by chance.
+    pub mixture: Source,
+    pub absorption: Source,
     pub rough_reflection: Source,
     pub rough_refraction: Source,
     /// Physical surfaces that light reaches.
@@ -168,6 +171,11 @@ impl Facts {
         if let Some(shadow) = &m.shadow {
             self.weight(shadow, || at("shadow"));
         }
+        if let Some(mixture) = &m.mixture {
+            let bends = mixture.refraction_chance > 0.0;
+            note(&mut self.mixture, true, || at("mixture"));
+            note(&mut self.absorption, bends && mixture.absorption != Colour::BLACK, || at("mixture.absorption"));
+        }
         if let Some(emission) = &m.emission {
             self.input(emission, || at("emission"));
             note(&mut self.emission, *emission != ColourInput::Constant(Colour::BLACK), || at("emission"));
@@ -200,6 +208,7 @@ impl Facts {
         note(&mut self.rough_reflection, !smooth, || at("roughness"));
         note(&mut self.refraction, clear, || at("transmission"));
         note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
+        note(&mut self.absorption, m.absorption().is_some(), || at("attenuation_distance"));
         note(&mut self.diffuse_physical, plain && !all_passes, || at("base_colour"));
     }
 }

@@ -86,6 +86,10 @@ effects! {
     GlossyReflection = "glossy reflection",
     /// Rough surfaces blur what they transmit.
     RoughRefraction = "rough refraction",
+    /// Surfaces that send each ray one of several ways by chance.
+    MixedScattering = "mixed scattering",
+    /// What light passes through takes some of it.
+    Absorption = "absorption",
     /// Light reaches matte surfaces over mirrors or through glass.
     Caustics = "caustics",
 }

@@ -13,6 +13,7 @@ mod kind;
 mod lit;
 mod switch;
 
+pub(crate) use detect::chosen;
 pub use detect::detect;
 pub(crate) use facts::MIRROR_ROUGHNESS;
 pub use kind::{Effect, EffectSet};

@@ -39,6 +39,7 @@ fn difference(a: &Settings, b: &Settings) -> Option<&'static str> {
         (a.replicates != b.replicates, "number of replicates"),
         (a.max_depth != b.max_depth, "maximum depth"),
         (a.integrator != b.integrator, "integrator"),
+        (a.light_sampling != b.light_sampling, "light sampling"),
         (a.seed != b.seed, "seed"),
         (a.frame != b.frame, "frame"),
         (a.precision != b.precision, "precision"),

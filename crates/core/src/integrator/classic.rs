@@ -134,7 +134,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
     /// geometric one from before it was stored.
-    fn directions(&self, leg: &Leg<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, side: P::Real) -> [DVec3; 2] {
+    pub(super) fn directions(
+        &self,
+        leg: &Leg<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        side: P::Real,
+    ) -> [DVec3; 2] {
         let (n, out) = (at.normal, at.surface.normal);
         let known = || self.scene.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {

@@ -1,18 +1,19 @@
 //! Whitted ray tracing: local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model for
-//! Shaded Display", 1980), for both families of materials.
+//! Shaded Display", 1980), for both families of materials; and path tracing, in [`path_tracing`].
 //!
-//! A path has a running throughput; where a surface sends two rays, one of them is a path of its own, followed before this one
-//! goes on.
+//! A path has a running throughput; where a surface sends two rays under Whitted's rules, one of them is a path of its own, followed
+//! before this one goes on.
 
 mod classic;
 mod frame;
 mod kernel;
 mod path;
+mod path_tracing;
 mod physical;
 mod shadow;
 mod surface;
 
-pub(crate) use kernel::{Analytic, General, Kernel};
+pub(crate) use kernel::{Analytic, General, Kernel, Paths};
 use path::{Leaving, Next, Path, Step};
 pub(crate) use surface::Leg;
 
@@ -52,6 +53,8 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     max_depth: u32,
     camera_min: P::Real,
     secondary_min: P::Real,
+    /// Absorbing bodies that the camera is in; of path tracing.
+    media: path_tracing::Media,
     kernel: PhantomData<K>,
 }
 
@@ -62,7 +65,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
             Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
         };
-        Self {
+        let mut tracer = Self {
             scene,
             counters: Counters::default(),
             waiting: Vec::new(),
@@ -74,8 +77,13 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             max_depth,
             camera_min,
             secondary_min,
+            media: path_tracing::Media::default(),
             kernel: PhantomData,
+        };
+        if K::PATHS && scene.absorbs {
+            tracer.media = tracer.media_of_camera();
         }
+        tracer
     }
 
     /// Whether the observer stopped a path halfway, so that what was traced is worth nothing.
@@ -86,6 +94,10 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// Radiance that arrives along a camera ray.
     #[inline]
     pub fn camera_ray(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
+        if K::PATHS {
+            let brought = self.trace(ray, address);
+            return Brought { radiance: brought.radiance + self.scene.veil, ..brought };
+        }
         let mut path = self.camera_path(ray, address);
         self.follow(&mut path);
         Brought { radiance: path.radiance + self.scene.veil, hit: path.hit }

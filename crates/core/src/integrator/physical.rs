@@ -30,7 +30,7 @@ impl<R: Real> Physical<R> {
 
     /// What the model's inputs are at a point.
     #[inline(always)]
-    fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
+    pub fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
         let boundary = match &self.index {
             Index::Even(boundary) => *boundary,
             Index::Varying(index) => {

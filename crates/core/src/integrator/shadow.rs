@@ -38,7 +38,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
     #[inline(always)]
-    fn towards(&self, light: &LightSample<P::Real>, at: &Interaction<P::Real>) -> Option<ShadowRay<P::Real>> {
+    pub(super) fn towards(&self, light: &LightSample<P::Real>, at: &Interaction<P::Real>) -> Option<ShadowRay<P::Real>> {
         let (l, rules) = (light.direction, &self.scene.rules);
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
@@ -120,8 +120,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 /// A product of factors in 0..1 whose bits do not depend on their order, because occluders are met in the order of the
 /// accelerator: beyond the first factor, logarithms are summed as integers.
 #[derive(Clone, Copy, Debug, Default)]
-struct Product {
-    opaque: bool,
+pub(super) struct Product {
+    pub opaque: bool,
     only: Option<f64>,
     /// Sum of the logarithms, in units of 2⁻⁴⁰.
     logarithm: i64,
@@ -131,7 +131,7 @@ struct Product {
 impl Product {
     const UNIT: f64 = (1_u64 << 40) as f64;
 
-    fn factor(&mut self, share: f64) {
+    pub fn factor(&mut self, share: f64) {
         if share <= 0.0 {
             self.opaque = true;
         } else if share < 1.0 {
@@ -141,7 +141,7 @@ impl Product {
         }
     }
 
-    fn value(&self) -> f64 {
+    pub fn value(&self) -> f64 {
         match (self.opaque, self.count, self.only) {
             (true, ..) => 0.0,
             (_, 0, _) => 1.0,

@@ -8,12 +8,14 @@
 //! [`Lights::bounds`] are for choosing. A light without size has no density ([`Density::Delta`]): no ray meets it by itself.
 //!
 //! Whitted shading is a client: it asks every light without size in scene order, and one emitter chosen by power. It asks for no
-//! way to draw the sky, so none is built; an integrator that does calls [`Lights::prepare_sky`].
+//! way to draw the sky, so none is built. The path tracer has one light chosen at each vertex, the sky among them: it calls
+//! [`Lights::prepare_sky`] and [`Lights::prepare_choice`].
 //!
 //! The tables are flat arrays of plain data, made by preparation and only read while rendering.
 
 mod bounds;
 mod cdf;
+mod choice;
 mod cone;
 mod delta;
 mod emitters;
@@ -23,10 +25,12 @@ mod polygon;
 mod sky;
 mod sky_sampler;
 mod solid_angle;
+mod tree;
 
 use raywright_bvh::{Aabb, Precision, Real, Surface, Vec3Of, Vector};
 
 pub use bounds::Bounds;
+pub use choice::Choice;
 pub use cone::Cone;
 pub use delta::DeltaLight;
 pub use emitters::{EmitterList, Emitters, Exit, Strategy};
@@ -92,6 +96,8 @@ pub struct Lights<P: Precision> {
     /// What a ray sees that hits nothing.
     pub sky: Sky<P::Real>,
     sky_sampler: Option<SkySampler>,
+    /// Which light a point asks; empty until it is prepared.
+    choice: Choice,
     /// Half the diagonal of everything that has an end: how much of what comes from far away enters the scene.
     reach: f64,
 }
@@ -100,12 +106,22 @@ impl<P: Precision> Lights<P> {
     /// From their tables, for a scene whose bounded part lies within `scene`.
     pub fn new(delta: Vec<DeltaLight<P::Real>>, emitters: Emitters<P>, sky: Sky<P::Real>, scene: &Aabb) -> Self {
         let reach = if scene.is_empty() { 0.0 } else { 0.5 * scene.extent().length() };
-        Self { delta, emitters, sky, sky_sampler: None, reach }
+        Self { delta, emitters, sky, sky_sampler: None, choice: Choice::default(), reach }
     }
 
     /// Builds what drawing the sky takes. Without it the sky has no power and is never drawn.
     pub fn prepare_sky(&mut self) {
         self.sky_sampler = SkySampler::new(&self.sky);
+    }
+
+    /// Builds what choosing among all lights takes, the sky among them if drawing it is prepared.
+    pub fn prepare_choice(&mut self) {
+        self.choice = Choice::new(self);
+    }
+
+    /// Which light a point asks, where that is prepared.
+    pub fn choice(&self) -> &Choice {
+        &self.choice
     }
 
     /// Every light, in the order of the tables.

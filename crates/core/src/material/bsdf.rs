@@ -6,7 +6,7 @@ use super::lobe::{Lobe, Pair};
 use crate::number::{Mask, Number, Vector3};
 
 /// Lobes that a surface may have.
-pub const MOST_LOBES: usize = 4;
+pub const MOST_LOBES: usize = 5;
 
 /// The answer to light of a surface at a point.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +56,12 @@ impl<N: Number> Bsdf<N> {
         &self.lobes[..self.count]
     }
 
+    /// Whether it answers to no light that could be drawn: all its lobes are delta lobes.
+    #[inline(always)]
+    pub fn is_delta(&self) -> bool {
+        self.lobes().iter().all(Lobe::is_delta)
+    }
+
     #[inline(always)]
     fn sum(&self, wo: N::Vec3, wi: N::Vec3, counts: impl Fn(&Lobe<N>) -> bool) -> N::Vec3 {
         let pair = Pair::new(self.normal, wo, wi);
@@ -74,10 +80,29 @@ impl<N: Number> Bsdf<N> {
         self.sum(wo, wi, |_| true)
     }
 
+    /// Whether some lobe lets light through that could have been drawn.
+    #[inline(always)]
+    pub fn lets_through(&self) -> bool {
+        self.lobes().iter().any(Lobe::lets_through)
+    }
+
+    /// [`Self::eval`] for a light on any side of the surface.
+    #[inline(always)]
+    pub fn eval_either(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
+        let above = self.normal.dot(wi).above(N::ZERO);
+        let pair = Pair::new(self.normal, wo, wi);
+        let (mut over, mut under) = (N::Vec3::ZERO, N::Vec3::ZERO);
+        for lobe in self.lobes() {
+            over += lobe.value(&pair);
+            under += lobe.value_through(&pair);
+        }
+        N::Vec3::select(above, over, under)
+    }
+
     /// [`Self::eval`] of the diffuse lobes alone, for a light that makes no highlights.
     #[inline(always)]
     pub fn diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, |lobe| matches!(lobe, Lobe::Diffuse { .. }))
+        self.sum(wo, wi, |lobe| matches!(lobe, Lobe::Diffuse { .. } | Lobe::Lambert { .. }))
     }
 
     /// Sum of what the choice among lobes goes by.
@@ -93,8 +118,13 @@ impl<N: Number> Bsdf<N> {
         let total = self.importance(cosine);
         let pair = Pair::new(self.normal, wo, wi);
         let sum = self.lobes().iter().fold(zero, |sum, lobe| sum + lobe.importance(cosine) * lobe.density(&pair));
-        let above = cosine.above(zero) & self.normal.dot(wi).above(zero) & total.above(zero);
-        N::select(above, sum / total, zero)
+        let (able, above) = (cosine.above(zero) & total.above(zero), self.normal.dot(wi).above(zero));
+        let over = N::select(able & above, sum / total, zero);
+        if !self.lets_through() {
+            return over;
+        }
+        let sum = self.lobes().iter().fold(zero, |sum, lobe| sum + lobe.importance(cosine) * lobe.density_through(&pair));
+        N::select(able & zero.above(self.normal.dot(wi)), sum / total, over)
     }
 
     /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a frame about its normal.
@@ -111,7 +141,10 @@ impl<N: Number> Bsdf<N> {
             delta: N::Mask::default(),
         };
         let local = frame.to_local(wo);
+        let mut before = N::ZERO;
         for (lobe, chosen) in self.lobes().iter().zip(self.chosen(cosine, choice * total, able)) {
+            let (importance, start) = (lobe.importance(cosine), before);
+            before = before + importance;
             if !chosen.any() {
                 continue;
             }
@@ -121,13 +154,20 @@ impl<N: Number> Bsdf<N> {
                 out.weight = N::Vec3::select(chosen, weight / (lobe.importance(cosine) / total), out.weight);
                 (out.some, out.delta) = (out.some | chosen, out.delta | chosen);
             } else {
-                out.direction = N::Vec3::select(chosen, frame.to_world(lobe.drawn(local, [u, v])), out.direction);
+                // How far into the lobe's share the choice lies is a number in [0, 1) too.
+                let rest = ((choice * total - start) / importance).max(N::ZERO);
+                out.direction = N::Vec3::select(chosen, frame.to_world(lobe.drawn(local, rest, [u, v])), out.direction);
             }
         }
         let (density, facing) = (self.pdf(wo, out.direction), self.normal.dot(out.direction));
         // Also false for NaN, and where nothing was drawn.
-        let sent = density.above(N::ZERO) & facing.above(N::ZERO) & !out.delta;
-        let weight = self.eval(wo, out.direction) * (facing / density);
+        let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !out.delta;
+        let mut weight = self.eval(wo, out.direction) * (facing / density);
+        if self.lets_through() {
+            let below = density.above(N::ZERO) & N::ZERO.above(facing) & !out.delta;
+            weight = N::Vec3::select(below, self.eval_either(wo, out.direction) * (-facing / density), weight);
+            sent = sent | below;
+        }
         let some = out.some | sent;
         Sampled {
             some,

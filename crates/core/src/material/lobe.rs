@@ -3,10 +3,11 @@
 use core::f64::consts::PI;
 
 use super::fresnel::{schlick, towards_grazing};
+use super::rough_glass::RoughGlass;
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness of a glossy lobe: below it the highlight of a light without size is a spike.
-const LEAST_ROUGHNESS: f64 = 0.03;
+pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// One way in which a surface sends light back or on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +18,20 @@ pub enum Lobe<N: Number> {
         albedo: N::Vec3,
         /// Reflectance of the layer at normal incidence.
         f0: N::Vec3,
+    },
+    /// Lambert's: the same radiance in every direction.
+    Lambert {
+        /// Share that is diffused.
+        albedo: N::Vec3,
+    },
+    /// As [`Lobe::Glossy`], with a reflectance at grazing incidence of its own.
+    Rough {
+        /// Reflectance of a facet at normal incidence.
+        f0: N::Vec3,
+        /// Reflectance of a facet at grazing incidence.
+        f90: N::Vec3,
+        /// Perceptual roughness; the microfacet α is its square.
+        roughness: N,
     },
     /// Microfacets by the GGX distribution with height-correlated shadowing.
     Glossy {
@@ -32,6 +47,8 @@ pub enum Lobe<N: Number> {
         /// Reflectance at grazing incidence.
         f90: N::Vec3,
     },
+    /// A rough boundary of a dielectric.
+    RoughGlass(RoughGlass<N>),
     /// A smooth boundary of a dielectric, by Fresnel's equations.
     Dielectric {
         /// Index on the side that the ray comes from over the one beyond; in f64, because refraction near the critical angle
@@ -49,21 +66,37 @@ pub enum Lobe<N: Number> {
 /// Two unit directions away from a surface and what the lobes ask of them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair<N: Number> {
-    normal: N::Vec3,
+    pub normal: N::Vec3,
+    pub wo: N::Vec3,
+    pub wi: N::Vec3,
     /// Unit, halfway between them.
     half: N::Vec3,
     /// Cosines to the normal: of the way back, and of the light.
-    out: N,
-    into: N,
+    pub out: N,
+    pub into: N,
     /// Cosine between the light and `half`.
-    tilt: N,
+    pub tilt: N,
 }
 
 impl<N: Number> Pair<N> {
     #[inline(always)]
     pub fn new(normal: N::Vec3, wo: N::Vec3, wi: N::Vec3) -> Self {
         let half = (wi + wo).normalize();
-        Self { normal, half, out: normal.dot(wo), into: normal.dot(wi), tilt: half.dot(wi).max(N::ZERO) }
+        Self { normal, wo, wi, half, out: normal.dot(wo), into: normal.dot(wi), tilt: half.dot(wi).max(N::ZERO) }
+    }
+
+    /// What facets of such a reflectance send back, by GGX's density of them and Smith's height-correlated shadowing. Takes α².
+    #[inline(always)]
+    pub fn reflected(&self, reflectance: N::Vec3, a2: N) -> N::Vec3 {
+        let visibility = N::from_f64(0.5) / (self.into * smith(a2, self.out) + self.out * smith(a2, self.into));
+        let value = reflectance * (self.facets(a2) * visibility);
+        N::Vec3::select(self.out.above(N::ZERO), value, N::Vec3::ZERO)
+    }
+
+    /// The density of visible facets D·G₁·(o·h)/cosₒ over 4·(o·h), with G₁ = 2·cosₒ / (cosₒ + smith(cosₒ)). Takes α².
+    #[inline(always)]
+    pub fn density_reflected(&self, a2: N) -> N {
+        self.facets(a2) / (N::from_f64(2.0) * (self.out + smith(a2, self.out)))
     }
 
     /// GGX's density of facets ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007), in the form
@@ -79,13 +112,13 @@ impl<N: Number> Pair<N> {
 
 /// α² of a perceptual roughness.
 #[inline(always)]
-fn squared_alpha<N: Number>(roughness: N) -> N {
+pub(super) fn squared_alpha<N: Number>(roughness: N) -> N {
     roughness.max(N::from_f64(LEAST_ROUGHNESS)).powi(4)
 }
 
 /// √(α² + (1 − α²)·cos²), of which Smith's shadowing is made ("Understanding the Masking-Shadowing Function", Heitz 2014).
 #[inline(always)]
-fn smith<N: Number>(a2: N, cosine: N) -> N {
+pub(super) fn smith<N: Number>(a2: N, cosine: N) -> N {
     (a2 + (N::ONE - a2) * cosine * cosine).sqrt()
 }
 
@@ -101,54 +134,79 @@ impl<N: Number> Lobe<N> {
     pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
             Self::Diffuse { albedo, f0 } => albedo * (N::Vec3::ONE - schlick(f0, pair.tilt)) / N::from_f64(PI),
-            Self::Glossy { f0, roughness } => {
-                let a2 = squared_alpha(roughness);
-                let visibility = N::from_f64(0.5) / (pair.into * smith(a2, pair.out) + pair.out * smith(a2, pair.into));
-                let value = schlick(f0, pair.tilt) * (pair.facets(a2) * visibility);
-                N::Vec3::select(pair.out.above(N::ZERO), value, N::Vec3::ZERO)
+            Self::Lambert { albedo } => albedo / N::from_f64(PI),
+            Self::Glossy { f0, roughness } => pair.reflected(schlick(f0, pair.tilt), squared_alpha(roughness)),
+            Self::Rough { f0, f90, roughness } => {
+                let value = pair.reflected(f0 + (f90 - f0) * towards_grazing(pair.tilt), squared_alpha(roughness));
+                // Also where directions are opposite, which have no half.
+                N::Vec3::select(f0.max(f90).max_element().above(N::ZERO), value, N::Vec3::ZERO)
             }
+            Self::RoughGlass(glass) => glass.value(pair),
             Self::Mirror { .. } | Self::Dielectric { .. } => N::Vec3::ZERO,
         }
+    }
+
+    /// Whether it lets light through that could have been drawn.
+    #[inline(always)]
+    pub fn lets_through(&self) -> bool {
+        matches!(self, Self::RoughGlass(_))
+    }
+
+    /// What it lets through of a light below the surface, over the cosine there.
+    #[inline(always)]
+    pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        if let Self::RoughGlass(glass) = self { glass.value_through(pair) } else { N::Vec3::ZERO }
+    }
+
+    /// Density by solid angle with which [`Self::drawn`] gives a light's direction below the surface.
+    #[inline(always)]
+    pub(super) fn density_through(&self, pair: &Pair<N>) -> N {
+        if let Self::RoughGlass(glass) = self { glass.density_through(pair) } else { N::ZERO }
     }
 
     /// Density by solid angle with which [`Self::drawn`] gives the light's direction, both above the surface.
     #[inline(always)]
     pub(super) fn density(&self, pair: &Pair<N>) -> N {
         match *self {
-            Self::Diffuse { .. } => pair.into / N::from_f64(PI),
-            // The density of visible facets D·G₁·(o·h)/cosₒ over 4·(o·h), with G₁ = 2·cosₒ / (cosₒ + smith(cosₒ)).
-            Self::Glossy { roughness, .. } => {
-                let a2 = squared_alpha(roughness);
-                pair.facets(a2) / (N::from_f64(2.0) * (pair.out + smith(a2, pair.out)))
-            }
+            Self::Diffuse { .. } | Self::Lambert { .. } => pair.into / N::from_f64(PI),
+            Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => pair.density_reflected(squared_alpha(roughness)),
+            Self::RoughGlass(glass) => glass.density(pair),
             Self::Mirror { .. } | Self::Dielectric { .. } => N::ZERO,
         }
     }
 
-    /// A direction in the frame whose third axis is the normal, for the way back in that frame and two numbers in [0, 1). Of a
+    /// A direction in the frame whose third axis is the normal, for the way back in that frame and three numbers in [0, 1). Of a
     /// lobe that is not delta.
     #[inline(always)]
-    pub(super) fn drawn(&self, wo: N::Vec3, [u, v]: [N; 2]) -> N::Vec3 {
-        let angle = N::from_f64(2.0 * PI) * v;
-        let disk = [u.sqrt() * angle.cos(), u.sqrt() * angle.sin()];
+    pub(super) fn drawn(&self, wo: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
         match *self {
-            Self::Glossy { roughness, .. } => {
-                let facet = visible_facet::<N>(wo, squared_alpha(roughness).sqrt(), disk);
+            Self::RoughGlass(glass) => glass.drawn(wo, choice, [u, v]),
+            Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => {
+                let facet = visible_facet::<N>(wo, squared_alpha(roughness).sqrt(), on_disk([u, v]));
                 facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
             }
-            // By the cosine: a point of the disk, raised to the hemisphere (Malley).
-            _ => N::Vec3::new(disk[0], disk[1], (N::ONE - u).max(N::ZERO).sqrt()),
+            _ => Self::cosine([u, v]),
         }
+    }
+
+    /// A direction about the third axis, drawn by the cosine for two numbers in [0, 1): a point of the disk, raised to the
+    /// hemisphere (Malley).
+    #[inline(always)]
+    pub(crate) fn cosine([u, v]: [N; 2]) -> N::Vec3 {
+        let [x, y] = on_disk([u, v]);
+        N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
     }
 
     /// How much it may send back to a direction with this cosine to the normal: what choosing among lobes goes by.
     #[inline(always)]
     pub(super) fn importance(&self, cosine: N) -> N {
         match *self {
-            Self::Diffuse { albedo, .. } => albedo.max_element(),
+            Self::Diffuse { albedo, .. } | Self::Lambert { albedo } => albedo.max_element(),
+            Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))).max_element(),
             Self::Glossy { f0, .. } => schlick(f0, cosine.max(N::ZERO)).max_element(),
             Self::Mirror { .. } => self.reflectance(cosine).max_element(),
-            Self::Dielectric { share, reflected, transmitted, .. } => share * reflected.max(transmitted).max_element(),
+            Self::RoughGlass(RoughGlass { share, reflected, transmitted, .. })
+            | Self::Dielectric { share, reflected, transmitted, .. } => share * reflected.max(transmitted).max_element(),
         }
     }
 
@@ -160,9 +218,16 @@ impl<N: Number> Lobe<N> {
     }
 }
 
+/// An even point of the unit disk for two numbers in [0, 1).
+#[inline(always)]
+pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
+    let angle = N::from_f64(2.0 * PI) * v;
+    [u.sqrt() * angle.cos(), u.sqrt() * angle.sin()]
+}
+
 /// The normal of a facet that is seen along `wo`, for a point of the unit disk ("Sampling the GGX Distribution of Visible
 /// Normals", Heitz 2018): the half-ellipsoid of facets is stretched to a half-sphere, whose outline is a disk and half a disk.
-fn visible_facet<N: Number>(wo: N::Vec3, alpha: N, [a, b]: [N; 2]) -> N::Vec3 {
+pub(super) fn visible_facet<N: Number>(wo: N::Vec3, alpha: N, [a, b]: [N; 2]) -> N::Vec3 {
     let seen = N::Vec3::new(alpha * wo.x(), alpha * wo.y(), wo.z()).normalize();
     let across = (seen.x() * seen.x() + seen.y() * seen.y()).sqrt();
     let slanted = N::Vec3::new(-seen.y() / across, seen.x() / across, N::ZERO);

@@ -1,7 +1,9 @@
 //! The metallic-roughness model: the inputs that its lobes are made of.
 
 use super::bsdf::Bsdf;
-use super::lobe::Lobe;
+use super::energy::given_back;
+use super::lobe::{LEAST_ROUGHNESS, Lobe};
+use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
 
 /// What makes a boundary of glass of a share of a surface.
@@ -39,6 +41,9 @@ pub struct MetallicRoughness<N: Number> {
     pub glass: Option<Glass<N>>,
 }
 
+/// Least difference of an index from one at which a rough boundary scatters; below, it is smooth.
+const LEAST_BEND: f64 = 5e-3;
+
 impl<N: Number> MetallicRoughness<N> {
     /// Share of the surface that is a boundary of glass.
     #[inline(always)]
@@ -72,6 +77,49 @@ impl<N: Number> MetallicRoughness<N> {
         let f0 = self.f0();
         let diffuse = Lobe::Diffuse { albedo: self.albedo(), f0 };
         Bsdf::new(normal).with(diffuse).with(Lobe::Glossy { f0, roughness: self.roughness })
+    }
+
+    /// Its lobes for light that goes any way, seen from `wo`: as [`Self::bsdf`], but next to smooth surfaces are mirrors, rough ones
+    /// give back what their facets send to each other, and a boundary of glass, smooth or rough, reflects by itself, so that of the
+    /// rest only what is metal does.
+    #[inline(always)]
+    pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> Bsdf<N> {
+        let zero = N::Vec3::ZERO;
+        let (through, whole) = (self.through(), self.f0());
+        let glassy = through.above(N::ZERO);
+        let f0 = N::Vec3::select(glassy, self.base * self.metallic, whole);
+        let f90 = N::Vec3::splat(N::select(glassy, self.metallic, N::ONE));
+        let mut bsdf = Bsdf::new(normal);
+        let albedo = self.albedo();
+        if albedo.max_element().above(N::ZERO).any() {
+            bsdf = bsdf.with(Lobe::Diffuse { albedo, f0: whole });
+        }
+        let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
+        if f90.max_element().above(N::ZERO).any() {
+            if rough.any() {
+                let gain = given_back(f0, self.roughness, normal.dot(wo));
+                let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f * gain, zero));
+                bsdf = bsdf.with(Lobe::Rough { f0, f90, roughness: self.roughness });
+            }
+            if (!rough).any() {
+                let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, zero, f));
+                bsdf = bsdf.with(Lobe::Mirror { f0, f90 });
+            }
+        }
+        let Some(glass) = self.glass.filter(|_| glassy.any()) else { return bsdf };
+        let share = |of| N::select(of, through, N::ZERO);
+        // Indices that are nearly the same bend next to nothing, however the facets lie.
+        let bends = N::of_lanes(|lane| (N::exact_lane(glass.ior, lane) - 1.0).abs()).above(N::from_f64(LEAST_BEND));
+        let rough = rough & bends;
+        let (eta, reflected, transmitted) = (glass.eta(outside), glass.reflected, glass.transmitted);
+        if (!rough).any() {
+            bsdf = bsdf.with(Lobe::Dielectric { eta, share: share(!rough), reflected, transmitted });
+        }
+        if rough.any() {
+            let (share, eta) = (share(rough), N::of_lanes(|lane| N::exact_lane(eta, lane)));
+            bsdf = bsdf.with(Lobe::RoughGlass(RoughGlass { eta, share, reflected, transmitted, roughness: self.roughness }));
+        }
+        bsdf
     }
 
     /// All its lobes: those of [`Self::answer`], and the boundary of glass where some lane has a share of it.

@@ -16,11 +16,13 @@
 //! ```
 
 mod bsdf;
+mod energy;
 mod frame;
 mod fresnel;
 mod interface;
 mod lobe;
 mod metallic_roughness;
+mod rough_glass;
 #[cfg(test)]
 mod tests;
 
@@ -30,3 +32,4 @@ pub use fresnel::{dielectric, environment_reflectance, schlick, towards_grazing}
 pub(crate) use interface::Interface;
 pub use lobe::Lobe;
 pub use metallic_roughness::{Glass, MetallicRoughness};
+pub use rough_glass::RoughGlass;

@@ -13,14 +13,14 @@ use super::material::Material;
 use super::shape::any_shape;
 use super::uses::Uses;
 use crate::affine::affine;
-use crate::effects::{Effect, EffectSet};
+use crate::effects::{Effect, EffectSet, chosen};
 use crate::film::Plan;
 use crate::generate::{count, counted};
-use crate::light::{DeltaLight, EmitterList};
+use crate::light::{Choice, DeltaLight, EmitterList};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{ends, simulated_scene};
-use crate::scene::{ImageData, Projection, Scene, Shape, Sky};
+use crate::scene::{ImageData, Integrator, Projection, Scene, Shape, Sky};
 use crate::settings::Settings;
 
 /// At least what a scene prepared in a precision will take, and at most twice of it, from counts alone: only how many nodes a
@@ -33,7 +33,9 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
         Some(Projection::ThinLens { aperture_radius, .. }) => *aperture_radius > 0.0,
         _ => false,
     };
-    let random = lens || needs.lamps > 0 || !settings.sampling.is_fixed();
+    let paths = chosen(scene, settings) == Integrator::Path;
+    let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
+    let choice = if paths { Choice::bytes_of(needs.lamps.saturating_add(scene.lights.len() as u64), needs.lamps) } else { 0 };
     let plan = Plan::new(settings, random);
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
@@ -41,6 +43,7 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
         times(scene.materials.len() as u64, size_of::<Material<P::Real>>()),
         times(needs.texture_uses, size_of::<TextureUse<P::Real>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<P::Real>>()),
+        choice,
         EmitterList::<P>::bytes_of(needs.lamps, needs.placed_lamps, count(scene)),
     ];
     Memory {

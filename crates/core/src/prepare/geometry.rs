@@ -23,6 +23,8 @@ use crate::validate::collapses;
 pub(crate) struct ObjectRecord<R: Real> {
     pub material: u32,
     pub face_viewer: bool,
+    /// Whether it takes light from lights without size, for an integrator that asks about each hit.
+    pub casts_shadow: bool,
     /// Whether the material reads the texture coordinates of a shape.
     pub coordinates: bool,
     pub mesh: Option<MeshUse<R>>,
@@ -58,6 +60,8 @@ pub(crate) struct Built<P: Precision> {
 pub(crate) struct Facet {
     /// What its objects are to shadow rays, if they cast shadows.
     pub occlusion: Occlusion,
+    /// What they are if they cast none.
+    pub without_shadow: Occlusion,
     /// Whether it reads the texture coordinates of a shape.
     pub coordinates: bool,
     /// Sets of a mesh's texture coordinates that it reads, a bit each.
@@ -73,7 +77,7 @@ pub(super) fn side_of(rule: SideRule) -> Side {
 }
 
 fn visibility(object: &Object, facet: &Facet) -> Visibility {
-    let occlusion = if object.casts_shadow { facet.occlusion } else { Occlusion::None };
+    let occlusion = if object.casts_shadow { facet.occlusion } else { facet.without_shadow };
     Visibility { side: side_of(object.side), occlusion }
 }
 
@@ -100,7 +104,7 @@ pub(crate) fn build<P: Precision>(
     kind: AcceleratorKind,
     observer: &dyn Observer,
 ) -> Result<Built<P>, PrepareError> {
-    let facet = Facet { occlusion: Occlusion::Opaque, coordinates: false, sets: 0 };
+    let facet = Facet { occlusion: Occlusion::Opaque, without_shadow: Occlusion::None, coordinates: false, sets: 0 };
     build_with(scene, lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
 }
 
@@ -169,8 +173,9 @@ impl<'a, P: Precision> Builder<'a, P> {
                 None
             }
         };
-        let (face_viewer, coordinates) = (shown.object.face_viewer, mesh.is_none() && facet.coordinates);
-        self.records.push(ObjectRecord { material, face_viewer, coordinates, mesh });
+        let Object { face_viewer, casts_shadow, .. } = *shown.object;
+        let coordinates = mesh.is_none() && facet.coordinates;
+        self.records.push(ObjectRecord { material, face_viewer, casts_shadow, coordinates, mesh });
         Ok(())
     }
 

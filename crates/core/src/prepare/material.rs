@@ -8,8 +8,8 @@ use crate::effects::{Effect, EffectSet};
 use crate::expr::{Scope, Variable};
 use crate::material::Glass;
 use crate::scene::{
-    AlphaMode, Channel, Classic as ClassicData, Colour, Material as MaterialData, Model, Physical as PhysicalData, Scene,
-    SpecularModel, TransmissionChoice,
+    AlphaMode, Channel, Classic as ClassicData, Colour, Material as MaterialData, Mixture as MixtureData, Model,
+    Physical as PhysicalData, Scene, SpecularModel, TransmissionChoice,
 };
 
 /// What a surface does to light.
@@ -33,6 +33,7 @@ pub(crate) struct Classic<R: Real> {
     pub reflection: Option<Reflection<R>>,
     pub transmission: Option<Transmission<R>>,
     pub emission: Option<Input<R>>,
+    pub mixture: Option<Mixture<R>>,
     pub shadow_transmittance: R,
     pub shadow: Option<Input<R>>,
     /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
@@ -69,6 +70,35 @@ pub(crate) struct Transmission<R: Real> {
     pub switch: Option<R>,
 }
 
+/// Three ways by chance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mixture<R: Real> {
+    pub specular_chance: f64,
+    pub specular_colour: R::Vec3,
+    pub specular_roughness: f64,
+    pub refraction_chance: f64,
+    pub refraction_roughness: f64,
+    pub ior: Option<f64>,
+    /// None where it absorbs nothing.
+    pub absorption: Option<R::Vec3>,
+    pub published_roulette: bool,
+}
+
+impl<R: Real> Mixture<R> {
+    fn new(m: &MixtureData) -> Self {
+        Self {
+            specular_chance: m.specular_chance,
+            specular_colour: vector::<R>(m.specular_colour),
+            specular_roughness: m.specular_roughness,
+            refraction_chance: m.refraction_chance,
+            refraction_roughness: m.refraction_roughness,
+            ior: m.ior,
+            absorption: (m.absorption != Colour::BLACK).then(|| vector::<R>(m.absorption)),
+            published_roulette: m.published_roulette,
+        }
+    }
+}
+
 /// The metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Physical<R: Real> {
@@ -79,6 +109,8 @@ pub(crate) struct Physical<R: Real> {
     pub index: Index<R>,
     /// What lets light through; none: nothing.
     pub passage: Option<Passage<R>>,
+    /// What the inside absorbs per metre; none where nothing.
+    pub absorption: Option<R::Vec3>,
     /// Radiance given off; none: nothing.
     pub emission: Option<Product<R>>,
     pub alpha: Alpha<R>,
@@ -128,6 +160,9 @@ impl<R: Real> Passage<R> {
     }
 }
 
+/// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
+const MOST_ABSORPTION: f64 = 1e30;
+
 /// What alpha means.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Alpha<R> {
@@ -164,6 +199,20 @@ impl<R: Real> Material<R> {
             Self::Physical(m) => m.alpha == Alpha::Opaque,
         };
         solid && self.shadow_transmittance() == Some(R::ZERO)
+    }
+
+    /// Whether its inside absorbs light.
+    pub fn absorbs(&self) -> bool {
+        match self {
+            Self::Classic(m) => m.mixture.as_ref().is_some_and(|mixture| mixture.absorption.is_some()),
+            Self::Physical(m) => m.absorption.is_some(),
+            Self::Unused => false,
+        }
+    }
+
+    /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives on other ways.
+    pub fn covers(&self) -> bool {
+        !matches!(self, Self::Physical(m) if m.alpha != Alpha::Opaque)
     }
 
     /// Whether it weighs light by how far away the nearest occluder is.
@@ -246,6 +295,7 @@ fn classic<R: Real>(m: &ClassicData, ambient: Colour, inputs: &mut Compiler<'_, 
             },
         }),
         emission: m.emission.as_ref().map(|e| inputs.input(e, "emission")).transpose()?,
+        mixture: m.mixture.as_ref().map(Mixture::new),
         shadow_transmittance: R::from_f64(m.shadow_transmittance),
         asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
         shadow,
@@ -285,6 +335,7 @@ fn physical<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>, without: Ef
         roughness,
         index,
         passage,
+        absorption: m.absorption().map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
         emission,
         alpha: match m.alpha {
             AlphaMode::Opaque => Alpha::Opaque,

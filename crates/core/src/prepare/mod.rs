@@ -18,13 +18,13 @@ use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector}
 use crate::camera::{Camera, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
-use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, prepare_sky};
+use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, Strategy, prepare_sky};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
-use crate::scene::{self, ClassicRules, DepthLimit, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
-use crate::settings::{Background, Settings};
+use crate::scene::{self, ClassicRules, DepthLimit, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
+use crate::settings::{Background, LightSampling, Settings};
 
 pub(crate) use estimate::estimate;
 pub use extent::Extent;
@@ -32,7 +32,7 @@ pub(crate) use extent::extent;
 use geometry::Facet;
 pub(crate) use geometry::{ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
-pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Passage, Physical, Specular};
+pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Mixture, Passage, Physical, Specular};
 
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -141,6 +141,10 @@ pub struct Prepared<P: Precision> {
     pub(crate) irradiance: Option<Irradiance<P::Real>>,
     pub(crate) camera: Camera<P::Real>,
     pub(crate) rules: Rules<P::Real>,
+    /// Whether some material absorbs what passes through it.
+    pub(crate) absorbs: bool,
+    /// How a path tracer finds light with a size.
+    pub(crate) light_sampling: LightSampling,
     pub(crate) veil: <P::Real as Real>::Vec3,
     /// Objects of whose mesh storing leaves nothing, ascending.
     pub(crate) lost: Vec<u32>,
@@ -194,18 +198,26 @@ impl<P: Precision> Prepared<P> {
                 Material::Unused
             });
         }
-        let facets = facets(scene, &materials, &inputs.sources);
+        let paths = settings.integrator == Integrator::Path;
+        let facets = facets(scene, &materials, &inputs.sources, paths);
         let built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
         let sky = prepare_sky::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
-        let irradiance = (simulated.has(Effect::SkyLight) && !sky.is_black()).then(|| Irradiance::new(&sky));
+        let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black()).then(|| Irradiance::new(&sky));
         let soft = simulated.has(Effect::SoftShadows);
         let emitters = if soft { emitters::emitters::<P>(scene, &lookup, observer)? } else { EmitterList::default() };
         // A light that shows on nothing is not built: no loop turns for it.
         let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
-        let lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
+        let mut lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
+        if paths {
+            lights.emitters.strategy = Strategy::SolidAngle;
+            if simulated.has(Effect::SkyLight) {
+                lights.prepare_sky();
+            }
+            lights.prepare_choice();
+        }
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
         // The view that shows everything shows it wherever it goes, also where it stands in the picture.
         let framed = || frame(&extent::<P>(whole, &Lookup::new(whole)).bounds, aspect);
@@ -222,6 +234,7 @@ impl<P: Precision> Prepared<P> {
             meshes: built.meshes,
             objects: built.objects,
             lost: built.lost,
+            absorbs: simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs),
             materials,
             sources: inputs.sources,
             lights,
@@ -229,6 +242,7 @@ impl<P: Precision> Prepared<P> {
             irradiance,
             camera,
             rules: Rules::new(&scene.classic),
+            light_sampling: settings.light_sampling,
             veil: Vector::from_f64(scene.render.veil.0.into()),
         })
     }
@@ -239,10 +253,11 @@ impl<P: Precision> Prepared<P> {
             + size_of_val(self.materials.as_slice())
             + size_of_val(self.sources.textures.as_slice())
             + size_of_val(self.lights.delta.as_slice());
+        let choice = self.lights.choice().bytes();
         Memory {
             geometry: self.geometry_bytes as u64,
             meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum(),
-            tables: tables as u64 + self.lights.emitters.bytes(),
+            tables: tables as u64 + choice + self.lights.emitters.bytes(),
             textures: self.texture_bytes() as u64,
             film: 0,
         }
@@ -271,13 +286,16 @@ impl<P: Precision> Prepared<P> {
 
 /// What geometry asks of each material. An occluder that lets nothing through needs no question, unless somewhere more is
 /// asked than whether light arrives: which occluder is the first, or how far away the nearest is.
-fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R>) -> Vec<Facet> {
+fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R>, paths: bool) -> Vec<Facet> {
     let asks = scene.classic.shadow == ShadowRule::FirstInOrder || materials.iter().any(Material::asks_how_far);
     let facet = |(material, data): (&Material<R>, &scene::Material)| {
         let coordinates = material.reads_coordinates(sources);
         let sets = data.uv_sets().into_iter().filter(|&set| (set as usize) < scene::MOST_UV_SETS);
+        let solid = if paths { material.covers() } else { material.is_opaque() && !asks };
         Facet {
-            occlusion: if material.is_opaque() && !asks { Occlusion::Opaque } else { Occlusion::Ask },
+            occlusion: if solid { Occlusion::Opaque } else { Occlusion::Ask },
+            // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing that rays meet.
+            without_shadow: if paths { Occlusion::Ask } else { Occlusion::None },
             coordinates,
             sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
         }

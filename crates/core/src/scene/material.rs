@@ -1,11 +1,13 @@
 //! Materials in two families: classic (a local lighting model made of terms) and physical (metallic-roughness).
 
+mod mixture;
 mod physical;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::input::{Colour, ColourInput, TextureRef, Varying, Weight, white};
+pub use mixture::Mixture;
 pub use physical::{AlphaMode, Physical};
 
 /// A named material.
@@ -90,6 +92,8 @@ pub struct Classic {
     pub transmission: Option<Transmission>,
     /// Radiance the surface gives off by itself.
     pub emission: Option<ColourInput>,
+    /// What path tracing reads in place of the other terms but `colour` and `emission`.
+    pub mixture: Option<Mixture>,
     /// Share of a light that passes when this surface is the occluder, 0 (opaque) to 1.
     pub shadow_transmittance: f64,
     /// How much of a shadowed light arrives, in place of the rule's own factor: an expression of `occluder_distance`

@@ -21,7 +21,7 @@ pub use input::{
 };
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Sun};
 pub use material::{
-    AlphaMode, Classic, Fuzz, Material, Model, Physical, Reflection, Rim, Specular, SpecularModel, Transmission,
+    AlphaMode, Classic, Fuzz, Material, Mixture, Model, Physical, Reflection, Rim, Specular, SpecularModel, Transmission,
     TransmissionChoice,
 };
 pub use mesh::{

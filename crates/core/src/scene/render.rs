@@ -77,6 +77,9 @@ pub enum Integrator {
     Auto,
     /// Local lighting, mirror reflection and refraction (Whitted, "An Improved Illumination Model for Shaded Display", 1980).
     Whitted,
+    /// Light as it goes: every surface lights every other, found by paths that are followed by chance (Kajiya, "The Rendering
+    /// Equation", 1986).
+    Path,
 }
 
 /// How linear radiance becomes display-linear values in 0..1.

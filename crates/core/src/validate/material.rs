@@ -3,7 +3,7 @@
 use super::check::Check;
 use crate::expr::Scope;
 use crate::scene::{
-    AlphaMode, Classic, ColourInput, MOST_UV_SETS, Model, Physical, TextureRef, TransmissionChoice, Varying, Weight,
+    AlphaMode, Classic, ColourInput, MOST_UV_SETS, Mixture, Model, Physical, TextureRef, TransmissionChoice, Varying, Weight,
 };
 
 pub(super) fn model(check: &mut Check<'_>, model: &Model) {
@@ -39,10 +39,29 @@ fn classic(check: &mut Check<'_>, material: &Classic) {
     if let Some(emission) = &material.emission {
         check.inside("emission", |check| colour_input(check, emission));
     }
+    if let Some(m) = &material.mixture {
+        check.inside("mixture", |check| mixture(check, m));
+    }
     check.within("shadow_transmittance", material.shadow_transmittance, 0.0, 1.0);
     if let Some(shadow) = &material.shadow {
         check.inside("shadow", |check| weight(check, shadow, Scope::Light));
     }
+}
+
+fn mixture(check: &mut Check<'_>, m: &Mixture) {
+    check.within("specular_chance", m.specular_chance, 0.0, 1.0);
+    check.colour("specular_colour", m.specular_colour);
+    check.within("specular_roughness", m.specular_roughness, 0.0, 1.0);
+    check.within("refraction_chance", m.refraction_chance, 0.0, 1.0);
+    if m.specular_chance + m.refraction_chance > 1.0 {
+        let message = "`specular_chance` and `refraction_chance` together must be at most 1";
+        check.inside("refraction_chance", |check| check.advise(message, "what they leave is diffused"));
+    }
+    check.within("refraction_roughness", m.refraction_roughness, 0.0, 1.0);
+    if let Some(ior) = m.ior {
+        check.within("ior", ior, 1e-3, 1e3);
+    }
+    check.colour("absorption", m.absorption);
 }
 
 /// The terms that send further rays.
@@ -94,6 +113,10 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
         if let Some(number) = number.constant() {
             check.within(key, number, least, most);
         }
+    }
+    check.each("attenuation_colour", &material.attenuation_colour.0, |check, channel| check.within("", *channel, 0.0, 1.0));
+    if let Some(distance) = material.attenuation_distance {
+        check.length("attenuation_distance", distance);
     }
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);

@@ -22,6 +22,7 @@ mod lights;
 mod meshes;
 mod motion;
 mod offsets;
+mod paths;
 mod physical;
 mod reflections;
 mod sampler;

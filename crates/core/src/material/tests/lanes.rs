@@ -102,7 +102,19 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let cosine = normal.dot(wo);
     let (mut numbers, mut vectors) = (vec![model.through(), towards_grazing(cosine)], Vec::new());
     let mut masks = Vec::new();
-    for bsdf in [list, model.bsdf(normal, outside), model.answer(normal)] {
+    let eta = N::of_lanes(|lane| N::exact_lane(glass.eta(outside), lane));
+    let frosted = RoughGlass { eta, share, reflected: third, transmitted: fourth, roughness };
+    let further = Bsdf::new(normal)
+        .with(Lobe::Lambert { albedo: first_colour })
+        .with(Lobe::Rough { f0: second, f90: third, roughness })
+        .with(Lobe::RoughGlass(frosted));
+    let mut lists = vec![list, model.bsdf(normal, outside), model.answer(normal)];
+    if set < 2 {
+        // What does not depend on the set but for whether there is glass.
+        lists.extend([further, model.transport(normal, wo, outside)]);
+        vectors.push(further.eval_either(wo, wi));
+    }
+    for bsdf in lists {
         let sampled = bsdf.sample(&frame, wo, drawn);
         numbers.extend([bsdf.pdf(wo, wi), sampled.density]);
         vectors.extend([bsdf.eval(wo, wi), bsdf.diffuse(wo, wi), sampled.direction, sampled.weight]);

@@ -31,6 +31,10 @@ pub struct Physical {
     pub transmission: NumberInput,
     /// Image whose red channel, where it names no other, multiplies the transmission.
     pub transmission_texture: Option<TextureRef>,
+    /// Colour that white light has after `attenuation_distance` inside.
+    pub attenuation_colour: Colour,
+    /// Distance in metres after which light inside has the `attenuation_colour`, above zero; none: nothing is absorbed.
+    pub attenuation_distance: Option<f64>,
     /// Radiance given off.
     #[serde(deserialize_with = "early")]
     pub emission: ColourInput,
@@ -57,6 +61,8 @@ impl Default for Physical {
             ior: 1.5.into(),
             transmission: 0.0.into(),
             transmission_texture: None,
+            attenuation_colour: Colour([1.0; 3]),
+            attenuation_distance: None,
             emission: Colour::BLACK.into(),
             emission_texture: None,
             alpha: AlphaMode::Opaque,
@@ -99,6 +105,13 @@ inputs!(
 impl Physical {
     /// Indices of refraction that it may have.
     pub const IOR: [f64; 2] = [1.0, 1e3];
+
+    /// What it absorbs of light that passes through it, per metre; none where it absorbs nothing.
+    pub fn absorption(&self) -> Option<[f64; 3]> {
+        let distance =
+            self.attenuation_distance.filter(|_| self.may_transmit() && self.attenuation_colour != Colour([1.0; 3]))?;
+        Some(self.attenuation_colour.0.map(|colour| -libm::log(colour) / distance))
+    }
 
     /// Whether light may pass through it somewhere.
     pub fn may_transmit(&self) -> bool {

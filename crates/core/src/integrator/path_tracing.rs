@@ -1,0 +1,209 @@
+//! Path tracing (Kajiya, "The Rendering Equation", 1986): at each vertex a path asks one light and goes on in one direction, both
+//! drawn by chance, and what both ways find of the same light is combined by multiple importance sampling (Veach, Guibas, "Optimally
+//! Combining Sampling Techniques for Monte Carlo Rendering", 1995). In the mean it is right whatever the chances are, but for the
+//! paths that are longer than the scene allows.
+//!
+//! A path's state is numbers alone ([`Walk`]), and what one more segment makes of it does not know who asks.
+
+mod classic;
+mod lights;
+mod media;
+mod mixture;
+mod vertex;
+
+use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+
+pub(crate) use media::Media;
+use media::absorbed;
+
+use super::{Brought, Kernel, Leg, MAX_CUTOUTS, Tracer};
+use crate::interaction::Interaction;
+use crate::light::{LightId, Target};
+use crate::material::Sampled;
+use crate::prepare::{Alpha, Material};
+use crate::sampler::{Address, Purpose, pair};
+use crate::settings::LightSampling;
+
+/// Segments that every path may have before chance decides whether it goes on. Earlier, chance costs more noise than it saves time.
+const ROULETTE_FROM: u32 = 4;
+
+/// Where a path is: all that its next segment depends on.
+#[derive(Clone, Copy, Debug)]
+struct Walk<R: Real> {
+    /// The ray to be traced.
+    leg: Leg<R>,
+    /// What arrives along it counts so much.
+    throughput: R::Vec3,
+    /// What the path has brought so far.
+    radiance: R::Vec3,
+    /// The vertex in the making, for random numbers.
+    address: Address,
+    /// Segments traced so far.
+    traced: u32,
+    /// Surfaces that it passed through because they are absent there.
+    cutouts: u32,
+    /// Whether it has met a surface.
+    hit: bool,
+    /// The bodies that it is in.
+    media: Media,
+    /// Where the ray left, and how.
+    left: Left<R>,
+}
+
+/// How a ray left its vertex: what it takes to know how else the light at its end could have been found.
+#[derive(Clone, Copy, Debug)]
+struct Left<R: Real> {
+    /// The vertex, and the normal there on the side that the path came from; zero where light comes from both.
+    from: R::Vec3,
+    normal: R::Vec3,
+    /// Density over solid angle of the direction; infinite where no light could have been drawn instead: for rays of the camera, and
+    /// of lobes without a density.
+    density: f64,
+}
+
+/// Share of a technique in what two techniques find, by the densities of both, squared (Veach, Guibas 1995, "power heuristic"). No
+/// density is squared by itself, so that none overflows.
+#[inline(always)]
+fn weight(own: f64, other: f64) -> f64 {
+    if own == other {
+        return 0.5;
+    }
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Radiance that arrives along a camera ray.
+    pub(super) fn trace(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
+        self.first = None;
+        self.counters.camera += 1;
+        let mut walk = Walk {
+            leg: Leg { ray, rest: Vector::ZERO, ahead: self.scene.camera.ahead() },
+            throughput: Vector::ONE,
+            radiance: Vector::ZERO,
+            address,
+            traced: 0,
+            cutouts: 0,
+            hit: false,
+            media: self.media,
+            left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
+        };
+        loop {
+            let min = if walk.traced == 0 { self.camera_min - walk.leg.ahead } else { self.secondary_min };
+            let hit = self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: P::Real::INFINITY }, &mut ());
+            if !self.step(&mut walk, hit.as_ref()) {
+                return Brought { radiance: walk.radiance, hit: walk.hit };
+            }
+        }
+    }
+
+    /// What one more segment makes of a path: it has met this, or nothing. Whether it has another ray to be traced.
+    #[inline(always)]
+    fn step(&mut self, walk: &mut Walk<P::Real>, hit: Option<&Hit<P::Real>>) -> bool {
+        let Some(hit) = hit else {
+            walk.radiance += walk.throughput * self.escaped(walk);
+            return false;
+        };
+        let at = Interaction::of::<P, K>(self.scene, &walk.leg, hit);
+        if self.scene.absorbs
+            && let Some(absorption) = self.absorption(&walk.media, &at)
+        {
+            walk.throughput *= absorbed::<P::Real>(absorption, at.distance);
+        }
+        if walk.traced == 0 && self.keeps_first && self.first.is_none() {
+            self.first = Some(self.seen(&walk.leg, hit));
+        }
+        if let Material::Physical(m) = &self.scene.materials[at.material as usize]
+            && m.alpha != Alpha::Opaque
+        {
+            let alpha = m.alpha_at(&self.scene.sources.at(&at));
+            // A surface that covers a share of what is behind it is there as often.
+            let absent = alpha < P::Real::ONE
+                && (alpha <= P::Real::ZERO || P::Real::from_f32(pair(walk.address, Purpose::Coverage)[0]) >= alpha);
+            if absent {
+                return self.pass(walk, &at);
+            }
+        }
+        walk.hit = true;
+        walk.traced += 1;
+        self.vertex(walk, hit, &at)
+    }
+
+    /// What a ray brings that hit nothing, in its share.
+    fn escaped(&self, walk: &Walk<P::Real>) -> Vec3Of<P> {
+        if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
+            return backdrop;
+        }
+        let direction = walk.leg.ray.direction;
+        let sky = self.scene.lights.sky.radiance(walk.leg.start(), direction);
+        sky * self.found(walk, LightId::Sky, &Target::Infinity)
+    }
+
+    /// Share that a ray has in finding the light that it met.
+    #[inline(always)]
+    fn found(&self, walk: &Walk<P::Real>, light: LightId, met: &Target<P::Real>) -> P::Real {
+        let Left { from, normal, density } = walk.left;
+        if density == f64::INFINITY {
+            return P::Real::ONE;
+        }
+        let lights = &self.scene.lights;
+        if self.scene.light_sampling == LightSampling::Scattering {
+            return P::Real::ONE;
+        }
+        let probability = lights.choice().probability::<P::Real>(light, from, normal);
+        let other = if probability > 0.0 { lights.density(light, from, walk.leg.ray.direction, met, probability) } else { 0.0 };
+        match self.scene.light_sampling {
+            LightSampling::Lights if other > 0.0 => P::Real::ZERO,
+            LightSampling::Lights => P::Real::ONE,
+            _ => P::Real::from_f64(weight(density, other)),
+        }
+    }
+
+    /// Takes a path on through a surface that is absent where it met it.
+    fn pass(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>) -> bool {
+        walk.cutouts += 1;
+        walk.address.bounce += 1;
+        walk.leg = walk.leg.onward(self.leave(at, at.direction, -P::Real::ONE), walk.leg.rest);
+        walk.cutouts <= MAX_CUTOUTS
+    }
+
+    /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
+    #[inline(always)]
+    fn go_on(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>, drawn: &Sampled<P::Real>, onward: Onward<P>) -> bool {
+        let mut throughput = walk.throughput * drawn.weight;
+        if walk.traced >= ROULETTE_FROM {
+            // Also ends what is no number.
+            let survives = throughput.max_element().min(P::Real::ONE);
+            let goes_on = onward.luck < survives;
+            if !goes_on {
+                return false;
+            }
+            throughput *= P::Real::ONE / survives;
+        }
+        if throughput == Vector::ZERO || !throughput.is_finite() {
+            return false;
+        }
+        walk.leg = walk.leg.onward(onward.ray, onward.rest);
+        walk.throughput = throughput;
+        walk.address.bounce += 1;
+        let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
+        walk.left = Left { from: at.surface.point, normal: onward.lit, density };
+        if self.scene.absorbs && onward.through {
+            walk.media = walk.media.beyond(at.material, at.outside);
+        }
+        true
+    }
+}
+
+/// How a path would go on.
+struct Onward<P: Precision> {
+    ray: Ray<P::Real>,
+    /// What storing took from its direction.
+    rest: Vec3Of<P>,
+    /// A number in [0, 1): below what the path counts, it goes on.
+    luck: P::Real,
+    /// Normal of the side that lights were asked for; zero for both.
+    lit: Vec3Of<P>,
+    /// Whether it goes through the surface.
+    through: bool,
+}

@@ -1,0 +1,59 @@
+//! What classic terms mean to light: the lobes that a path tracer reads them as.
+
+use raywright_bvh::{Real, Vector};
+
+use crate::interaction::Interaction;
+use crate::material::{Bsdf, Lobe};
+use crate::prepare::{Classic, Here, Specular};
+use crate::scene::SpecularModel;
+
+/// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
+/// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric. What all of them together would send back
+/// beyond one is taken from the diffuse one.
+pub(super) fn lobes<R: Real>(m: &Classic<R>, here: &Here<'_, R>, at: &Interaction<R>, normal: R::Vec3) -> Bsdf<R> {
+    let colour = m.colour.colour(here);
+    let local = unit(m.local.number(here));
+    let mut bsdf = Bsdf::new(normal);
+    let mut taken = R::Vec3::ZERO;
+    if let Some(transmission) = &m.transmission {
+        let glass = &transmission.glass;
+        let (reflected, transmitted) = (glass.reflected, glass.transmitted);
+        bsdf = bsdf.with(Lobe::Dielectric { eta: glass.eta(at.outside), share: R::ONE, reflected, transmitted });
+        taken = R::Vec3::ONE;
+    } else if let Some(reflection) = &m.reflection {
+        let weight = R::Vec3::splat(unit(reflection.weight.number(here)));
+        let mirror = unit_colour::<R>(if reflection.tinted { weight * colour } else { weight });
+        bsdf = bsdf.with(Lobe::Mirror { f0: mirror, f90: mirror });
+        taken = mirror;
+    }
+    if let Some(specular) = m.specular.as_ref().filter(|specular| specular.model != SpecularModel::Grazing) {
+        let scale = if specular.on_reflection { taken } else { R::Vec3::splat(local) };
+        let f0 = unit_colour::<R>(scale * unit(specular.strength.number(here))).min(R::Vec3::ONE - taken);
+        if f0 != R::Vec3::ZERO {
+            bsdf = bsdf.with(Lobe::Rough { f0, f90: f0, roughness: roughness(specular) });
+            taken += f0;
+        }
+    }
+    let albedo = unit_colour::<R>(colour * (local * m.diffuse.number(here))).min(R::Vec3::ONE - taken);
+    if albedo == R::Vec3::ZERO { bsdf } else { bsdf.with(Lobe::Lambert { albedo }) }
+}
+
+/// The perceptual roughness √α of a highlight's exponent: α = √(2/(n + 2)) about the half vector ("Microfacet Models for Refraction
+/// through Rough Surfaces", Walter et al. 2007); about the mirrored view a highlight is as wide at a quarter of the exponent.
+fn roughness<R: Real>(specular: &Specular<R>) -> R {
+    let exponent = f64::from(specular.exponent);
+    let about_half = match specular.model {
+        SpecularModel::Blinn | SpecularModel::BlinnReflected => exponent,
+        SpecularModel::Phong | SpecularModel::Grazing => 4.0 * exponent,
+    };
+    R::from_f64((2.0 / (about_half + 2.0)).sqrt().sqrt())
+}
+
+fn unit<R: Real>(x: R) -> R {
+    // Also zero for what is no number.
+    Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE)
+}
+
+fn unit_colour<R: Real>(c: R::Vec3) -> R::Vec3 {
+    c.max(R::Vec3::ZERO).min(R::Vec3::ONE)
+}

@@ -1,0 +1,124 @@
+//! What a vertex of a path receives from the light that it asks.
+
+use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+
+use super::super::shadow::Product;
+use super::super::{Kernel, Leg, Tracer};
+use super::{Walk, weight};
+use crate::interaction::Interaction;
+use crate::light::{Density, LightId, LightSample, Target};
+use crate::material::Bsdf;
+use crate::prepare::{Alpha, Material};
+use crate::sampler::{Purpose, four};
+use crate::settings::LightSampling;
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Light of one light, drawn by chance, that a surface sends back along a path. `gain`: factor on lights without size, whose
+    /// unit is not the same to both families of materials.
+    #[inline(always)]
+    pub(super) fn asked(
+        &mut self,
+        walk: &Walk<P::Real>,
+        at: &Interaction<P::Real>,
+        bsdf: &Bsdf<P::Real>,
+        gain: P::Real,
+    ) -> Vec3Of<P> {
+        let scene = self.scene;
+        let (lights, zero) = (&scene.lights, P::Real::ZERO);
+        if lights.choice().is_empty() || bsdf.is_delta() {
+            return Vector::ZERO;
+        }
+        let [coarse, fine, u, v] = four(walk.address, Purpose::Light);
+        let (point, normal, view) = (at.surface.point, at.normal, -at.direction);
+        let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
+        let Some((light, probability)) = lights.choice().draw::<P::Real>(point, lit, [coarse, fine]) else {
+            return Vector::ZERO;
+        };
+        let Some(seen) = lights.sample(light, point, [u, v], probability) else { return Vector::ZERO };
+        let facing = normal.dot(seen.direction);
+        // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
+        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
+        let through = facing < zero;
+        if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !bsdf.lets_through() {
+            return Vector::ZERO;
+        }
+        let value = || if through { bsdf.eval_either(view, seen.direction) } else { bsdf.eval(view, seen.direction) };
+        let (answer, share) = match seen.density {
+            Density::Delta => {
+                let shines = matches!(light, LightId::Delta(i) if lights.delta[i as usize].specular);
+                let answer = if shines {
+                    value()
+                } else if through {
+                    Vector::ZERO
+                } else {
+                    bsdf.diffuse(view, seen.direction)
+                };
+                (answer, gain)
+            }
+            Density::SolidAngle(density) => {
+                let share = match scene.light_sampling {
+                    LightSampling::Scattering => return Vector::ZERO,
+                    LightSampling::Lights => P::Real::ONE,
+                    LightSampling::Both => P::Real::from_f64(weight(density, bsdf.pdf(view, seen.direction).to_f64())),
+                };
+                (value(), share)
+            }
+        };
+        let mut sent = seen.arriving * answer * (Real::abs(facing) * share);
+        if sent == Vector::ZERO || !sent.is_finite() {
+            return Vector::ZERO;
+        }
+        if scene.absorbs {
+            let media = if through { walk.media.beyond(at.material, at.outside) } else { walk.media };
+            let distance = match &seen.target {
+                Target::Infinity => P::Real::INFINITY,
+                Target::Point(target) => (*target - point).length(),
+                Target::Surface(target) => (target.point - point).length(),
+            };
+            sent *= self.passes_media(&media, distance);
+        }
+        let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
+        if shadows { sent * self.arrives(&seen, at) } else { sent }
+    }
+
+    /// Share of a light that arrives where it is asked from.
+    #[inline]
+    fn arrives(&mut self, light: &LightSample<P::Real>, at: &Interaction<P::Real>) -> P::Real {
+        // Where the light is where the ray would start, nothing is in between.
+        let Some((ray, mut range)) = self.towards(light, at) else { return P::Real::ONE };
+        let sizeless = light.density == Density::Delta;
+        if matches!(light.target, Target::Infinity) && !sizeless {
+            // The scene's limit on shadows is that of its lights, not of its sky.
+            range = Interval { max: P::Real::INFINITY, ..range };
+        }
+        self.counters.shadow += 1;
+        let ray = ray.at_time(at.time);
+        let mut product = Product::default();
+        let blocked = self.scene.geometry.any(
+            &ray,
+            range,
+            &mut |hit| {
+                product.factor(self.lets_through(&ray, hit, sizeless).to_f64());
+                product.opaque
+            },
+            &mut (),
+        );
+        if blocked { P::Real::ZERO } else { P::Real::from_f64(product.value()) }
+    }
+
+    /// Share of light that passes an occluder straight: where it is absent, and the light of a light without size where it casts no
+    /// shadow. Light with a size is found by paths too, which meet everything.
+    fn lets_through(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>, sizeless: bool) -> P::Real {
+        let record = &self.scene.objects[hit.outermost() as usize];
+        if sizeless && !record.casts_shadow {
+            return P::Real::ONE;
+        }
+        match &self.scene.materials[record.material as usize] {
+            Material::Physical(m) if m.alpha != Alpha::Opaque => {
+                let at = Interaction::of::<P, K>(self.scene, &Leg::of(*ray), hit);
+                P::Real::ONE - m.alpha_at(&self.scene.sources.at(&at))
+            }
+            _ => P::Real::ZERO,
+        }
+    }
+}

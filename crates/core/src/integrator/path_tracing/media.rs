@@ -1,0 +1,130 @@
+//! Bodies that absorb light: which ones a path is in, and what passes.
+
+use raywright_bvh::{Interval, Precision, Real, Vec3Of, Vector};
+
+use super::super::{Kernel, Leg, Tracer};
+use crate::interaction::Interaction;
+use crate::prepare::Material;
+
+/// Bodies that a path can be in at once; a deeper one is not noticed.
+const DEEPEST: usize = 4;
+
+/// Surfaces that are looked through for the bodies that a camera is in.
+const MOST_CROSSINGS: u32 = 64;
+
+/// Materials of the bodies that a path has entered and not left, the last one last. Bodies are told by their materials.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Media {
+    inside: [u32; DEEPEST],
+    count: usize,
+}
+
+impl Media {
+    /// What it is beyond a boundary that is met from outside or from within.
+    pub fn beyond(mut self, material: u32, outside: bool) -> Self {
+        if outside {
+            if let Some(slot) = self.inside.get_mut(self.count) {
+                *slot = material;
+                self.count += 1;
+            }
+        } else if let Some(place) = self.inside[..self.count].iter().rposition(|&m| m == material) {
+            self.inside.copy_within(place + 1..self.count, place);
+            self.count -= 1;
+        }
+        self
+    }
+
+    fn last(&self) -> Option<u32> {
+        self.inside[..self.count].last().copied()
+    }
+}
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// The bodies that the camera is in: those that a ray leaves more often than it enters them.
+    pub(in super::super) fn media_of_camera(&self) -> Media {
+        let (scene, mut entered, mut around) = (self.scene, [0_u32; DEEPEST], Media::default());
+        let mut leg = Leg::of(scene.camera.ray(P::Real::ZERO, P::Real::ZERO, [0.5; 2]));
+        if scene.camera.ahead() != P::Real::ZERO {
+            return around;
+        }
+        let mut depth = 0;
+        for _ in 0..MOST_CROSSINGS {
+            let range = Interval { min: self.secondary_min, max: P::Real::INFINITY };
+            let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
+            let at = Interaction::of::<P, K>(scene, &leg, &hit);
+            if self.absorbs(at.material).is_some() {
+                if at.outside {
+                    entered[depth % DEEPEST] = at.material;
+                    depth += 1;
+                } else if depth > 0 && entered[(depth - 1) % DEEPEST] == at.material {
+                    depth -= 1;
+                } else if around.count < DEEPEST {
+                    // The innermost one is left first.
+                    around.inside.copy_within(0..around.count, 1);
+                    around.inside[0] = at.material;
+                    around.count += 1;
+                }
+            }
+            leg = leg.onward(self.leave(&at, at.direction, -P::Real::ONE), Vector::ZERO);
+        }
+        around
+    }
+
+    /// What a metre of the way to a hit absorbs; none where nothing does.
+    pub(super) fn absorption(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Vec3Of<P>> {
+        // Also where a path got in by a way that it was not seen to take.
+        let around = media.last().or((!at.outside).then_some(at.material))?;
+        self.absorbs(around)
+    }
+
+    /// Share of light that passes the way of a shadow ray, which meets nothing on it.
+    pub(super) fn passes_media(&self, media: &Media, distance: P::Real) -> Vec3Of<P> {
+        let absorption = media.last().and_then(|around| self.absorbs(around));
+        absorption.map_or(Vector::ONE, |absorption| absorbed::<P::Real>(absorption, distance))
+    }
+
+    fn absorbs(&self, material: u32) -> Option<Vec3Of<P>> {
+        match &self.scene.materials[material as usize] {
+            Material::Classic(m) => m.mixture.as_ref().and_then(|mixture| mixture.absorption),
+            Material::Physical(m) => m.absorption,
+            Material::Unused => None,
+        }
+    }
+}
+
+/// What passes of light on its way through what absorbs so much a metre (Beer and Lambert).
+pub(super) fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
+    // Nothing is lost on no way, also where infinitely much would be.
+    let share = |a: R| if distance > R::ZERO { Real::exp(-(a * distance)) } else { R::ONE };
+    R::Vec3::new(share(absorption.x()), share(absorption.y()), share(absorption.z()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec3, Vec3};
+
+    /// Protects (S21): transmittance lies in [0, 1] from nothing to everything, and is exact to a few units of rounding.
+    #[test]
+    fn transmittance() {
+        for (a, d) in [(0.0, 5.0), (1e-8, 1.0), (1e3, 1.0), (f64::INFINITY, 0.0), (f64::INFINITY, 1.0), (3.0, 0.25), (0.0, 1e9)] {
+            let (single, double) = (absorbed::<f32>(Vec3::splat(a as f32), d as f32).x, absorbed::<f64>(DVec3::splat(a), d).x);
+            let expected = if d == 0.0 { 1.0 } else { (-a * d).exp() };
+            assert!(
+                (double - expected).abs() <= 1e-15 && (f64::from(single) - expected).abs() <= 1e-6,
+                "{a} · {d}: {single} {double}"
+            );
+        }
+    }
+
+    /// Protects: bodies are left in any order, and one that was never entered changes nothing.
+    #[test]
+    fn bodies_in_bodies() {
+        let media = Media::default().beyond(7, true).beyond(3, true).beyond(9, true);
+        assert_eq!((media.last(), media.beyond(3, false).last(), media.beyond(9, false).last()), (Some(9), Some(9), Some(3)));
+        assert_eq!(media.beyond(3, false).beyond(9, false).last(), Some(7));
+        assert_eq!(media.beyond(4, false).last(), Some(9));
+        assert_eq!((Media::default().beyond(1, false).last(), Media::default().last()), (None, None));
+        assert_eq!((0..9).fold(Media::default(), |media, m| media.beyond(m, true)).last(), Some(3));
+    }
+}

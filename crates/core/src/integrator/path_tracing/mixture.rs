@@ -1,0 +1,109 @@
+//! Surfaces that send each ray one of three ways by chance, as a family of shaders has them ([`crate::scene::Mixture`]).
+
+use core::f64::consts::PI;
+
+use raywright_bvh::{Precision, Real, Vec3Of, Vector};
+
+use super::super::{Kernel, Tracer};
+use super::{Onward, Walk};
+use crate::interaction::Interaction;
+use crate::material::{Bsdf, Frame, Interface, Lobe, Sampled, towards_grazing};
+use crate::prepare::Mixture;
+use crate::sampler::{Purpose, four};
+
+/// Least chance by which the published shader divides.
+const LEAST_CHANCE: f64 = 0.001;
+
+/// A surface of a mixture as a ray meets it.
+struct Met {
+    /// Chances of being mirrored and of going through; the rest is diffused.
+    mirrored: f64,
+    through: f64,
+    interface: Interface,
+}
+
+impl Met {
+    fn new<R: Real>(m: &Mixture<R>, at: &Interaction<R>) -> Self {
+        let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
+        let interface = Interface::new(at.direction.to_f64(), at.normal.to_f64(), eta);
+        let s = m.specular_chance;
+        let (mut mirrored, mut through) = (s, m.refraction_chance);
+        if s > 0.0 && m.ior.is_some() {
+            // Schlick at the angle on the thin side.
+            let fresnel = match interface.refracted {
+                None => 1.0,
+                Some(refracted) => {
+                    let cosine = if eta > 1.0 { -refracted.dot(at.normal.to_f64()) } else { interface.cos_incident };
+                    let r0 = ((1.0 - eta) / (1.0 + eta)).powi(2);
+                    r0 + (1.0 - r0) * towards_grazing(cosine.max(0.0))
+                }
+            };
+            mirrored = s + (1.0 - s) * fresnel;
+            through = if s < 1.0 { through * (1.0 - mirrored) / (1.0 - s) } else { 0.0 };
+        }
+        if interface.refracted.is_none() {
+            through = 0.0;
+        }
+        Self { mirrored, through, interface }
+    }
+}
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Sends a path on from such a surface; whether it goes on.
+    #[inline(never)]
+    pub(super) fn mixed(
+        &mut self,
+        walk: &mut Walk<P::Real>,
+        at: &Interaction<P::Real>,
+        m: &Mixture<P::Real>,
+        albedo: Vec3Of<P>,
+    ) -> bool {
+        let met = Met::new(m, at);
+        let diffused = 1.0 - met.mirrored - met.through;
+        if !m.published_roulette && diffused > 0.0 {
+            let matte = Bsdf::new(at.normal).with(Lobe::Lambert { albedo: albedo * P::Real::from_f64(diffused) });
+            let sent = self.asked(walk, at, &matte, P::Real::from_f64(PI));
+            walk.radiance += walk.throughput * sent;
+        }
+        let [way, u, v, luck] = four(walk.address, Purpose::Scatter).map(P::Real::from_f32);
+        let way = way.to_f64();
+        // The normal and an even point of the unit sphere together are drawn by the cosine.
+        let h = Frame::<P::Real>::about(at.normal).to_world(Lobe::<P::Real>::cosine([u, v]));
+        let blend = |smooth: glam::DVec3, about: Vec3Of<P>, roughness: f64| {
+            let share = roughness * roughness;
+            Vec3Of::<P>::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
+        };
+        let one = P::Real::ONE;
+        let (direction, weight, chance, side) = if way < met.mirrored {
+            self.counters.reflection += 1;
+            (blend(met.interface.reflected, h, m.specular_roughness), m.specular_colour, met.mirrored, one)
+        } else if let Some(refracted) = met.interface.refracted.filter(|_| way < met.mirrored + met.through) {
+            self.counters.refraction += 1;
+            (
+                blend(refracted, h - at.normal * (one + one) * h.dot(at.normal), m.refraction_roughness),
+                Vector::ONE,
+                met.through,
+                -one,
+            )
+        } else {
+            self.counters.scatter += 1;
+            (h, albedo, diffused, one)
+        };
+        let priced = side == one && way >= met.mirrored && !m.published_roulette;
+        let density = if priced { P::Real::from_f64(diffused / PI) * at.normal.dot(h) } else { P::Real::ZERO };
+        let mut drawn = Sampled { some: true, direction, weight, density, delta: !priced };
+        if m.published_roulette {
+            let Some(weight) = published::<P>(walk.throughput, weight, chance, luck) else { return false };
+            drawn.weight = weight;
+        }
+        let ray = self.leave(at, direction, side);
+        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: at.normal, through: side != one })
+    }
+}
+
+/// What a path is multiplied by under the published rule; none where it ends.
+fn published<P: Precision>(throughput: Vec3Of<P>, weight: Vec3Of<P>, chance: f64, luck: P::Real) -> Option<Vec3Of<P>> {
+    let divided = weight * P::Real::from_f64(1.0 / chance.max(LEAST_CHANCE));
+    let largest = (throughput * divided).max_element();
+    (luck < largest && largest.is_finite()).then(|| divided * (P::Real::ONE / largest))
+}

@@ -1,0 +1,132 @@
+//! A vertex of a path: what the surface gives off, what it sends back of a light, and where the path goes on.
+
+use core::f64::consts::PI;
+
+use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
+
+use super::super::{Kernel, Tracer};
+use super::{Onward, Walk, classic};
+use crate::interaction::Interaction;
+use crate::light::{LightId, Target};
+use crate::material::{Bsdf, Frame, Glass, Interface, Sampled};
+use crate::prepare::Material;
+use crate::sampler::{Purpose, four};
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Adds what a surface sends back along a path; whether the path goes on.
+    #[inline(always)]
+    pub(super) fn vertex(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>) -> bool {
+        let scene = self.scene;
+        let here = scene.sources.at(at);
+        let mut at = *at;
+        match &scene.materials[at.material as usize] {
+            Material::Classic(m) => {
+                if let Some(emission) = &m.emission {
+                    self.emits(walk, hit, &at, emission.colour(&here));
+                }
+                if walk.traced >= self.max_depth {
+                    return false;
+                }
+                if let Some(mixture) = &m.mixture {
+                    at.normal = towards(&at);
+                    return self.mixed(walk, &at, mixture, m.colour.colour(&here));
+                }
+                if m.transmission.is_some() {
+                    at.normal = towards(&at);
+                }
+                let bsdf = classic::lobes(m, &here, &at, at.normal);
+                let glass = m.transmission.as_ref().map(|transmission| transmission.glass);
+                // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
+                self.scatter(walk, hit, &at, &bsdf, (glass.as_ref(), P::Real::from_f64(PI)))
+            }
+            Material::Physical(m) => {
+                if let Some(emission) = &m.emission {
+                    self.emits(walk, hit, &at, emission.tint(&here, Vector::ONE));
+                }
+                if m.unlit {
+                    walk.radiance += walk.throughput * m.base_at(&here);
+                    return false;
+                }
+                if walk.traced >= self.max_depth {
+                    return false;
+                }
+                let model = m.model_at(&here);
+                if model.glass.is_some() {
+                    at.normal = towards(&at);
+                }
+                let bsdf = model.transport(at.normal, -at.direction, at.outside);
+                self.scatter(walk, hit, &at, &bsdf, (model.glass.as_ref(), P::Real::ONE))
+            }
+            Material::Unused => false,
+        }
+    }
+
+    /// Adds what a surface gives off, in the share that a ray has in finding it.
+    fn emits(&self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
+        let share = match self.scene.lights.emitters.of(at.object, hit.primitive) {
+            Some(emitter) => self.found(walk, LightId::Emitter(emitter), &Target::Surface(at.surface)),
+            None => P::Real::ONE,
+        };
+        walk.radiance += walk.throughput * emission * share;
+    }
+
+    /// Asks a light and draws the direction in which the path goes on.
+    #[inline(always)]
+    fn scatter(
+        &mut self,
+        walk: &mut Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        bsdf: &Bsdf<P::Real>,
+        (glass, gain): (Option<&Glass<P::Real>>, P::Real),
+    ) -> bool {
+        let sent = self.asked(walk, at, bsdf, gain);
+        walk.radiance += walk.throughput * sent;
+        let [lobe, u, v, luck] = four(walk.address, Purpose::Scatter).map(P::Real::from_f32);
+        let drawn = bsdf.sample(&Frame::about(at.normal), -at.direction, [lobe, u, v]);
+        if !drawn.some {
+            return false;
+        }
+        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
+        let through = drawn.direction.dot(at.normal) < P::Real::ZERO;
+        // A shading normal must not take a reflection below the surface, nor what goes through it above.
+        if (geometric.dot(drawn.direction) < P::Real::ZERO) != through {
+            return false;
+        }
+        match (drawn.delta, through) {
+            (_, true) => self.counters.refraction += 1,
+            (true, false) => self.counters.reflection += 1,
+            (false, false) => self.counters.scatter += 1,
+        }
+        let (direction, rest) = match glass {
+            Some(glass) if drawn.delta => self.known(walk, hit, at, (glass, through), &drawn),
+            _ => (drawn.direction, Vector::ZERO),
+        };
+        let side = if through { -P::Real::ONE } else { P::Real::ONE };
+        let lit = if bsdf.lets_through() { Vector::ZERO } else { at.normal };
+        self.go_on(walk, at, &drawn, Onward { ray: self.leave(at, direction, side), rest, luck, lit, through })
+    }
+
+    /// The direction that a boundary of glass sends a ray in, with the digits that storing takes from it.
+    fn known(
+        &self,
+        walk: &Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        (glass, through): (&Glass<P::Real>, bool),
+        drawn: &Sampled<P::Real>,
+    ) -> (Vec3Of<P>, Vec3Of<P>) {
+        let [d, n] = self.directions(&walk.leg, hit, at, P::Real::ONE);
+        let interface = Interface::new(d, n, glass.eta(at.outside));
+        let exact = if through { interface.refracted } else { Some(interface.reflected) };
+        exact.map_or((drawn.direction, Vector::ZERO), |exact| {
+            let stored = Vec3Of::<P>::from_f64(exact);
+            (stored, Vector::from_f64(exact - stored.to_f64()))
+        })
+    }
+}
+
+/// The shading normal on the side that the ray came from, also where the object's points outwards always.
+fn towards<R: Real>(at: &Interaction<R>) -> R::Vec3 {
+    if at.direction.dot(at.normal) > R::ZERO { -at.normal } else { at.normal }
+}

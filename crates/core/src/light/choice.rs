@@ -1,0 +1,121 @@
+//! Which light a point asks: one of those infinitely far by its share of their power, or one of the others by a tree over their
+//! places and directions, so that one light and a hundred thousand take about the same time and noise.
+
+use raywright_bvh::{Precision, Real, Vec3Of, Vector};
+
+use super::cdf::{pick, push_shares, share};
+use super::tree::{Leaf, Receiver, Tree};
+use super::{LightId, Lights};
+
+/// Draws a light as a point of a surface is lit by it.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Lights that are infinitely far, and the running sum of their shares.
+    far: Vec<LightId>,
+    far_shares: Vec<f64>,
+    /// How often one of those is drawn: always, never, or half the time where there are others too.
+    far_share: f64,
+    tree: Tree,
+    /// Leaves of the tree by emitter; [`Tree::NONE`] for one that sends nothing.
+    leaves: Vec<u32>,
+}
+
+impl Choice {
+    /// Among all lights that have power.
+    pub(super) fn new<P: Precision>(lights: &Lights<P>) -> Self {
+        let (mut far, mut powers, mut near) = (Vec::new(), Vec::new(), Vec::new());
+        for id in lights.ids() {
+            let power = lights.power(id);
+            // Also leaves out what is no number.
+            let shines = power > 0.0 && power.is_finite();
+            match (lights.bounds(id), id) {
+                (Some(bounds), _) if shines => near.push(Leaf { light: id, bounds, power }),
+                (None, LightId::Delta(_) | LightId::Sky) if lights.shines_from_afar(id) => {
+                    far.push(id);
+                    powers.push(power);
+                }
+                _ => {}
+            }
+        }
+        // A scene without extent receives no power from afar, but light: all alike then.
+        if !powers.iter().any(|&power| power > 0.0 && power.is_finite()) {
+            powers.fill(1.0);
+        }
+        let mut far_shares = Vec::with_capacity(far.len());
+        push_shares(&mut far_shares, &powers);
+        let far_share = match (far.is_empty(), near.is_empty()) {
+            (true, _) => 0.0,
+            (false, true) => 1.0,
+            (false, false) => 0.5,
+        };
+        let mut leaves = vec![Tree::NONE; lights.emitters.len()];
+        let tree = Tree::new(near, |light, node| {
+            if let LightId::Emitter(i) = light {
+                leaves[i as usize] = node;
+            }
+        });
+        Self { far, far_shares, far_share, tree, leaves }
+    }
+
+    /// Whether there is nothing to choose from.
+    pub fn is_empty(&self) -> bool {
+        self.far.is_empty() && self.tree.is_empty()
+    }
+
+    /// The light for a pair of numbers in [0, 1) and the probability of drawing it, for a point of a surface with a unit normal on
+    /// the side that is lit, or zero where both are; none where what was drawn can send nothing there. Both numbers, because one of f32 has steps of 2⁻²³.
+    #[inline]
+    pub fn draw<R: Real>(&self, from: R::Vec3, normal: R::Vec3, [coarse, fine]: [f32; 2]) -> Option<(LightId, f64)> {
+        const STEP: f64 = 1.0 / (1 << 23) as f64;
+        let u = f64::from(coarse) + f64::from(fine) * STEP;
+        if u < self.far_share {
+            let (index, probability, _) = pick(&self.far_shares, u / self.far_share);
+            return Some((self.far[index], probability * self.far_share));
+        }
+        let near_share = 1.0 - self.far_share;
+        let (light, probability) =
+            self.tree.draw(&Receiver { at: from.to_f64(), normal: normal.to_f64() }, (u - self.far_share) / near_share)?;
+        Some((light, probability * near_share))
+    }
+
+    /// The probability with which [`Choice::draw`] draws a light from there.
+    #[inline]
+    pub fn probability<R: Real>(&self, light: LightId, from: R::Vec3, normal: R::Vec3) -> f64 {
+        match light {
+            LightId::Emitter(i) => {
+                let receiver = Receiver { at: from.to_f64(), normal: normal.to_f64() };
+                let leaf = self.leaves.get(i as usize).copied().unwrap_or(Tree::NONE);
+                (1.0 - self.far_share) * self.tree.probability(leaf, &receiver)
+            }
+            // The sky comes last; a light without size is never met.
+            LightId::Sky if self.far.last() == Some(&LightId::Sky) => {
+                share(&self.far_shares, self.far.len() - 1) * self.far_share
+            }
+            LightId::Sky | LightId::Delta(_) => 0.0,
+        }
+    }
+
+    /// Bytes of the tables.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.tree.bytes() + size_of_val(self.leaves.as_slice()) as u64
+    }
+
+    /// Bytes of the tables for so many lights, of which so many are emitters.
+    pub(crate) fn bytes_of(lights: u64, emitters: u64) -> u64 {
+        Tree::bytes_of(lights).saturating_add(emitters.saturating_mul(size_of::<u32>() as u64))
+    }
+}
+
+impl<P: Precision> Lights<P> {
+    /// Whether a light that is infinitely far sends anything at all.
+    fn shines_from_afar(&self, light: LightId) -> bool {
+        match light {
+            LightId::Delta(i) => self.delta[i as usize].sample(Vec3Of::<P>::ZERO).is_some_and(|seen| {
+                let zero = <P::Real as Real>::ZERO;
+                seen.arriving.max_element() > zero
+            }),
+            LightId::Sky => true,
+            LightId::Emitter(_) => false,
+        }
+    }
+}

@@ -1,0 +1,356 @@
+//! A tree over lights that have a place: each node knows where its lights are, which way they shine and how much, and so how much
+//! of it may arrive at a point ("Importance Sampling of Many Lights with Adaptive Tree Splitting", Conty Estevez, Kulla 2018;
+//! "Physically Based Rendering", 4th edition, 12.6.3).
+
+use core::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::{Bounds, LightId};
+
+/// A light that has a place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaf {
+    pub light: LightId,
+    pub bounds: Bounds,
+    /// Above zero, finite.
+    pub power: f64,
+}
+
+/// A point that is lit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Receiver {
+    pub at: DVec3,
+    /// Unit, on the side that is lit; zero where both are.
+    pub normal: DVec3,
+}
+
+/// A node: a light, or two nodes that follow each other.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    centre: DVec3,
+    /// Half the diagonal of the box.
+    radius: f64,
+    axis: DVec3,
+    /// Cosine and sine of the greatest angle between axis and normals.
+    normals: [f64; 2],
+    /// Cosine of the greatest angle at which light leaves.
+    emission: f64,
+    power: f64,
+    /// The node above; [`Tree::NONE`] for the first one.
+    parent: u32,
+    content: Content,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Content {
+    /// The first of two nodes.
+    Inner(u32),
+    Light(LightId),
+}
+
+/// Lights by place, direction and power.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+}
+
+/// cos(max(0, a − b)) of angles from 0 to π by their cosines and sines.
+#[inline(always)]
+fn cos_less([sin_a, cos_a]: [f64; 2], [sin_b, cos_b]: [f64; 2]) -> f64 {
+    if cos_a > cos_b { 1.0 } else { cos_a * cos_b + sin_a * sin_b }
+}
+
+/// sin(max(0, a − b)).
+#[inline(always)]
+fn sin_less([sin_a, cos_a]: [f64; 2], [sin_b, cos_b]: [f64; 2]) -> f64 {
+    if cos_a > cos_b { 0.0 } else { sin_a * cos_b - cos_a * sin_b }
+}
+
+#[inline(always)]
+fn sine(cosine: f64) -> f64 {
+    (1.0 - cosine * cosine).max(0.0).sqrt()
+}
+
+impl Node {
+    fn new(bounds: &Bounds, power: f64, parent: u32, content: Content) -> Self {
+        let widest = bounds.normals.clamp(0.0, PI);
+        Self {
+            centre: bounds.space.centre(),
+            radius: 0.5 * bounds.space.extent().length(),
+            axis: bounds.axis,
+            normals: [libm::sin(widest), libm::cos(widest)],
+            emission: libm::cos(bounds.emission.clamp(0.0, PI)),
+            power,
+            parent,
+            content,
+        }
+    }
+
+    /// About how much of its light arrives; zero only where none does.
+    #[inline]
+    fn importance(&self, receiver: &Receiver) -> f64 {
+        /// What rounding may take from a cosine.
+        const MARGIN: f64 = 1e-6;
+        let across = receiver.at - self.centre;
+        let squared = across.length_squared();
+        let radius2 = self.radius * self.radius;
+        // From within the ball around the box its lights may be anywhere.
+        if squared <= radius2 * (1.0 + MARGIN) || squared == 0.0 {
+            return self.power / radius2.max(f64::MIN_POSITIVE);
+        }
+        let direction = across / squared.sqrt();
+        let sin_b = self.radius / squared.sqrt();
+        let bound = [sin_b, (1.0 - sin_b * sin_b).max(0.0).sqrt()];
+        let cosine = self.axis.dot(direction).clamp(-1.0, 1.0);
+        let off = [sine(cosine), cosine];
+        let beyond = [sin_less(off, self.normals), cos_less(off, self.normals)];
+        let leaving = cos_less(beyond, bound);
+        if leaving <= self.emission - MARGIN {
+            return 0.0;
+        }
+        let facing = -receiver.normal.dot(direction).clamp(-1.0, 1.0);
+        let arriving = if receiver.normal == DVec3::ZERO { 1.0 } else { cos_less([sine(facing), facing], bound) };
+        if arriving <= -MARGIN {
+            return 0.0;
+        }
+        self.power * leaving.max(MARGIN) * arriving.max(MARGIN) / squared
+    }
+}
+
+impl Tree {
+    /// No node.
+    pub const NONE: u32 = u32::MAX;
+
+    /// Over lights that have power; `place` hears which node each one is.
+    pub fn new(mut leaves: Vec<Leaf>, mut place: impl FnMut(LightId, u32)) -> Self {
+        let mut tree = Self { nodes: Vec::with_capacity((2 * leaves.len()).saturating_sub(1)) };
+        if leaves.is_empty() {
+            return tree;
+        }
+        // What is still to be made: a range of the leaves, where it goes and how deep that is.
+        let mut open = vec![(0, leaves.len(), 0_usize, Self::NONE, 0_u32)];
+        tree.nodes.push(Node::new(&leaves[0].bounds, 0.0, Self::NONE, Content::Light(leaves[0].light)));
+        while let Some((start, end, slot, parent, depth)) = open.pop() {
+            let these = &mut leaves[start..end];
+            if let [leaf] = these {
+                tree.nodes[slot] = Node::new(&leaf.bounds, leaf.power, parent, Content::Light(leaf.light));
+                place(leaf.light, slot as u32);
+                continue;
+            }
+            let sum = Sum::of(these);
+            let middle = start + split(these, &sum.bounds, depth);
+            let first = tree.nodes.len() as u32;
+            tree.nodes[slot] = Node::new(&sum.bounds, sum.power, parent, Content::Inner(first));
+            let blank = tree.nodes[slot];
+            tree.nodes.extend([blank, blank]);
+            open.push((start, middle, first as usize, slot as u32, depth + 1));
+            open.push((middle, end, first as usize + 1, slot as u32, depth + 1));
+        }
+        tree
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Bytes of the nodes.
+    pub fn bytes(&self) -> u64 {
+        size_of_val(self.nodes.as_slice()) as u64
+    }
+
+    /// Bytes of the nodes over so many lights.
+    pub fn bytes_of(lights: u64) -> u64 {
+        lights.saturating_mul(2).saturating_sub(1).saturating_mul(size_of::<Node>() as u64)
+    }
+
+    /// Importances of the two nodes from `first` on.
+    #[inline(always)]
+    fn both(&self, first: u32, receiver: &Receiver) -> [f64; 2] {
+        [0, 1].map(|k| self.nodes[first as usize + k].importance(receiver))
+    }
+
+    /// A light for a number in [0, 1), and its probability; none where none sends anything.
+    pub fn draw(&self, receiver: &Receiver, mut u: f64) -> Option<(LightId, f64)> {
+        let (mut node, mut probability) = (self.nodes.first()?, 1.0);
+        loop {
+            let first = match node.content {
+                Content::Light(light) => return Some((light, probability)),
+                Content::Inner(first) => first,
+            };
+            let [one, other] = self.both(first, receiver);
+            let sum = one + other;
+            // Also for what is no number.
+            if !(sum > 0.0 && sum.is_finite()) {
+                return None;
+            }
+            let share = one / sum;
+            let below = u < share;
+            let (taken, next) = if below { (share, first) } else { (1.0 - share, first + 1) };
+            u = if below { u / share } else { (u - share) / (1.0 - share) };
+            u = u.clamp(0.0, 1.0_f64.next_down());
+            probability *= taken;
+            node = &self.nodes[next as usize];
+        }
+    }
+
+    /// The probability of drawing the light of a node.
+    pub fn probability(&self, leaf: u32, receiver: &Receiver) -> f64 {
+        let Some(mut node) = self.nodes.get(leaf as usize) else { return 0.0 };
+        let (mut at, mut probability) = (leaf, 1.0);
+        while node.parent != Self::NONE {
+            let above = &self.nodes[node.parent as usize];
+            let Content::Inner(first) = above.content else { return 0.0 };
+            let [one, other] = self.both(first, receiver);
+            let sum = one + other;
+            if !(sum > 0.0 && sum.is_finite()) {
+                return 0.0;
+            }
+            let share = one / sum;
+            probability *= if at == first { share } else { 1.0 - share };
+            (at, node) = (node.parent, above);
+        }
+        probability
+    }
+}
+
+/// Lights taken together.
+#[derive(Clone, Copy, Debug)]
+struct Sum {
+    bounds: Bounds,
+    power: f64,
+}
+
+impl Sum {
+    fn of(leaves: &[Leaf]) -> Self {
+        let first = Self { bounds: leaves[0].bounds, power: leaves[0].power };
+        leaves[1..].iter().fold(first, |sum, leaf| sum.and(&Self { bounds: leaf.bounds, power: leaf.power }))
+    }
+
+    fn and(&self, other: &Self) -> Self {
+        let (axis, normals) = around([&self.bounds, &other.bounds]);
+        let bounds = Bounds {
+            space: self.bounds.space.union(other.bounds.space),
+            axis,
+            normals,
+            emission: self.bounds.emission.max(other.bounds.emission),
+        };
+        Self { bounds, power: self.power + other.power }
+    }
+
+    /// What a node of these costs: power · solid angle into which it shines · surface of its box (there, equation 1).
+    fn cost(&self) -> f64 {
+        let Bounds { space, normals, emission, .. } = self.bounds;
+        let widest = (normals + emission).min(PI);
+        let beyond = widest - normals;
+        let (sin_n, cos_n) = (libm::sin(normals), libm::cos(normals));
+        let cap = 2.0 * PI * (1.0 - cos_n);
+        let rim = 0.5 * PI * (2.0 * widest * sin_n - libm::cos(normals - 2.0 * widest) - 2.0 * beyond * sin_n + cos_n);
+        let e = space.extent();
+        // A scale of lengths keeps points apart, whose boxes have no surface.
+        let surface = e.x * e.y + e.y * e.z + e.z * e.x + e.length_squared() * 1e-3;
+        self.power * (cap + rim) * surface
+    }
+}
+
+/// The least cone around the cones of two lights' normals, near enough.
+fn around([a, b]: [&Bounds; 2]) -> (DVec3, f64) {
+    let (wide, narrow) = if a.normals >= b.normals { (a, b) } else { (b, a) };
+    let between = libm::acos(wide.axis.dot(narrow.axis).clamp(-1.0, 1.0));
+    if (between + narrow.normals).min(PI) <= wide.normals {
+        return (wide.axis, wide.normals);
+    }
+    let half = 0.5 * (wide.normals + between + narrow.normals);
+    let across = (narrow.axis - wide.axis * wide.axis.dot(narrow.axis)).normalize_or_zero();
+    if half >= PI || across == DVec3::ZERO {
+        return (wide.axis, PI);
+    }
+    let turn = half - wide.normals;
+    ((wide.axis * libm::cos(turn) + across * libm::sin(turn)).normalize(), half)
+}
+
+/// Boxes along an axis by which a split is looked for.
+const BINS: usize = 12;
+
+/// Depth from which lights are divided in the middle: however they lie, a tree is not deeper than 64 levels.
+const DEEP: u32 = 32;
+
+/// Brings the leaves of the first of two nodes to the front and says how many they are: at least one, and one is left.
+fn split(leaves: &mut [Leaf], whole: &Bounds, depth: u32) -> usize {
+    let middle = leaves.len() / 2;
+    let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
+    let (least, most) = centres.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| (a.min(c), b.max(c)));
+    let extent = most - least;
+    let longest = extent.max_element();
+    let along = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
+    let by_place = |leaves: &mut [Leaf]| {
+        leaves.select_nth_unstable_by(middle, |a, b| {
+            let at = |leaf: &Leaf| leaf.bounds.space.centre()[along];
+            at(a).total_cmp(&at(b)).then(order(a.light).cmp(&order(b.light)))
+        });
+        middle
+    };
+    // Also for what is no number.
+    if !(longest > 0.0 && longest.is_finite()) || depth >= DEEP || leaves.len() == 2 {
+        return by_place(leaves);
+    }
+    let bin = |leaf: &Leaf, axis: usize| {
+        let share = (leaf.bounds.space.centre()[axis] - least[axis]) / extent[axis];
+        ((share * BINS as f64) as usize).min(BINS - 1)
+    };
+    let span = whole.space.extent();
+    let mut best: Option<(f64, usize, usize)> = None;
+    for axis in (0..3).filter(|&axis| extent[axis] > 0.0) {
+        let mut bins: [Option<Sum>; BINS] = [None; BINS];
+        for leaf in leaves.iter() {
+            let one = Sum { bounds: leaf.bounds, power: leaf.power };
+            let slot = &mut bins[bin(leaf, axis)];
+            *slot = Some(slot.map_or(one, |sum| sum.and(&one)));
+        }
+        // Long boxes are divided along their length (there, the regulariser of equation 1).
+        let slender = span.max_element() / span[axis].max(f64::MIN_POSITIVE);
+        for (k, cost) in costs(&bins).into_iter().enumerate() {
+            let cost = cost.map(|cost| cost * slender);
+            if let Some(cost) = cost.filter(|&cost| best.is_none_or(|(least, ..)| cost < least)) {
+                best = Some((cost, axis, k));
+            }
+        }
+    }
+    let Some((_, axis, k)) = best else { return by_place(leaves) };
+    let mut front = 0;
+    for i in 0..leaves.len() {
+        if bin(&leaves[i], axis) <= k {
+            leaves.swap(i, front);
+            front += 1;
+        }
+    }
+    if front == 0 || front == leaves.len() { by_place(leaves) } else { front }
+}
+
+/// For each place between two bins what both sides cost; none where one is empty.
+fn costs(bins: &[Option<Sum>; BINS]) -> [Option<f64>; BINS - 1] {
+    let join = |a: Option<Sum>, b: &Option<Sum>| match (a, b) {
+        (Some(a), Some(b)) => Some(a.and(b)),
+        (a, b) => a.or(*b),
+    };
+    let mut after = [None; BINS];
+    let mut sum = None;
+    for k in (1..BINS).rev() {
+        sum = join(sum, &bins[k]);
+        after[k] = sum;
+    }
+    let mut before = None;
+    core::array::from_fn(|k| {
+        before = join(before, &bins[k]);
+        Some(before?.cost() + after[k + 1]?.cost())
+    })
+}
+
+/// Any order of lights, so that equal places are divided the same way everywhere.
+fn order(light: LightId) -> (u8, u32) {
+    match light {
+        LightId::Delta(i) => (0, i),
+        LightId::Emitter(i) => (1, i),
+        LightId::Sky => (2, 0),
+    }
+}

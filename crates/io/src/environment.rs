@@ -1,0 +1,176 @@
+//! The sky that a scene is seen under in place of its own: none, the neutral one, or a picture from a file of the user's.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use raywright_core::Scene;
+use raywright_core::effects::neutral_sky;
+use raywright_core::scene::{Colour, Image, Sky, SkyMap};
+
+use crate::error::Error;
+use crate::folder::{Folder, read_limited};
+use crate::image_file;
+use crate::import::FaultKind;
+use crate::limits::{Limits, human_bytes};
+
+/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own as it is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Environment {
+    /// In place of the scene's own sky.
+    pub source: Option<EnvironmentSource>,
+    /// Degrees by which it is turned further about +y.
+    pub rotation: Option<f64>,
+    /// Factor on its radiance, at least zero.
+    pub strength: Option<f64>,
+}
+
+/// Where an environment comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EnvironmentSource {
+    /// There is none: what hits nothing is black.
+    None,
+    /// The neutral grey sky of scenes without light.
+    Default,
+    /// An equirectangular picture: HDR, EXR, PNG or JPEG.
+    File(PathBuf),
+}
+
+/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs.
+///
+/// # Errors
+/// A file that can't be read, is no picture or is over a limit, and a sky that can't be turned or weighed.
+pub(crate) fn apply(scene: &mut Scene, wish: &Environment, folder: &Folder, limits: &Limits) -> Result<(), Error> {
+    match &wish.source {
+        None => {}
+        Some(EnvironmentSource::None) => scene.sky = None,
+        Some(EnvironmentSource::Default) => scene.sky = Some(neutral_sky()),
+        Some(EnvironmentSource::File(path)) => picture(scene, path, folder, limits)?,
+    }
+    if wish.source.is_some() {
+        folder.note(format!("environment {:?}", wish.source).as_bytes());
+    }
+    for (key, value) in [("rotation", wish.rotation), ("strength", wish.strength)] {
+        let Some(value) = value else { continue };
+        folder.note(key.as_bytes());
+        folder.note(&value.to_le_bytes());
+        let Some(sky) = &mut scene.sky else {
+            let error = Error::usage(format!("--env-{key} changes the environment, and the scene has none"));
+            return Err(error.with_hint("add one: --env default, or --env FILE"));
+        };
+        if key == "rotation" { turn(sky, value)? } else { weigh(sky, value)? }
+    }
+    Ok(())
+}
+
+fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits) -> Result<(), Error> {
+    let unreadable = |cause: std::io::Error| Error::read(path, &cause);
+    folder.note_file(path);
+    // A pipe could keep a reader waiting for ever, and a folder is none.
+    if path.exists() && !path.is_file() {
+        return Err(Error::input(path.display(), "is not a regular file"));
+    }
+    let bytes = read_limited(File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
+    let larger =
+        || Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limits.file_bytes)));
+    let bytes = bytes.ok_or_else(larger)?;
+    folder.note(&bytes);
+    let data = image_file::decode(&bytes, limits).map_err(|fault| match fault.kind {
+        FaultKind::Limit => Error::limit(path.display(), fault.message),
+        FaultKind::Input | FaultKind::Choice => {
+            Error::input(path.display(), fault.message).with_hint("an environment is an equirectangular .hdr or .exr picture")
+        }
+    })?;
+    let mut name = "environment".to_owned();
+    while scene.images.iter().any(|image| image.name == name) {
+        name.push('\'');
+    }
+    scene.images.push(Image { name: name.clone(), path: path.display().to_string(), data: Some(Arc::new(data)) });
+    scene.sky = Some(Sky::Map(SkyMap { image: name, rotation: 0.0, strength: 1.0 }));
+    Ok(())
+}
+
+fn turn(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
+    match sky {
+        Sky::Constant(_) => {}
+        Sky::Map(map) => map.rotation += degrees,
+        Sky::Gradient { suns, .. } => {
+            // As a picture: what was along +x is seen along +z after 90°.
+            let turn = DQuat::from_rotation_y(-degrees.to_radians());
+            for sun in suns {
+                sun.direction = (turn * DVec3::from(sun.direction)).to_array();
+            }
+        }
+        Sky::Expression(_) => return Err(computed("turned", "--env-rotation")),
+    }
+    Ok(())
+}
+
+fn weigh(sky: &mut Sky, factor: f64) -> Result<(), Error> {
+    let scaled = |colour: &mut Colour| colour.0.iter_mut().for_each(|channel| *channel *= factor);
+    match sky {
+        Sky::Constant(colour) => scaled(colour),
+        Sky::Map(map) => map.strength *= factor,
+        Sky::Gradient { bottom, top, suns } => {
+            [bottom, top].into_iter().for_each(scaled);
+            suns.iter_mut().for_each(|sun| sun.weight *= factor);
+        }
+        Sky::Expression(_) => return Err(computed("weighed", "--env-strength")),
+    }
+    Ok(())
+}
+
+fn computed(what: &str, flag: &str) -> Error {
+    let error = Error::usage(format!("{flag}: the scene's sky is an expression, which can't be {what} from outside"));
+    error.with_hint("change the expression, or take another environment with --env")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ErrorKind;
+    use raywright_core::scene::{ColourInput, Sun};
+
+    fn under(sky: Option<Sky>, wish: Environment) -> Result<Scene, Error> {
+        let mut scene = Scene { sky, ..Scene::default() };
+        apply(&mut scene, &wish, &Folder::none(1 << 20), &Limits::default()).map(|()| scene)
+    }
+
+    fn gradient() -> Sky {
+        let sun = Sun { direction: [1.0, 2.0, 0.0], colour: Colour([1.0; 3]), weight: 4.0, exponent: 8 };
+        Sky::Gradient { bottom: Colour([0.1, 0.2, 0.3]), top: Colour([1.0; 3]), suns: vec![sun] }
+    }
+
+    /// Protects: each kind of sky is turned and weighed as a picture is: 90° shows along +z what was along +x.
+    #[test]
+    fn skies_are_turned_and_weighed() {
+        let wish = || Environment { rotation: Some(90.0), strength: Some(0.5), ..Environment::default() };
+        let Ok(Scene { sky: Some(Sky::Gradient { bottom, suns, .. }), .. }) = under(Some(gradient()), wish()) else {
+            panic!("a gradient")
+        };
+        let expected = [0.0, 2.0, 1.0];
+        assert!(suns[0].direction.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{:?}", suns[0].direction);
+        assert_eq!((bottom.0, suns[0].weight), ([0.05, 0.1, 0.15], 2.0));
+        let map = Sky::Map(SkyMap { image: "a".to_owned(), rotation: 30.0, strength: 3.0 });
+        let Ok(Scene { sky: Some(Sky::Map(map)), .. }) = under(Some(map), wish()) else { panic!("a map") };
+        assert_eq!((map.rotation, map.strength), (120.0, 1.5));
+        let error = under(Some(Sky::Expression(ColourInput::Expression("d".to_owned()))), wish()).expect_err("an expression");
+        assert_eq!(error.kind(), ErrorKind::Usage);
+        let error = under(None, wish()).expect_err("no sky").to_string();
+        assert!(error.contains("the scene has none") && error.contains("--env default"), "{error}");
+    }
+
+    /// Protects: a sky goes, and the neutral one comes; what can't be read is said with its place.
+    #[test]
+    fn skies_are_replaced() {
+        let with = |source| Environment { source: Some(source), ..Environment::default() };
+        assert_eq!(under(Some(gradient()), with(EnvironmentSource::None)).expect("none").sky, None);
+        assert_eq!(under(None, with(EnvironmentSource::Default)).expect("one").sky, Some(neutral_sky()));
+        let error = under(None, with(EnvironmentSource::File("no/such.hdr".into()))).expect_err("no file");
+        assert_eq!(error.kind(), ErrorKind::File);
+        assert!(error.to_string().contains("no/such.hdr"), "{error}");
+        let error = under(None, with(EnvironmentSource::File("Cargo.toml".into()))).expect_err("no picture");
+        assert_eq!(error.kind(), ErrorKind::Input);
+    }
+}
