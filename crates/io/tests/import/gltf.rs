@@ -224,8 +224,8 @@ fn texture_transforms_turn_the_right_way() {
     assert_eq!(image_point("Offset V", 0.25, 0.25), [0.25, 0.75]);
 }
 
-/// A chain of nodes as deep as a file is long neither overflows the stack nor takes long; a node with two parents would be
-/// shown 2^n times and is refused.
+/// A chain of nodes as deep as a file is long neither overflows the stack nor takes long; nodes of two parents that would be
+/// shown 2^n times are refused.
 #[test]
 fn deep_and_braided_hierarchies() {
     let folder = tempfile::tempdir().unwrap();
@@ -241,7 +241,7 @@ fn deep_and_braided_hierarchies() {
     load(&write("deep.gltf", chain.collect()));
     let braid = (0..30).map(|i| format!(r#"{{"children":[{},{}]}}"#, i + 1, i + 1)).chain(["{}".to_owned()]);
     let error = crate::shared::try_load(&write("braid.gltf", braid.collect())).expect_err("two parents").to_string();
-    assert!(error.contains("reached twice"), "{error}");
+    assert!(error.contains("several parents"), "{error}");
 }
 
 /// Radiance of the emissive row: factor times strength, exactly; the strength of a file without the extension is 1.
@@ -310,8 +310,7 @@ fn samplers_and_sides_are_read() {
 fn what_is_ignored_is_named() {
     let Some(folder) = assets("gltf") else { return };
     for (file, words) in [
-        ("AnimatedMorphCube/AnimatedMorphCube.gltf", ["animations", "morph targets"]),
-        ("Fox/Fox.glb", ["animations", "skins"]),
+        ("AnimatedMorphCube/AnimatedMorphCube.gltf", ["animations", "--at"]),
         ("ClearCoatTest/ClearCoatTest.glb", ["KHR_materials_clearcoat", "normal map"]),
     ] {
         let text: Vec<_> = load(&folder.join(file)).warnings.into_iter().map(|w| w.message).collect();

@@ -3,6 +3,7 @@
 mod attributes;
 mod collections;
 mod containers;
+mod deformed;
 mod gltf;
 mod hostile;
 mod keyed;
