@@ -124,6 +124,12 @@ fn looks_of_surfaces(list: &mut List, f: &Facts) {
         "no mesh carries colours that a material reads",
     );
     list.plain(Effect::SmoothShading, &f.smooth_normals, "a mesh carries normals", "no mesh carries normals");
+    list.plain(
+        Effect::NormalMaps,
+        &f.normal_map,
+        "an image bends the normals of a surface",
+        "no image bends the normals of a surface",
+    );
 }
 
 /// What can be hit, and what is seen and gives light where nothing is.
@@ -188,6 +194,13 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         "a rough surface blurs what it transmits; it is shown as a clear one",
         "no rough surface transmits",
         path,
+    );
+    list.missing(
+        Effect::MaterialExtensions,
+        &f.unread,
+        &f.unread_parts,
+        "the file says nothing of materials beyond what is shown",
+        "what else these materials say is shown; nothing in this version does the rest",
     );
     let caustics = f.diffuse_physical.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     list.missing(

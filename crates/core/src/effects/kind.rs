@@ -60,6 +60,8 @@ effects! {
     VertexColours = "vertex colours",
     /// Meshes carry normals.
     SmoothShading = "smooth shading",
+    /// Images bend the normals of surfaces.
+    NormalMaps = "normal maps",
     /// Meshes of triangles.
     TriangleMeshes = "triangle meshes",
     /// A mesh that is shown more than once, and stored once.
@@ -86,6 +88,8 @@ effects! {
     GlossyReflection = "glossy reflection",
     /// Rough surfaces blur what they transmit.
     RoughRefraction = "rough refraction",
+    /// What a model's file says of its materials beyond what scenes have.
+    MaterialExtensions = "material extensions",
     /// Light reaches matte surfaces over mirrors or through glass.
     Caustics = "caustics",
 }

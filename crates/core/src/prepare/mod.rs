@@ -8,6 +8,7 @@ mod geometry;
 mod input;
 mod material;
 mod shape;
+mod tangents;
 pub(crate) mod texture;
 mod uses;
 
@@ -30,9 +31,10 @@ pub(crate) use estimate::estimate;
 pub use extent::Extent;
 pub(crate) use extent::extent;
 use geometry::Facet;
-pub(crate) use geometry::{ObjectRecord, build as build_geometry};
+pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
 pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Passage, Physical, Specular};
+pub(crate) use tangents::Corners;
 
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -130,6 +132,8 @@ pub struct Prepared<P: Precision> {
     pub(crate) meshes: Vec<Arc<MeshData>>,
     /// By index of the scene's objects, generated ones last.
     pub(crate) objects: Vec<ObjectRecord<P::Real>>,
+    /// Tangents made for meshes whose normals an image bends.
+    pub(crate) tangents: Vec<Corners>,
     pub(crate) materials: Vec<Material<P::Real>>,
     /// What the materials' inputs refer to.
     pub(crate) sources: Sources<P::Real>,
@@ -195,8 +199,9 @@ impl<P: Precision> Prepared<P> {
             });
         }
         let facets = facets(scene, &materials, &inputs.sources);
-        let built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
+        let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
+        let tangents = tangents::make(scene, &mut built, observer)?;
         let sky = prepare_sky::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
@@ -222,6 +227,7 @@ impl<P: Precision> Prepared<P> {
             meshes: built.meshes,
             objects: built.objects,
             lost: built.lost,
+            tangents,
             materials,
             sources: inputs.sources,
             lights,
@@ -239,9 +245,10 @@ impl<P: Precision> Prepared<P> {
             + size_of_val(self.materials.as_slice())
             + size_of_val(self.sources.textures.as_slice())
             + size_of_val(self.lights.delta.as_slice());
+        let tangents = self.tangents.iter().map(|corners| size_of_val(corners.as_slice()) as u64).sum::<u64>();
         Memory {
             geometry: self.geometry_bytes as u64,
-            meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum(),
+            meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum::<u64>() + tangents,
             tables: tables as u64 + self.lights.emitters.bytes(),
             textures: self.texture_bytes() as u64,
             film: 0,
@@ -279,6 +286,7 @@ fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R
         Facet {
             occlusion: if material.is_opaque() && !asks { Occlusion::Opaque } else { Occlusion::Ask },
             coordinates,
+            bumpy: material.is_bumpy(),
             sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
         }
     };

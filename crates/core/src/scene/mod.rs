@@ -92,6 +92,19 @@ pub struct Scene {
     /// Rules that make many objects, for scaling studies; their objects follow the listed ones.
     #[serde(default)]
     pub generators: Vec<Generator>,
+    /// What the file that a scene was imported from says of materials beyond what they have here; filled in by importers.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub unread: Vec<Unread>,
+}
+
+/// A part of a material that the scene has no words for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// Name of the material.
+    pub material: String,
+    /// What the file's format calls it: the name of an extension.
+    pub what: String,
 }
 
 impl Default for Scene {
@@ -112,6 +125,7 @@ impl Default for Scene {
             meshes: Vec::new(),
             objects: Vec::new(),
             generators: Vec::new(),
+            unread: Vec::new(),
         }
     }
 }

@@ -95,6 +95,7 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
             check.within(key, number, least, most);
         }
     }
+    check.finite("normal_scale", material.normal_scale);
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
     }

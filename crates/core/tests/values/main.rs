@@ -20,6 +20,7 @@ mod interfaces;
 mod lights;
 mod meshes;
 mod motion;
+mod normal_maps;
 mod offsets;
 mod physical;
 mod reflections;

@@ -35,7 +35,7 @@ pub(super) struct Document {
     pub scene: Option<u32>,
     pub scenes: Vec<SceneEntry>,
     pub skins: Vec<Skin>,
-    pub textures: Vec<json::Texture>,
+    pub textures: Vec<Texture>,
 }
 
 impl Document {
@@ -152,6 +152,41 @@ pub(super) struct Node {
     pub translation: Option<[f64; 3]>,
     /// Of the morph targets of its mesh; none: the mesh's own.
     pub weights: Option<Vec<f64>>,
+}
+
+/// An image with how it is read.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Texture {
+    pub name: Option<String>,
+    pub sampler: Option<u32>,
+    pub source: Option<u32>,
+    pub extensions: TextureExtensions,
+}
+
+impl Texture {
+    /// Its images, the best first: an extension's in place of the one for readers that do not know it.
+    pub fn sources(&self) -> impl Iterator<Item = u32> {
+        let TextureExtensions { webp, basis } = &self.extensions;
+        [webp.source, basis.source, self.source].into_iter().flatten()
+    }
+}
+
+/// Images of a texture in other formats than PNG and JPEG.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    pub webp: TextureSource,
+    #[serde(rename = "KHR_texture_basisu")]
+    pub basis: TextureSource,
+}
+
+/// An image.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureSource {
+    pub source: Option<u32>,
 }
 
 /// Joints that move the vertices of meshes.

@@ -51,6 +51,10 @@ impl<'a> Import<'a> {
             let single = |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
             (data.positions, data.normals) = (single(moving.positions), single(moving.normals));
         }
+        // What is moved, and what has none, gets tangents where it is prepared.
+        if material.bumpy && pose.is_rest() && !data.normals.is_empty() {
+            data.tangents = self.tangents(primitive, &positions, &vertices)?;
+        }
         data.uvs = self.texture_coordinates(primitive, material, &positions, &vertices, &place)?;
         if let Some(mut colours) = self.vertex_attribute(primitive, Semantic::Colors(0), &[3, 4], &positions)? {
             colours.normalise_integers();
@@ -64,6 +68,20 @@ impl<'a> Import<'a> {
         }
         mesh_tools::mend_normals(&mut data);
         Ok(if data.indices.is_empty() { None } else { Some(data) })
+    }
+
+    /// The tangents that the primitive has; none where one of them says nothing.
+    fn tangents(&mut self, primitive: &Primitive, positions: &Accessor, vertices: &Vertices) -> Outcome<Vec<[f32; 4]>> {
+        let Some(tangents) = self.vertex_attribute(primitive, Semantic::Tangents, &[4], positions)? else {
+            return Ok(Vec::new());
+        };
+        self.budget.memory(vertices.len(), size_of::<[f32; 4]>())?;
+        let tangent = |v: usize| {
+            let [x, y, z, w] = tangents.vector(v);
+            let length = DVec3::from([x, y, z].map(f64::from)).length();
+            (length > 0.0 && length.is_finite() && w.is_finite()).then_some([x, y, z, 1.0_f32.copysign(w)])
+        };
+        Ok(vertices.iter().map(tangent).collect::<Option<_>>().unwrap_or_default())
     }
 
     /// The accessor of an attribute, if the primitive has it.

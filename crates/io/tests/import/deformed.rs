@@ -109,8 +109,8 @@ fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
         d["nodes"][1]["skin"] = json!(0);
         let nodes = d["nodes"].as_array_mut().expect("a list");
         let node = |map: &DAffine3| {
-            let (_, turn, place) = map.to_scale_rotation_translation();
-            json!({ "rotation": turn.to_array(), "translation": place.to_array() })
+            let (scale, turn, place) = map.to_scale_rotation_translation();
+            json!({ "scale": scale.to_array(), "rotation": turn.to_array(), "translation": place.to_array() })
         };
         nodes.extend(joints.iter().map(node));
         d["scenes"][0]["nodes"] = json!([0, 3, 4]);
@@ -122,16 +122,18 @@ fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
 #[test]
 fn skins_go_with_their_joints() {
     let quarter = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
-    let joints = [DAffine3::from_translation(DVec3::X * 3.0), DAffine3::from_rotation_translation(quarter, DVec3::Y)];
+    let tall = DVec3::new(1.0, 3.0, 1.0);
+    let second = DAffine3::from_scale_rotation_translation(tall, quarter, DVec3::Y);
+    let joints = [DAffine3::from_translation(DVec3::X * 3.0), second];
     let loaded = shown(&skinned(joints, [[255, 0, 0, 0], [0, 0, 0, 0], [100, 100, 0, 0]]), None);
     let (corners, normals) = triangle(&loaded);
     // The third stays at (0, 1, 0) for the second joint, and goes to (3, 1, 0) with the first.
     near(corners, [DVec3::X * 3.0, DVec3::X * 4.0, DVec3::new(1.5, 1.0, 0.0)]);
-    let half = DMat3::from_quat(quarter) * 0.5 + DMat3::IDENTITY * 0.5;
+    let half = second.matrix3 * 0.5 + DMat3::IDENTITY * 0.5;
     near(normals.expect("it has normals"), [DVec3::Z, DVec3::Z, (half.inverse().transpose() * DVec3::Z).normalize()]);
     // All with the second joint: the model turned about (0, 1, 0).
     let (corners, normals) = triangle(&shown(&skinned(joints, [[0, 255, 0, 0]; 3]), None));
-    near(corners, CORNERS.map(|corner| quarter * (corner - DVec3::Y) + DVec3::Y));
+    near(corners, CORNERS.map(|corner| quarter * (tall * (corner - DVec3::Y)) + DVec3::Y));
     near(normals.expect("it has normals"), [quarter * DVec3::Z; 3]);
 }
 

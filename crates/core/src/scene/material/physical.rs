@@ -23,6 +23,11 @@ pub struct Physical {
     pub roughness: NumberInput,
     /// Image with roughness in green and metalness in blue.
     pub metallic_roughness_texture: Option<TextureRef>,
+    /// Image of directions about the normal: red along the way in which u grows, green up in the image, blue outwards, each
+    /// from −1 to 1 over the codes. Its texture's colour space must be linear.
+    pub normal_texture: Option<TextureRef>,
+    /// Factor of the image's red and green directions; 0: the surface is smooth.
+    pub normal_scale: f64,
     /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read.
     #[serde(deserialize_with = "early")]
     pub ior: NumberInput,
@@ -54,6 +59,8 @@ impl Default for Physical {
             metallic: 0.0.into(),
             roughness: 1.0.into(),
             metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
             ior: 1.5.into(),
             transmission: 0.0.into(),
             transmission_texture: None,
@@ -88,6 +95,7 @@ inputs!(
     metallic,
     roughness,
     metallic_roughness_texture,
+    normal_texture,
     ior,
     transmission,
     transmission_texture,
@@ -99,6 +107,11 @@ inputs!(
 impl Physical {
     /// Indices of refraction that it may have.
     pub const IOR: [f64; 2] = [1.0, 1e3];
+
+    /// The image that bends its normals, where light asks for them.
+    pub fn bent_by(&self) -> Option<&TextureRef> {
+        self.normal_texture.as_ref().filter(|_| self.normal_scale != 0.0 && !self.unlit)
+    }
 
     /// Whether light may pass through it somewhere.
     pub fn may_transmit(&self) -> bool {
