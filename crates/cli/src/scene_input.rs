@@ -15,7 +15,8 @@ pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbos
     let overrides = Overrides { at: changes.at, set: changes.set.clone() };
     let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
     let input = named(name);
-    let loaded = load(&input, &LoadOptions { overrides, model, limits }).map_err(|error| explained(error, &input))?;
+    let loaded = load(&input, &LoadOptions { overrides, model, allow_outside: changes.allow_outside, limits })
+        .map_err(|error| explained(error, &input))?;
     for warning in &loaded.warnings {
         verbosity.warn(&warning.message);
     }

@@ -63,12 +63,19 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     }
 }
 
-/// A texture's pixels, or why a picture can do without them: a format that is not read here.
+/// A texture's pixels, or why a picture can do without them: a format that is not read here, or, `beside` the scene in a file of
+/// its own, none that is known.
 ///
 /// # Errors
 /// As [`decode`] where the format is read, and of kind limit when the budget does not last.
-pub(crate) fn decode_texture(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<Result<ImageData, String>> {
-    if matches!(sniff(bytes), Kind::Foreign(_) | Kind::Unknown) {
+pub(crate) fn decode_texture(
+    bytes: &[u8],
+    beside: bool,
+    limits: &Limits,
+    budget: &mut Budget,
+) -> Outcome<Result<ImageData, String>> {
+    let kind = sniff(bytes);
+    if matches!(kind, Kind::Foreign(_)) || beside && kind == Kind::Unknown {
         return Ok(decode(bytes, limits).map_err(|fault| fault.message));
     }
     let data = decode(bytes, limits)?;

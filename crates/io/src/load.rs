@@ -31,6 +31,8 @@ pub struct LoadOptions {
     pub overrides: Overrides,
     /// What of a model is meant.
     pub model: ModelOptions,
+    /// Whether files outside the scene's folder that it names are read; otherwise they are refused.
+    pub allow_outside: bool,
     /// What is refused.
     pub limits: Limits,
 }
@@ -76,6 +78,7 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
         Input::Path(path) => {
             let bytes = read(path, &options.limits)?;
             let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
+            let folder = folder.allowing_outside(options.allow_outside);
             folder.note_file(path);
             let name = path.display().to_string();
             match format_of(path, &bytes)? {

@@ -27,6 +27,10 @@ pub struct SceneArgs {
     /// Variant of a glTF file's materials, by name; `raywright info FILE` lists scenes, variants and animations
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
+
+    /// Read files that the scene names outside its folder, too: by absolute paths, `..` and links
+    #[arg(long)]
+    pub allow_outside: bool,
 }
 
 /// Which rungs of which ladders, and which effects not.
@@ -39,7 +43,7 @@ pub struct ChoiceArgs {
 
     /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,
     /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, checkerboard, vertex-colours,
-    /// smooth-shading, sky, environment-map, sky-light, depth-of-field, motion, soft-shadows
+    /// smooth-shading, normal-maps, sky, environment-map, sky-light, depth-of-field, motion, soft-shadows
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::effect)]
     pub without: Vec<Effect>,
 }

@@ -98,8 +98,9 @@ impl Import<'_> {
         let source = list.get(index).ok_or_else(|| absent("images", index, list.len()))?;
         let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
         let bytes = self.image_bytes(source).map_err(place)?;
+        let beside = source.uri.as_ref().is_some_and(|uri| !uri::is_data(uri));
         let decoded = match bytes {
-            Ok(bytes) => image_file::decode_texture(&bytes, self.limits, &mut self.budget).map_err(place)?,
+            Ok(bytes) => image_file::decode_texture(&bytes, beside, self.limits, &mut self.budget).map_err(place)?,
             Err(why) => Err(why),
         };
         let name = match decoded {
