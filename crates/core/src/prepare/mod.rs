@@ -183,6 +183,14 @@ impl<P: Precision> Prepared<P> {
         go_on(observer)?;
         let whole = scene;
         let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
+        if let Some((i, model)) = scene.models.iter().enumerate().next() {
+            // The loader takes models out of the list; whoever made the scene otherwise has to.
+            return Err(PrepareError::Missing {
+                path: format!("models[{i}].file"),
+                kind: "loaded model",
+                name: model.file.clone(),
+            });
+        }
         let names = names(scene);
         let lookup = Lookup::new(scene);
         let shown = geometry::materials(scene, &lookup)?;

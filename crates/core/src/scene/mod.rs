@@ -12,6 +12,7 @@ mod input;
 mod light;
 mod material;
 mod mesh;
+mod model;
 mod object;
 mod render;
 
@@ -27,6 +28,7 @@ pub use material::{
 pub use mesh::{
     ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart, Pixels, Texture, Wrap,
 };
+pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render, ShadowRule, SpawnRule, ToneMap,
@@ -86,6 +88,9 @@ pub struct Scene {
     /// Named triangle meshes; an object that names a mesh shows it.
     #[serde(default)]
     pub meshes: Vec<Mesh>,
+    /// Models in files of their own, placed with all that they bring.
+    #[serde(default)]
+    pub models: Vec<ModelFile>,
     /// What can be hit, in order: the order decides ties and "first occluder".
     #[serde(default)]
     pub objects: Vec<Object>,
@@ -123,6 +128,7 @@ impl Default for Scene {
             textures: Vec::new(),
             materials: Vec::new(),
             meshes: Vec::new(),
+            models: Vec::new(),
             objects: Vec::new(),
             generators: Vec::new(),
             unread: Vec::new(),

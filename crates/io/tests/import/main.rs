@@ -11,6 +11,7 @@ mod keys;
 mod made;
 mod malformed;
 mod obj;
+mod placed;
 mod played;
 mod samplers;
 mod shared;
