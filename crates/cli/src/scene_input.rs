@@ -3,8 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use raywright_core::effects::{has_light, neutral_sky};
-use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load, presets};
+use raywright_core::effects::{has_light, is_lit, neutral_sky};
+use raywright_io::{Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load, presets};
 
 use crate::args::{DEFAULT_PRESET, SceneArgs};
 use crate::console::Verbosity;
@@ -43,9 +43,12 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
 /// Puts what a picture needs into a scene that lacks it, and says so: a neutral sky where nothing gives light.
 pub fn complete(loaded: &mut Loaded, verbosity: Verbosity) {
     let name = &loaded.source.name;
-    if !has_light(&loaded.scene) {
+    let (light, native) = (has_light(&loaded.scene), matches!(loaded.source.format, Format::Native(_)));
+    // Who writes a scene may want it dark; a model that is nearly black is of no use to anyone.
+    if !light || !native && !is_lit(&loaded.scene) {
         loaded.scene.sky = Some(neutral_sky());
-        verbosity.say(format_args!("note: {name} has no light; a neutral grey sky is added"));
+        let why = if light { "too little light to be seen by" } else { "no light" };
+        verbosity.say(format_args!("note: {name} has {why}; a neutral grey sky is added"));
     }
     if loaded.scene.cameras.is_empty() {
         verbosity.say(format_args!("note: {name} has no camera; the whole scene is shown, from slightly above and to the side"));

@@ -122,6 +122,7 @@ impl Ready {
             counters: film.counters(),
             unfinished: film.unfinished(),
             finished: film.unfinished() == 0,
+            met: film.met(),
         }
     }
 

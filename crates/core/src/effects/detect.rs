@@ -33,6 +33,7 @@ fn found(scene: &Scene, settings: &Settings) -> Vec<Finding> {
     further_segments(&mut list, &facts, settings);
     looks_of_surfaces(&mut list, &facts);
     geometry_and_sky(&mut list, &facts);
+    what_files_say_more(&mut list, &facts);
     list.lens(&facts.lens, settings);
     list.motion(&facts, settings);
     emissive_surfaces(&mut list, &facts);
@@ -171,6 +172,17 @@ fn emissive_surfaces(list: &mut List, f: &Facts) {
     );
 }
 
+/// What imported files say that scenes have no words for.
+fn what_files_say_more(list: &mut List, f: &Facts) {
+    list.missing(
+        Effect::MaterialExtensions,
+        &f.unread,
+        &f.unread_parts,
+        "the file says nothing of materials beyond what is shown",
+        "what else these materials say is shown; nothing in this version does the rest",
+    );
+}
+
 /// What Whitted ray tracing does not solve.
 fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
     let path = "needs a path tracer, which this version does not have yet";
@@ -194,13 +206,6 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         "a rough surface blurs what it transmits; it is shown as a clear one",
         "no rough surface transmits",
         path,
-    );
-    list.missing(
-        Effect::MaterialExtensions,
-        &f.unread,
-        &f.unread_parts,
-        "the file says nothing of materials beyond what is shown",
-        "what else these materials say is shown; nothing in this version does the rest",
     );
     let caustics = f.diffuse_physical.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     list.missing(

@@ -34,6 +34,7 @@ use geometry::Facet;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
 pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Passage, Physical, Specular};
+pub(crate) use shape::any_shape;
 pub(crate) use tangents::Corners;
 
 /// Why a scene could not be prepared.

@@ -72,6 +72,7 @@ impl<'a> Reader<'a> {
             )));
         }
         let (bytes, stride) = match accessor.buffer_view {
+            _ if let Some(decoded) = self.buffers.accessor(index) => (decoded, size),
             Some(view) => self.slice(view.value(), accessor.byte_offset.unwrap_or_default().0, count, size)?,
             None => (self.zeros(count, size)?, size),
         };

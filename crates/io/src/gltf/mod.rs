@@ -15,6 +15,7 @@ mod buffers;
 mod camera;
 mod census;
 mod choose;
+mod compressed;
 mod deform;
 mod document;
 mod extensions;
@@ -80,7 +81,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &
     let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
     // Images that nothing visible uses are not read, and are the user's all the same.
     document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
-    let buffers = Buffers::load(&document, binary, folder, &mut budget)?;
+    let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
+    compressed::decode(&document, &mut buffers, limits, &mut budget)?;
     let reader =
         Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes, invented: MOST_INVENTED.into() };
     let import = Import {
