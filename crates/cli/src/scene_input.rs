@@ -3,9 +3,10 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use raywright_core::effects::{has_light, neutral_sky};
+use raywright_core::effects::{has_light, is_lit, neutral_sky};
 use raywright_io::{
-    Environment, EnvironmentSource, Error, ErrorKind, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load, presets,
+    Environment, EnvironmentSource, Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load,
+    presets,
 };
 
 use crate::args::{DEFAULT_PRESET, SceneArgs};
@@ -18,8 +19,8 @@ pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbos
     let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
     let input = named(name);
     let environment = Environment { source: changes.env.clone(), rotation: changes.env_rotation, strength: changes.env_strength };
-    let loaded =
-        load(&input, &LoadOptions { overrides, model, environment, limits }).map_err(|error| explained(error, &input))?;
+    let options = LoadOptions { overrides, model, environment, allow_outside: changes.allow_outside, limits };
+    let loaded = load(&input, &options).map_err(|error| explained(error, &input))?;
     for warning in &loaded.warnings {
         verbosity.warn(&warning.message);
     }
@@ -46,10 +47,13 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
 /// Puts what a picture needs into a scene that lacks it, and says so: a neutral sky where nothing gives light.
 pub fn complete(loaded: &mut Loaded, changes: &SceneArgs, verbosity: Verbosity) {
     let name = &loaded.source.name;
-    // Who asks for no environment gets none.
-    if changes.env != Some(EnvironmentSource::None) && !has_light(&loaded.scene) {
+    let (light, native) = (has_light(&loaded.scene), matches!(loaded.source.format, Format::Native(_)));
+    // Who asks for no environment gets none. Who writes a scene may want it dark; a model that is nearly black is of no use to
+    // anyone.
+    if changes.env != Some(EnvironmentSource::None) && (!light || !native && !is_lit(&loaded.scene)) {
         loaded.scene.sky = Some(neutral_sky());
-        verbosity.say(format_args!("note: {name} has no light; a neutral grey sky is added"));
+        let why = if light { "too little light to be seen by" } else { "no light" };
+        verbosity.say(format_args!("note: {name} has {why}; a neutral grey sky is added"));
     }
     if loaded.scene.cameras.is_empty() {
         verbosity.say(format_args!("note: {name} has no camera; the whole scene is shown, from slightly above and to the side"));

@@ -126,6 +126,7 @@ impl Ready {
             counters: film.counters(),
             unfinished: film.unfinished(),
             finished: film.unfinished() == 0,
+            met: film.met(),
         }
     }
 

@@ -28,6 +28,8 @@ pub struct Rendered {
     pub unfinished: u64,
     /// Whether there are no such pixels.
     pub finished: bool,
+    /// Whether any camera ray met something.
+    pub met: bool,
 }
 
 /// Renders what `part` names and the film lacks on the current thread pool: one replicate after the other, so that a render

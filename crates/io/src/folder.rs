@@ -38,6 +38,8 @@ impl fmt::Display for ReadError {
 pub struct Folder {
     /// Canonical path; none: the scene has no folder (a preset), and every reference is refused.
     root: Option<PathBuf>,
+    /// Whether files elsewhere may be read too, because the user says so.
+    outside: bool,
     file_bytes: u64,
     hash: RefCell<Sha256>,
     /// Shared with the folders of files that were read from this one.
@@ -57,12 +59,18 @@ impl Folder {
     /// The folder that holds a file which was read from this one, for what that file names in turn.
     pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
         let path = self.resolve(reference)?;
-        Ok(Self { root: path.parent().map(Path::to_owned), inputs: Rc::clone(&self.inputs), ..Self::none(self.file_bytes) })
+        let (root, inputs) = (path.parent().map(Path::to_owned), Rc::clone(&self.inputs));
+        Ok(Self { root, inputs, outside: self.outside, ..Self::none(self.file_bytes) })
+    }
+
+    /// The same folder, from which references may lead out where `allowed`.
+    pub fn allowing_outside(self, allowed: bool) -> Self {
+        Self { outside: allowed, ..self }
     }
 
     /// The folder of a scene that has none.
     pub fn none(file_bytes: u64) -> Self {
-        Self { root: None, file_bytes, hash: RefCell::new(Sha256::new()), inputs: Rc::default() }
+        Self { root: None, outside: false, file_bytes, hash: RefCell::new(Sha256::new()), inputs: Rc::default() }
     }
 
     /// The bytes of a file named inside the scene, by a path relative to the folder with `/` between its parts.
@@ -120,24 +128,44 @@ impl Folder {
         if reference.is_empty() || reference.contains('\0') {
             return refuse("names no file");
         }
-        if has_scheme(reference) {
+        let local = if self.outside { reference.strip_prefix("file://").unwrap_or(reference) } else { reference };
+        if has_scheme(local) {
             return refuse("is an address, and only files in the scene's own folder are read");
-        }
-        let relative = Path::new(reference);
-        let climbs = reference.split(['/', '\\']).any(|part| part == "..");
-        let absolute = reference.starts_with(['/', '\\']);
-        if climbs || absolute || !relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-            return refuse("leads out of the scene's folder, and only files in it are read");
         }
         let Some(root) = &self.root else {
             return refuse("is a file, and a scene that the program carries cannot read files");
         };
-        let path = root
-            .join(relative)
-            .canonicalize()
-            .map_err(|cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause))))?;
-        if path.starts_with(root) { Ok(path) } else { refuse("is a link that leads out of the scene's folder") }
+        const OUT: &str = "leads out of the scene's folder, and only files in it are read (--allow-outside reads others)";
+        let path = match inside(local) {
+            Some(relative) => root.join(relative),
+            None if self.outside => root.join(local),
+            None => return refuse(OUT),
+        };
+        let unreadable = |cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
+        let path = path.canonicalize().map_err(unreadable)?;
+        match self.outside || path.starts_with(root) {
+            true => Ok(path),
+            false => refuse("is a link that leads out of the scene's folder (--allow-outside follows it)"),
+        }
     }
+}
+
+/// A reference without `.` and `..`, by its text alone; none where it begins at a root or leads above the folder on its way.
+fn inside(reference: &str) -> Option<PathBuf> {
+    // What Windows reads as a path is none anywhere, so that a scene is refused by every machine or by none.
+    if reference.starts_with(['/', '\\']) || reference.split('\\').any(|part| part == "..") {
+        return None;
+    }
+    let mut plain = PathBuf::new();
+    for part in Path::new(reference).components() {
+        match part {
+            Component::Normal(name) => plain.push(name),
+            Component::CurDir => {}
+            Component::ParentDir if plain.pop() => {}
+            Component::ParentDir | Component::RootDir | Component::Prefix(_) => return None,
+        }
+    }
+    Some(plain)
 }
 
 /// Whether a reference starts like an address (`http:`, `file:`) or a drive (`C:`).
@@ -246,6 +274,32 @@ mod tests {
         ];
         for reference in wrong {
             assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference:?} was followed");
+        }
+    }
+
+    /// Protects: a way that turns back inside the folder stays inside, also past a folder that is not there or is a link; and who
+    /// asks for it reads other files too, but no addresses and nothing that is no file.
+    #[cfg(unix)]
+    #[test]
+    fn ways_inside_and_ways_out() {
+        let outer = scene_folder();
+        let place = outer.path().join("scene/x.toml");
+        std::os::unix::fs::symlink("/", outer.path().join("scene/root")).expect("a link");
+        let folder = Folder::around(&place, 1000).expect("the folder exists");
+        for reference in ["none/../own.txt", "./a/b/../../own.txt", "root/../own.txt"] {
+            assert_eq!(folder.read(reference), Ok(b"own".to_vec()), "{reference}");
+        }
+        for reference in ["a/../../scene/own.txt", "..", "a\\..\\own.txt"] {
+            assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+        }
+        let open = Folder::around(&place, 1000).expect("the folder exists").allowing_outside(true);
+        let secret = outer.path().join("secret.txt").display().to_string();
+        for reference in ["../secret.txt", &secret, &format!("file://{secret}"), &format!("root{secret}")] {
+            assert_eq!(open.read(reference), Ok(b"secret".to_vec()), "{reference}");
+        }
+        assert_eq!(open.beside("own.txt").expect("a folder").read("../secret.txt"), Ok(b"secret".to_vec()));
+        for reference in ["http://host/own.txt", "/dev/zero", "file:///dev/null", ".."] {
+            assert!(matches!(open.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Decoding of image files: PNG and JPEG textures, Radiance HDR and OpenEXR environments.
+//! Decoding of image files: PNG, JPEG and WebP textures, Radiance HDR and OpenEXR environments.
 //!
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF 2.0 asks for (section 3.8.3).
 
@@ -15,6 +15,7 @@ use crate::import::{Budget, Fault, Outcome};
 pub(crate) enum Kind {
     Png,
     Jpeg,
+    WebP,
     Hdr,
     Exr,
     /// Known, but not read here.
@@ -37,14 +38,14 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
         (b"II*\0", Kind::Foreign("TIFF")),
     ];
     if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") {
-        return Kind::Foreign("WebP");
+        return Kind::WebP;
     }
     SIGNATURES.iter().find(|(head, _)| bytes.starts_with(head)).map_or(Kind::Unknown, |&(_, kind)| kind)
 }
 
 /// Decodes a whole image file.
 ///
-/// PNG and JPEG become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit samples rounded to 8 bits), HDR and EXR
+/// PNG, JPEG and WebP become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit samples rounded to 8 bits), HDR and EXR
 /// become [`Pixels::Linear`].
 ///
 /// # Errors
@@ -54,19 +55,27 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     match sniff(bytes) {
         Kind::Png => decode_with(ImageFormat::Png, bytes, limits),
         Kind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits),
+        Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits),
         Kind::Hdr => decode_with(ImageFormat::Hdr, bytes, limits),
         Kind::Exr => decode_exr(bytes, limits),
-        Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, HDR and EXR are read"))),
-        Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, HDR, EXR)")),
+        Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, WebP, HDR and EXR are read"))),
+        Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, WebP, HDR, EXR)")),
     }
 }
 
-/// A texture's pixels, or why a picture can do without them: a format that is not read here.
+/// A texture's pixels, or why a picture can do without them: a format that is not read here, or, `beside` the scene in a file of
+/// its own, none that is known.
 ///
 /// # Errors
 /// As [`decode`] where the format is read, and of kind limit when the budget does not last.
-pub(crate) fn decode_texture(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<Result<ImageData, String>> {
-    if matches!(sniff(bytes), Kind::Foreign(_) | Kind::Unknown) {
+pub(crate) fn decode_texture(
+    bytes: &[u8],
+    beside: bool,
+    limits: &Limits,
+    budget: &mut Budget,
+) -> Outcome<Result<ImageData, String>> {
+    let kind = sniff(bytes);
+    if matches!(kind, Kind::Foreign(_)) || beside && kind == Kind::Unknown {
         return Ok(decode(bytes, limits).map_err(|fault| fault.message));
     }
     let data = decode(bytes, limits)?;
@@ -256,7 +265,7 @@ mod tests {
         for end in 0..png.len() - 12 {
             assert_eq!(decode(&png[..end], &Limits::default()).unwrap_err().kind, FaultKind::Input, "{end} bytes");
         }
-        for (bytes, word) in [(b"GIF89a".as_slice(), "GIF"), (b"RIFF....WEBPVP8 ", "WebP"), (b"hello", "no picture")] {
+        for (bytes, word) in [(b"GIF89a".as_slice(), "GIF"), (b"RIFF....WEBPVP8 ", "broken"), (b"hello", "no picture")] {
             assert!(decode(bytes, &Limits::default()).unwrap_err().message.contains(word));
         }
     }
@@ -272,14 +281,9 @@ mod tests {
         assert!(matches!(sniff(b"\x89PNG\r\n\x1a\n"), Kind::Png) && matches!(sniff(b"\xff\xd8\xff\xe0"), Kind::Jpeg));
         assert!(matches!(sniff(b"#?RADIANCE\n"), Kind::Hdr) && matches!(sniff(b"#?RGBE\n"), Kind::Hdr));
         assert!(matches!(sniff(b"\x76\x2f\x31\x01"), Kind::Exr) && matches!(sniff(b""), Kind::Unknown));
-        let others: [(&[u8], &str); 6] = [
-            (b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"),
-            (b"GIF89a", "GIF"),
-            (b"BM6", "BMP"),
-            (b"DDS ", "DDS"),
-            (b"II*\0", "TIFF"),
-            (b"RIFF1234WEBPVP8", "WebP"),
-        ];
+        assert!(matches!(sniff(b"RIFF1234WEBPVP8"), Kind::WebP));
+        let others: [(&[u8], &str); 5] =
+            [(b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"), (b"GIF89a", "GIF"), (b"BM6", "BMP"), (b"DDS ", "DDS"), (b"II*\0", "TIFF")];
         for (bytes, name) in others {
             assert_eq!(foreign(bytes), name);
         }

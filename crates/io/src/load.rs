@@ -34,6 +34,8 @@ pub struct LoadOptions {
     pub model: ModelOptions,
     /// The environment in place of the scene's own.
     pub environment: Environment,
+    /// Whether files outside the scene's folder that it names are read; otherwise they are refused.
+    pub allow_outside: bool,
     /// What is refused.
     pub limits: Limits,
 }
@@ -79,6 +81,7 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
         Input::Path(path) => {
             let bytes = read(path, &options.limits)?;
             let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
+            let folder = folder.allowing_outside(options.allow_outside);
             folder.note_file(path);
             let name = path.display().to_string();
             match format_of(path, &bytes)? {

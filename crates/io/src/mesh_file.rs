@@ -44,6 +44,8 @@ fn merged(scene: &Scene) -> MeshData {
     });
     let parts: Vec<(&MeshData, DAffine3)> = shown.collect();
     let smooth = parts.iter().any(|(part, _)| !part.normals.is_empty());
+    // Tangents that only some parts have are made for all where something asks for them.
+    let combed = parts.iter().all(|(part, _)| !part.tangents.is_empty());
     let mut whole = MeshData::default();
     for (part, transform) in parts {
         if smooth && part.normals.is_empty() {
@@ -51,6 +53,9 @@ fn merged(scene: &Scene) -> MeshData {
         } else {
             append(&mut whole, part, &transform);
         }
+    }
+    if !combed {
+        whole.tangents.clear();
     }
     whole
 }
@@ -65,6 +70,7 @@ fn faceted(part: &MeshData) -> MeshData {
         normals: triangles.flat_map(|triangle| [normal(triangle); 3]).collect(),
         indices: (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         uvs: part.uvs.iter().map(|set| corners().filter_map(|i| set.get(i).copied()).collect()).collect(),
+        tangents: corners().filter_map(|i| part.tangents.get(i).copied()).collect(),
         colours: corners().filter_map(|i| part.colours.get(i).copied()).collect(),
         positions,
     }
@@ -85,6 +91,11 @@ fn append(whole: &mut MeshData, part: &MeshData, transform: &DAffine3) {
     let inverse = transform.matrix3.inverse().transpose();
     let turned = |n: &[f32; 3]| (inverse * double(n)).normalize_or(DVec3::Y).as_vec3().to_array();
     whole.normals.extend(part.normals.iter().map(turned));
+    let along = |t: &[f32; 4]| {
+        let [x, y, z] = (transform.matrix3 * double(&[t[0], t[1], t[2]])).normalize_or_zero().as_vec3().to_array();
+        [x, y, z, if mirrored { -t[3] } else { t[3] }]
+    };
+    whole.tangents.extend(part.tangents.iter().map(along));
     // Parts without colours or coordinates get neutral ones as soon as one part has them.
     if !part.colours.is_empty() || !whole.colours.is_empty() {
         whole.colours.resize(before, [1.0; 4]);

@@ -26,13 +26,14 @@ pub(crate) fn transform_steps(transform: &DAffine3) -> Vec<TransformStep> {
     vec![TransformStep::Matrix([row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)])]
 }
 
-/// A mesh with its vertices moved by a transform that flattens it. Its normals would need the inverse, so facets take over.
+/// A mesh with its vertices moved by a transform that flattens it. Its normals would need the inverse, so facets take over, and
+/// tangents go with them.
 pub(crate) fn squeezed(mesh: &MeshData, transform: &DAffine3) -> MeshData {
     let moved = |p: &[f32; 3]| {
         let p = transform.transform_point3(DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2])));
         p.as_vec3().to_array()
     };
-    MeshData { positions: mesh.positions.iter().map(moved).collect(), normals: Vec::new(), ..mesh.clone() }
+    MeshData { positions: mesh.positions.iter().map(moved).collect(), normals: Vec::new(), tangents: Vec::new(), ..mesh.clone() }
 }
 
 /// Drops triangles with a vertex that is not finite or absurdly far away, and gives such vertices the place of another, so

@@ -41,6 +41,10 @@ pub struct SceneArgs {
     /// Factor on the environment's light, 0 or more
     #[arg(long, value_name = "X", value_parser = values::at_least_zero)]
     pub env_strength: Option<f64>,
+
+    /// Read files that the scene names outside its folder, too: by absolute paths, `..` and links
+    #[arg(long)]
+    pub allow_outside: bool,
 }
 
 /// Which rungs of which ladders, and which effects not.
@@ -53,7 +57,7 @@ pub struct ChoiceArgs {
 
     /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,
     /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, checkerboard, vertex-colours,
-    /// smooth-shading, sky, environment-map, sky-light, depth-of-field, motion, soft-shadows
+    /// smooth-shading, normal-maps, sky, environment-map, sky-light, depth-of-field, motion, soft-shadows
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::effect)]
     pub without: Vec<Effect>,
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use raywright_core::effects::EffectReport;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, Rendered};
+use raywright_core::{Ready, Rendered, extent};
 use raywright_io::output::{self, Metadata, write_atomically};
 use raywright_io::{Error, Limits, Loaded};
 
@@ -61,6 +61,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if !rendered.finished {
         return Err(interrupted(&rendered, &targets, &plan, &metadata, is_free));
     }
+    tell_nothing_met(&loaded, &rendered, &plan.settings, verbosity);
     let written = write(&rendered, &targets, &plan, &metadata, is_free)?;
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
@@ -125,6 +126,20 @@ fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
     verbosity.warn(format_args!(
         "nothing is seen of {object}{more}: so far from the origin, single precision takes the corners of such small triangles for \
          one; move the mesh nearer, or add --precision reference"
+    ));
+}
+
+/// A picture that shows the background alone is seldom what was meant.
+fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, verbosity: Verbosity) {
+    let bounds = extent(&loaded.scene, settings.precision).bounds;
+    if rendered.met || bounds.is_empty() {
+        return;
+    }
+    let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
+    verbosity.warn(format_args!(
+        "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
+        show(bounds.min.to_array()),
+        show(bounds.max.to_array())
     ));
 }
 

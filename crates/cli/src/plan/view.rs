@@ -61,7 +61,10 @@ fn moved(pose: &Pose, args: &ViewArgs) -> Result<Pose, Failure> {
         }
         Pose::Axes { eye, up, back, .. } => {
             let eye = args.eye.unwrap_or(eye);
-            (eye, (DVec3::from(eye) - DVec3::from(back)).into(), up)
+            let target = args.target.unwrap_or((DVec3::from(eye) - DVec3::from(back)).into());
+            // Turned to a point, a camera stands upright, however it leans in its file; straight up and down, its own will do.
+            let upright = (DVec3::from(target) - DVec3::from(eye)).normalize_or_zero().cross(DVec3::Y).length() > 1e-6;
+            (eye, target, if upright { [0.0, 1.0, 0.0] } else { up })
         }
     };
     let (eye, target, up) = (args.eye.unwrap_or(eye), args.target.unwrap_or(target), args.up.unwrap_or(up));
@@ -177,6 +180,21 @@ mod tests {
             pose(ViewArgs { up: Some([1.0, 0.0, 0.0]), eye, ..named("2") }),
             Pose::LookAt { eye: [1.0, 2.0, 3.0], target: [1.0, 2.0, 2.0], up: [1.0, 0.0, 0.0] }
         );
+    }
+
+    /// Protects: a camera of a model that leans stands upright once it is turned to a point, but where that is straight below it.
+    #[test]
+    fn a_turned_camera_stands_upright() {
+        let mut scene = scene();
+        let h = std::f64::consts::FRAC_1_SQRT_2;
+        scene.cameras[2].pose = Pose::Axes { eye: [0.0, 0.0, 5.0], right: [h, h, 0.0], up: [-h, h, 0.0], back: [0.0, 0.0, 1.0] };
+        let pose = |target: Triple| {
+            let args = ViewArgs { target: Some(target), ..named("2") };
+            camera(&scene, &args, || panic!("the scene has cameras")).expect("a camera").expect("one").pose
+        };
+        let eye = [0.0, 0.0, 5.0];
+        assert_eq!(pose([1.0, 2.0, 0.0]), Pose::LookAt { eye, target: [1.0, 2.0, 0.0], up: [0.0, 1.0, 0.0] });
+        assert_eq!(pose([0.0, -9.0, 5.0]), Pose::LookAt { eye, target: [0.0, -9.0, 5.0], up: [-h, h, 0.0] });
     }
 
     /// Protects: a camera that moves stands still where a flag puts it, and keeps its shutter for what else moves.

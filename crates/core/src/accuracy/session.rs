@@ -64,7 +64,8 @@ impl<'a> Session<'a> {
         stopwatch: Stopwatch,
     ) -> Self {
         let effects = detect(scene, settings);
-        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects).partition(|ladder| ladder.changes_pictures());
+        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) =
+            reached(scene, settings, &effects).partition(|ladder| ladder.changes_pictures());
         // Where time is short, it is not many samples that the other ladders wait for.
         pictured.sort_by_key(|&ladder| ladder == Ladder::Samples);
         let full_size = settings.size;

@@ -49,6 +49,7 @@ fn found(scene: &Scene, settings: &Settings, paths: bool) -> Vec<Finding> {
     looks_of_surfaces(&mut list, &facts);
     geometry_and_sky(&mut list, &facts);
     sky_light(&mut list, &facts, paths);
+    what_files_say_more(&mut list, &facts);
     list.lens(&facts.lens, settings);
     list.motion(&facts, settings);
     emissive_surfaces(&mut list, &facts, paths);
@@ -153,6 +154,12 @@ fn looks_of_surfaces(list: &mut List, f: &Facts) {
         "no mesh carries colours that a material reads",
     );
     list.plain(Effect::SmoothShading, &f.smooth_normals, "a mesh carries normals", "no mesh carries normals");
+    list.plain(
+        Effect::NormalMaps,
+        &f.normal_map,
+        "an image bends the normals of a surface",
+        "no image bends the normals of a surface",
+    );
 }
 
 /// What can be hit, and what is seen and gives light where nothing is.
@@ -243,6 +250,17 @@ fn what_paths_find(list: &mut List, f: &Facts) {
     } else {
         list.plain(Effect::Caustics, &caustics, "light reaches matte surfaces over mirrors or through glass", absent);
     }
+}
+
+/// What imported files say that scenes have no words for.
+fn what_files_say_more(list: &mut List, f: &Facts) {
+    list.missing(
+        Effect::MaterialExtensions,
+        &f.unread,
+        &f.unread_parts,
+        "the file says nothing of materials beyond what is shown",
+        "what else these materials say is shown; nothing in this version does the rest",
+    );
 }
 
 /// What Whitted ray tracing does not solve.

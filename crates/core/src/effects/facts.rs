@@ -1,6 +1,6 @@
 //! What the reachable part of a scene contains: for each thing the path of the first place that calls for it.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use crate::generate::count_of;
 use crate::lookup::Lookup;
@@ -47,12 +47,17 @@ pub(super) struct Facts {
     pub checker: Source,
     pub vertex_colours: Source,
     pub smooth_normals: Source,
+    pub normal_map: Source,
     pub mesh: Source,
     pub physical: Source,
     pub instance: Source,
     pub unbounded: Source,
     pub sky: Source,
     pub sky_map: Source,
+    /// The first material of which the file says more than the scene has.
+    pub unread: Source,
+    /// All that it says, with the materials' names.
+    pub unread_parts: String,
     pub lens: Source,
     pub motion: Source,
     /// A shutter that is open for some time.
@@ -87,6 +92,7 @@ impl Facts {
             note(&mut facts.even_emission, even, path);
             note(&mut facts.varied_emission, !even && material.emits(), path);
         }
+        facts.unread(scene, &used);
         for (i, light) in scene.lights.iter().enumerate().filter(|(_, l)| l.colour != Colour::BLACK) {
             let path = || format!("lights[{i}]");
             note(&mut facts.light, true, path);
@@ -106,6 +112,26 @@ impl Facts {
         note(&mut facts.exposure, camera.and_then(exposure).is_some(), || "cameras".to_owned());
         facts.instant = facts.exposure.is_none() && camera.is_some_and(|camera| camera.shutter.is_some());
         facts
+    }
+
+    /// What importers had no words for, by its name, with the materials that show it.
+    fn unread(&mut self, scene: &Scene, used: &BTreeSet<&str>) {
+        const MOST: usize = 3;
+        let mut parts: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for part in scene.unread.iter().filter(|part| used.contains(part.material.as_str())) {
+            let place = || scene.materials.iter().position(|material| material.name == part.material);
+            if self.unread.is_none() {
+                self.unread = place().map(|i| format!("materials[{i}]"));
+            }
+            parts.entry(&part.what).or_default().push(&part.material);
+        }
+        let listed = parts.into_iter().map(|(what, materials)| {
+            let names: Vec<String> = materials.iter().take(MOST).map(|name| format!("`{name}`")).collect();
+            let more = materials.len().saturating_sub(MOST);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            format!("{what} of {}{more}", names.join(", "))
+        });
+        self.unread_parts = listed.collect::<Vec<_>>().join("; ");
     }
 
     /// The listed objects, and one for each generator.
@@ -202,6 +228,7 @@ impl Facts {
         // All of the light passes everywhere, so none is diffused.
         let all_passes = m.transmission == 1.0.into() && m.transmission_texture.is_none();
         note(&mut self.lit, true, || path.to_owned());
+        note(&mut self.normal_map, m.bent_by().is_some(), || at("normal_texture"));
         note(&mut self.lit_physical, true, || path.to_owned());
         note(&mut self.highlight, true, || at("roughness"));
         note(&mut self.reflection, smooth || varies || clear, || at("roughness"));

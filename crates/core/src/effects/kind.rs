@@ -60,6 +60,8 @@ effects! {
     VertexColours = "vertex colours",
     /// Meshes carry normals.
     SmoothShading = "smooth shading",
+    /// Images bend the normals of surfaces.
+    NormalMaps = "normal maps",
     /// Meshes of triangles.
     TriangleMeshes = "triangle meshes",
     /// A mesh that is shown more than once, and stored once.
@@ -90,6 +92,8 @@ effects! {
     MixedScattering = "mixed scattering",
     /// What light passes through takes some of it.
     Absorption = "absorption",
+    /// What a model's file says of its materials beyond what scenes have.
+    MaterialExtensions = "material extensions",
     /// Light reaches matte surfaces over mirrors or through glass.
     Caustics = "caustics",
 }

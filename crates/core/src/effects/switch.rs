@@ -21,6 +21,7 @@ pub const SWITCHABLE: EffectSet = EffectSet::of(&[
     Effect::Checkerboard,
     Effect::VertexColours,
     Effect::SmoothShading,
+    Effect::NormalMaps,
     Effect::Sky,
     Effect::EnvironmentMap,
     Effect::SkyLight,
@@ -97,6 +98,7 @@ fn physical(m: &mut Physical, off: EffectSet) {
     if off.has(Effect::Transparency) {
         m.alpha = AlphaMode::Opaque;
     }
+    clear(&mut m.normal_texture, off.has(Effect::NormalMaps));
     m.vertex_colours &= !off.has(Effect::VertexColours);
 }
 

@@ -7,23 +7,21 @@ use raywright_bvh::{Hit, Precision, Real, Vector};
 use super::Leg;
 use crate::interaction::Interaction;
 use crate::material::Frame;
-use crate::prepare::Prepared;
+use crate::prepare::{MeshUse, Prepared};
 use crate::scene::MeshData;
 
 impl<R: Real> Interaction<R> {
-    /// The frame about the shading normal whose tangent goes as the first texture coordinate grows. The bitangent is up in an
+    /// The frame about the shading normal whose tangent goes as the first texture coordinate grows, or that of an image that bends
+    /// normals. The bitangent is up in an
     /// image there: the frame is left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
-    #[cfg_attr(
-        not(test),
-        expect(dead_code, reason = "for integrators that draw directions or read normal maps; Whitted's does neither")
-    )]
     pub fn frame<P: Precision<Real = R>>(&self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Frame<R> {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
                 let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(R::Vec3::from_f64);
                 let turned = || axes.map(|axis| scene.geometry.normal(&leg.ray, hit, axis));
                 let normals = if mesh.turns { turned() } else { mesh.normals };
-                along_first::<R>(normals, &scene.meshes[mesh.mesh as usize], hit.primitive)
+                let (own, area) = scene.tangent(mesh, hit);
+                to_world::<R>(normals, own, area)
             }
             None => {
                 let parameters = scene.geometry.parameters(&leg.ray, hit);
@@ -35,10 +33,27 @@ impl<R: Real> Interaction<R> {
     }
 }
 
-/// The way in the world in which the first coordinate grows on a triangle of a mesh, of any length, and whether an image is seen
-/// mirrored there from outside. `normals` are the columns of the map that takes normals to the world. Without a first set it is what [`Interaction`] reads: the weight of the second corner.
-fn along_first<R: Real>(normals: [R::Vec3; 3], data: &MeshData, primitive: u32) -> (DVec3, bool) {
-    let corners = data.indices[primitive as usize].map(|i| i as usize);
+impl<P: Precision> Prepared<P> {
+    /// The way in a mesh's own space in which the texture coordinate grows where a ray hit it, of any length, and whether an
+    /// image is seen mirrored there from outside.
+    fn tangent(&self, mesh: &MeshUse<P::Real>, hit: &Hit<P::Real>) -> (DVec3, bool) {
+        let data = &self.meshes[mesh.mesh as usize];
+        let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
+        let tangents = match mesh.tangents {
+            Some(table) => self.tangents[table as usize][hit.primitive as usize],
+            None if !data.tangents.is_empty() => corners.map(|i| data.tangents[i]),
+            None => return along_first(data, corners),
+        };
+        let (u, v) = if mesh.flipped { (hit.v, hit.u) } else { (hit.u, hit.v) };
+        let weights = [P::Real::ONE - u - v, u, v].map(Real::to_f64);
+        let at = |k: usize| (0..3).map(|i| weights[i] * f64::from(tangents[i][k])).sum::<f64>();
+        (DVec3::new(at(0), at(1), at(2)), at(3) < 0.0)
+    }
+}
+
+/// The way in which the first coordinate grows on a triangle of a mesh, and whether an image is seen mirrored there. Without a
+/// first set it is what [`Interaction`] reads: the weight of the second corner.
+fn along_first(data: &MeshData, corners: [usize; 3]) -> (DVec3, bool) {
     let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
     let set = data.uvs.first().filter(|set| !set.is_empty());
     let [p, q, r] = set.map_or([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |set| corners.map(|i| set[i].map(f64::from)));
@@ -48,12 +63,16 @@ fn along_first<R: Real>(normals: [R::Vec3; 3], data: &MeshData, primitive: u32) 
         return (DVec3::ZERO, false);
     }
     // dp/du times what has no say in its direction.
-    let own = ((b - a) * v2 - (c - a) * v1) * area.signum();
+    (((b - a) * v2 - (c - a) * v1) * area.signum(), area > 0.0)
+}
+
+/// A way in a mesh's own space in the world. `normals` are the columns of the map that takes normals there.
+fn to_world<R: Real>(normals: [R::Vec3; 3], own: DVec3, mirrored: bool) -> (DVec3, bool) {
     // The map's linear part is the inverse transpose of that of normals, so but for the determinant its cofactors.
     let [x, y, z] = normals.map(Vector::to_f64);
     let mapped = y.cross(z) * own.x + z.cross(x) * own.y + x.cross(y) * own.z;
     let mirrors = x.dot(y.cross(z)) < 0.0;
-    (if mirrors { -mapped } else { mapped }, (area > 0.0) != mirrors)
+    (if mirrors { -mapped } else { mapped }, mirrored != mirrors)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! A path has a running throughput; where a surface sends two rays under Whitted's rules, one of them is a path of its own, followed
 //! before this one goes on.
 
+mod bump;
 mod classic;
 mod frame;
 mod kernel;

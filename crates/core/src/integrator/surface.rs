@@ -76,6 +76,9 @@ impl<R: Real> Interaction<R> {
         if K::MESHES && record.mesh.is_some() {
             at.normal = towards_viewer::<R>(at.normal, surface.normal, outside, direction);
         }
+        if K::PHYSICAL && record.bumpy {
+            at.bend(scene, leg, hit);
+        }
         at
     }
 
@@ -125,7 +128,7 @@ impl<R: Real> Interaction<R> {
 /// A shading normal on the viewer's side: where interpolation tilts it past the silhouette, it is bent back until it is just
 /// perpendicular to the view, so that no reflection goes through the surface unseen.
 #[inline]
-fn towards_viewer<R: Real>(n: R::Vec3, geometric: R::Vec3, outside: bool, d: R::Vec3) -> R::Vec3 {
+pub(super) fn towards_viewer<R: Real>(n: R::Vec3, geometric: R::Vec3, outside: bool, d: R::Vec3) -> R::Vec3 {
     let facing = if outside { geometric } else { -geometric };
     let away = d.dot(n);
     if away < R::ZERO {

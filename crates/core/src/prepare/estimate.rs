@@ -11,6 +11,7 @@ use super::geometry::ObjectRecord;
 use super::input::TextureUse;
 use super::material::Material;
 use super::shape::any_shape;
+use super::tangents;
 use super::uses::Uses;
 use crate::affine::affine;
 use crate::effects::{Effect, EffectSet, chosen};
@@ -76,7 +77,7 @@ struct Needs {
 impl Needs {
     fn of<P: Precision>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, lamps: bool) -> Self {
         let (mut needs, uses) = (Self::default(), Uses::of(scene));
-        let (mut meshes, mut shared, mut used) = (HashSet::new(), HashSet::new(), HashSet::new());
+        let (mut combed, mut meshes, mut shared, mut used) = (HashSet::new(), HashSet::new(), HashSet::new(), HashSet::new());
         for (object, count) in counted(scene) {
             used.insert(object.material.as_str());
             let material = lookup.material(&object.material).map(|(_, material)| material);
@@ -88,6 +89,11 @@ impl Needs {
                     each = data.indices.len() as u64;
                     if meshes.insert(Arc::as_ptr(data)) {
                         needs.meshes += data.bytes() as u64;
+                    }
+                    if let Some(way) = tangents::way(material, data)
+                        && combed.insert((Arc::as_ptr(data), way))
+                    {
+                        needs.meshes += each * size_of::<[[f32; 4]; 3]>() as u64;
                     }
                     if !uses.share(name, object.side) {
                         needs.own.triangles += each;

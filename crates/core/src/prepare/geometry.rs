@@ -27,6 +27,8 @@ pub(crate) struct ObjectRecord<R: Real> {
     pub casts_shadow: bool,
     /// Whether the material reads the texture coordinates of a shape.
     pub coordinates: bool,
+    /// Whether an image bends the material's normals.
+    pub bumpy: bool,
     pub mesh: Option<MeshUse<R>>,
 }
 
@@ -43,6 +45,8 @@ pub(crate) struct MeshUse<R: Real> {
     pub flipped: bool,
     /// Sets of texture coordinates that the material reads, a bit each.
     pub sets: u8,
+    /// Where tangents that were made for it are in their table; none: they are its own, or nothing asks for any.
+    pub tangents: Option<u32>,
 }
 
 pub(crate) struct Built<P: Precision> {
@@ -66,6 +70,8 @@ pub(crate) struct Facet {
     pub coordinates: bool,
     /// Sets of a mesh's texture coordinates that it reads, a bit each.
     pub sets: u8,
+    /// Whether an image bends its normals.
+    pub bumpy: bool,
 }
 
 pub(super) fn side_of(rule: SideRule) -> Side {
@@ -104,7 +110,8 @@ pub(crate) fn build<P: Precision>(
     kind: AcceleratorKind,
     observer: &dyn Observer,
 ) -> Result<Built<P>, PrepareError> {
-    let facet = Facet { occlusion: Occlusion::Opaque, without_shadow: Occlusion::None, coordinates: false, sets: 0 };
+    let facet =
+        Facet { occlusion: Occlusion::Opaque, without_shadow: Occlusion::None, coordinates: false, sets: 0, bumpy: false };
     build_with(scene, lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
 }
 
@@ -175,7 +182,7 @@ impl<'a, P: Precision> Builder<'a, P> {
         };
         let Object { face_viewer, casts_shadow, .. } = *shown.object;
         let coordinates = mesh.is_none() && facet.coordinates;
-        self.records.push(ObjectRecord { material, face_viewer, casts_shadow, coordinates, mesh });
+        self.records.push(ObjectRecord { material, face_viewer, casts_shadow, coordinates, bumpy: facet.bumpy, mesh });
         Ok(())
     }
 
@@ -223,7 +230,7 @@ impl<'a, P: Precision> Builder<'a, P> {
         let inverse_transpose = map.matrix3.inverse().transpose();
         let columns = [inverse_transpose.x_axis, inverse_transpose.y_axis, inverse_transpose.z_axis];
         let turns = ends.is_some_and(|[start, end]| start.matrix3 != end.matrix3);
-        Ok(MeshUse { mesh, normals: columns.map(Vector::from_f64), turns, flipped, sets: facet.sets })
+        Ok(MeshUse { mesh, normals: columns.map(Vector::from_f64), turns, flipped, sets: facet.sets, tangents: None })
     }
 }
 

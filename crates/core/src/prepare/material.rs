@@ -116,8 +116,18 @@ pub(crate) struct Physical<R: Real> {
     pub alpha: Alpha<R>,
     pub opacity: Product<R>,
     pub unlit: bool,
+    /// What bends its normals; none: nothing.
+    pub bump: Option<Bump<R>>,
     /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
     pub mirrors: bool,
+}
+
+/// An image of directions about the normal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bump<R: Real> {
+    pub image: Input<R>,
+    /// Factor of the directions across the normal.
+    pub scale: R,
 }
 
 /// Index of refraction of a physical material, at least 1.
@@ -185,8 +195,9 @@ impl<R: Real> Material<R> {
             Self::Physical(m) => {
                 let products = [&m.base, &m.metallic, &m.roughness, &m.opacity];
                 let index = if let Index::Varying(index) = &m.index { Some(index) } else { None };
+                let bump = m.bump.as_ref().map(|bump| &bump.image);
                 let further = [m.emission.as_ref(), index, m.passage.as_ref().map(|passage| &passage.share)];
-                products.into_iter().chain(further.into_iter().flatten()).flat_map(Product::factors).any(reads)
+                products.into_iter().chain(further.into_iter().flatten()).flat_map(Product::factors).chain(bump).any(reads)
             }
             Self::Unused => false,
         }
@@ -213,6 +224,11 @@ impl<R: Real> Material<R> {
     /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives on other ways.
     pub fn covers(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != Alpha::Opaque)
+    }
+
+    /// Whether an image bends its normals.
+    pub fn is_bumpy(&self) -> bool {
+        matches!(self, Self::Physical(m) if m.bump.is_some())
     }
 
     /// Whether it weighs light by how far away the nearest occluder is.
@@ -328,7 +344,12 @@ fn physical<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>, without: Ef
     } else {
         None
     };
+    let bump = match m.bent_by() {
+        Some(image) => inputs.texture(image, "normal_texture")?,
+        None => None,
+    };
     Ok(Physical {
+        bump: bump.map(|image| Bump { image, scale: R::from_f64(m.normal_scale) }),
         base,
         vertex_colours: m.vertex_colours,
         metallic,

@@ -8,6 +8,7 @@ mod geometry;
 mod input;
 mod material;
 mod shape;
+mod tangents;
 pub(crate) mod texture;
 mod uses;
 
@@ -30,9 +31,11 @@ pub(crate) use estimate::estimate;
 pub use extent::Extent;
 pub(crate) use extent::extent;
 use geometry::Facet;
-pub(crate) use geometry::{ObjectRecord, build as build_geometry};
+pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Sources};
 pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Mixture, Passage, Physical, Specular};
+pub(crate) use shape::any_shape;
+pub(crate) use tangents::Corners;
 
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -130,6 +133,8 @@ pub struct Prepared<P: Precision> {
     pub(crate) meshes: Vec<Arc<MeshData>>,
     /// By index of the scene's objects, generated ones last.
     pub(crate) objects: Vec<ObjectRecord<P::Real>>,
+    /// Tangents made for meshes whose normals an image bends.
+    pub(crate) tangents: Vec<Corners>,
     pub(crate) materials: Vec<Material<P::Real>>,
     /// What the materials' inputs refer to.
     pub(crate) sources: Sources<P::Real>,
@@ -183,6 +188,14 @@ impl<P: Precision> Prepared<P> {
         go_on(observer)?;
         let whole = scene;
         let scene = &*simulated_scene(whole, settings.camera.as_ref(), simulated);
+        if let Some((i, model)) = scene.models.iter().enumerate().next() {
+            // The loader takes models out of the list; whoever made the scene otherwise has to.
+            return Err(PrepareError::Missing {
+                path: format!("models[{i}].file"),
+                kind: "loaded model",
+                name: model.file.clone(),
+            });
+        }
         let names = names(scene);
         let lookup = Lookup::new(scene);
         let shown = geometry::materials(scene, &lookup)?;
@@ -200,8 +213,9 @@ impl<P: Precision> Prepared<P> {
         }
         let paths = settings.integrator == Integrator::Path;
         let facets = facets(scene, &materials, &inputs.sources, paths);
-        let built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
+        let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
+        let tangents = tangents::make(scene, &mut built, observer)?;
         let sky = prepare_sky::<P::Real>(scene, &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
@@ -235,6 +249,7 @@ impl<P: Precision> Prepared<P> {
             objects: built.objects,
             lost: built.lost,
             absorbs: simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs),
+            tangents,
             materials,
             sources: inputs.sources,
             lights,
@@ -254,9 +269,10 @@ impl<P: Precision> Prepared<P> {
             + size_of_val(self.sources.textures.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
+        let tangents = self.tangents.iter().map(|corners| size_of_val(corners.as_slice()) as u64).sum::<u64>();
         Memory {
             geometry: self.geometry_bytes as u64,
-            meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum(),
+            meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum::<u64>() + tangents,
             tables: tables as u64 + choice + self.lights.emitters.bytes(),
             textures: self.texture_bytes() as u64,
             film: 0,
@@ -297,6 +313,7 @@ fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R
             // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing that rays meet.
             without_shadow: if paths { Occlusion::Ask } else { Occlusion::None },
             coordinates,
+            bumpy: material.is_bumpy(),
             sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
         }
     };

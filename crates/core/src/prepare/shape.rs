@@ -9,7 +9,7 @@ use raywright_bvh::{Real, Vector};
 use crate::scene::{Shape, Triple};
 
 /// A shape of the scene, moved by an offset, in a precision's scalar; none for a mesh, which is many.
-pub(super) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
+pub(crate) fn any_shape<R: Real>(shape: &Shape, offset: DVec3) -> Option<AnyShape<R>> {
     let at = |p: Triple| DVec3::from(p) + offset;
     let v = |p: Triple| DVec3::from(p);
     Some(match *shape {

@@ -120,6 +120,8 @@ impl Value for Colour {
 pub trait Varying {
     /// The use of a texture, and the key under which it is; empty where it is the input itself.
     fn texture(&self) -> Option<(&'static str, &TextureRef)>;
+    /// The use of a texture, to be changed.
+    fn texture_mut(&mut self) -> Option<&mut TextureRef>;
     /// The text of an expression, and whether it must be a number.
     fn expression(&self) -> Option<(&str, bool)>;
     /// The checkerboard.
@@ -131,6 +133,9 @@ pub trait Varying {
 impl<T: Value> Varying for Input<T> {
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
         if let Self::Texture(input) = self { Some(("texture", &input.texture)) } else { None }
+    }
+    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
+        if let Self::Texture(input) = self { Some(&mut input.texture) } else { None }
     }
     fn expression(&self) -> Option<(&str, bool)> {
         if let Self::Expression(text) = self { Some((text, T::of_colour(Colour::BLACK).is_none())) } else { None }
@@ -153,6 +158,9 @@ impl<T: Value> Varying for Input<T> {
 impl Varying for Option<TextureRef> {
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
         self.as_ref().map(|texture| ("", texture))
+    }
+    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
+        self.as_mut()
     }
     fn expression(&self) -> Option<(&str, bool)> {
         None

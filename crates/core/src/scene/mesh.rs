@@ -51,6 +51,9 @@ pub struct MeshData {
     pub indices: Vec<[u32; 3]>,
     /// Shading normals a vertex; empty: flat facets.
     pub normals: Vec<[f32; 3]>,
+    /// The way in which u of a normal map grows, a vertex, and on which side the image is up: bitangent = w·(normal × tangent), w
+    /// being 1 or −1 (as in glTF 2.0, section 3.7.2.1); empty: made where a material has a normal map.
+    pub tangents: Vec<[f32; 4]>,
     /// Sets of texture coordinates a vertex (v = 0 is the image's top row); empty: none.
     pub uvs: Vec<Vec<[f32; 2]>>,
     /// Linear colours a vertex with alpha; empty: white.
@@ -63,6 +66,7 @@ impl MeshData {
         size_of_val(self.positions.as_slice())
             + size_of_val(self.indices.as_slice())
             + size_of_val(self.normals.as_slice())
+            + size_of_val(self.tangents.as_slice())
             + size_of_val(self.colours.as_slice())
             + self.uvs.iter().map(|set| size_of_val(set.as_slice())).sum::<usize>()
     }

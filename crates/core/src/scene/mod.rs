@@ -12,6 +12,7 @@ mod input;
 mod light;
 mod material;
 mod mesh;
+mod model;
 mod object;
 mod render;
 
@@ -27,6 +28,7 @@ pub use material::{
 pub use mesh::{
     ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart, Pixels, Texture, Wrap,
 };
+pub use model::ModelFile;
 pub use object::{Generator, GeneratorKind, Object, Shape, SideRule, TransformStep};
 pub use render::{
     ClassicRules, ConstantOffset, DepthLimit, Integrator, OffsetDirection, Pattern, Render, ShadowRule, SpawnRule, ToneMap,
@@ -86,12 +88,28 @@ pub struct Scene {
     /// Named triangle meshes; an object that names a mesh shows it.
     #[serde(default)]
     pub meshes: Vec<Mesh>,
+    /// Models in files of their own, placed with all that they bring.
+    #[serde(default)]
+    pub models: Vec<ModelFile>,
     /// What can be hit, in order: the order decides ties and "first occluder".
     #[serde(default)]
     pub objects: Vec<Object>,
     /// Rules that make many objects, for scaling studies; their objects follow the listed ones.
     #[serde(default)]
     pub generators: Vec<Generator>,
+    /// What the file that a scene was imported from says of materials beyond what they have here; filled in by importers.
+    #[serde(skip)]
+    #[schemars(skip)]
+    pub unread: Vec<Unread>,
+}
+
+/// A part of a material that the scene has no words for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unread {
+    /// Name of the material.
+    pub material: String,
+    /// What the file's format calls it: the name of an extension.
+    pub what: String,
 }
 
 impl Default for Scene {
@@ -110,8 +128,10 @@ impl Default for Scene {
             textures: Vec::new(),
             materials: Vec::new(),
             meshes: Vec::new(),
+            models: Vec::new(),
             objects: Vec::new(),
             generators: Vec::new(),
+            unread: Vec::new(),
         }
     }
 }

@@ -118,6 +118,7 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
     if let Some(distance) = material.attenuation_distance {
         check.length("attenuation_distance", distance);
     }
+    check.finite("normal_scale", material.normal_scale);
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
     }

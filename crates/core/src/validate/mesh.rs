@@ -76,6 +76,7 @@ pub fn mesh_data(data: &MeshData) -> Vec<(String, String)> {
         problems.push((format!("indices[{i}]"), message));
     }
     attribute(&mut problems, "normals", &data.normals, vertices, |x| x.is_finite());
+    attribute(&mut problems, "tangents", &data.tangents, vertices, |x| x.is_finite());
     attribute(&mut problems, "colours", &data.colours, vertices, |x| x.is_finite() && x >= 0.0);
     if data.uvs.len() > MOST_UV_SETS {
         problems.push(("uvs".to_owned(), format!("a mesh may have at most {MOST_UV_SETS} sets of texture coordinates")));

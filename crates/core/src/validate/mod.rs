@@ -73,6 +73,7 @@ pub fn validate(scene: &Scene) -> Vec<Problem> {
     });
     check.names("meshes", &scene.meshes, |mesh| &mesh.name, true);
     check.each("meshes", &scene.meshes, mesh::mesh);
+    check.each("models", &scene.models, object::model);
     check.each("objects", &scene.objects, object::object);
     check.each("generators", &scene.generators, object::generator);
     check.finish()

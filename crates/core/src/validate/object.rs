@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::check::{Check, list};
 use super::{collapse, motion, transform};
-use crate::scene::{Generator, GeneratorKind, Object, Shape, Triple};
+use crate::scene::{Generator, GeneratorKind, ModelFile, Object, Shape, Triple};
 
 pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     let before = check.problems();
@@ -26,6 +26,17 @@ fn parts(check: &mut Check<'_>, object: &Object) {
     if check.problems() == before {
         motion::object(check, object);
     }
+}
+
+pub(super) fn model(check: &mut Check<'_>, model: &ModelFile) {
+    if model.file.is_empty() {
+        check.inside("file", |check| check.report("`file` must name a file"));
+    }
+    check.finite("time", model.time.unwrap_or_default());
+    transform::steps(check, "transform", &model.transform);
+    check.inside("materials", |check| {
+        model.materials.iter().for_each(|(own, name)| check.refers(own, name, "material", |names| &names.materials));
+    });
 }
 
 pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {

@@ -54,6 +54,7 @@ fn leaf() -> MeshData {
         positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
         indices: vec![[0, 1, 2]],
         normals: vec![[0.0, 0.0, 1.0]; 3],
+        tangents: vec![[1.0, 0.0, 0.0, 1.0]; 3],
         uvs: vec![vec![[0.0; 2]; 3]],
         colours: vec![[1.0; 4]; 3],
     }

@@ -21,6 +21,7 @@ mod interfaces;
 mod lights;
 mod meshes;
 mod motion;
+mod normal_maps;
 mod offsets;
 mod paths;
 mod physical;

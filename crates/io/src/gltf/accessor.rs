@@ -58,8 +58,9 @@ impl<'a> Reader<'a> {
             Checked::Valid(Type::Vec2) => 2,
             Checked::Valid(Type::Vec3) => 3,
             Checked::Valid(Type::Vec4) => 4,
-            // Matrices have padded columns; what is read so far has none.
-            Checked::Valid(_) => return Err(Fault::input("is a matrix where a vector is expected")),
+            // The columns of other matrices are padded, and nothing that is read has such.
+            Checked::Valid(Type::Mat4) => 16,
+            Checked::Valid(_) => return Err(Fault::input("is a matrix of two or three rows, which nothing reads")),
             Checked::Invalid => return Err(Fault::input("has an unknown type")),
         };
         let size = component.0.size() * arity;
@@ -71,6 +72,7 @@ impl<'a> Reader<'a> {
             )));
         }
         let (bytes, stride) = match accessor.buffer_view {
+            _ if let Some(decoded) = self.buffers.accessor(index) => (decoded, size),
             Some(view) => self.slice(view.value(), accessor.byte_offset.unwrap_or_default().0, count, size)?,
             None => (self.zeros(count, size)?, size),
         };
@@ -169,6 +171,12 @@ impl Accessor<'_> {
     /// An element as an index; only for unsigned components.
     pub fn index(&self, element: usize) -> u32 {
         unsigned(self.component, self.element(element))
+    }
+
+    /// An element as indices; only for unsigned components.
+    pub fn indices<const N: usize>(&self, element: usize) -> [u32; N] {
+        let (bytes, size) = (self.element(element), self.component.size());
+        core::array::from_fn(|i| unsigned(self.component, bytes.get(i * size..).unwrap_or_default()))
     }
 
     fn element(&self, element: usize) -> &[u8] {

@@ -1,4 +1,4 @@
-//! Where animations put nodes at a time: keys of translations, rotations and scales, and what lies between them (glTF 2.0,
+//! Where animations put nodes at a time: keys of translations, rotations, scales and weights, and what lies between them (glTF 2.0,
 //! section 3.11 and appendix C).
 //!
 //! All of a file's animations are played together. Where two move one thing, the first in the file does: a file of a walk and a
@@ -16,11 +16,13 @@ use super::document::{AnimationSampler, Document, Interpolation};
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// What animations say of a node.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Moved {
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
+    /// Of the morph targets of its mesh.
+    pub weights: Option<Vec<f64>>,
 }
 
 /// Opens what samplers read, each once: a sparse accessor takes time and memory of its own.
@@ -45,7 +47,7 @@ pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: 
             let Some(index) = channel.target.node.map(|node| node as usize) else { continue };
             let list = &document.nodes;
             let node = list.get(index).ok_or_else(|| place(absent("nodes", index, list.len())))?;
-            if node.matrix.is_some() {
+            if node.matrix.is_some() && channel.target.path != "weights" {
                 warnings.add(format!("nodes[{index}]: has a matrix, which no animation can move; it stands still"));
                 continue;
             }
@@ -59,10 +61,10 @@ pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: 
                 }
                 "rotation" if node.rotation.is_none() => node.rotation = Some(keys.rotation(sampler, time).map_err(place)?),
                 "scale" if node.scale.is_none() => node.scale = Some(keys.vector(sampler, time).map_err(place)?),
-                "translation" | "rotation" | "scale" => {
+                "weights" if node.weights.is_none() => node.weights = Some(keys.weights(sampler, time).map_err(place)?),
+                "translation" | "rotation" | "scale" | "weights" => {
                     warnings.add("several animations move one node: the first in the file is shown");
                 }
-                "weights" => warnings.add("morph targets are ignored: meshes are shown in their base shape"),
                 other => warnings.add(format!("animations of `{}` are ignored", shown(other))),
             }
         }
@@ -106,7 +108,9 @@ impl<'a> Keys<'a> {
         let times = self.open(sampler.input).map_err(|fault| fault.at("input"))?;
         let values = self.open(sampler.output).map_err(|fault| fault.at("output"))?;
         let (count, wanted) = (times.count(), times.count().saturating_mul(if cubic(sampler) { 3 } else { 1 }));
-        if count == 0 || times.arity() != 1 || values.arity() != arity || values.count() != wanted {
+        // Of weights there are as many to a key as the mesh has targets.
+        let fits = if arity == 1 { wanted > 0 && values.count() % wanted == 0 } else { values.count() == wanted };
+        if count == 0 || times.arity() != 1 || values.arity() != arity || !fits {
             let (n, m) = (values.count(), values.arity());
             return Err(Fault::input(format!("has {count} times and {n} values of {m} numbers, not {wanted} of {arity}")));
         }
@@ -141,6 +145,23 @@ impl<'a> Keys<'a> {
             }
             Between::Way(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i)), share, duration),
         })
+    }
+
+    /// The weights of all morph targets at a time, each along its own line or spline.
+    fn weights(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<Vec<f64>> {
+        let parts = if cubic(sampler) { 3 } else { 1 };
+        let (values, between) = self.find(sampler, time, 1)?;
+        let targets = values.count() / (parts * self.open(sampler.input)?.count());
+        let value = |place: usize, target: usize| values.vector::<1>(place * targets + target).map(f64::from);
+        let weight = |target: usize| match between {
+            Between::At(key) => value(parts * key + parts / 2, target),
+            Between::Way(key, share, _) if !cubic(sampler) => {
+                let ([a], [b]) = (value(key, target), value(key + 1, target));
+                [a + (b - a) * share]
+            }
+            Between::Way(key, share, duration) => hermite([1, 2, 3, 4].map(|i| value(3 * key + i, target)), share, duration),
+        };
+        Ok((0..targets).map(|target| weight(target)[0]).collect())
     }
 
     /// A rotation at a time: between two keys the shorter turn at a constant speed.

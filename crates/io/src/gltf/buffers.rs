@@ -1,6 +1,7 @@
 //! The binary data of a glTF file: buffers from the container, from files beside it, or from the JSON itself, and views of them.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 
 use gltf::json;
 
@@ -13,6 +14,10 @@ use crate::uri;
 pub(super) struct Buffers<'a> {
     /// None where a buffer has no data: a placeholder that only an extension fills. Using one is an error, having one is not.
     data: Vec<Option<Cow<'a, [u8]>>>,
+    /// What compressed views stand for, by index.
+    views: HashMap<usize, Vec<u8>>,
+    /// What accessors of compressed primitives stand for, packed, by index.
+    accessors: HashMap<usize, Vec<u8>>,
 }
 
 impl<'a> Buffers<'a> {
@@ -29,7 +34,7 @@ impl<'a> Buffers<'a> {
             }
             data.push(bytes);
         }
-        Ok(Self { data })
+        Ok(Self { data, views: HashMap::new(), accessors: HashMap::new() })
     }
 
     /// The bytes of a buffer view, and the stride it prescribes.
@@ -39,23 +44,44 @@ impl<'a> Buffers<'a> {
     pub fn view(&self, document: &Document, index: usize) -> Outcome<(&[u8], Option<usize>)> {
         let place = |fault: Fault| fault.at(format_args!("bufferViews[{index}]"));
         let view = document.buffer_views.get(index).ok_or_else(|| absent("bufferViews", index, document.buffer_views.len()))?;
-        let buffer =
-            self.data.get(view.buffer.value()).ok_or_else(|| place(absent("buffers", view.buffer.value(), self.data.len())))?;
-        let missing =
-            || Fault::input(format!("buffers[{}] has no uri, and the file no binary chunk for it", view.buffer.value()));
-        let buffer = buffer.as_ref().ok_or_else(|| place(missing()))?;
-        let start = view.byte_offset.unwrap_or_default().0;
-        let end = start.checked_add(view.byte_length.0);
-        let range = usize::try_from(start).ok().zip(end.and_then(|end| usize::try_from(end).ok()));
-        match range.and_then(|(start, end)| buffer.get(start..end)) {
-            Some(bytes) => Ok((bytes, view.byte_stride.map(|stride| stride.0))),
-            None => Err(place(Fault::input(format!(
-                "{} bytes from byte {start} reach beyond buffers[{}], which has {}",
-                view.byte_length.0,
-                view.buffer.value(),
-                buffer.len()
-            )))),
+        let stride = view.byte_stride.map(|stride| stride.0);
+        if let Some(bytes) = self.views.get(&index) {
+            return Ok((bytes, stride));
         }
+        self.bytes(view.buffer.value(), view.byte_offset.unwrap_or_default().0, view.byte_length.0)
+            .map(|bytes| (bytes, stride))
+            .map_err(place)
+    }
+
+    /// A part of a buffer.
+    ///
+    /// # Errors
+    /// A fault of kind input when the buffer does not exist, or when the part reaches beyond it.
+    pub fn bytes(&self, buffer: usize, start: u64, length: u64) -> Outcome<&[u8]> {
+        let data = self.data.get(buffer).ok_or_else(|| absent("buffers", buffer, self.data.len()))?;
+        let missing = || Fault::input(format!("buffers[{buffer}] has no uri, and the file no binary chunk for it"));
+        let data = data.as_ref().ok_or_else(missing)?;
+        let end = start.checked_add(length);
+        let range = usize::try_from(start).ok().zip(end.and_then(|end| usize::try_from(end).ok()));
+        range.and_then(|(start, end)| data.get(start..end)).ok_or_else(|| {
+            let have = data.len();
+            Fault::input(format!("{length} bytes from byte {start} reach beyond buffers[{buffer}], which has {have}"))
+        })
+    }
+
+    /// Puts decoded bytes in the place of a view's.
+    pub fn replace_view(&mut self, index: usize, bytes: Vec<u8>) {
+        self.views.insert(index, bytes);
+    }
+
+    /// Puts packed elements in the place of an accessor's.
+    pub fn fill_accessor(&mut self, index: usize, bytes: Vec<u8>) {
+        self.accessors.insert(index, bytes);
+    }
+
+    /// The packed elements of an accessor that were decoded, if it has such.
+    pub fn accessor(&self, index: usize) -> Option<&[u8]> {
+        self.accessors.get(&index).map(Vec::as_slice)
     }
 }
 

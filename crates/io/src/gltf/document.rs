@@ -5,7 +5,7 @@
 //! moves a city in geocentric coordinates by half a metre. Its indices take 64-bit numbers modulo 2³²; [`census`] refuses
 //! those before they get there.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use gltf::json;
 use gltf::json::extensions::scene::khr_lights_punctual::Light;
@@ -34,7 +34,8 @@ pub(super) struct Document {
     pub samplers: Vec<json::texture::Sampler>,
     pub scene: Option<u32>,
     pub scenes: Vec<SceneEntry>,
-    pub textures: Vec<json::Texture>,
+    pub skins: Vec<Skin>,
+    pub textures: Vec<Texture>,
 }
 
 impl Document {
@@ -149,6 +150,52 @@ pub(super) struct Node {
     pub scale: Option<[f64; 3]>,
     pub skin: Option<u32>,
     pub translation: Option<[f64; 3]>,
+    /// Of the morph targets of its mesh; none: the mesh's own.
+    pub weights: Option<Vec<f64>>,
+}
+
+/// An image with how it is read.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Texture {
+    pub name: Option<String>,
+    pub sampler: Option<u32>,
+    pub source: Option<u32>,
+    pub extensions: TextureExtensions,
+}
+
+impl Texture {
+    /// Its images, the best first: an extension's in place of the one for readers that do not know it.
+    pub fn sources(&self) -> impl Iterator<Item = u32> {
+        let TextureExtensions { webp, basis } = &self.extensions;
+        [webp.source, basis.source, self.source].into_iter().flatten()
+    }
+}
+
+/// Images of a texture in other formats than PNG and JPEG.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp")]
+    pub webp: TextureSource,
+    #[serde(rename = "KHR_texture_basisu")]
+    pub basis: TextureSource,
+}
+
+/// An image.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureSource {
+    pub source: Option<u32>,
+}
+
+/// Joints that move the vertices of meshes.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Skin {
+    /// Accessor of matrices from the mesh's space to that of each joint; none: they are the identity.
+    pub inverse_bind_matrices: Option<u32>,
+    pub joints: Vec<u32>,
 }
 
 /// Extensions of a node that are read.
@@ -157,6 +204,8 @@ pub(super) struct Node {
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: LightUse,
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Instancing>,
     #[serde(flatten)]
     pub others: HashMap<String, IgnoredAny>,
 }
@@ -166,6 +215,13 @@ pub(super) struct NodeExtensions {
 #[serde(default)]
 pub(super) struct LightUse {
     pub light: Option<u32>,
+}
+
+/// Places at which a node shows its mesh, by accessors of translations, rotations and scales.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Instancing {
+    pub attributes: BTreeMap<String, u32>,
 }
 
 /// What must be known before the rest may be read.

@@ -1,18 +1,24 @@
 //! Which glTF extensions are read, and what is said about the others.
 
+use serde_json::Value;
+
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// Extensions that are read, or whose absence changes nothing in the picture of the default state.
-const READ: [&str; 11] = [
+const READ: [&str; 16] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
-    // Converted, with a warning at each material.
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_variants",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
     // Metadata.
     "KHR_xmp_json_ld",
@@ -33,9 +39,76 @@ pub(super) fn check_required(required: &[String]) -> Outcome<()> {
     Err(Fault::input(format!("requires the extension {}, which is not supported", list.join(", "))))
 }
 
-/// Warns about extensions that are named and ignored.
+/// Warns about extensions that are named and ignored. Those of materials are told material by material, where they count.
 pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings: &mut Warnings) {
-    for name in named.filter(|name| !READ.contains(&name.as_str())) {
+    let of_materials = |name: &str| name.starts_with("KHR_materials_") || name.starts_with("EXT_materials_");
+    for name in named.filter(|name| !READ.contains(&name.as_str()) && !of_materials(name)) {
         warnings.add(format!("extension {} is ignored", shown(name)));
+    }
+}
+
+/// Extensions of materials that are not read, with the keys whose values make them do nothing: programs write these for
+/// materials that have none of it.
+const IDLE: [(&str, &[(&str, f64)]); 9] = [
+    ("KHR_materials_anisotropy", &[("anisotropyStrength", 0.0)]),
+    ("KHR_materials_clearcoat", &[("clearcoatFactor", 0.0)]),
+    ("KHR_materials_diffuse_transmission", &[("diffuseTransmissionFactor", 0.0)]),
+    ("KHR_materials_dispersion", &[("dispersion", 0.0)]),
+    ("KHR_materials_iridescence", &[("iridescenceFactor", 0.0)]),
+    ("KHR_materials_sheen", &[("sheenColorFactor", 0.0)]),
+    ("KHR_materials_specular", &[("specularFactor", 1.0), ("specularColorFactor", 1.0)]),
+    ("KHR_materials_subsurface", &[("scatterDistance", 0.0)]),
+    ("KHR_materials_volume", &[("thicknessFactor", 0.0)]),
+];
+
+/// Names of a material's extensions that are not read and would change how it looks.
+pub(super) fn unread(extensions: &serde_json::Map<String, Value>) -> impl Iterator<Item = &String> {
+    let counts = |(name, value): &(&String, &Value)| {
+        let idle = IDLE.iter().find(|(known, _)| known == name);
+        let is = |key: &str, number: f64| match &value[key] {
+            Value::Null => true,
+            Value::Array(list) => list.iter().all(|part| part.as_f64() == Some(number)),
+            other => other.as_f64() == Some(number),
+        };
+        let at_rest = |keys: &[(&str, f64)]| keys.iter().all(|(key, number)| is(key, *number));
+        // Of what is multiplied by one, an image is still there.
+        let pictured = |keys: &[(&str, f64)]| {
+            keys[0].1 != 0.0 && value.as_object().is_some_and(|v| v.keys().any(|key| key.ends_with("Texture")))
+        };
+        !READ.contains(&name.as_str()) && idle.is_none_or(|(_, keys)| !at_rest(keys) || pictured(keys))
+    };
+    extensions.iter().filter(counts).map(|(name, _)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: what extensions say that does nothing is not missed, and what does something is, an image too.
+    #[test]
+    fn idle_extensions_are_told() {
+        let counts = |text: &str| {
+            let Ok(Value::Object(extensions)) = serde_json::from_str(text) else { panic!("{text}") };
+            unread(&extensions).cloned().collect::<Vec<_>>()
+        };
+        for idle in [
+            r#"{"KHR_materials_sheen":{}}"#,
+            r#"{"KHR_materials_sheen":{"sheenColorFactor":[0,0,0],"sheenRoughnessFactor":0.5}}"#,
+            r#"{"KHR_materials_clearcoat":{"clearcoatFactor":0,"clearcoatTexture":{"index":0}}}"#,
+            r#"{"KHR_materials_specular":{"specularFactor":1,"specularColorFactor":[1,1,1]}}"#,
+            r#"{"KHR_materials_volume":{"thicknessFactor":0.0,"attenuationDistance":2}}"#,
+            r#"{"KHR_materials_unlit":{}}"#,
+        ] {
+            assert!(counts(idle).is_empty(), "{idle}");
+        }
+        for counted in [
+            r#"{"KHR_materials_sheen":{"sheenColorFactor":[0,0,0.1]}}"#,
+            r#"{"KHR_materials_clearcoat":{"clearcoatFactor":0.5}}"#,
+            r#"{"KHR_materials_specular":{"specularFactor":0.5}}"#,
+            r#"{"KHR_materials_specular":{"specularColorTexture":{"index":0}}}"#,
+            r#"{"EXT_of_someone":{}}"#,
+        ] {
+            assert_eq!(counts(counted).len(), 1, "{counted}");
+        }
     }
 }

@@ -2,13 +2,14 @@
 
 use gltf::json;
 use gltf::json::validation::Checked;
-use raywright_core::scene::{AlphaMode, Colour, Material, Model, Physical};
+use raywright_core::scene::{AlphaMode, Colour, Material, Model, Physical, TextureRef, Unread};
 
 use super::Import;
 use super::buffers::absent;
+use super::extensions;
 use super::specular_glossiness;
 use super::texture::Use;
-use crate::import::Outcome;
+use crate::import::{Fault, Outcome, shown};
 
 /// A material of the scene, and what its users must know of it.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub(super) struct UsedMaterial {
     place: usize,
     /// Whether its surfaces can be seen from behind.
     pub two_sided: bool,
+    /// Whether an image bends its normals.
+    pub bumpy: bool,
     /// Sets of texture coordinates that its textures use.
     pub uv_sets: Vec<u32>,
 }
@@ -43,8 +46,10 @@ impl Import<'_> {
             place: self.scene.materials.len(),
             // Rays must be able to leave what they entered.
             two_sided: source.double_sided || model.may_transmit(),
+            bumpy: model.bent_by().is_some(),
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
+        self.note_unread(source, &used.name);
         self.scene.materials.push(Material { name: used.name.clone(), model: Model::Physical(Box::new(model)) });
         self.materials.insert(index, used.clone());
         Ok(used)
@@ -68,6 +73,8 @@ impl Import<'_> {
             metallic: self.unit(pbr.metallic_factor.0.into(), label, "metallicFactor").into(),
             roughness: self.unit(pbr.roughness_factor.0.into(), label, "roughnessFactor").into(),
             metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
+            normal_texture: self.normal_texture(source)?,
+            normal_scale: source.normal_texture.as_ref().map_or(1.0, |normal| f64::from(normal.scale)),
             emission: self.emission(source, label).into(),
             emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
             opacity: self.unit(a, label, "baseColorFactor alpha").into(),
@@ -94,22 +101,40 @@ impl Import<'_> {
         }
         if let Some(glossy) = &extensions.pbr_specular_glossiness {
             self.warnings.add(format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"));
-            let textures = [&glossy.diffuse_texture, &glossy.specular_glossiness_texture];
             specular_glossiness::convert(glossy, &mut out);
-            out.base_colour_texture = self.texture(textures[0].as_ref(), Use::Colour)?;
+            out.base_colour_texture = self.texture(glossy.diffuse_texture.as_ref(), Use::Colour)?;
             out.metallic_roughness_texture = None;
-            if textures[1].is_some() {
-                self.warnings.add(format!("{label}: specularGlossinessTexture is ignored; the factors count everywhere"));
-            }
         }
         Ok(out)
     }
 
+    /// The image that bends the material's normals.
+    fn normal_texture(&mut self, source: &json::Material) -> Outcome<Option<TextureRef>> {
+        let Some(normal) = &source.normal_texture else { return Ok(None) };
+        // Of this one use of a texture, `gltf::json` leaves the extensions as they are.
+        let extensions = normal.extensions.as_ref().map(|extensions| serde_json::Value::Object(extensions.others.clone()));
+        let extensions = extensions.map(serde_json::from_value).transpose();
+        let info = json::texture::Info {
+            index: normal.index,
+            tex_coord: normal.tex_coord,
+            extensions: extensions.map_err(|e| Fault::input(format!("normalTexture.extensions: {e}")))?,
+            extras: json::Extras::default(),
+        };
+        self.texture(Some(&info), Use::Data)
+    }
+
+    /// Remembers what of a material has no words in a scene: effects tell it where something shows the material.
+    fn note_unread(&mut self, source: &json::Material, material: &str) {
+        let Some(extensions) = &source.extensions else { return };
+        let unread = |what: String| Unread { material: material.to_owned(), what };
+        self.scene.unread.extend(extensions::unread(&extensions.others).map(|name| unread(shown(name))));
+        if extensions.pbr_specular_glossiness.as_ref().is_some_and(|glossy| glossy.specular_glossiness_texture.is_some()) {
+            self.scene.unread.push(unread("KHR_materials_pbrSpecularGlossiness (specularGlossinessTexture)".to_owned()));
+        }
+    }
+
     /// Says what of a material is not read.
     fn warn_unread(&mut self, source: &json::Material, label: &str) {
-        if source.normal_texture.is_some() {
-            self.warnings.add(format!("{label}: its normal map is ignored"));
-        }
         if source.occlusion_texture.is_some() {
             self.warnings.add(format!("{label}: its occlusion map is ignored: what light can't reach is found by tracing"));
         }

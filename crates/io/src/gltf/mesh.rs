@@ -1,11 +1,13 @@
 //! Primitives of glTF meshes as triangle meshes.
 
+use glam::DVec3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use raywright_core::scene::MeshData;
 
 use super::Import;
 use super::accessor::Accessor;
+use super::deform::{Moving, Pose, vectors};
 use super::material::UsedMaterial;
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
@@ -19,6 +21,7 @@ impl<'a> Import<'a> {
         &mut self,
         primitive: &Primitive,
         material: &UsedMaterial,
+        pose: &Pose,
         (mesh, part): (usize, usize),
     ) -> Outcome<Option<MeshData>> {
         let place = format!("meshes[{mesh}].primitives[{part}]");
@@ -26,9 +29,6 @@ impl<'a> Import<'a> {
         if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
             self.warnings.add(format!("{place}: points and lines are ignored"));
             return Ok(None);
-        }
-        if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
-            self.warnings.add("morph targets are ignored: meshes are shown in their base shape");
         }
         let Some(positions) = self.attribute(primitive, Semantic::Positions, &[3])? else {
             self.warnings.add(format!("{place}: has no POSITION and was left out"));
@@ -39,8 +39,21 @@ impl<'a> Import<'a> {
         self.budget.memory(vertices.len(), size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>())?;
         let mut data =
             MeshData { positions: vertices.iter().map(|v| positions.vector(v)).collect(), indices, ..MeshData::default() };
+        let mut moving = Moving::default();
         if let Some(normals) = self.vertex_attribute(primitive, Semantic::Normals, &[3], &positions)? {
             data.normals = vertices.iter().map(|v| normals.vector(v)).collect();
+            moving.normals = if pose.is_rest() { Vec::new() } else { vectors(&normals, &vertices) };
+        }
+        if !pose.is_rest() {
+            self.budget.memory(vertices.len(), 2 * size_of::<DVec3>())?;
+            moving.positions = vectors(&positions, &vertices);
+            self.deform(primitive, pose, &vertices, positions.count(), &mut moving)?;
+            let single = |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
+            (data.positions, data.normals) = (single(moving.positions), single(moving.normals));
+        }
+        // What is moved, and what has none, gets tangents where it is prepared.
+        if material.bumpy && pose.is_rest() && !data.normals.is_empty() {
+            data.tangents = self.tangents(primitive, &positions, &vertices)?;
         }
         data.uvs = self.texture_coordinates(primitive, material, &positions, &vertices, &place)?;
         if let Some(mut colours) = self.vertex_attribute(primitive, Semantic::Colors(0), &[3, 4], &positions)? {
@@ -57,8 +70,27 @@ impl<'a> Import<'a> {
         Ok(if data.indices.is_empty() { None } else { Some(data) })
     }
 
+    /// The tangents that the primitive has; none where one of them says nothing.
+    fn tangents(&mut self, primitive: &Primitive, positions: &Accessor, vertices: &Vertices) -> Outcome<Vec<[f32; 4]>> {
+        let Some(tangents) = self.vertex_attribute(primitive, Semantic::Tangents, &[4], positions)? else {
+            return Ok(Vec::new());
+        };
+        self.budget.memory(vertices.len(), size_of::<[f32; 4]>())?;
+        let tangent = |v: usize| {
+            let [x, y, z, w] = tangents.vector(v);
+            let length = DVec3::from([x, y, z].map(f64::from)).length();
+            (length > 0.0 && length.is_finite() && w.is_finite()).then_some([x, y, z, 1.0_f32.copysign(w)])
+        };
+        Ok(vertices.iter().map(tangent).collect::<Option<_>>().unwrap_or_default())
+    }
+
     /// The accessor of an attribute, if the primitive has it.
-    fn attribute(&self, primitive: &Primitive, semantic: Semantic, arities: &[usize]) -> Outcome<Option<Accessor<'a>>> {
+    pub(super) fn attribute(
+        &self,
+        primitive: &Primitive,
+        semantic: Semantic,
+        arities: &[usize],
+    ) -> Outcome<Option<Accessor<'a>>> {
         let name = semantic.to_string();
         let Some(index) = primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
         let accessor = self.reader.open(index.value()).map_err(|fault| fault.at(&name))?;
@@ -156,7 +188,7 @@ impl<'a> Import<'a> {
 }
 
 /// The vertices of the file that a primitive uses.
-enum Vertices {
+pub(super) enum Vertices {
     /// All of them.
     All(usize),
     /// Those of a list, ascending.
@@ -164,7 +196,7 @@ enum Vertices {
 }
 
 impl Vertices {
-    fn len(&self) -> usize {
+    pub fn len(&self) -> usize {
         match self {
             Self::All(count) => *count,
             Self::Some(list) => list.len(),
@@ -172,7 +204,7 @@ impl Vertices {
     }
 
     /// Indices in the file.
-    fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
+    pub fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         match self {
             Self::All(count) => Box::new(0..*count),
             Self::Some(list) => Box::new(list.iter().map(|&i| i as usize)),

@@ -1,9 +1,9 @@
 //! Import of glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
 //!
-//! What is read: a scene's node hierarchy, at rest or at a time of its animations; triangles in all three topologies with
-//! positions, normals, texture coordinates and vertex colours from any valid accessor; metallic-roughness materials with base colour,
+//! What is read: a scene's node hierarchy with skins and morph targets, at rest or at a time of its animations; triangles in all
+//! three topologies with positions, normals, texture coordinates and vertex colours from any valid accessor; metallic-roughness materials with base colour,
 //! metallic-roughness and emissive textures, and their variants; perspective and orthographic cameras; and the extensions
-//! listed in [`extensions`]. What is not read yet (skins, morph targets, normal maps, further extensions) is named in a
+//! listed in [`extensions`]. What is not read yet (normal maps, further extensions) is named in a
 //! warning; when a file *requires* it, the file is refused.
 //!
 //! Nothing in a file is trusted: `gltf`'s validating entry is not used, because it refuses valid files and its readers
@@ -15,6 +15,8 @@ mod buffers;
 mod camera;
 mod census;
 mod choose;
+mod compressed;
+mod deform;
 mod document;
 mod extensions;
 mod glb;
@@ -22,28 +24,30 @@ mod light;
 mod material;
 mod mesh;
 mod nodes;
+mod objects;
 mod specular_glossiness;
 mod texture;
 
 use std::collections::HashMap;
 use std::path::Path;
 
-use gltf::json::mesh::Primitive;
+use glam::DAffine3;
 use raywright_core::Scene;
-use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
 pub(crate) use choose::Choice;
 pub use choose::{AnimationInfo, Contents};
 
 use accessor::{MOST_INVENTED, Reader};
+use animation::Moved;
 use buffers::{Buffers, absent};
+use deform::{PoseKey, Skins};
 use document::Document;
 use material::UsedMaterial;
 use nodes::Placed;
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
-use crate::{Error, Limits, Warning, mesh_tools, uri};
+use crate::{Error, Limits, Warning, uri};
 
 /// What came out of a file.
 pub(crate) struct Model {
@@ -77,7 +81,8 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &
     let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
     // Images that nothing visible uses are not read, and are the user's all the same.
     document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
-    let buffers = Buffers::load(&document, binary, folder, &mut budget)?;
+    let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
+    compressed::decode(&document, &mut buffers, limits, &mut budget)?;
     let reader =
         Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes, invented: MOST_INVENTED.into() };
     let import = Import {
@@ -95,6 +100,10 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &
         textures: HashMap::new(),
         images: HashMap::new(),
         meshes: HashMap::new(),
+        moved: HashMap::new(),
+        worlds: Vec::new(),
+        skins: Skins::new(),
+        moves: 0,
     };
     import.run(scene, choice.time)
 }
@@ -144,8 +153,15 @@ struct Import<'a> {
     textures: HashMap<(usize, bool), Option<String>>,
     /// As `textures`, by index of the image.
     images: HashMap<usize, Option<String>>,
-    /// By mesh and primitive; none where nothing of it can be drawn.
-    meshes: HashMap<(usize, usize), Option<UsedMesh>>,
+    /// By mesh, primitive and how it is moved; none where nothing of it can be drawn.
+    meshes: HashMap<(usize, usize, PoseKey), Option<UsedMesh>>,
+    /// What animations say of nodes.
+    moved: HashMap<usize, Moved>,
+    /// Where nodes are, by index.
+    worlds: Vec<Option<DAffine3>>,
+    skins: Skins,
+    /// Moves of vertices by targets and joints so far.
+    moves: u64,
 }
 
 impl Import<'_> {
@@ -159,8 +175,9 @@ impl Import<'_> {
                 HashMap::new()
             }
         };
-        let placed = nodes::placed(self.document, scene, &moved, &mut self.warnings)?;
-        for placed in &placed {
+        let places = nodes::places(self.document, scene, &moved, &mut self.warnings)?;
+        (self.moved, self.worlds) = (moved, places.worlds);
+        for placed in &places.shown {
             self.node(placed).map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
         }
         if self.scene.objects.is_empty() {
@@ -175,10 +192,7 @@ impl Import<'_> {
         let Some(node) = self.document.nodes.get(placed.node) else { return Ok(()) };
         let node_name = node.name.clone().unwrap_or_default();
         if let Some(index) = node.mesh {
-            self.mesh_of_node(index as usize, &node_name, placed)?;
-            if node.skin.is_some() {
-                self.warnings.add("skins are ignored: skinned meshes are shown as their nodes place them");
-            }
+            self.mesh_of_node(index as usize, node, placed)?;
         }
         if let Some(index) = node.camera.map(|i| i as usize) {
             let list = &self.document.cameras;
@@ -193,79 +207,5 @@ impl Import<'_> {
             self.scene.lights.extend(light::convert(light, index, name, placed, &mut self.warnings));
         }
         Ok(())
-    }
-
-    /// Adds an object for each primitive of a mesh.
-    fn mesh_of_node(&mut self, index: usize, node_name: &str, placed: &Placed) -> Outcome<()> {
-        let list = &self.document.meshes;
-        let mesh = list.get(index).ok_or_else(|| absent("meshes", index, list.len()))?;
-        for (i, primitive) in mesh.primitives.iter().enumerate() {
-            let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
-            let material = self.material(self.look(primitive)).map_err(place)?;
-            let used = match self.meshes.get(&(index, i)) {
-                Some(known) => known.clone(),
-                None => {
-                    let data = self.primitive(primitive, &material, (index, i)).map_err(place)?;
-                    let wish = mesh.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("mesh");
-                    let used = data.map(|data| {
-                        let used = UsedMesh { name: self.names.meshes.unique(wish), place: self.scene.meshes.len() };
-                        self.scene.meshes.push(Mesh {
-                            name: used.name.clone(),
-                            source: MeshSource::Inline(data.into()),
-                            model: None,
-                        });
-                        used
-                    });
-                    self.meshes.insert((index, i), used.clone());
-                    used
-                }
-            };
-            if let Some(used) = used {
-                let object_name = if node_name.is_empty() { mesh.name.as_deref().unwrap_or_default() } else { node_name };
-                self.object(object_name, used, &material, placed)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// The material that a primitive shows, in the variant that is asked for.
-    fn look(&self, primitive: &Primitive) -> Option<usize> {
-        let mappings = primitive.extensions.as_ref().and_then(|extensions| extensions.khr_materials_variants.as_ref());
-        let mapped = self.variant.zip(mappings).and_then(|(variant, variants)| {
-            let mapping = variants.mappings.iter().find(|mapping| mapping.variants.contains(&variant))?;
-            Some(mapping.material as usize)
-        });
-        mapped.or(primitive.material.map(|material| material.value()))
-    }
-
-    /// Adds one object that shows a mesh where a node puts it.
-    fn object(&mut self, name: &str, mesh: UsedMesh, material: &UsedMaterial, placed: &Placed) -> Outcome<()> {
-        self.budget.object()?;
-        let (mesh, transform) = match mesh_tools::is_invertible(&placed.world) {
-            true => (mesh.name, mesh_tools::transform_steps(&placed.world)),
-            false => (self.flattened(mesh, placed)?, Vec::new()),
-        };
-        self.scene.objects.push(Object {
-            name: name.to_owned(),
-            shape: Shape::Mesh(mesh),
-            material: material.name.clone(),
-            side: if material.two_sided { SideRule::Both } else { SideRule::Outside },
-            face_viewer: true,
-            casts_shadow: true,
-            transform,
-            transform_end: None,
-        });
-        Ok(())
-    }
-
-    /// A copy of a mesh in world space, for nodes that squeeze it flat: such a transform has no inverse to trace rays with.
-    fn flattened(&mut self, mesh: UsedMesh, placed: &Placed) -> Outcome<String> {
-        let source = self.scene.meshes.get(mesh.place).map(|mesh| mesh.source.clone());
-        let Some(MeshSource::Inline(data)) = source else { return Ok(mesh.name) };
-        self.budget.memory(data.bytes(), 1)?;
-        let name = self.names.meshes.unique(&mesh.name);
-        let data = mesh_tools::squeezed(&data, &placed.world);
-        self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()), model: None });
-        Ok(name)
     }
 }

@@ -18,40 +18,108 @@ pub(super) struct Placed {
     pub world: DAffine3,
 }
 
-/// All nodes of a scene, with what animations say of them, parents before children, each in the file's order.
-///
-/// Walks with a list of its own, not by recursion: a file may be nested as deep as it is long.
+/// Where all nodes of a file are.
+#[derive(Debug)]
+pub(super) struct Places {
+    /// The nodes of the scene that is shown, parents before children, each in the file's order. A node of several parents is
+    /// there under each.
+    pub shown: Vec<Placed>,
+    /// From each node's own space to the world, where it is first met; none for nodes that nothing leads to.
+    pub worlds: Vec<Option<DAffine3>>,
+}
+
+/// How often nodes may be shown again under further parents: what a file of a few lines could otherwise ask for has no end.
+const MOST_REPEATED: usize = 1 << 20;
+
+/// All nodes of a scene, with what animations say of them.
 ///
 /// # Errors
-/// A fault of kind input when a node does not exist, is reached twice (a cycle, or two parents), or is not finite.
-pub(super) fn placed(
+/// A fault of kind input when a node does not exist, is its own ancestor or is not finite; of kind limit when nodes of several
+/// parents are shown too often.
+pub(super) fn places(
     document: &Document,
     scene: Option<usize>,
     moved: &HashMap<usize, Moved>,
     warnings: &mut Warnings,
-) -> Outcome<Vec<Placed>> {
-    let nodes = &document.nodes;
-    let mut seen = vec![false; nodes.len()];
-    let mut out = Vec::new();
-    let mut waiting: Vec<(usize, DAffine3)> = Vec::new();
-    // Last in, first out: pushed backwards, nodes come out in the file's order.
-    waiting.extend(roots(document, scene, warnings)?.into_iter().rev().map(|root| (root, DAffine3::IDENTITY)));
-    while let Some((index, parent)) = waiting.pop() {
-        let node = nodes.get(index).ok_or_else(|| absent("nodes", index, nodes.len()))?;
-        let place = |fault: Fault| fault.at(format_args!("nodes[{index}]"));
-        match seen.get_mut(index) {
-            Some(true) => return Err(place(Fault::input("is reached twice: the nodes are no tree (a cycle, or two parents)"))),
-            Some(flag) => *flag = true,
-            None => {}
-        }
-        let world = parent * local(node, moved.get(&index).copied().unwrap_or_default(), index, warnings);
-        if !world.is_finite() {
-            return Err(place(Fault::input("its transform is not finite")));
-        }
-        out.push(Placed { node: index, world });
-        waiting.extend(node.children.iter().rev().map(|&child| (child as usize, world)));
+) -> Outcome<Places> {
+    let roots = roots(document, scene, warnings)?;
+    let mut walk = Walk { document, moved, worlds: vec![None; document.nodes.len()], open: vec![false; document.nodes.len()] };
+    let shown = walk.down(roots, warnings)?;
+    let joints = || document.skins.iter().flat_map(|skin| &skin.joints);
+    if joints().any(|&joint| walk.worlds.get(joint as usize) == Some(&None)) {
+        // Joints beside the scene are somewhere, too.
+        let elsewhere = orphans(document).into_iter().filter(|&root| walk.worlds.get(root) == Some(&None)).collect();
+        walk.down(elsewhere, warnings)?;
     }
-    Ok(out)
+    Ok(Places { shown, worlds: walk.worlds })
+}
+
+/// A walk through the hierarchy, with a list of its own and not by recursion: a file may be nested as deep as it is long.
+struct Walk<'a> {
+    document: &'a Document,
+    moved: &'a HashMap<usize, Moved>,
+    worlds: Vec<Option<DAffine3>>,
+    /// Whether a node is on the way to the one at hand.
+    open: Vec<bool>,
+}
+
+/// What is to be done next.
+enum Turn {
+    /// To come to a node from what its parent makes of space.
+    Enter(usize, DAffine3),
+    /// To leave a node after its children.
+    Leave(usize),
+}
+
+impl Walk<'_> {
+    fn down(&mut self, roots: Vec<usize>, warnings: &mut Warnings) -> Outcome<Vec<Placed>> {
+        let nodes = &self.document.nodes;
+        let (mut out, mut repeated) = (Vec::new(), 0);
+        // Last in, first out: pushed backwards, nodes come out in the file's order.
+        let mut waiting: Vec<Turn> = roots.into_iter().rev().map(|root| Turn::Enter(root, DAffine3::IDENTITY)).collect();
+        while let Some(turn) = waiting.pop() {
+            let (index, parent) = match turn {
+                Turn::Enter(index, parent) => (index, parent),
+                Turn::Leave(index) => {
+                    self.open[index] = false;
+                    continue;
+                }
+            };
+            let node = nodes.get(index).ok_or_else(|| absent("nodes", index, nodes.len()))?;
+            let place = |fault: Fault| fault.at(format_args!("nodes[{index}]"));
+            if core::mem::replace(&mut self.open[index], true) {
+                return Err(place(Fault::input("is reached from itself: its children form a cycle")));
+            }
+            let world = parent * local(node, self.moved.get(&index), index, warnings);
+            if !world.is_finite() {
+                return Err(place(Fault::input("its transform is not finite")));
+            }
+            if self.worlds[index].is_none() {
+                self.worlds[index] = Some(world);
+            } else {
+                warnings.add(format!("nodes[{index}]: has more than one parent and is shown under each"));
+                repeated += 1;
+            }
+            if repeated > MOST_REPEATED {
+                return Err(place(Fault::limit("has several parents, and nodes would be shown over and over again")));
+            }
+            out.push(Placed { node: index, world });
+            waiting.push(Turn::Leave(index));
+            waiting.extend(node.children.iter().rev().map(|&child| Turn::Enter(child as usize, world)));
+        }
+        Ok(out)
+    }
+}
+
+/// The nodes that are nobody's child.
+fn orphans(document: &Document) -> Vec<usize> {
+    let mut is_child = vec![false; document.nodes.len()];
+    for &child in document.nodes.iter().flat_map(|node| &node.children) {
+        if let Some(flag) = is_child.get_mut(child as usize) {
+            *flag = true;
+        }
+    }
+    (0..document.nodes.len()).filter(|&i| !is_child[i]).collect()
 }
 
 /// The nodes that a scene starts from; where none is asked for, those of `scene`, else of the first scene, else all that have no
@@ -61,13 +129,7 @@ fn roots(document: &Document, asked: Option<usize>, warnings: &mut Warnings) -> 
         if !document.nodes.is_empty() {
             warnings.add("the file has no scene: all nodes without a parent are shown");
         }
-        let mut is_child = vec![false; document.nodes.len()];
-        for &child in document.nodes.iter().flat_map(|node| &node.children) {
-            if let Some(flag) = is_child.get_mut(child as usize) {
-                *flag = true;
-            }
-        }
-        return Ok((0..document.nodes.len()).filter(|&i| is_child.get(i) == Some(&false)).collect());
+        return Ok(orphans(document));
     }
     let index = asked.unwrap_or(document.scene.unwrap_or(0) as usize);
     let scene = document.scenes.get(index).ok_or_else(|| absent("scenes", index, document.scenes.len()))?;
@@ -78,7 +140,7 @@ fn roots(document: &Document, asked: Option<usize>, warnings: &mut Warnings) -> 
 }
 
 /// A node's transform relative to its parent.
-fn local(node: &Node, moved: Moved, index: usize, warnings: &mut Warnings) -> DAffine3 {
+fn local(node: &Node, moved: Option<&Moved>, index: usize, warnings: &mut Warnings) -> DAffine3 {
     if let Some(m) = &node.matrix {
         if m[3] != 0.0 || m[7] != 0.0 || m[11] != 0.0 || m[15] != 1.0 {
             warnings.add(format!("nodes[{index}]: the last row of its matrix is not 0 0 0 1; it was taken as such"));
@@ -86,15 +148,17 @@ fn local(node: &Node, moved: Moved, index: usize, warnings: &mut Warnings) -> DA
         let column = |i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
         return DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) };
     }
-    let quaternion = moved.rotation.or(node.rotation).map_or(DQuat::IDENTITY, DQuat::from_array);
+    let turned = moved.and_then(|moved| moved.rotation);
+    let moved = |of: fn(&Moved) -> Option<[f64; 3]>| moved.and_then(of);
+    let quaternion = turned.or(node.rotation).map_or(DQuat::IDENTITY, DQuat::from_array);
     let length = quaternion.length();
     let rotation = if length > 0.0 && length.is_finite() { quaternion / length } else { DQuat::IDENTITY };
     if (length - 1.0).abs() > 1e-3 {
         warnings.add(format!("nodes[{index}]: its rotation has length {length:.3}; it was taken as a unit quaternion"));
     }
     DAffine3::from_scale_rotation_translation(
-        moved.scale.or(node.scale).map_or(DVec3::ONE, DVec3::from_array),
+        moved(|moved| moved.scale).or(node.scale).map_or(DVec3::ONE, DVec3::from_array),
         rotation,
-        moved.translation.or(node.translation).map_or(DVec3::ZERO, DVec3::from_array),
+        moved(|moved| moved.translation).or(node.translation).map_or(DVec3::ZERO, DVec3::from_array),
     )
 }

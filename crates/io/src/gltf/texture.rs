@@ -3,10 +3,11 @@
 use gltf::json;
 use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
-use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, TextureRef, Wrap};
+use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture as SceneTexture, TextureRef, Wrap};
 
 use super::Import;
 use super::buffers::absent;
+use super::document::Texture;
 use super::mesh::MOST_UV_SETS;
 use crate::import::{Fault, FaultKind, Outcome};
 use crate::{image_file, uri};
@@ -53,18 +54,20 @@ impl Import<'_> {
         let source = list.get(index).ok_or_else(|| absent("textures", index, list.len()))?;
         let place = |fault: Fault| fault.at(format_args!("textures[{index}]"));
         let sampler = self.sampler(source).map_err(place)?;
-        let image = match source.source.value() {
-            // What `gltf::json` says when there is no source.
-            none if none == u32::MAX as usize => {
-                self.warnings.add(format!("textures[{index}]: has no PNG or JPEG source; the material's factor alone counts"));
-                None
+        let mut image = None;
+        for index in source.sources() {
+            image = self.image(index as usize).map_err(place)?;
+            if image.is_some() {
+                break;
             }
-            image => self.image(image).map_err(place)?,
-        };
+        }
+        if source.sources().next().is_none() {
+            self.warnings.add(format!("textures[{index}]: has no source that is read; the material's factor alone counts"));
+        }
         let name = image.map(|image| {
             let wish = source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&image);
             let name = self.names.textures.unique(wish);
-            self.scene.textures.push(Texture {
+            self.scene.textures.push(SceneTexture {
                 name: name.clone(),
                 image,
                 colour_space: if used_as == Use::Colour { ColourSpace::Srgb } else { ColourSpace::Linear },
@@ -78,10 +81,10 @@ impl Import<'_> {
         Ok(name)
     }
 
-    fn sampler(&self, texture: &json::Texture) -> Outcome<Sampler> {
+    fn sampler(&self, texture: &Texture) -> Outcome<Sampler> {
         let list = &self.document.samplers;
         match texture.sampler {
-            Some(index) => list.get(index.value()).cloned().ok_or_else(|| absent("samplers", index.value(), list.len())),
+            Some(index) => list.get(index as usize).cloned().ok_or_else(|| absent("samplers", index as usize, list.len())),
             None => Ok(Sampler::default()),
         }
     }
@@ -95,8 +98,9 @@ impl Import<'_> {
         let source = list.get(index).ok_or_else(|| absent("images", index, list.len()))?;
         let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
         let bytes = self.image_bytes(source).map_err(place)?;
+        let beside = source.uri.as_ref().is_some_and(|uri| !uri::is_data(uri));
         let decoded = match bytes {
-            Ok(bytes) => image_file::decode_texture(&bytes, self.limits, &mut self.budget).map_err(place)?,
+            Ok(bytes) => image_file::decode_texture(&bytes, beside, self.limits, &mut self.budget).map_err(place)?,
             Err(why) => Err(why),
         };
         let name = match decoded {

@@ -7,7 +7,7 @@ use raywright_core::scene::{Image, ImageData, MeshSource, Sky, SkyMap};
 use raywright_core::suggest::closest;
 use raywright_core::validate::{mesh_data, missing_uv_sets};
 
-use super::Parsed;
+use super::{Parsed, models};
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
@@ -53,6 +53,7 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
             (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) = (MeshSource::Inline(Arc::new(mesh)), None);
         }
     }
+    warnings.extend(models::read(parsed, outer, limits)?);
     warnings.extend(missing_uv_sets(&parsed.scene).into_iter().map(|problem| parsed.warning(&problem)));
     Ok(warnings)
 }
@@ -93,7 +94,7 @@ fn is_sky(parsed: &Parsed<'_>, name: &str) -> bool {
     matches!(&parsed.scene.sky, Some(Sky::Map(SkyMap { image, .. })) if image == name)
 }
 
-fn unread(parsed: &Parsed<'_>, at: &str, why: &ReadError) -> Error {
+pub(super) fn unread(parsed: &Parsed<'_>, at: &str, why: &ReadError) -> Error {
     let kind = match why {
         ReadError::Refused(_) => ErrorKind::Input,
         ReadError::Unreadable(_) => ErrorKind::File,

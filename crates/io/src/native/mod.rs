@@ -6,6 +6,7 @@ mod enums;
 mod failure;
 pub(crate) mod files;
 mod json;
+mod models;
 mod names;
 mod node;
 mod places;

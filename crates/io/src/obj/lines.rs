@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use crate::import::{Fault, Outcome};
+
 /// A statement of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Statement<'a> {
@@ -38,6 +40,22 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
         }
     }
     Cow::Owned(out)
+}
+
+/// Refuses what is no text of ASCII statements: a text of two bytes a character, or no text.
+///
+/// # Errors
+/// A fault of kind input that names what the file is.
+pub(super) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
+    let head = bytes.get(..bytes.len().min(4096)).unwrap_or_default();
+    let paired = |odd: usize| head.len() > 3 && head.iter().skip(odd).step_by(2).all(|&byte| byte == 0);
+    if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || paired(0) || paired(1) {
+        return Err(Fault::input("is UTF-16 text; OBJ files are read as ASCII or UTF-8, so convert it (iconv -t UTF-8)"));
+    }
+    if head.contains(&0) {
+        return Err(Fault::input("is a binary file and no OBJ text; of models, .obj text, .gltf and .glb are read"));
+    }
+    Ok(())
 }
 
 /// The statements of a decoded text.

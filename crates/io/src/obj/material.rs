@@ -12,11 +12,11 @@
 //! | anything else | a dielectric of index 1.5 over `Kd`, as rough as `Ns` says |
 //!
 //! Mirrors are physical metals and not classic ones, so that every integrator can trace all materials of a file. `d` or `Tr`
-//! below opaque is coverage; `Ke` is radiance; `Pr` and `Pm` of the PBR extension go before what is derived. `Ka` means
+//! below opaque is coverage; `Ke` is radiance; `Pr`, `Pm`, their images and `norm` of the PBR extension go before what is derived. `Ka` means
 //! nothing where light is simulated.
 
 use raywright_core::Scene;
-use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Physical, TextureRef};
+use raywright_core::scene::{AlphaMode, Channel, Colour, ColourSpace, NumberInput, Physical, TextureInput, TextureRef};
 
 use super::texture::{Map, Textures};
 use crate::import::{Budget, Outcome, Warnings, shown};
@@ -38,7 +38,6 @@ pub(super) fn convert(
     budget: &mut Budget,
     warnings: &mut Warnings,
 ) -> Outcome<Physical> {
-    warn_unread(source, warnings);
     let unknown = |key: &str| source.unknown_param.get(key).map(String::as_str);
     let mut texture = |statement: Option<&str>, space, warnings: &mut Warnings| -> Outcome<Option<TextureRef>> {
         statement.map_or(Ok(None), |statement| textures.get(statement, space, scene, budget, warnings))
@@ -48,11 +47,16 @@ pub(super) fn convert(
     out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb, warnings)?;
     let emission = source.emissive.unwrap_or(if out.emission_texture.is_some() { [1.0; 3] } else { [0.0; 3] });
     out.emission = Colour(emission.map(|c| if c.is_finite() { f64::from(c).max(0.0) } else { 0.0 })).into();
-    if let Some(value) = unknown("Pr").and_then(parsed) {
-        out.roughness = unit(value).into();
+    for (key, image, input) in [("Pr", "map_Pr", &mut out.roughness), ("Pm", "map_Pm", &mut out.metallic)] {
+        let value = unknown(key).and_then(parsed).map(unit);
+        match texture(unknown(image), ColourSpace::Linear, warnings)? {
+            Some(image) => *input = pictured(image, value.unwrap_or(1.0)),
+            None => *input = value.map_or(input.clone(), NumberInput::from),
+        }
     }
-    if let Some(value) = unknown("Pm").and_then(parsed) {
-        out.metallic = unit(value).into();
+    if let Some(statement) = unknown("norm") {
+        out.normal_texture = texture(Some(statement), ColourSpace::Linear, warnings)?;
+        out.normal_scale = Map::parse(statement).bump;
     }
     if !out.may_transmit() {
         let opacity = opacity(source, warnings);
@@ -63,8 +67,10 @@ pub(super) fn convert(
         };
         if opacity < 1.0 || own_alpha {
             out.alpha = AlphaMode::Blend;
-        } else if source.dissolve_texture.is_some() {
-            warnings.add(format!("material `{}`: map_d in a picture of its own is ignored", shown(&source.name)));
+        }
+        let cover = source.dissolve_texture.as_deref().filter(|_| !own_alpha);
+        if let Some(image) = texture(cover, ColourSpace::Linear, warnings)? {
+            (out.alpha, out.opacity) = (AlphaMode::Blend, pictured(image, opacity));
         }
     }
     Ok(out)
@@ -126,20 +132,28 @@ fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     }
 }
 
-/// Says what of a material is not read.
-fn warn_unread(source: &tobj::Material, warnings: &mut Warnings) {
-    const READ: [&str; 6] = ["Tf", "Tr", "Pr", "Pm", "map_Ke", "Kt"];
-    let mut ignored: Vec<&str> = source.unknown_param.keys().map(String::as_str).filter(|key| !READ.contains(key)).collect();
+/// A number that an image gives by its red channel, times a factor.
+fn pictured(image: TextureRef, factor: f64) -> NumberInput {
+    NumberInput::Texture(TextureInput {
+        texture: TextureRef { factor: Colour([factor; 3]), channel: Some(Channel::Red), ..image },
+    })
+}
+
+/// Keys of a material that have no words in a scene and would change how it looks.
+pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
+    const READ: [&str; 9] = ["Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt"];
+    // Their zeros say that there is none of it; of anisotropy the angle says nothing without a strength.
+    const IDLE: [&str; 5] = ["Ps", "Pc", "Pcr", "aniso", "anisor"];
+    let idle = |key: &str, value: &str| key == "anisor" || key == "Pcr" || IDLE.contains(&key) && parsed(value) == Some(0.0);
+    let unknown = source.unknown_param.iter().filter(|(key, value)| !READ.contains(&key.as_str()) && !idle(key, value));
+    let mut ignored: Vec<&str> = unknown.map(|(key, _)| key.as_str()).collect();
     let known =
         [("map_Ks", &source.specular_texture), ("map_Ns", &source.shininess_texture), ("map_bump", &source.normal_texture)];
     ignored.extend(known.iter().filter(|(_, texture)| texture.is_some()).map(|(name, _)| *name));
-    if ignored.is_empty() {
-        return;
-    }
     // The parameters come from a map without order.
     ignored.sort_unstable();
     ignored.truncate(20);
-    warnings.add(format!("material `{}`: {} ignored", shown(&source.name), shown(&ignored.join(", "))));
+    ignored.into_iter().map(|key| format!("MTL {}", shown(key))).collect()
 }
 
 fn parsed(text: &str) -> Option<f64> {

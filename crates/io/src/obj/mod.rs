@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use raywright_core::Scene;
-use raywright_core::scene::{Material, Mesh, MeshSource, Model, Object, Shape, SideRule};
+use raywright_core::scene::{Material, Mesh, MeshSource, Model, Object, Shape, SideRule, Unread};
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
@@ -38,6 +38,7 @@ pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) 
 fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
     let mut warnings = Warnings::default();
     let mut budget = Budget::new(limits);
+    lines::refuse_foreign(bytes)?;
     let survey = survey::survey(&lines::decode(bytes), &mut budget, &mut warnings)?;
     let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
     let models = models(&survey)?;
@@ -126,6 +127,8 @@ impl Materials<'_> {
         let mut model = material::convert(source.as_ref(), &mut self.textures, scene, budget, warnings)?;
         model.vertex_colours = coloured;
         let name = self.names.unique(&label);
+        let unread = material::unread(source.as_ref()).into_iter();
+        scene.unread.extend(unread.map(|what| Unread { material: name.clone(), what }));
         scene.materials.push(Material { name: name.clone(), model: Model::Physical(Box::new(model)) });
         self.known.insert((number, coloured), name.clone());
         Ok(name)

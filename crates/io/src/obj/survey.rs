@@ -227,28 +227,30 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    /// The indices of a corner. A texture coordinate or normal that does not exist is left out with a warning, as other
-    /// programs do; a position must exist.
+    /// The indices of a corner, each of something that exists. Only where a file has no texture coordinates or no normals at all,
+    /// references to them, which some programs write, mean nothing.
     fn corner(&mut self, word: &str) -> Outcome<Corner> {
         let mut parts = word.split('/');
         let [v, vt, vn] = [parts.next().unwrap_or_default(), parts.next().unwrap_or_default(), parts.next().unwrap_or_default()];
         if parts.next().is_some() {
             return Err(Fault::input("has more than three parts"));
         }
-        let missing = || Fault::input(format!("vertex {} of {}", shown(v), self.totals[0]));
-        let position = self.index(v, 0)?.ok_or_else(missing)?;
-        let mut optional = |part: &str, kind: usize, what: &str| -> Outcome<Option<usize>> {
-            if part.is_empty() {
-                return Ok(None);
-            }
-            let index = self.index(part, kind)?;
-            if index.is_none() {
-                self.warnings.add(format!("faces refer to {what} that do not exist; they were read without"));
-            }
-            Ok(index)
+        let there = |part: &str, kind: usize, what: &str| {
+            let missing = || Fault::input(format!("{what} {} of {}", shown(part), self.totals[kind]));
+            self.index(part, kind)?.ok_or_else(missing)
         };
-        let texture = optional(vt, 1, "texture coordinates")?;
-        Ok(Corner { position, texture, normal: optional(vn, 2, "normals")? })
+        let optional = |part: &str, kind: usize, what: &str| match part.is_empty() || self.totals[kind] == 0 {
+            true => Ok(None),
+            false => there(part, kind, what).map(Some),
+        };
+        let (texture, normal) = (optional(vt, 1, "texture coordinate")?, optional(vn, 2, "normal")?);
+        let position = there(v, 0, "vertex")?;
+        for (part, kind, what) in [(vt, 1, "texture coordinates"), (vn, 2, "normals")] {
+            if !part.is_empty() && self.totals[kind] == 0 {
+                self.warnings.add(format!("faces refer to {what}, of which the file has none"));
+            }
+        }
+        Ok(Corner { position, texture, normal })
     }
 
     /// An absolute index from 1, or none where nothing has it.

@@ -21,6 +21,8 @@ pub(super) struct Map {
     pub scale: [f64; 2],
     /// Added to u and v after that.
     pub offset: [f64; 2],
+    /// Factor of bumps.
+    pub bump: f64,
 }
 
 /// Options and how many words they take at most; those with `0` stand for one to three numbers.
@@ -45,7 +47,7 @@ const OPTIONS: [(&str, usize); 15] = [
 impl Map {
     /// Takes `[options] file name [options]` apart; the name may have blanks.
     pub fn parse(text: &str) -> Self {
-        let mut map = Self { path: String::new(), clamp: false, scale: [1.0; 2], offset: [0.0; 2] };
+        let mut map = Self { path: String::new(), clamp: false, scale: [1.0; 2], offset: [0.0; 2], bump: 1.0 };
         let mut rest = text.trim();
         while let Some(after) = map.option(rest) {
             rest = after;
@@ -82,6 +84,7 @@ impl Map {
         match name {
             "-s" => self.scale = pair(1.0),
             "-o" => self.offset = pair(0.0),
+            "-bm" => self.bump = numbers.first().copied().filter(|x| x.is_finite()).unwrap_or(1.0),
             _ => {}
         }
         Some(rest)
@@ -157,9 +160,8 @@ impl<'f> Textures<'f> {
 
     fn image(&self, path: &str, scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Option<String>> {
         let decoded = match self.folder.read(path) {
-            Ok(bytes) => {
-                image_file::decode_texture(&bytes, self.limits, budget).map_err(|fault| fault.at(format_args!("`{path}`")))?
-            }
+            Ok(bytes) => image_file::decode_texture(&bytes, true, self.limits, budget)
+                .map_err(|fault| fault.at(format_args!("`{path}`")))?,
             Err(ReadError::TooLarge(why)) => return Err(Fault::limit(why)),
             Err(why) => Err(why.to_string()),
         };

@@ -36,11 +36,14 @@ impl Made {
         made
     }
 
-    fn accessor(&mut self, kind: &str, numbers: &[f32]) -> usize {
+    /// Adds floats of a kind of element; its index.
+    pub fn accessor(&mut self, kind: &str, numbers: &[f32]) -> usize {
         let arity = match kind {
             "SCALAR" => 1,
+            "VEC2" => 2,
             "VEC3" => 3,
-            _ => 4,
+            "VEC4" => 4,
+            _ => 16,
         };
         let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": 4 * numbers.len() });
         self.bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
@@ -56,11 +59,25 @@ impl Made {
     /// An animation of one channel with keys at 1 and 3 seconds.
     pub fn animated(mut self, name: &str, node: u32, path: &str, interpolation: &str, values: &[f32]) -> Self {
         let input = self.accessor("SCALAR", &[1.0, 3.0]);
-        let output = self.accessor(if path == "rotation" { "VEC4" } else { "VEC3" }, values);
+        let kind = match path {
+            "rotation" => "VEC4",
+            "weights" => "SCALAR",
+            _ => "VEC3",
+        };
+        let output = self.accessor(kind, values);
         self.document["animations"].as_array_mut().expect("a list").push(json!({
             "name": name, "channels": [{ "sampler": 0, "target": { "node": node, "path": path } }],
             "samplers": [{ "input": input, "output": output, "interpolation": interpolation }] }));
         self
+    }
+
+    /// Adds vectors of four bytes, whole numbers or fractions; their index.
+    pub fn bytes(&mut self, fractions: bool, values: &[[u8; 4]]) -> usize {
+        let floats: Vec<f32> = values.iter().map(|v| f32::from_le_bytes(*v)).collect();
+        let place = self.accessor("SCALAR", &floats);
+        let accessor = &mut self.document["accessors"][place];
+        (accessor["componentType"], accessor["type"], accessor["normalized"]) = (json!(5121), json!("VEC4"), json!(fractions));
+        place
     }
 
     /// The same with something changed in its JSON.

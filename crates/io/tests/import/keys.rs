@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
-use raywright_core::scene::{AlphaMode, Colour, Falloff, LightKind, Model, Physical};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical};
 use raywright_io::Loaded;
+use serde_json::json;
 
-use crate::shared::load;
+use crate::keyed::Made;
+use crate::shared::{load, mesh_of};
 
 fn first(loaded: &Loaded) -> Physical {
     let name = &loaded.scene.objects[0].material;
@@ -228,4 +232,69 @@ fn lamps_have_their_defaults() {
         let found = read(&format!(r#""type": "point", "name": "{own}""#), &format!(r#""name": "{node}","#));
         assert_eq!(found.name, name);
     }
+}
+
+/// Protects: a normal map is read with its scale and where it lies, as numbers and not by the sRGB curve; tangents of the file come
+/// along where a material asks for them and the mesh has normals, and not where one of them says nothing.
+#[test]
+fn normal_maps_of_gltf() {
+    let normal = r#""index": 0, "scale": 0.5, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0.25] } }"#;
+    let loaded = gltf(&format!(r#""normalTexture": {{ {normal} }}"#));
+    let Some(Model::Physical(model)) = loaded.scene.materials.first().map(|material| &material.model) else { panic!("one") };
+    let image = model.normal_texture.as_ref().expect("a normal map");
+    assert_eq!((model.normal_scale, image.uv_set), (0.5, 0));
+    assert_eq!(image.uv_transform, Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.25]]));
+    let texture = loaded.scene.textures.iter().find(|texture| texture.name == image.name).expect("a texture");
+    assert_eq!(texture.colour_space, ColourSpace::Linear);
+    let tangents = |last: [f32; 4], bumpy: bool, normals: bool| {
+        let mut made = Made::new();
+        let up = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        let ways = made.accessor("VEC4", &[[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, -1.0], last].concat());
+        let made = made.with(|d| {
+            let attributes = &mut d["meshes"][0]["primitives"][0]["attributes"];
+            attributes["TANGENT"] = json!(ways);
+            if normals {
+                attributes["NORMAL"] = json!(up);
+            }
+            d["images"] = json!([{ "uri": format!("data:image/png;base64,{}", STANDARD.encode(DOT)) }]);
+            d["textures"] = json!([{ "source": 0 }]);
+            if bumpy {
+                d["materials"][0]["normalTexture"] = json!({ "index": 0 });
+            }
+        });
+        let loaded = made.asked(None, None, None).unwrap_or_else(|e| panic!("{e}"));
+        mesh_of(&loaded, &loaded.scene.objects[0]).tangents.clone()
+    };
+    let found = tangents([0.0, 2.0, 0.0, -0.5], true, true);
+    assert_eq!(found, [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, -1.0], [0.0, 2.0, 0.0, -1.0]]);
+    for last in [[0.0, 0.0, 0.0, 1.0], [f32::NAN, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, f32::NAN]] {
+        assert!(tangents(last, true, true).is_empty(), "{last:?}");
+    }
+    assert!(tangents([1.0; 4], false, true).is_empty() && tangents([1.0; 4], true, false).is_empty());
+}
+
+/// A grey picture of one pixel.
+const DOT: &[u8] = &[
+    137, 80, 78, 71, 13, 10, 26, 10, 0, 0, 0, 13, 73, 72, 68, 82, 0, 0, 0, 1, 0, 0, 0, 1, 8, 0, 0, 0, 0, 58, 126, 155, 85, 0, 0,
+    0, 10, 73, 68, 65, 84, 120, 156, 99, 104, 0, 0, 0, 130, 0, 129, 119, 205, 114, 182, 0, 0, 0, 0, 73, 69, 78, 68, 174, 66, 96,
+    130,
+];
+
+/// Protects: what a file carries as a picture and is none makes the file wrong; beside it, it is a picture that is missing.
+#[test]
+fn pictures_that_are_none() {
+    let textured = |uri: String| {
+        let made = Made::new().with(|d| {
+            d["images"] = json!([{ "uri": uri }]);
+            d["textures"] = json!([{ "source": 0 }]);
+            d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+        });
+        let path = made.write();
+        std::fs::write(path.with_file_name("text.png"), "text").expect("a file");
+        made.asked(None, None, None)
+    };
+    let inside = textured(format!("data:image/png;base64,{}", STANDARD.encode("text"))).expect_err("no picture").to_string();
+    assert!(inside.contains("images[0]") && inside.contains("no picture"), "{inside}");
+    let beside = textured("text.png".to_owned()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(beside.warnings.iter().any(|warning| warning.message.contains("no picture")), "{:?}", beside.warnings);
 }

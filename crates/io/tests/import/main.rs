@@ -3,6 +3,7 @@
 mod attributes;
 mod collections;
 mod containers;
+mod deformed;
 mod gltf;
 mod hostile;
 mod keyed;
@@ -10,6 +11,7 @@ mod keys;
 mod made;
 mod malformed;
 mod obj;
+mod placed;
 mod played;
 mod samplers;
 mod shared;

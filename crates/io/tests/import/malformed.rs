@@ -65,7 +65,7 @@ fn messages_name_the_cause() {
         ("json/invalid_json.gltf", "line 1"),
         ("json/mesh_index_out_of_range.gltf", "meshes[99] does not exist"),
         ("nodes/child_out_of_range.gltf", "nodes[50] does not exist"),
-        ("nodes/cycle_two_nodes.gltf", "reached twice"),
+        ("nodes/cycle_two_nodes.gltf", "form a cycle"),
         ("uris/bad_base64.gltf", "base64"),
         ("uris/missing_file.gltf", "does_not_exist.bin"),
         ("uris/percent_not_utf8.gltf", "UTF-8"),

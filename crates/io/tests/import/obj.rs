@@ -1,7 +1,9 @@
 //! OBJ files whose right answer is known, whole collections, and hostile ones.
 
 use glam::{DVec3, Vec3};
-use raywright_core::scene::{AlphaMode, Colour, ColourInput, MeshData, Model, Physical, SideRule};
+use raywright_core::scene::{
+    AlphaMode, Channel, Colour, ColourInput, ColourSpace, MeshData, Model, NumberInput, Physical, SideRule,
+};
 use raywright_io::Loaded;
 
 use crate::shared::{assets, check_sound, files_below, load, mesh, mesh_of, triangle_count, try_load};
@@ -154,11 +156,65 @@ fn errors_name_line_and_cause() {
         ("v 0 0\n", "line 1: v: 2 numbers"),
         ("vn 1 2\n", "vn: 2 numbers"),
         ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
+        ("v 0 0 0\nvt 0 0\nf 1/2 1/1 1/1\n", "line 3: f: `1/2`: texture coordinate 2 of 1"),
+        ("v 0 0 0\nvt 0 0\nf 1/-2 1/1 1/1\n", "texture coordinate -2 of 1"),
+        ("v 0 0 0\nvn 0 0 1\nf 1//7 1//1 1//1\n", "normal 7 of 1"),
     ] {
         let (_folder, path) = write(text);
         let error = try_load(&path).expect_err(text).to_string();
         assert!(error.contains(words) && error.contains("test.obj"), "{text:?}: {error}");
     }
+}
+
+/// Protects: texts of two bytes a character, with a mark or without, and files that are no text are refused for what they are.
+#[test]
+fn foreign_texts_are_named() {
+    let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let units = || text.encode_utf16();
+    let files: [(Vec<u8>, &str); 5] = [
+        ([0xfeff].into_iter().chain(units()).flat_map(u16::to_le_bytes).collect(), "UTF-16"),
+        ([0xfeff].into_iter().chain(units()).flat_map(u16::to_be_bytes).collect(), "UTF-16"),
+        (units().flat_map(u16::to_le_bytes).collect(), "UTF-16"),
+        (units().flat_map(u16::to_be_bytes).collect(), "UTF-16"),
+        ([&b"Kaydara FBX Binary  \0\x1a\0"[..], text.as_bytes()].concat(), "binary"),
+    ];
+    for (bytes, word) in files {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("test.obj");
+        std::fs::write(&path, bytes).unwrap();
+        let error = try_load(&path).expect_err(word).to_string();
+        assert!(error.contains(word) && error.contains("test.obj") && error.lines().count() == 1, "{error}");
+    }
+}
+
+/// Protects: images of roughness, metalness and coverage multiply their numbers, `norm` bends normals by `-bm`, and what has no
+/// words is left out by its key, unless its number says that there is none of it.
+#[test]
+fn images_of_the_pbr_keys() {
+    let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n");
+    let lines =
+        "Pr 0.5\nmap_Pr a.png\nmap_Pm b.png\nnorm -bm 0.25 c.png\nmap_d a.png\nd 0.75\nPs 0\nPc 0.5\nPcr 0.1\nmap_Bump c.png\n";
+    std::fs::write(folder.path().join("m.mtl"), format!("newmtl m\nKd 1 0 0\n{lines}")).unwrap();
+    for name in ["a.png", "b.png", "c.png"] {
+        image::RgbaImage::from_raw(1, 1, vec![128; 4]).expect("a pixel").save(folder.path().join(name)).unwrap();
+    }
+    let file = load(&path);
+    let material = physical(&file, "m");
+    let image = |input: &NumberInput| match input {
+        NumberInput::Texture(input) => {
+            let texture = &input.texture;
+            let image = file.scene.textures.iter().find(|t| t.name == texture.name).expect("a texture");
+            assert_eq!((image.colour_space, texture.channel), (ColourSpace::Linear, Some(Channel::Red)));
+            (image.image.clone(), texture.factor.0[0])
+        }
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(image(&material.roughness), ("a.png".to_owned(), 0.5));
+    assert_eq!(image(&material.metallic), ("b.png".to_owned(), 1.0));
+    assert_eq!((image(&material.opacity), material.alpha), (("a.png".to_owned(), 0.75), AlphaMode::Blend));
+    assert!(material.normal_texture.is_some() && material.normal_scale == 0.25);
+    let left_out: Vec<&str> = file.scene.unread.iter().map(|part| part.what.as_str()).collect();
+    assert_eq!(left_out, ["MTL Pc", "MTL map_bump"]);
 }
 
 /// Protects: `d` is how much there is of a surface, `Tr` how much is not, `d` counts where both are there, and `Tr 1` alone, which old

@@ -30,7 +30,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
     let mut loaded = scene_input::read(&name, &args.changes, Limits::default(), verbosity)?;
     outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::complete(&mut loaded, verbosity);
+    scene_input::complete(&mut loaded, &args.changes, verbosity);
     let mut settings = Settings::of(&loaded.scene);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
     settings.max_memory = Some(Limits::default().memory_bytes);

@@ -23,6 +23,11 @@ pub struct Physical {
     pub roughness: NumberInput,
     /// Image with roughness in green and metalness in blue.
     pub metallic_roughness_texture: Option<TextureRef>,
+    /// Image of directions about the normal: red along the way in which u grows, green up in the image, blue outwards, each
+    /// from −1 to 1 over the codes. Its texture's colour space must be linear.
+    pub normal_texture: Option<TextureRef>,
+    /// Factor of the image's red and green directions; 0: the surface is smooth.
+    pub normal_scale: f64,
     /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read.
     #[serde(deserialize_with = "early")]
     pub ior: NumberInput,
@@ -58,6 +63,8 @@ impl Default for Physical {
             metallic: 0.0.into(),
             roughness: 1.0.into(),
             metallic_roughness_texture: None,
+            normal_texture: None,
+            normal_scale: 1.0,
             ior: 1.5.into(),
             transmission: 0.0.into(),
             transmission_texture: None,
@@ -94,6 +101,7 @@ inputs!(
     metallic,
     roughness,
     metallic_roughness_texture,
+    normal_texture,
     ior,
     transmission,
     transmission_texture,
@@ -111,6 +119,11 @@ impl Physical {
         let distance =
             self.attenuation_distance.filter(|_| self.may_transmit() && self.attenuation_colour != Colour([1.0; 3]))?;
         Some(self.attenuation_colour.0.map(|colour| -libm::log(colour) / distance))
+    }
+
+    /// The image that bends its normals, where light asks for them.
+    pub fn bent_by(&self) -> Option<&TextureRef> {
+        self.normal_texture.as_ref().filter(|_| self.normal_scale != 0.0 && !self.unlit)
     }
 
     /// Whether light may pass through it somewhere.

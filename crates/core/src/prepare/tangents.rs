@@ -1,0 +1,144 @@
+//! Tangents of meshes whose normals an image bends and whose file has none: MikkTSpace, by which the programs that bake such images
+//! make theirs (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008).
+
+use std::collections::HashMap;
+
+use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
+use glam::Vec3;
+use raywright_bvh::Precision;
+
+use super::geometry::Built;
+use super::{PrepareError, go_on};
+use crate::generate::all;
+use crate::lookup::Lookup;
+use crate::observer::Observer;
+use crate::scene::{Material, MeshData, Model, Scene, Shape};
+
+/// Tangents of a mesh, for each corner of each triangle, as [`MeshData::tangents`] has them for vertices.
+pub(crate) type Corners = Vec<[[f32; 4]; 3]>;
+
+/// Which way tangents go: along this set of texture coordinates, after this part of an affine map, by its bits.
+pub(super) type Way = (u32, [u64; 4]);
+
+/// The way of the tangents that must be made for a mesh of a material; none where it has its own, or where nothing asks for any.
+pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<Way> {
+    let Model::Physical(model) = &material?.model else { return None };
+    let image = model.bent_by().filter(|_| data.tangents.is_empty())?;
+    let [[a, b, _], [c, d, _]] = image.uv_transform.unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    Some((image.uv_set, [a, b, c, d].map(f64::to_bits)))
+}
+
+/// Makes what tangents are missing, each once, and tells the objects where they are.
+///
+/// # Errors
+/// [`PrepareError::Cancelled`], asked between meshes.
+pub(super) fn make<P: Precision>(
+    scene: &Scene,
+    built: &mut Built<P>,
+    observer: &dyn Observer,
+) -> Result<Vec<Corners>, PrepareError> {
+    let lookup = Lookup::new(scene);
+    let (mut tables, mut places) = (Vec::new(), HashMap::new());
+    let bumpy = built.objects.iter_mut().zip(all(scene)).filter(|(record, _)| record.bumpy);
+    for (record, shown) in bumpy {
+        let (Some(mesh), Shape::Mesh(name)) = (&mut record.mesh, &shown.object.shape) else { continue };
+        let material = lookup.material(&shown.object.material).map(|(_, material)| material);
+        let Some(data) = lookup.mesh_data(name) else { continue };
+        let Some(way) = way(material, data) else { continue };
+        let known = places.get(&(mesh.mesh, way)).copied();
+        let place = match known {
+            Some(place) => place,
+            None => {
+                go_on(observer)?;
+                tables.push(corners(data, way));
+                let place = tables.len() as u32 - 1;
+                places.insert((mesh.mesh, way), place);
+                place
+            }
+        };
+        mesh.tangents = Some(place);
+    }
+    Ok(tables)
+}
+
+/// The tangents of one mesh.
+fn corners(data: &MeshData, (set, map): Way) -> Corners {
+    let largest = data.positions.as_flattened().iter().fold(0.0_f32, |largest, x| largest.max(x.abs()));
+    // A power of two keeps every digit, and products of edges within what single precision can hold.
+    let exponent = if largest > 0.0 { libm::ilogbf(largest) } else { 0 };
+    let mut mesh = Faces {
+        data,
+        set: set as usize,
+        map: map.map(f64::from_bits),
+        scale: libm::ldexp(1.0, -exponent),
+        out: vec![[[0.0; 4]; 3]; data.indices.len()],
+    };
+    // Fails for none of what a mesh can be; corners that are then without a tangent get any that is across their normal.
+    let _ = generate_tangents::<_, Portable>(&mut mesh);
+    mesh.out
+}
+
+/// Functions that are the same on every platform.
+struct Portable;
+
+impl Ops for Portable {
+    fn sqrt(x: f32) -> f32 {
+        x.sqrt()
+    }
+    fn acos(x: f32) -> f32 {
+        libm::acos(f64::from(x)) as f32
+    }
+}
+
+/// A mesh as the library reads and writes it.
+struct Faces<'a> {
+    data: &'a MeshData,
+    set: usize,
+    map: [f64; 4],
+    scale: f64,
+    out: Corners,
+}
+
+impl Faces<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        self.data.indices[face][corner] as usize
+    }
+}
+
+impl Geometry<Portable> for Faces<'_> {
+    fn num_faces(&self) -> usize {
+        self.data.indices.len()
+    }
+    fn num_vertices_of_face(&self, _: usize) -> usize {
+        3
+    }
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        self.data.positions[self.vertex(face, corner)].map(|x| (f64::from(x) * self.scale) as f32)
+    }
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        match self.data.normals.get(self.vertex(face, corner)) {
+            Some(normal) => *normal,
+            None => {
+                let [a, b, c] = [0, 1, 2].map(|corner| Vec3::from_array(self.position(face, corner)).as_dvec3());
+                (b - a).cross(c - a).normalize_or_zero().as_vec3().to_array()
+            }
+        }
+    }
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        // What an interaction reads of a mesh without coordinates.
+        const WEIGHTS: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        let [u, v] = match self.data.uvs.get(self.set).filter(|set| !set.is_empty()) {
+            Some(set) => set[self.vertex(face, corner)],
+            None if self.set == 0 => WEIGHTS[corner],
+            None => [0.0; 2],
+        };
+        let ([u, v], [a, b, c, d]) = ([u, v].map(f64::from), self.map);
+        // Images are up where v falls, and the library takes them to be up where it grows.
+        [(a * u + b * v) as f32, -(c * u + d * v) as f32]
+    }
+    fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
+        if let Some(tangent) = tangent {
+            self.out[face][corner] = tangent.tangent_encoded();
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! What the nodes of a glTF file show: an object for each primitive of a mesh, at the node's place or at each of those that
+//! EXT_mesh_gpu_instancing gives it.
+
+use glam::{DAffine3, DQuat, DVec3};
+use gltf::json::mesh::Primitive;
+use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
+
+use super::accessor::Accessor;
+use super::buffers::absent;
+use super::document::{Instancing, Node};
+use super::material::UsedMaterial;
+use super::nodes::Placed;
+use super::{Import, UsedMesh};
+use crate::import::{Fault, Outcome};
+use crate::mesh_tools;
+
+/// Places of instances in their node's space.
+struct Instances<'a> {
+    count: usize,
+    translation: Option<Accessor<'a>>,
+    rotation: Option<Accessor<'a>>,
+    scale: Option<Accessor<'a>>,
+}
+
+impl Instances<'_> {
+    fn at(&self, index: usize) -> DAffine3 {
+        let vector = |list: &Accessor<'_>| DVec3::from(list.vector::<3>(index).map(f64::from));
+        let turn = |list: &Accessor<'_>| DQuat::from_array(list.vector::<4>(index).map(f64::from)).normalize();
+        DAffine3::from_scale_rotation_translation(
+            self.scale.as_ref().map_or(DVec3::ONE, vector),
+            self.rotation.as_ref().map(turn).filter(|turn| turn.is_finite()).unwrap_or(DQuat::IDENTITY),
+            self.translation.as_ref().map_or(DVec3::ZERO, vector),
+        )
+    }
+}
+
+impl<'a> Import<'a> {
+    /// The places at which a node shows its mesh.
+    fn instances(&self, instancing: &Instancing) -> Outcome<Instances<'a>> {
+        let list = |name: &str, arity: usize| -> Outcome<Option<Accessor<'a>>> {
+            let Some(&index) = instancing.attributes.get(name) else { return Ok(None) };
+            let list = self.reader.open(index as usize).map_err(|fault| fault.at(name))?;
+            match list.arity() == arity {
+                true => Ok(Some(list)),
+                false => Err(Fault::input(format!("{name}: has {} components, not {arity}", list.arity()))),
+            }
+        };
+        let lists = [list("TRANSLATION", 3)?, list("ROTATION", 4)?, list("SCALE", 3)?];
+        let counts: Vec<usize> = lists.iter().flatten().map(Accessor::count).collect();
+        if counts.iter().any(|count| Some(count) != counts.first()) {
+            return Err(Fault::input(format!("has {counts:?} translations, rotations and scales")));
+        }
+        // Without any of these there is nothing that tells instances apart, but there is the mesh.
+        let count = counts.first().copied().unwrap_or(1);
+        let [translation, rotation, scale] = lists;
+        Ok(Instances { count, translation, rotation, scale })
+    }
+
+    /// Adds an object for each primitive of a node's mesh, at each place where the node shows it.
+    pub(super) fn mesh_of_node(&mut self, index: usize, node: &Node, placed: &Placed) -> Outcome<()> {
+        let pose = self.pose(placed.node, node)?;
+        // A skin's joints place its meshes; where their node is does not matter.
+        let world = pose.skin.as_ref().map_or(placed.world, |skin| DAffine3::from_translation(skin.origin));
+        let places = match node.extensions.instancing.as_ref().filter(|_| pose.skin.is_none()) {
+            Some(instancing) => Some(self.instances(instancing).map_err(|fault| fault.at("EXT_mesh_gpu_instancing"))?),
+            None => None,
+        };
+        let list = &self.document.meshes;
+        let mesh = list.get(index).ok_or_else(|| absent("meshes", index, list.len()))?;
+        let key = pose.key();
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
+            let material = self.material(self.look(primitive)).map_err(place)?;
+            let used = match self.meshes.get(&(index, i, key.clone())) {
+                Some(known) => known.clone(),
+                None => {
+                    let data = self.primitive(primitive, &material, &pose, (index, i)).map_err(place)?;
+                    let wish = mesh.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("mesh");
+                    let used = data.map(|data| {
+                        let used = UsedMesh { name: self.names.meshes.unique(wish), place: self.scene.meshes.len() };
+                        self.scene.meshes.push(Mesh {
+                            name: used.name.clone(),
+                            source: MeshSource::Inline(data.into()),
+                            model: None,
+                        });
+                        used
+                    });
+                    self.meshes.insert((index, i, key.clone()), used.clone());
+                    used
+                }
+            };
+            let Some(used) = used else { continue };
+            let names = [&node.name, &mesh.name].into_iter().flatten();
+            let name = names.map(String::as_str).find(|name| !name.is_empty()).unwrap_or_default();
+            match &places {
+                None => self.object(name, &used, &material, &world)?,
+                Some(places) => {
+                    for place in 0..places.count {
+                        self.object(name, &used, &material, &(world * places.at(place)))?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The material that a primitive shows, in the variant that is asked for.
+    fn look(&self, primitive: &Primitive) -> Option<usize> {
+        let mappings = primitive.extensions.as_ref().and_then(|extensions| extensions.khr_materials_variants.as_ref());
+        let mapped = self.variant.zip(mappings).and_then(|(variant, variants)| {
+            let mapping = variants.mappings.iter().find(|mapping| mapping.variants.contains(&variant))?;
+            Some(mapping.material as usize)
+        });
+        mapped.or(primitive.material.map(|material| material.value()))
+    }
+
+    /// Adds one object that shows a mesh where a node puts it.
+    fn object(&mut self, name: &str, mesh: &UsedMesh, material: &UsedMaterial, world: &DAffine3) -> Outcome<()> {
+        self.budget.object()?;
+        let (mesh, transform) = match mesh_tools::is_invertible(world) {
+            true => (mesh.name.clone(), mesh_tools::transform_steps(world)),
+            false => (self.flattened(mesh, world)?, Vec::new()),
+        };
+        self.scene.objects.push(Object {
+            name: name.to_owned(),
+            shape: Shape::Mesh(mesh),
+            material: material.name.clone(),
+            side: if material.two_sided { SideRule::Both } else { SideRule::Outside },
+            face_viewer: true,
+            casts_shadow: true,
+            transform,
+            transform_end: None,
+        });
+        Ok(())
+    }
+
+    /// A copy of a mesh in world space, for nodes that squeeze it flat: such a transform has no inverse to trace rays with.
+    fn flattened(&mut self, mesh: &UsedMesh, world: &DAffine3) -> Outcome<String> {
+        let source = self.scene.meshes.get(mesh.place).map(|mesh| mesh.source.clone());
+        let Some(MeshSource::Inline(data)) = source else { return Ok(mesh.name.clone()) };
+        self.budget.memory(data.bytes(), 1)?;
+        let name = self.names.meshes.unique(&mesh.name);
+        let data = mesh_tools::squeezed(&data, world);
+        self.scene.meshes.push(Mesh { name: name.clone(), source: MeshSource::Inline(data.into()), model: None });
+        Ok(name)
+    }
+}

@@ -1,0 +1,218 @@
+//! Models that a native scene places: what their files hold becomes part of the scene, under names of its own.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+use std::rc::Rc;
+
+use glam::{DAffine3, DVec3};
+use raywright_core::affine;
+use raywright_core::scene::{Light, LightKind, MeshSource, Model, ModelFile, Object, Scene, Shape};
+use raywright_core::suggest::closest;
+use raywright_core::validate::FARTHEST;
+
+use super::Parsed;
+use super::files::unread;
+use crate::error::{Error, Warning};
+use crate::error_kind::ErrorKind;
+use crate::folder::Folder;
+use crate::import::{Names, shown};
+use crate::limits::Limits;
+use crate::{gltf, obj};
+
+/// What is read once: a file, with the scene, variant and time that are meant of it.
+type Key = (String, Option<String>, Option<String>, Option<u64>);
+
+/// What placing a model takes: its things are in the scene, but for objects and lights.
+struct Part {
+    /// With the file's own names of materials.
+    objects: Vec<Object>,
+    lights: Vec<Light>,
+    /// Names in the scene by names in the file.
+    materials: BTreeMap<String, String>,
+}
+
+/// Names of a scene's things, so that those of models differ.
+struct Taken {
+    images: Names,
+    textures: Names,
+    materials: Names,
+    meshes: Names,
+}
+
+impl Taken {
+    fn of(scene: &Scene) -> Self {
+        fn all<'a>(names: impl Iterator<Item = &'a String>) -> Names {
+            let mut taken = Names::default();
+            names.for_each(|name| drop(taken.unique(name)));
+            taken
+        }
+        Self {
+            images: all(scene.images.iter().map(|image| &image.name)),
+            textures: all(scene.textures.iter().map(|texture| &texture.name)),
+            materials: all(scene.materials.iter().map(|material| &material.name)),
+            meshes: all(scene.meshes.iter().map(|mesh| &mesh.name)),
+        }
+    }
+}
+
+/// Puts all models into the scene that places them; none are left in its list.
+///
+/// # Errors
+/// At the place of the model: a file that can't be had, that is wrong or that has not what is asked of it, and a transform that
+/// takes it beyond every measure.
+pub(super) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> Result<Vec<Warning>, Error> {
+    let models = core::mem::take(&mut parsed.scene.models);
+    let (mut taken, mut parts) = (Taken::of(&parsed.scene), HashMap::<Key, Rc<Part>>::new());
+    let mut warnings = Vec::new();
+    for (i, model) in models.iter().enumerate() {
+        let key = (model.file.clone(), model.scene.clone(), model.variant.clone(), model.time.map(f64::to_bits));
+        let part = match parts.get(&key) {
+            Some(known) => Rc::clone(known),
+            None => {
+                let (scene, more) = load(parsed, outer, limits, model, i)?;
+                warnings.extend(more);
+                let part = Rc::new(adopt(&mut parsed.scene, scene, &label(model), &mut taken));
+                parts.insert(key, Rc::clone(&part));
+                part
+            }
+        };
+        place(parsed, &part, model, i)?;
+    }
+    Ok(warnings)
+}
+
+/// What names of a model's things begin with.
+fn label(model: &ModelFile) -> String {
+    let stem = || Path::new(&model.file).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    if model.name.is_empty() { stem() } else { model.name.clone() }
+}
+
+/// A model's file as a scene of its own.
+fn load(
+    parsed: &Parsed<'_>,
+    outer: &Folder,
+    limits: &Limits,
+    model: &ModelFile,
+    index: usize,
+) -> Result<(Scene, Vec<Warning>), Error> {
+    let at = |key: &str| format!("models[{index}].{key}");
+    let bytes = outer.read(&model.file).map_err(|why| unread(parsed, &at("file"), &why))?;
+    let folder = outer.beside(&model.file).map_err(|why| unread(parsed, &at("file"), &why))?;
+    let file = Path::new(&model.file);
+    let images = parsed.scene.images.iter().filter_map(|image| image.data.as_ref()).map(|data| data.bytes());
+    let meshes = parsed.scene.meshes.iter().map(|mesh| match &mesh.source {
+        MeshSource::Inline(data) => data.bytes(),
+        MeshSource::File(_) => 0,
+    });
+    // What earlier models took is gone.
+    let taken = images.chain(meshes).sum::<usize>() as u64;
+    let limits = Limits { memory_bytes: limits.memory_bytes.saturating_sub(taken), ..*limits };
+    let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let asks = [("scene", model.scene.is_some()), ("variant", model.variant.is_some()), ("time", model.time.is_some())];
+    let loaded = match (ending.as_str(), asks.iter().find(|(_, asked)| *asked)) {
+        ("obj", Some((key, _))) => {
+            return Err(parsed.error(ErrorKind::Input, &at(key), "an OBJ file has no scenes, no variants and no time"));
+        }
+        ("obj", None) => obj::load(file, &bytes, &folder, &limits),
+        ("gltf" | "glb", _) => {
+            let (scene, variant) = (model.scene.as_deref(), model.variant.as_deref());
+            let choice = gltf::Choice { scene, variant, time: model.time };
+            gltf::load(file, &bytes, &folder, &limits, &choice).map(|loaded| (loaded.scene, loaded.warnings))
+        }
+        _ => return Err(parsed.error(ErrorKind::Input, &at("file"), "models are read from .obj, .gltf and .glb files")),
+    };
+    outer.note(folder.hash().as_bytes());
+    loaded.map_err(|error| match error.kind() {
+        // What a command line is blamed for there stands in the scene here.
+        ErrorKind::Usage if error.message().contains("has no variant") => {
+            parsed.error(ErrorKind::Input, &at("variant"), error.message())
+        }
+        ErrorKind::Usage => parsed.error(ErrorKind::Input, &at("scene"), error.message()),
+        kind => parsed.error(kind, &at("file"), error.message()),
+    })
+}
+
+/// Gives all but objects and lights of a file to the scene, under names that begin with a label.
+fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> Part {
+    let wish = |name: &str| format!("{label}/{name}");
+    let (mut images, mut textures, mut materials, mut meshes) =
+        (BTreeMap::new(), BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    let rename = |name: &mut String, names: &mut Names, known: &mut BTreeMap<String, String>| {
+        let new = names.unique(&wish(name));
+        known.insert(core::mem::replace(name, new.clone()), new);
+    };
+    own.images.iter_mut().for_each(|image| rename(&mut image.name, &mut taken.images, &mut images));
+    own.textures.iter_mut().for_each(|texture| rename(&mut texture.name, &mut taken.textures, &mut textures));
+    own.materials.iter_mut().for_each(|material| rename(&mut material.name, &mut taken.materials, &mut materials));
+    own.meshes.iter_mut().for_each(|mesh| rename(&mut mesh.name, &mut taken.meshes, &mut meshes));
+    let follow = |name: &mut String, known: &BTreeMap<String, String>| {
+        if let Some(new) = known.get(name) {
+            name.clone_from(new);
+        }
+    };
+    own.textures.iter_mut().for_each(|texture| follow(&mut texture.image, &images));
+    for material in &mut own.materials {
+        // Importers make physical materials alone.
+        let Model::Physical(model) = &mut material.model else { continue };
+        model.inputs_mut().into_iter().filter_map(|input| input.texture_mut()).for_each(|use_| follow(&mut use_.name, &textures));
+    }
+    own.unread.iter_mut().for_each(|part| follow(&mut part.material, &materials));
+    for object in &mut own.objects {
+        if let Shape::Mesh(mesh) = &mut object.shape {
+            follow(mesh, &meshes);
+        }
+        object.name = wish(&object.name);
+    }
+    own.lights.iter_mut().for_each(|light| light.name = wish(&light.name));
+    scene.images.append(&mut own.images);
+    scene.textures.append(&mut own.textures);
+    scene.materials.append(&mut own.materials);
+    scene.meshes.append(&mut own.meshes);
+    scene.unread.append(&mut own.unread);
+    Part { objects: own.objects, lights: own.lights, materials }
+}
+
+/// Adds a model's objects and lights where its transform puts them.
+fn place(parsed: &mut Parsed<'_>, part: &Part, model: &ModelFile, index: usize) -> Result<(), Error> {
+    let at = |key: &str| format!("models[{index}].{key}");
+    if let Some(name) = model.materials.keys().find(|name| !part.materials.contains_key(*name)) {
+        let listed: Vec<String> = part.materials.keys().take(20).map(|name| format!("`{}`", shown(name))).collect();
+        let meant = closest(name, part.materials.keys().map(String::as_str));
+        let meant = meant.map(|name| format!("; did you mean `{}`?", shown(name))).unwrap_or_default();
+        let message = format!("`{}` has no material `{}`{meant} Its materials: {}", model.file, shown(name), listed.join(", "));
+        return Err(parsed.error(ErrorKind::Input, &at("materials"), message));
+    }
+    let map = affine(&model.transform);
+    for object in &part.objects {
+        let mut object = object.clone();
+        let own = part.materials.get(&object.material);
+        if let Some(name) = model.materials.get(&object.material).or(own) {
+            object.material.clone_from(name);
+        }
+        object.transform.extend(&model.transform);
+        let whole = affine(&object.transform);
+        if !(whole.is_finite() && whole.inverse().is_finite() && whole.translation.abs().max_element() <= FARTHEST) {
+            let message = format!("`{}` is taken beyond every measure", shown(&object.name));
+            return Err(parsed.error(ErrorKind::Input, &at("transform"), message));
+        }
+        parsed.scene.objects.push(object);
+    }
+    parsed.scene.lights.extend(part.lights.iter().map(|light| moved(light, &map)));
+    Ok(())
+}
+
+/// A light where a transform puts it. What it gives stays, as in glTF, where no node changes it.
+fn moved(light: &Light, map: &DAffine3) -> Light {
+    let mut light = light.clone();
+    let point = |p: &mut [f64; 3]| *p = map.transform_point3(DVec3::from(*p)).to_array();
+    let way = |d: &mut [f64; 3]| *d = map.transform_vector3(DVec3::from(*d)).normalize_or(DVec3::from(*d)).to_array();
+    match &mut light.kind {
+        LightKind::Directional { to_light } => way(to_light),
+        LightKind::Point { position, .. } => point(position),
+        LightKind::Spot { position, direction, .. } => {
+            point(position);
+            way(direction);
+        }
+    }
+    light
+}

@@ -1,0 +1,278 @@
+//! Vertices that move: morph targets, skins and instances of the graphics processor, against places worked out by hand.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use raywright_io::{ErrorKind, Loaded};
+use serde_json::{Value, json};
+
+use crate::keyed::{Made, asked};
+use crate::shared::{assets, transform, world_triangles};
+
+/// The corners of the model's triangle at rest.
+const CORNERS: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
+
+fn shown(made: &Made, at: Option<f64>) -> Loaded {
+    made.asked(None, None, at).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Where the first object's one triangle is, with its normals.
+fn triangle(loaded: &Loaded) -> ([DVec3; 3], Option<[DVec3; 3]>) {
+    let (corners, normals) = world_triangles(loaded, &loaded.scene.objects[0]);
+    (corners[0], normals.first().copied())
+}
+
+#[track_caller]
+fn near(found: [DVec3; 3], expected: [DVec3; 3]) {
+    let apart = found.iter().zip(expected).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+    assert!(apart < 1e-6, "{found:?}, not {expected:?}");
+}
+
+/// Two targets: one lifts the corners by 1, 2 and 3 and turns normals to x, the other moves the first corner along y.
+fn morphing() -> Made {
+    let mut made = Made::new();
+    let lift = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]);
+    let turn = made.accessor("VEC3", &[1.0, 0.0, -1.0, 1.0, 0.0, -1.0, 1.0, 0.0, -1.0]);
+    let push = made.accessor("VEC3", &[0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let up = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    made.with(|d| {
+        let primitive = &mut d["meshes"][0]["primitives"][0];
+        primitive["attributes"]["NORMAL"] = json!(up);
+        primitive["targets"] = json!([{ "POSITION": lift, "NORMAL": turn }, { "POSITION": push }]);
+    })
+}
+
+/// What two weights make of the triangle, whose node is at (0, 0, 5).
+fn morphed(a: f64, b: f64) -> ([DVec3; 3], DVec3) {
+    let lifted = |i: usize| CORNERS[i] + DVec3::Z * (a * (i as f64 + 1.0) + 5.0);
+    ([lifted(0) + DVec3::Y * (4.0 * b), lifted(1), lifted(2)], DVec3::new(a, 0.0, 1.0 - a).normalize())
+}
+
+/// Protects: targets add up by their weights, the mesh's, in their place the node's, in theirs the animation's: straight, by
+/// steps and by splines, each weight for itself; normals are brought back to unit length.
+#[test]
+fn targets_move_by_their_weights() {
+    let weighs = |made: &Made, at: Option<f64>, [a, b]: [f64; 2]| {
+        let (corners, normals) = triangle(&shown(made, at));
+        let (expected, normal) = morphed(a, b);
+        near(corners, expected);
+        near(normals.expect("it has normals"), [normal; 3]);
+    };
+    weighs(&morphing(), None, [0.0, 0.0]);
+    let mesh = || morphing().with(|d| d["meshes"][0]["weights"] = json!([0.5, 0.25]));
+    weighs(&mesh(), None, [0.5, 0.25]);
+    let node = || mesh().with(|d| d["nodes"][1]["weights"] = json!([0.25, -1]));
+    weighs(&node(), None, [0.25, -1.0]);
+    let line = node().animated("", 1, "weights", "LINEAR", &[0.0, 1.0, 0.5, 3.0]);
+    weighs(&line, None, [0.25, -1.0]);
+    for (time, weights) in [(0.0, [0.0, 1.0]), (1.5, [0.125, 1.5]), (2.0, [0.25, 2.0]), (9.0, [0.5, 3.0])] {
+        weighs(&line, Some(time), weights);
+    }
+    weighs(&node().animated("", 1, "weights", "STEP", &[0.0, 1.0, 0.5, 3.0]), Some(2.9), [0.0, 1.0]);
+    // Before, value and after each key, two weights each; the keys are two seconds apart.
+    let spline = [9.0, 9.0, 0.0, 1.0, 0.25, 0.0, 0.5, 0.0, 0.5, 3.0, 9.0, 9.0];
+    weighs(&node().animated("", 1, "weights", "CUBICSPLINE", &spline), Some(2.0), [0.25 + 0.25 * (0.25 - 0.5), 2.0]);
+    weighs(&node().animated("", 1, "weights", "CUBICSPLINE", &spline), Some(3.0), [0.5, 3.0]);
+}
+
+/// Protects: one mesh under several nodes with weights of their own is as many shapes; with equal ones, one.
+#[test]
+fn shapes_are_told_apart() {
+    let made = |weights: [f64; 2]| {
+        morphing().with(|d| {
+            d["scenes"][0]["nodes"] = json!([0, 2]);
+            (d["nodes"][1]["weights"], d["nodes"][2]["weights"]) = (json!([1, 0]), json!(weights));
+        })
+    };
+    assert_eq!(shown(&made([1.0, 0.0]), None).scene.meshes.len(), 1);
+    let loaded = shown(&made([0.0, 1.0]), None);
+    assert_eq!(loaded.scene.meshes.len(), 2);
+    let z = |i: usize| world_triangles(&loaded, &loaded.scene.objects[i]).0[0].map(|corner| corner.z);
+    assert_eq!([z(0), z(1)], [[6.0, 7.0, 8.0], [0.0; 3]]);
+}
+
+fn matrix(map: &DAffine3) -> Vec<f32> {
+    let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|axis| axis.extend(0.0));
+    [x, y, z, map.translation.extend(1.0)].iter().flat_map(|column| column.to_array()).map(|c| c as f32).collect()
+}
+
+/// Places of two joints, bound at the origin and at (0, 1, 0), and the model's triangle, hanging by these weights in 255ths.
+fn skinned(joints: [DAffine3; 2], weights: [[u8; 4]; 3]) -> Made {
+    let mut made = Made::new();
+    let binds = [matrix(&DAffine3::IDENTITY), matrix(&DAffine3::from_translation(-DVec3::Y))].concat();
+    let binds = made.accessor("MAT4", &binds);
+    let up = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    let hang = made.bytes(false, &[[0, 1, 0, 0]; 3]);
+    let weights = made.bytes(true, &weights);
+    made.with(|d| {
+        let attributes = &mut d["meshes"][0]["primitives"][0]["attributes"];
+        (attributes["NORMAL"], attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(up), json!(hang), json!(weights));
+        d["skins"] = json!([{ "joints": [3, 4], "inverseBindMatrices": binds }]);
+        d["nodes"][1]["skin"] = json!(0);
+        let nodes = d["nodes"].as_array_mut().expect("a list");
+        let node = |map: &DAffine3| {
+            let (scale, turn, place) = map.to_scale_rotation_translation();
+            json!({ "scale": scale.to_array(), "rotation": turn.to_array(), "translation": place.to_array() })
+        };
+        nodes.extend(joints.iter().map(node));
+        d["scenes"][0]["nodes"] = json!([0, 3, 4]);
+    })
+}
+
+/// Protects: a vertex goes with its joints by its weights and not with its node; weights that are not one in sum count by their
+/// shares, and without any the first joint has the vertex; normals turn along.
+#[test]
+fn skins_go_with_their_joints() {
+    let quarter = DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    let tall = DVec3::new(1.0, 3.0, 1.0);
+    let second = DAffine3::from_scale_rotation_translation(tall, quarter, DVec3::Y);
+    let joints = [DAffine3::from_translation(DVec3::X * 3.0), second];
+    let loaded = shown(&skinned(joints, [[255, 0, 0, 0], [0, 0, 0, 0], [100, 100, 0, 0]]), None);
+    let (corners, normals) = triangle(&loaded);
+    // The third stays at (0, 1, 0) for the second joint, and goes to (3, 1, 0) with the first.
+    near(corners, [DVec3::X * 3.0, DVec3::X * 4.0, DVec3::new(1.5, 1.0, 0.0)]);
+    let half = second.matrix3 * 0.5 + DMat3::IDENTITY * 0.5;
+    near(normals.expect("it has normals"), [DVec3::Z, DVec3::Z, (half.inverse().transpose() * DVec3::Z).normalize()]);
+    // All with the second joint: the model turned about (0, 1, 0).
+    let (corners, normals) = triangle(&shown(&skinned(joints, [[0, 255, 0, 0]; 3]), None));
+    near(corners, CORNERS.map(|corner| quarter * (tall * (corner - DVec3::Y)) + DVec3::Y));
+    near(normals.expect("it has normals"), [quarter * DVec3::Z; 3]);
+}
+
+/// Protects: a model that stands a million kilometres away keeps its shape, which single precision has no room for there; and
+/// joints that no scene shows stand somewhere all the same.
+#[test]
+fn skins_far_away_keep_their_shape() {
+    let far = DVec3::new(1e9, -1e9, 0.25);
+    let joints = [DAffine3::from_translation(far), DAffine3::from_translation(far + DVec3::Y)];
+    let weights = [[255, 0, 0, 0], [0, 255, 0, 0], [9, 9, 0, 0]];
+    for nodes in [json!([0, 3, 4]), json!([0])] {
+        let made = skinned(joints, weights).with(|d| d["scenes"][0]["nodes"] = nodes);
+        near(triangle(&shown(&made, None)).0, CORNERS.map(|corner| corner + far));
+    }
+}
+
+/// Protects: a skin plays: joints that animations move take the vertices along, targets first.
+#[test]
+fn skins_and_targets_play_together() {
+    let joints = [DAffine3::IDENTITY, DAffine3::from_translation(DVec3::Y)];
+    let mut made = skinned(joints, [[255, 0, 0, 0]; 3]);
+    let lift = made.accessor("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]);
+    let made = made.with(|d| d["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": lift }]));
+    let made = made.animated("", 1, "weights", "LINEAR", &[0.0, 1.0]);
+    let made = made.animated("", 3, "translation", "LINEAR", &[0.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
+    let moved = |t: f64| [1.0, 2.0, 3.0].map(|n| DVec3::new(4.0 * t, 0.0, n * t));
+    for (time, t) in [(1.0, 0.0), (2.0, 0.5), (3.0, 1.0)] {
+        let expected = [0, 1, 2].map(|i| CORNERS[i] + moved(t)[i]);
+        near(triangle(&shown(&made, Some(time))).0, expected);
+    }
+}
+
+/// What is wrong with a file's JSON.
+type Change = fn(&mut Value);
+
+/// Protects: what skins and targets say that can't be is an error with its place, whatever is played.
+#[test]
+fn broken_skins_and_targets_are_refused() {
+    let joints = [DAffine3::IDENTITY; 2];
+    let attributes = |d: &mut Value| d["meshes"][0]["primitives"][0]["attributes"].as_object_mut().expect("a table").clone();
+    let skins: [(Change, &str); 6] = [
+        (|d| d["skins"][0]["joints"] = json!([3]), "joint 1 of 1"),
+        (|d| d["skins"][0]["joints"] = json!([3, 99]), "nodes[99]"),
+        (|d| d["skins"][0]["joints"] = json!([3, 4, 3]), "3 joints and 2 inverseBindMatrices"),
+        (|d| d["skins"][0]["inverseBindMatrices"] = json!(0), "of 3 numbers"),
+        (|d| d["nodes"][1]["skin"] = json!(7), "skins[7]"),
+        (|d| d["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(1), "JOINTS_0: has 16 components"),
+    ];
+    for (change, word) in skins {
+        let made = skinned(joints, [[255, 255, 0, 0]; 3]).with(change);
+        let error = made.asked(None, None, None).expect_err(word);
+        assert!(error.kind() == ErrorKind::Input && error.to_string().contains(word), "{word}: {error}");
+    }
+    let bare = skinned(joints, [[255, 0, 0, 0]; 3]).with(|d| {
+        let kept: serde_json::Map<_, _> = attributes(d).into_iter().filter(|(name, _)| name != "JOINTS_0").collect();
+        d["meshes"][0]["primitives"][0]["attributes"] = kept.into();
+    });
+    assert!(bare.asked(None, None, None).expect_err("no joints").to_string().contains("no JOINTS_0"));
+    let targets: [(Change, &str); 3] = [
+        (|d| d["meshes"][0]["primitives"][0]["targets"][0]["POSITION"] = json!(99), "accessors[99]"),
+        (|d| d["accessors"][1]["count"] = json!(2), "has 2 elements of 3 numbers"),
+        (|d| d["accessors"][2]["type"] = json!("SCALAR"), "NORMAL"),
+    ];
+    for (change, word) in targets {
+        let made = morphing().with(|d| d["meshes"][0]["weights"] = json!([1, 1])).with(change);
+        let error = made.asked(None, None, None).expect_err(word);
+        assert!(error.kind() == ErrorKind::Input && error.to_string().contains("targets[0]"), "{word}: {error}");
+        assert!(error.to_string().contains(word), "{word}: {error}");
+    }
+}
+
+/// Protects: EXT_mesh_gpu_instancing shows the mesh at each place in its node's space, turned and scaled, stored once.
+#[test]
+fn instances_of_the_graphics_processor() {
+    let (turn, place) = (DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
+    let mut made = Made::new();
+    let lists = [
+        made.accessor("VEC3", &[0.0, 0.0, 0.0, 1.0, 2.0, 3.0]),
+        made.accessor("VEC4", &[[0.0, 0.0, 0.0, 1.0], turn.to_array().map(|c| 2.0 * c as f32)].concat()),
+        made.accessor("VEC3", &[1.0, 1.0, 1.0, 2.0, -3.0, 4.0]),
+    ];
+    let made = made.with(|d| {
+        let attributes = json!({ "TRANSLATION": lists[0], "ROTATION": lists[1], "SCALE": lists[2] });
+        d["nodes"][1]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+        d["extensionsRequired"] = json!(["EXT_mesh_gpu_instancing"]);
+    });
+    let loaded = shown(&made, None);
+    assert_eq!((loaded.scene.objects.len(), loaded.scene.meshes.len()), (2, 1));
+    near(triangle(&loaded).0, CORNERS.map(|corner| corner + DVec3::Z * 5.0));
+    let second = world_triangles(&loaded, &loaded.scene.objects[1]).0[0];
+    near(second, CORNERS.map(|corner| turn * (corner * DVec3::new(2.0, -3.0, 4.0)) + place + DVec3::Z * 5.0));
+    let broken = made.with(|d| d["accessors"][lists[2]]["count"] = json!(1));
+    let error = broken.asked(None, None, None).expect_err("fewer scales than places").to_string();
+    assert!(error.contains("nodes[1]: EXT_mesh_gpu_instancing: has [2, 2, 1]"), "{error}");
+}
+
+/// Protects: a node under two parents is shown under each, with a warning; doubled again and again it is refused, and so is a
+/// cycle, wherever it begins.
+#[test]
+fn nodes_of_several_parents() {
+    let shared = Made::new().with(|d| {
+        d["nodes"][2] = json!({ "children": [1], "translation": [7, 0, 0] });
+        d["scenes"][0]["nodes"] = json!([0, 2]);
+    });
+    let loaded = shown(&shared, None);
+    let places: Vec<DVec3> = loaded.scene.objects.iter().map(|object| transform(object).1).collect();
+    assert_eq!(places, [DVec3::Z * 5.0, DVec3::X * 7.0]);
+    assert!(loaded.warnings.iter().any(|w| w.message.contains("nodes[1]: has more than one parent")), "{:?}", loaded.warnings);
+    let doubled = Made::new().with(|d| {
+        let pairs = (0..64).map(|i| json!({ "children": [i + 1, i + 1] }));
+        let chain: Vec<Value> = pairs.chain([json!({ "mesh": 0 })]).collect();
+        (d["nodes"], d["scenes"]) = (chain.into(), json!([{ "nodes": [0] }]));
+    });
+    assert_eq!(doubled.asked(None, None, None).expect_err("two to the power of 64").kind(), ErrorKind::Limit);
+    for child in [0, 1] {
+        let cycle = Made::new().with(|d| d["nodes"][1]["children"] = json!([child]));
+        assert!(cycle.asked(None, None, None).expect_err("a cycle").to_string().contains("form a cycle"));
+    }
+}
+
+/// Protects: real rigs stand and walk where another program's skinning (in double precision, by matrices) has them: the least and
+/// the greatest corner, to a millionth of their size.
+#[test]
+fn real_rigs() {
+    let Some(folder) = assets("gltf") else { return };
+    let cases: [(&str, Option<f64>, [f64; 6]); 4] = [
+        ("RiggedFigure/RiggedFigure.glb", None, [-0.5894609, 0.0, -0.1309178, 0.5894610, 1.4499199, 0.1949773]),
+        ("RiggedFigure/RiggedFigure.glb", Some(0.6), [-0.4501144, 0.0, -0.1223676, 0.4405977, 1.4676080, 0.2183717]),
+        ("Fox/Fox.glb", None, [-12.592719, -0.121744, -88.095006, 12.592717, 78.907198, 66.624860]),
+        ("Fox/Fox.glb", Some(0.3), [-24.657729, -0.130841, -85.623348, 11.595314, 74.921086, 60.891673]),
+    ];
+    for (file, time, expected) in cases {
+        let loaded = asked(folder.join(file), None, None, time).unwrap_or_else(|e| panic!("{e}"));
+        let objects = loaded.scene.objects.iter();
+        let corners = objects.flat_map(|object| world_triangles(&loaded, object).0.into_iter().flatten());
+        let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let expected = [DVec3::from_slice(&expected[..3]), DVec3::from_slice(&expected[3..])];
+        let size = expected[0].distance(expected[1]);
+        let apart = low.distance(expected[0]).max(high.distance(expected[1]));
+        assert!(apart < 1e-6 * size, "{file} at {time:?}: {low:?} {high:?}, not {expected:?}");
+    }
+}
