@@ -24,7 +24,6 @@ mod machine;
 mod memory;
 mod origin;
 mod plan;
-mod plot;
 mod progress;
 mod ready;
 mod scatter;

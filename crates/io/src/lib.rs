@@ -38,6 +38,7 @@ mod native;
 mod obj;
 pub mod output;
 pub mod presets;
+pub mod report;
 mod schema;
 mod source;
 mod uri;

@@ -38,7 +38,7 @@ fn every_rung_has_a_row() {
     run.exits_with(0);
     let text = run.text();
     for words in [
-        "ball.scene.toml at 16x12",
+        "ball.scene.toml\nrendered at 16x12",
         "at its own 64x48 times are 16 times as long",
         "reference: f64",
         "standard error",

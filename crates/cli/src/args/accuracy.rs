@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use raywright_core::scene::Integrator;
 
-use super::values;
 use super::{ChoiceArgs, SceneArgs};
+use super::{names, values};
 
 /// Arguments of `accuracy`.
 #[derive(Debug, Args)]
@@ -33,6 +34,10 @@ pub struct AccuracyArgs {
     /// The setting that the others are compared with.
     #[command(flatten)]
     pub choices: ChoiceArgs,
+
+    /// How light is computed [default: the scene's]
+    #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
+    pub integrator: Option<Integrator>,
 
     /// Time that it may take in all, such as 90s or 5min
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = values::duration)]

@@ -21,7 +21,7 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 
 pub use estimate::{Errors, Interval};
-pub use report::{Candidate, LadderReport, Measured, Paid, Price, PriceReport, Reference, Report, RungReport};
+pub use report::{Candidate, LadderReport, Measured, Paid, Price, PriceReport, Reference, Report, RungReport, Shown};
 pub use setting::Setting;
 
 /// How much is measured, and of what picture.

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::estimate::Errors;
 use crate::bench::Spread;
+use crate::picture::Picture;
 
 /// All that was measured on one scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -28,6 +29,18 @@ pub struct Report {
     pub seconds: f64,
     /// Whether time was out before everything wanted was measured.
     pub cut_short: bool,
+    /// The reference, and the first render of each setting but those of the frontier.
+    #[serde(skip)]
+    pub pictures: Vec<Shown>,
+}
+
+/// A picture with its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// `reference`, `as it is`, or a rung as it is asked for, such as `samples=16`.
+    pub name: String,
+    /// Linear radiance.
+    pub picture: Picture,
 }
 
 /// The picture that counts as the truth: f64, every ladder on the most exact rung that does not take too long.

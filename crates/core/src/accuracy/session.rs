@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use super::frontier::{Point, Steps, pareto, walk};
-use super::report::{Candidate, LadderReport, Price, PriceReport, Report, RungReport};
+use super::report::{Candidate, LadderReport, Price, PriceReport, Report, RungReport, Shown};
 use super::setting::Setting;
 use super::shots::Shots;
 use super::studio::{Stopwatch, Studio, Unfinished};
@@ -102,6 +102,7 @@ impl<'a> Session<'a> {
         self.rounds(&mut shots, listener)?;
         let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &shots)).collect();
         let prices = self.prices(&shots, listener)?;
+        let pictures = self.pictures(&shots);
         let frontier = self.frontier(&mut shots, listener)?;
         // The scene's own setting is the first of the first round, which ends late or with an error if that can't be had.
         let own = shots.measured(&Setting::default()).ok_or(PrepareError::Cancelled)?;
@@ -117,6 +118,7 @@ impl<'a> Session<'a> {
             frontier,
             seconds: self.start.elapsed().as_secs_f64(),
             cut_short: self.cut_short,
+            pictures,
         })
     }
 
@@ -251,6 +253,14 @@ impl<'a> Session<'a> {
             }
         };
         LadderReport { ladder: ladder.name(), rungs: ladder.choices().zip(ladder.rungs()).map(rung).collect(), in_use }
+    }
+
+    /// The reference, and what each setting looks like that was rendered.
+    fn pictures(&self, shots: &Shots<'_>) -> Vec<Shown> {
+        let all = [Setting::default()].into_iter().chain(self.choices().map(Setting::one));
+        let render = |setting: Setting| Some(Shown { name: setting.to_string(), picture: shots.first(&setting)?.clone() });
+        let reference = Shown { name: "reference".to_owned(), picture: shots.truth.truth.picture.clone() };
+        [reference].into_iter().chain(all.filter_map(render)).collect()
     }
 
     fn prices(&mut self, shots: &Shots<'_>, listener: &mut dyn Listener) -> Result<Vec<PriceReport>, PrepareError> {

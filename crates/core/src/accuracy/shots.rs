@@ -57,6 +57,11 @@ impl<'a> Shots<'a> {
         Ok(true)
     }
 
+    /// The first render; none where there is none.
+    pub fn first(&self, setting: &Setting) -> Option<&Picture> {
+        self.of(setting).first().map(|(_, take)| &take.picture)
+    }
+
     /// Time and error; none where it was not rendered.
     pub fn measured(&self, setting: &Setting) -> Option<Measured> {
         let takes = self.of(setting);

@@ -2,15 +2,21 @@
 
 use std::path::Path;
 
+use raywright_core::Settings;
 use raywright_core::accuracy::{Measured, Report};
 use raywright_core::bench::clock::CLOCK;
+use raywright_core::display::Display;
+use raywright_core::effects::{EffectReport, detect};
+use raywright_io::report::{Page, accuracy_plot};
 use raywright_io::{Error, Loaded, output};
 use serde::Serialize;
 
+use crate::clock::spoken;
 use crate::console;
 use crate::failure::Failure;
 use crate::machine::processor;
-use crate::origin::command_line;
+use crate::origin::{command_line, quoted};
+use crate::table::significant;
 
 /// What a file is to hold, by its ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +25,10 @@ pub enum Kind {
     Json,
     /// A line for each rung and each combination.
     Csv,
+    /// A page with plot, tables and pictures.
+    Html,
+    /// The plot.
+    Svg,
 }
 
 impl Kind {
@@ -28,8 +38,10 @@ impl Kind {
         match ending.as_deref() {
             Some("json") => Ok(Self::Json),
             Some("csv") => Ok(Self::Csv),
+            Some("html") => Ok(Self::Html),
+            Some("svg") => Ok(Self::Svg),
             _ => Err(Error::usage(format_args!("cannot tell from {} what to write", path.display()))
-                .with_hint("let it end in .json or .csv")
+                .with_hint("let it end in .html, .csv, .json or .svg")
                 .into()),
         }
     }
@@ -53,6 +65,15 @@ pub struct Document<'a> {
     pub threads: usize,
     /// What the times count.
     pub clock: &'static str,
+    /// How it was measured, in sentences.
+    #[serde(skip)]
+    pub circumstances: Vec<String>,
+    /// The command that renders each setting on the frontier.
+    pub commands: Vec<String>,
+    #[serde(skip)]
+    effects: EffectReport,
+    #[serde(skip)]
+    display: Display,
     /// The figures.
     #[serde(flatten)]
     pub report: &'a Report,
@@ -60,18 +81,28 @@ pub struct Document<'a> {
 
 impl<'a> Document<'a> {
     /// Adds scene and machine to a report.
-    pub fn new(loaded: &'a Loaded, threads: usize, report: &'a Report) -> Self {
+    pub fn new(loaded: &'a Loaded, asked: &[String], settings: &Settings, threads: usize, report: &'a Report) -> Self {
+        let (processor, clock) = (processor(), if CLOCK == "thread CPU time" { "CPU time of all threads" } else { CLOCK });
         Self {
+            circumstances: circumstances(processor.as_deref(), threads, clock, report),
+            commands: report.frontier.iter().map(|candidate| command_of(&loaded.source.name, asked, &candidate.flags)).collect(),
+            effects: detect(&loaded.scene, settings),
+            display: Display::of(&loaded.scene.render),
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
             scene: &loaded.source.name,
             scene_hash: &loaded.hash,
             command: command_line(),
-            processor: processor(),
+            processor,
             threads,
-            clock: if CLOCK == "thread CPU time" { "CPU time of all threads" } else { CLOCK },
+            clock,
             report,
         }
+    }
+
+    fn page(&self) -> Page<'_> {
+        let Self { scene, circumstances, command, commands, report, effects, display, .. } = self;
+        Page { scene, circumstances, command, commands, report, effects, display: *display }
     }
 
     /// Writes it to a file.
@@ -79,6 +110,8 @@ impl<'a> Document<'a> {
         let text = match kind {
             Kind::Json => console::json(self),
             Kind::Csv => self.csv(),
+            Kind::Html => self.page().html(),
+            Kind::Svg => accuracy_plot(self.scene, &self.circumstances.join(" · "), self.report).svg(),
         };
         Ok(output::write_atomically(path, text.as_bytes())?)
     }
@@ -106,6 +139,42 @@ impl<'a> Document<'a> {
     }
 }
 
+/// The command that renders a scene with flags that were asked for and those of a setting, which come before them.
+fn command_of(scene: &str, asked: &[String], flags: &[String]) -> String {
+    let ladder = |flag: &str| flag.split_once('=').map(|(ladder, _)| ladder.to_owned());
+    let stays = |flag: &&String| !flag.starts_with("--rung ") || !flags.iter().any(|other| ladder(other) == ladder(flag));
+    let words = ["raywright render".to_owned(), quoted(scene)].into_iter();
+    words.chain(asked.iter().filter(stays).cloned()).chain(flags.iter().cloned()).collect::<Vec<_>>().join(" ")
+}
+
+/// How it was measured: the machine, the size, the reference, and what is missing.
+fn circumstances(processor: Option<&str>, threads: usize, clock: &str, report: &Report) -> Vec<String> {
+    let [[width, height], [full_width, full_height]] = [report.size, report.full_size];
+    let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
+    let longer = pixels(report.full_size) / pixels(report.size);
+    let full = match longer {
+        1.0 => "its own size".to_owned(),
+        _ => format!("at its own {full_width}x{full_height} times are {} times as long", significant(longer, 2)),
+    };
+    let machine = processor.map(|name| format!("{name}, ")).unwrap_or_default();
+    let (reference, renders) = (&report.reference, report.own.renders);
+    let plural = if threads == 1 { "thread" } else { "threads" };
+    let cut = if report.cut_short { "; time was out before all was measured: a larger --budget helps" } else { "" };
+    vec![
+        format!("rendered at {width}x{height} ({full})"),
+        format!(
+            "{machine}{threads} {plural}, {clock} without preparation: median of {renders} renders ± half the distance of the quartiles"
+        ),
+        format!(
+            "reference: f64, every ladder on its most exact rung that does not take too long, {} samples; its standard error {} is \
+             subtracted",
+            reference.samples,
+            significant(reference.standard_error, 2),
+        ),
+        format!("measured in {}{cut}", spoken(report.seconds)),
+    ]
+}
+
 /// Columns that a measurement fills.
 const FIGURES: usize = 16;
 
@@ -118,4 +187,19 @@ fn figures(of: &Measured) -> String {
     let more = [e.relmse.value, e.relmse.low, e.relmse.high, of.flip, e.percentile_99_9];
     let list = |numbers: &[f64]| numbers.iter().map(|x| format!("{x},")).collect::<String>();
     format!("{},{}{},{}{noise},{}", of.renders, list(&numbers), of.rays, list(&errors), list(&more))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: a command asks for what the measured one asked for, but for the ladders that the setting moves.
+    #[test]
+    fn commands_ask_for_everything() {
+        let [asked, flags] = [["--integrator path", "--rung samples=16"], ["--rung samples=64", "--rung precision=fast"]]
+            .map(|list| list.map(str::to_owned));
+        let command = command_of("a b.glb", &asked, &flags);
+        assert_eq!(command, "raywright render 'a b.glb' --integrator path --rung samples=64 --rung precision=fast");
+        assert_eq!(command_of("preset:x", &asked, &[]), "raywright render preset:x --integrator path --rung samples=16");
+    }
 }

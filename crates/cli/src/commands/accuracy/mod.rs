@@ -5,17 +5,18 @@ mod text;
 
 use raywright_core::accuracy::{Effort, Listener, measure};
 use raywright_core::{Settings, prepare::PrepareError};
-use raywright_io::{Error, Limits};
+use raywright_io::{EnvironmentSource, Error, Limits};
 
-use crate::args::AccuracyArgs;
+use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
+use crate::origin::quoted;
 use crate::progress::Steps;
 use crate::ready::NOTHING_KEPT;
 use crate::targets::Outputs;
 use crate::threads::Threads;
 use crate::watch::Watch;
-use crate::{interrupt, plan, scene_input};
+use crate::{interrupt, origin, plan, scene_input};
 use file::{Document, Kind};
 
 /// Measures, writes what was asked for, and prints a table or JSON.
@@ -32,6 +33,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::complete(&mut loaded, &args.changes, verbosity);
     let mut settings = Settings::of(&loaded.scene);
+    settings.integrator = args.integrator.unwrap_or(settings.integrator);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
     settings.max_memory = Some(Limits::default().memory_bytes);
     let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
@@ -43,12 +45,33 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
         other => Error::input(&loaded.source.name, other).into(),
     })?;
     drop(steps);
-    let document = Document::new(&loaded, threads.run(rayon::current_num_threads), &report);
+    let document = Document::new(&loaded, &asked(args), &settings, threads.run(rayon::current_num_threads), &report);
     for (path, kind) in files {
         document.write(path, kind)?;
         verbosity.say(path.display());
     }
     console::print(if args.json { console::json(&document) } else { text::table(&document) })
+}
+
+/// The flags that say what is measured, as `render` takes them.
+fn asked(args: &AccuracyArgs) -> Vec<String> {
+    let SceneArgs { at, set, model_scene, variant, env, env_rotation, env_strength, allow_outside } = &args.changes;
+    let integrator = args.integrator.map(|integrator| format!("--integrator {}", origin::name(&integrator)));
+    let mut flags: Vec<String> = integrator.into_iter().chain(at.map(|t| format!("--at {t}"))).collect();
+    flags.extend(set.iter().map(|(name, value)| format!("--set {name}={value}")));
+    flags.extend(model_scene.iter().map(|name| format!("--scene {}", quoted(name))));
+    flags.extend(variant.iter().map(|name| format!("--variant {}", quoted(name))));
+    flags.extend(env.iter().map(|source| match source {
+        EnvironmentSource::None => "--env none".to_owned(),
+        EnvironmentSource::Default => "--env default".to_owned(),
+        EnvironmentSource::File(path) => format!("--env {}", quoted(&path.to_string_lossy())),
+    }));
+    flags.extend(env_rotation.map(|degrees| format!("--env-rotation {degrees}")));
+    flags.extend(env_strength.map(|factor| format!("--env-strength {factor}")));
+    flags.extend(allow_outside.then(|| "--allow-outside".to_owned()));
+    flags.extend(args.choices.rungs.iter().map(|choice| format!("--rung {choice}")));
+    flags.extend(args.choices.without.iter().map(|effect| format!("--without {}", effect.name().replace(' ', "-"))));
+    flags
 }
 
 impl Listener for Steps {

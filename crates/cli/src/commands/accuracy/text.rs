@@ -15,7 +15,7 @@ const COLUMNS: [Align; 10] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RI
 /// All of it.
 pub fn table(document: &Document<'_>) -> String {
     let report = document.report;
-    let mut text = preamble(document);
+    let mut text = format!("{}\n{}\n", document.scene, document.circumstances.join("\n"));
     text += &rungs(report);
     text += &prices(report);
     if !report.not_called_for.is_empty() {
@@ -23,31 +23,6 @@ pub fn table(document: &Document<'_>) -> String {
     }
     text += &frontier(document);
     text
-}
-
-fn preamble(document: &Document<'_>) -> String {
-    let Document { scene, processor, threads, clock, report, .. } = document;
-    let [[width, height], [full_width, full_height]] = [report.size, report.full_size];
-    let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
-    let longer = pixels(report.full_size) / pixels(report.size);
-    let full = match longer {
-        1.0 => "its own size".to_owned(),
-        _ => format!("at its own {full_width}x{full_height} times are {} times as long", significant(longer, 2)),
-    };
-    let machine = processor.as_deref().map(|name| format!("{name}, ")).unwrap_or_default();
-    let reference = &report.reference;
-    let cut = if report.cut_short { "; time was out before all was measured: a larger --budget helps" } else { "" };
-    format!(
-        "{scene} at {width}x{height} ({full})\n\
-         {machine}{threads} {}, {clock} without preparation: median of {} renders ± half the distance of the quartiles\n\
-         reference: f64, every ladder on its most exact rung, {} samples; standard error {}, subtracted below\n\
-         measured in {}{cut}\n",
-        if *threads == 1 { "thread" } else { "threads" },
-        report.own.renders,
-        reference.samples,
-        significant(reference.standard_error, 2),
-        spoken(report.seconds),
-    )
 }
 
 /// Every rung under its ladder.
@@ -158,9 +133,9 @@ fn frontier(document: &Document<'_>) -> String {
     if points.is_empty() {
         return String::new();
     }
-    let rows = document.report.frontier.iter().map(|candidate| {
+    let rows = document.report.frontier.iter().zip(&document.commands).map(|(candidate, command)| {
         let of = &candidate.measured;
-        let flags = if candidate.flags.is_empty() { "(as it is)".to_owned() } else { candidate.flags.join(" ") };
+        let flags = command.strip_prefix("raywright render ").unwrap_or(command).to_owned();
         [time(&of.seconds), significant(of.ratio.median, 3), root(&of.errors.relmse), interval(&of.errors.rmse), flags]
     });
     let heads = ["time", "x own", "√relMSE", "RMSE", "raywright render ..."].map(str::to_owned);

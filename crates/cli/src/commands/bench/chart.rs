@@ -4,7 +4,7 @@ use raywright_core::bench::{Cost, Crossover, Kind, PowerLaw, Row, Series};
 
 use super::report::Report;
 use super::text::rounded;
-use crate::plot::{Axis, Colour, Line, Mark, Plot, Point};
+use raywright_io::report::{Axis, Colour, Line, Mark, Plot, Point};
 
 /// Draws all series in one plot.
 pub fn draw(series: &[Series], report: &Report) -> String {
@@ -19,6 +19,7 @@ pub fn draw(series: &[Series], report: &Report) -> String {
         x: Axis { label: "N, primitives of constant fill".to_owned(), tick: Some(count) },
         y: Axis { label: "time a ray: median, and range of the repeats".to_owned(), tick: Some(duration) },
         lines: scans.chain(simd_scans).chain(trees).collect(),
+        falling: false,
         marks: series.iter().filter_map(mark).collect(),
     }
     .svg()
@@ -28,12 +29,13 @@ fn line(series: &Series, name: &str, colour: Colour, growth: Option<PowerLaw>, c
     let exponent = growth.map(|law| format!(": grows as N to the {:.2}", law.exponent)).unwrap_or_default();
     let point = |row: &Row| {
         let time = cost(row)?.nanoseconds;
-        Some(Point { x: row.primitives as f64, y: time.median, spread: [time.min, time.max] })
+        Some(Point { x: row.primitives as f64, y: time.median, spread: [time.min, time.max], label: None })
     };
     Line {
         name: format!("{name}, {}{exponent}", series.kind.name()),
         colour,
         dashed: series.kind == Kind::Triangles,
+        apart: false,
         points: series.rows.iter().filter_map(point).collect(),
     }
 }

@@ -20,6 +20,8 @@ pub struct Plot {
     pub lines: Vec<Line>,
     /// Places on the horizontal axis.
     pub marks: Vec<Mark>,
+    /// Lines fall from left to right, so that there is room for the legend on the right.
+    pub falling: bool,
 }
 
 /// An axis, logarithmic. It spans whole decades around what is plotted.
@@ -40,12 +42,14 @@ pub struct Line {
     pub colour: Colour,
     /// Dashed, with square markers, to tell two lines of one colour apart.
     pub dashed: bool,
+    /// Its points stand alone, with their words where a pointer rests.
+    pub apart: bool,
     /// Points with coordinates above zero.
     pub points: Vec<Point>,
 }
 
 /// A measured point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// Horizontal.
     pub x: f64,
@@ -53,6 +57,8 @@ pub struct Point {
     pub y: f64,
     /// Ends of its spread.
     pub spread: [f64; 2],
+    /// What it is, where that is not the line's name.
+    pub label: Option<String>,
 }
 
 /// A dotted line up from a place on the horizontal axis, with words.
@@ -163,12 +169,15 @@ impl Plot {
         }
     }
 
-    /// In the upper left corner, where rising lines leave room.
+    /// In the upper corner where the lines leave room.
     fn legend(&self, svg: &mut String) {
         let shown = self.lines.iter().filter(|line| !line.points.is_empty());
         for (i, line) in shown.enumerate() {
-            let (x, y) = (AREA[0] + 18.0, AREA[1] + 20.0 + 23.0 * i as f64);
-            line.stroke(svg, &format!("M{x} {y}h40"));
+            let left = if self.falling { AREA[2] - 300.0 } else { AREA[0] + 18.0 };
+            let (x, y) = (left, AREA[1] + 20.0 + 23.0 * i as f64);
+            if !line.apart {
+                line.stroke(svg, &format!("M{x} {y}h40"));
+            }
             line.marker(svg, x + 20.0, y);
             let _ = writeln!(svg, "<text x=\"{}\" y=\"{}\">{}</text>", x + 50.0, y + 5.0, escaped(&line.name));
         }
@@ -207,11 +216,21 @@ impl Line {
         if path.is_empty() {
             return;
         }
-        self.stroke(svg, &path);
+        if !self.apart {
+            self.stroke(svg, &path);
+        }
         for point in &self.points {
             let (x, [low, high]) = (frame.x.at(point.x), point.spread.map(|y| frame.y.at(y)));
             let _ = writeln!(svg, "<path class=\"spread {}\" d=\"M{x:.1} {low:.1}V{high:.1}\"/>", self.class());
-            self.marker(svg, x, frame.y.at(point.y));
+            let y = frame.y.at(point.y);
+            match &point.label {
+                None => self.marker(svg, x, y),
+                Some(label) => {
+                    let _ = write!(svg, "<g><title>{}</title>", escaped(label));
+                    self.marker(svg, x, y);
+                    svg.push_str("</g>\n");
+                }
+            }
         }
     }
 }
@@ -252,7 +271,7 @@ impl Scale {
     }
 }
 
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -261,7 +280,7 @@ mod tests {
     use super::*;
 
     fn point(x: f64, y: f64) -> Point {
-        Point { x, y, spread: [y, y] }
+        Point { x, y, spread: [y, y], label: None }
     }
 
     /// Protects: a decade is as wide as any other, on the whole width of the area, upwards as values grow.
@@ -288,7 +307,7 @@ mod tests {
     /// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from the point.
     #[test]
     fn spreads_lie_on_the_area() {
-        let points = vec![Point { x: 1.0, y: 10.0, spread: [1.0, 1000.0] }, point(10.0, 10.0)];
+        let points = vec![Point { x: 1.0, y: 10.0, spread: [1.0, 1000.0], label: None }, point(10.0, 10.0)];
         let svg = Plot { lines: vec![Line { points, ..Line::default() }], ..Plot::default() }.svg();
         let [left, top, _, bottom] = AREA;
         assert!(svg.contains(&format!("d=\"M{left:.1} {bottom:.1}V{top:.1}\"")), "{svg}");

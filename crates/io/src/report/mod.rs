@@ -1,0 +1,7 @@
+//! What was measured, for people to look at: plots as SVG, and pages that need nothing but a browser.
+
+mod page;
+mod plot;
+
+pub use page::{Page, accuracy_plot};
+pub use plot::{Axis, Colour, Line, Mark, Plot, Point};

@@ -1,0 +1,17 @@
+"use strict";
+// The comparison of two pictures: which ones, where one ends and the other begins, and the error beside them.
+const one = document.getElementById("one"), other = document.getElementById("other"), edge = document.getElementById("edge");
+const under = document.getElementById("under"), over = document.getElementById("over"), heat = document.getElementById("heat");
+const of = (name, kind) => document.querySelector(`img[data-name="${CSS.escape(name)}"][data-kind="${kind}"]`);
+function show() {
+  over.src = of(one.value, "render").src;
+  under.src = of(other.value, "render").src;
+  over.alt = one.value;
+  under.alt = other.value;
+  over.style.clipPath = `inset(0 ${100 - edge.value}% 0 0)`;
+  const map = of(one.value, "error");
+  heat.hidden = !map;
+  if (map) heat.src = map.src;
+}
+for (const control of [one, other, edge]) control.addEventListener("input", show);
+show();

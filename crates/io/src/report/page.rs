@@ -1,0 +1,273 @@
+//! A measurement of ladders as one HTML file that opens anywhere: plot, tables, pictures beside each other, errors as heat maps, and
+//! what the scene calls for. Nothing is fetched, and what is not looked at by a script can be read without one.
+
+use std::fmt::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use raywright_core::accuracy::{Candidate, Interval, LadderReport, Measured, Report, RungReport};
+use raywright_core::display::Display;
+use raywright_core::effects::{EffectReport, Status};
+use raywright_core::metrics::{differences, heat_map, statistics};
+use raywright_core::picture::Picture;
+
+use super::plot::{Axis, Colour, Line, Plot, Point, escaped};
+use crate::output::{Metadata, png_bytes};
+
+/// What a page is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Page<'a> {
+    /// Name of the scene.
+    pub scene: &'a str,
+    /// How it was measured, sentence by sentence.
+    pub circumstances: &'a [String],
+    /// The command that makes the page.
+    pub command: &'a str,
+    /// The figures.
+    pub report: &'a Report,
+    /// The command that renders each setting on the frontier.
+    pub commands: &'a [String],
+    /// What the scene calls for.
+    pub effects: &'a EffectReport,
+    /// How its pictures are shown.
+    pub display: Display,
+}
+
+/// Error over time of every rung, and the frontier.
+pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report) -> Plot {
+    let rungs = report.ladders.iter().map(|ladder| Line {
+        name: ladder.ladder.to_owned(),
+        colour: if ladder.ladder == "samples" { Colour::Second } else { Colour::Third },
+        dashed: true,
+        apart: true,
+        points: ladder
+            .rungs
+            .iter()
+            .filter_map(|rung| Some(point(rung.measured.as_ref()?, format!("{}={}", ladder.ladder, rung.rung))))
+            .collect(),
+    });
+    let named = |candidate: &Candidate| point(&candidate.measured, flags(candidate));
+    let frontier = Line {
+        name: "worth their time, together".to_owned(),
+        points: report.frontier.iter().map(named).collect(),
+        ..Line::default()
+    };
+    let (samples, others): (Vec<Line>, Vec<Line>) = rungs.partition(|line| line.colour == Colour::Second);
+    let others = Line {
+        name: "one other rung".to_owned(),
+        points: others.iter().flat_map(|line| line.points.clone()).collect(),
+        ..others.first().cloned().unwrap_or_default()
+    };
+    let own = Line {
+        name: "as it is".to_owned(),
+        apart: true,
+        points: vec![point(&report.own, "as it is".to_owned())],
+        ..Line::default()
+    };
+    Plot {
+        title: format!("What accuracy costs in time: {scene}"),
+        subtitle: "less time is to the left, less error below".to_owned(),
+        circumstances: circumstances.to_owned(),
+        x: Axis { label: "CPU time of a render".to_owned(), tick: Some(seconds) },
+        y: Axis { label: "√relMSE".to_owned(), tick: Some(power) },
+        lines: [frontier].into_iter().chain(samples).chain([others, own]).collect(),
+        marks: Vec::new(),
+        falling: true,
+    }
+}
+
+/// Where a setting lies; what can't be told from no error lies at the upper end of what it may be.
+fn point(of: &Measured, label: String) -> Point {
+    let root = |value: f64| value.max(1e-12).sqrt();
+    let error = &of.errors.relmse;
+    let y = if error.is_lost_in_noise() { error.high } else { error.value };
+    Point {
+        x: of.seconds.median.max(1e-9),
+        y: root(y),
+        spread: [root(if error.low > 0.0 { error.low } else { y }), root(error.high)],
+        label: Some(label),
+    }
+}
+
+fn flags(candidate: &Candidate) -> String {
+    if candidate.flags.is_empty() { "as it is".to_owned() } else { candidate.flags.join(" ") }
+}
+
+fn seconds(exponent: i32) -> String {
+    match exponent {
+        ..-3 => format!("{} µs", power(exponent + 6)),
+        -3..0 => format!("{} ms", power(exponent + 3)),
+        _ => format!("{} s", power(exponent)),
+    }
+}
+
+fn power(exponent: i32) -> String {
+    10_f64.powi(exponent).to_string()
+}
+
+/// Three significant digits.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
+        let digits = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).max(0) as usize };
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+fn interval(of: Interval, f: fn(f64) -> f64) -> String {
+    if of.is_lost_in_noise() { format!("&lt;\u{2009}{}", number(f(of.high))) } else { number(f(of.value)) }
+}
+
+impl Page<'_> {
+    /// The page.
+    pub fn html(&self) -> String {
+        let title = format!("What accuracy costs in time: {}", escaped(self.scene));
+        let circumstances: String =
+            self.circumstances.iter().map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line))).collect();
+        let plot = accuracy_plot(self.scene, self.circumstances.first().map_or("", String::as_str), self.report).svg();
+        format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{}</style></head>\n\
+             <body><main>\n<h1>{title}</h1>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n\
+             <div class=\"wide\">{plot}</div>\n{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
+            include_str!("page.css"),
+            escaped(self.command),
+            self.frontier(),
+            self.rungs(),
+            self.pictures(),
+            self.effects(),
+            include_str!("page.js"),
+        )
+    }
+
+    /// The settings worth their time, each with its command.
+    fn frontier(&self) -> String {
+        let mut rows = String::new();
+        for (candidate, command) in self.report.frontier.iter().zip(self.commands) {
+            let own = if candidate.flags.is_empty() { " class=\"own\"" } else { "" };
+            let _ =
+                writeln!(rows, "<tr{own}><td><code>{}</code></td>{}</tr>", escaped(command), cells(&candidate.measured, None));
+        }
+        if rows.is_empty() {
+            return String::new();
+        }
+        format!(
+            "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
+             error is small enough is the cheapest setting for that error; the last one within a time is the best for that time.</p>\n\
+             <div class=\"wide\"><table><thead><tr><th>command</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+        )
+    }
+
+    fn rungs(&self) -> String {
+        let mut rows = String::new();
+        let _ = writeln!(rows, "<tr class=\"own\"><td>as it is</td>{}</tr>", cells(&self.report.own, None));
+        for LadderReport { ladder, rungs, .. } in &self.report.ladders {
+            let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"9\">{ladder}</td></tr>");
+            rungs.iter().for_each(|rung| rows += &row(rung));
+        }
+        let absent = match self.report.not_called_for.as_slice() {
+            [] => String::new(),
+            names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
+        };
+        format!(
+            "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Alone: root mean square difference to the ladder's most exact rung with \
+             the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
+             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{absent}"
+        )
+    }
+
+    /// Two pictures under a slider, the error of one, and all of them small.
+    fn pictures(&self) -> String {
+        let Some(reference) = self.report.pictures.first() else { return String::new() };
+        let full = self.heat_scale(&reference.picture);
+        let (mut options, mut thumbs) = (String::new(), String::new());
+        for shown in &self.report.pictures {
+            let name = escaped(&shown.name);
+            let _ = write!(options, "<option>{name}</option>");
+            let image = self.png(&shown.picture, self.display);
+            let error = differences(&shown.picture, &reference.picture).ok().filter(|_| shown.name != reference.name);
+            let map = error.map(|error| heat_map(shown.picture.width, shown.picture.height, &error, full));
+            let map = map.map(|map| {
+                format!(
+                    "<img hidden data-kind=\"error\" data-name=\"{name}\" alt=\"error of {name}\" src=\"{}\">",
+                    self.png(&map, Display::PLAIN)
+                )
+            });
+            let _ = writeln!(
+                thumbs,
+                "<figure><img data-kind=\"render\" data-name=\"{name}\" alt=\"{name}\" src=\"{image}\">{}<figcaption>{name}</figcaption></figure>",
+                map.unwrap_or_default()
+            );
+        }
+        let own = options.replace("<option>as it is<", "<option selected>as it is<");
+        format!(
+            "<h2>Beside each other</h2>\n<div class=\"pair\">\n<label>left<select id=\"one\">{own}</select></label>\n\
+             <label>right<select id=\"other\">{options}</select></label>\n\
+             <label>left up to<input id=\"edge\" type=\"range\" min=\"0\" max=\"100\" value=\"50\"></label></div>\n\
+             <div class=\"stage\"><img id=\"under\" alt=\"\"><img id=\"over\" class=\"over\" alt=\"\"></div>\n\
+             <h2>Error of the left one</h2>\n<div class=\"scale\"><span>0</span><span class=\"bar\"></span><span>{} and more</span></div>\n\
+             <div class=\"stage\"><img id=\"heat\" alt=\"error of the left picture\"></div>\n\
+             <p class=\"soft\">Largest absolute difference of the channels to the reference, in linear radiance.</p>\n\
+             <h2>All of them</h2>\n<div class=\"thumbs\">\n{thumbs}</div>\n",
+            number(f64::from(full)),
+        )
+    }
+
+    /// What is palest in all heat maps: an error that one in a hundred pixels of the scene's own setting exceeds.
+    fn heat_scale(&self, reference: &Picture) -> f32 {
+        let own = self.report.pictures.iter().find(|shown| shown.name == "as it is");
+        let error = own.and_then(|own| differences(&own.picture, reference).ok()).unwrap_or_default();
+        (statistics(&error).percentile_99 as f32).max(1e-6)
+    }
+
+    fn png(&self, picture: &Picture, display: Display) -> String {
+        // A picture in memory can be written to memory; what can't be shown is an empty image.
+        let bytes = png_bytes(picture, display, &Metadata::default()).unwrap_or_default();
+        format!("data:image/png;base64,{}", STANDARD.encode(bytes))
+    }
+
+    fn effects(&self) -> String {
+        let mut rows = String::new();
+        for finding in &self.effects.effects {
+            let status = match finding.status {
+                Status::Simulated => "simulated",
+                Status::LeftOut => "left out",
+                Status::Absent => continue,
+            };
+            let (name, because) = (escaped(finding.effect.name()), escaped(&finding.because));
+            let _ = writeln!(rows, "<tr><td>{name}</td><td class=\"text\">{status}</td><td class=\"text\">{because}</td></tr>");
+        }
+        format!(
+            "<h2>What the scene calls for</h2>\n<div class=\"wide\"><table><thead><tr><th>effect</th><th>status</th><th>because</th></tr>\
+             </thead><tbody>\n{rows}</tbody></table></div>\n"
+        )
+    }
+}
+
+const HEADS: &str =
+    "<th>CPU ms</th><th>× own</th><th>√relMSE</th><th>RMSE</th><th>bias</th><th>noise</th><th>FLIP</th><th>alone</th>";
+
+fn row(rung: &RungReport) -> String {
+    let (own, name, about) = (if rung.in_use { " class=\"own\"" } else { "" }, escaped(&rung.rung), escaped(rung.about));
+    match &rung.measured {
+        Some(measured) => format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", cells(measured, rung.own_error)),
+        None => format!("<tr{own}><td title=\"{about}\">{name}</td><td colspan=\"8\" class=\"text\">takes too long</td></tr>\n"),
+    }
+}
+
+fn cells(of: &Measured, own_error: Option<f64>) -> String {
+    let errors = &of.errors;
+    let bias = if errors.rmse.is_lost_in_noise() { String::new() } else { number(errors.bias) };
+    let list = [
+        format!("{} ±{:.0} %", number(of.seconds.median * 1e3), of.seconds.relative() * 100.0),
+        number(of.ratio.median),
+        interval(errors.relmse, f64::sqrt),
+        interval(errors.rmse, |x| x),
+        bias,
+        errors.noise.map(number).unwrap_or_default(),
+        number(of.flip),
+        own_error.map(number).unwrap_or_default(),
+    ];
+    list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
+}
