@@ -60,6 +60,7 @@ pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report) -> Plot 
     };
     let own = Line {
         name: "as it is".to_owned(),
+        dashed: true,
         apart: true,
         points: vec![point(&report.own, "as it is".to_owned())],
         ..Line::default()
@@ -147,7 +148,7 @@ impl Page<'_> {
         for (candidate, command) in self.report.frontier.iter().zip(self.commands) {
             let own = if candidate.flags.is_empty() { " class=\"own\"" } else { "" };
             let _ =
-                writeln!(rows, "<tr{own}><td><code>{}</code></td>{}</tr>", escaped(command), cells(&candidate.measured, None));
+                writeln!(rows, "<tr{own}><td class=\"text\"><code>{}</code></td>{}</tr>", escaped(command), cells(&candidate.measured, None));
         }
         if rows.is_empty() {
             return String::new();
