@@ -3,6 +3,7 @@
 mod bench;
 mod choices;
 mod compare;
+mod environment;
 mod help;
 mod mistakes;
 mod models;
