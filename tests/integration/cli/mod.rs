@@ -4,6 +4,7 @@ mod accuracy;
 mod bench;
 mod choices;
 mod compare;
+mod environment;
 mod help;
 mod mistakes;
 mod models;

@@ -114,6 +114,11 @@ impl<P: Precision> Lights<P> {
         self.sky_sampler = SkySampler::new(&self.sky);
     }
 
+    /// Of the sky, draws only what exceeds the rest of it: see [`SkySampler::of_excess`].
+    pub fn draw_excess_of_sky(&mut self) {
+        self.sky_sampler = self.sky_sampler.take().map(|sampler| sampler.of_excess(&self.sky));
+    }
+
     /// Builds what choosing among all lights takes, the sky among them if drawing it is prepared.
     pub fn prepare_choice(&mut self) {
         self.choice = Choice::new(self);

@@ -50,6 +50,12 @@ impl<N: Number> Bsdf<N> {
         self
     }
 
+    /// The normal on the side of the viewer.
+    #[inline(always)]
+    pub fn normal(&self) -> N::Vec3 {
+        self.normal
+    }
+
     /// Its lobes.
     #[inline(always)]
     pub fn lobes(&self) -> &[Lobe<N>] {

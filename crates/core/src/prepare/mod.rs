@@ -229,6 +229,9 @@ impl<P: Precision> Prepared<P> {
             lights.emitters.strategy = Strategy::SolidAngle;
             if simulated.has(Effect::SkyLight) {
                 lights.prepare_sky();
+                if settings.light_sampling == LightSampling::Both {
+                    lights.draw_excess_of_sky();
+                }
             }
             lights.prepare_choice();
         }

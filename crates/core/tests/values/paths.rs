@@ -139,7 +139,7 @@ fn lights_without_size() {
 #[test]
 fn a_mirror_shows_a_lamp_once() {
     let scene = under(
-        classic(json!({ "local": 0, "reflection": { "weight": 0.8, "tinted": false } })),
+        classic(json!({ "colour": 0, "reflection": { "weight": 0.8, "tinted": false } })),
         ball([-0.6, 0.8, -0.2], 0.3, "lamp"),
         5.0,
     );

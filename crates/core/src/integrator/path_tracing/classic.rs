@@ -10,6 +10,7 @@ use crate::scene::SpecularModel;
 /// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
 /// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric. What all of them together would send back
 /// beyond one is taken from the diffuse one.
+#[inline(always)]
 pub(super) fn lobes<R: Real>(m: &Classic<R>, here: &Here<'_, R>, at: &Interaction<R>, normal: R::Vec3) -> Bsdf<R> {
     let colour = m.colour.colour(here);
     let local = unit(m.local.number(here));

@@ -29,7 +29,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return Vector::ZERO;
         }
         let [coarse, fine, u, v] = four(walk.address, Purpose::Light);
-        let (point, normal, view) = (at.surface.point, at.normal, -at.direction);
+        let (point, normal, view) = (at.surface.point, bsdf.normal(), -at.direction);
         let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
         let Some((light, probability)) = lights.choice().draw::<P::Real>(point, lit, [coarse, fine]) else {
             return Vector::ZERO;

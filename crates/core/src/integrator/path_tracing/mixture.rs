@@ -24,8 +24,9 @@ struct Met {
 
 impl Met {
     fn new<R: Real>(m: &Mixture<R>, at: &Interaction<R>) -> Self {
+        let normal = at.towards();
         let eta = m.ior.map_or(1.0, |ior| if at.outside { 1.0 / ior } else { ior });
-        let interface = Interface::new(at.direction.to_f64(), at.normal.to_f64(), eta);
+        let interface = Interface::new(at.direction.to_f64(), normal.to_f64(), eta);
         let s = m.specular_chance;
         let (mut mirrored, mut through) = (s, m.refraction_chance);
         if s > 0.0 && m.ior.is_some() {
@@ -33,7 +34,7 @@ impl Met {
             let fresnel = match interface.refracted {
                 None => 1.0,
                 Some(refracted) => {
-                    let cosine = if eta > 1.0 { -refracted.dot(at.normal.to_f64()) } else { interface.cos_incident };
+                    let cosine = if eta > 1.0 { -refracted.dot(normal.to_f64()) } else { interface.cos_incident };
                     let r0 = ((1.0 - eta) / (1.0 + eta)).powi(2);
                     r0 + (1.0 - r0) * towards_grazing(cosine.max(0.0))
                 }
@@ -58,17 +59,17 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         m: &Mixture<P::Real>,
         albedo: Vec3Of<P>,
     ) -> bool {
-        let met = Met::new(m, at);
+        let (met, normal) = (Met::new(m, at), at.towards());
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
-            let matte = Bsdf::new(at.normal).with(Lobe::Lambert { albedo: albedo * P::Real::from_f64(diffused) });
+            let matte = Bsdf::new(normal).with(Lobe::Lambert { albedo: albedo * P::Real::from_f64(diffused) });
             let sent = self.asked(walk, at, &matte, P::Real::from_f64(PI));
             walk.radiance += walk.throughput * sent;
         }
         let [way, u, v, luck] = four(walk.address, Purpose::Scatter).map(P::Real::from_f32);
         let way = way.to_f64();
         // The normal and an even point of the unit sphere together are drawn by the cosine.
-        let h = Frame::<P::Real>::about(at.normal).to_world(Lobe::<P::Real>::cosine([u, v]));
+        let h = Frame::<P::Real>::about(normal).to_world(Lobe::<P::Real>::cosine([u, v]));
         let blend = |smooth: glam::DVec3, about: Vec3Of<P>, roughness: f64| {
             let share = roughness * roughness;
             Vec3Of::<P>::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
@@ -79,25 +80,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             (blend(met.interface.reflected, h, m.specular_roughness), m.specular_colour, met.mirrored, one)
         } else if let Some(refracted) = met.interface.refracted.filter(|_| way < met.mirrored + met.through) {
             self.counters.refraction += 1;
-            (
-                blend(refracted, h - at.normal * (one + one) * h.dot(at.normal), m.refraction_roughness),
-                Vector::ONE,
-                met.through,
-                -one,
-            )
+            (blend(refracted, h - normal * (one + one) * h.dot(normal), m.refraction_roughness), Vector::ONE, met.through, -one)
         } else {
             self.counters.scatter += 1;
             (h, albedo, diffused, one)
         };
         let priced = side == one && way >= met.mirrored && !m.published_roulette;
-        let density = if priced { P::Real::from_f64(diffused / PI) * at.normal.dot(h) } else { P::Real::ZERO };
+        let density = if priced { P::Real::from_f64(diffused / PI) * normal.dot(h) } else { P::Real::ZERO };
         let mut drawn = Sampled { some: true, direction, weight, density, delta: !priced };
         if m.published_roulette {
             let Some(weight) = published::<P>(walk.throughput, weight, chance, luck) else { return false };
             drawn.weight = weight;
         }
-        let ray = self.leave(at, direction, side);
-        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: at.normal, through: side != one })
+        let ray = self.leave(at, direction, if normal == at.normal { side } else { -side });
+        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: normal, through: side != one })
     }
 }
 

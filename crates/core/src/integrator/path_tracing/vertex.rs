@@ -18,30 +18,26 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     pub(super) fn vertex(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>) -> bool {
         let scene = self.scene;
         let here = scene.sources.at(at);
-        let mut at = *at;
         match &scene.materials[at.material as usize] {
             Material::Classic(m) => {
                 if let Some(emission) = &m.emission {
-                    self.emits(walk, hit, &at, emission.colour(&here));
+                    self.emits(walk, hit, at, emission.colour(&here));
                 }
                 if walk.traced >= self.max_depth {
                     return false;
                 }
                 if let Some(mixture) = &m.mixture {
-                    at.normal = towards(&at);
-                    return self.mixed(walk, &at, mixture, m.colour.colour(&here));
+                    return self.mixed(walk, at, mixture, m.colour.colour(&here));
                 }
-                if m.transmission.is_some() {
-                    at.normal = towards(&at);
-                }
-                let bsdf = classic::lobes(m, &here, &at, at.normal);
+                let normal = if m.transmission.is_some() { at.towards() } else { at.normal };
+                let bsdf = classic::lobes(m, &here, at, normal);
                 let glass = m.transmission.as_ref().map(|transmission| transmission.glass);
                 // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
-                self.scatter(walk, hit, &at, &bsdf, (glass.as_ref(), P::Real::from_f64(PI)))
+                self.scatter(walk, hit, at, &bsdf, (glass.as_ref(), P::Real::from_f64(PI)))
             }
             Material::Physical(m) => {
                 if let Some(emission) = &m.emission {
-                    self.emits(walk, hit, &at, emission.tint(&here, Vector::ONE));
+                    self.emits(walk, hit, at, emission.tint(&here, Vector::ONE));
                 }
                 if m.unlit {
                     walk.radiance += walk.throughput * m.base_at(&here);
@@ -51,11 +47,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     return false;
                 }
                 let model = m.model_at(&here);
-                if model.glass.is_some() {
-                    at.normal = towards(&at);
-                }
-                let bsdf = model.transport(at.normal, -at.direction, at.outside);
-                self.scatter(walk, hit, &at, &bsdf, (model.glass.as_ref(), P::Real::ONE))
+                let normal = if model.glass.is_some() { at.towards() } else { at.normal };
+                let bsdf = model.transport(normal, -at.direction, at.outside);
+                self.scatter(walk, hit, at, &bsdf, (model.glass.as_ref(), P::Real::ONE))
             }
             Material::Unused => false,
         }
@@ -83,12 +77,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let sent = self.asked(walk, at, bsdf, gain);
         walk.radiance += walk.throughput * sent;
         let [lobe, u, v, luck] = four(walk.address, Purpose::Scatter).map(P::Real::from_f32);
-        let drawn = bsdf.sample(&Frame::about(at.normal), -at.direction, [lobe, u, v]);
+        let normal = bsdf.normal();
+        let drawn = bsdf.sample(&Frame::about(normal), -at.direction, [lobe, u, v]);
         if !drawn.some {
             return false;
         }
         let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
-        let through = drawn.direction.dot(at.normal) < P::Real::ZERO;
+        let through = drawn.direction.dot(normal) < P::Real::ZERO;
         // A shading normal must not take a reflection below the surface, nor what goes through it above.
         if (geometric.dot(drawn.direction) < P::Real::ZERO) != through {
             return false;
@@ -102,8 +97,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             Some(glass) if drawn.delta => self.known(walk, hit, at, (glass, through), &drawn),
             _ => (drawn.direction, Vector::ZERO),
         };
-        let side = if through { -P::Real::ONE } else { P::Real::ONE };
-        let lit = if bsdf.lets_through() { Vector::ZERO } else { at.normal };
+        // Starts of rays count from the normal that the object has.
+        let side = if through == (normal == at.normal) { -P::Real::ONE } else { P::Real::ONE };
+        let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
         self.go_on(walk, at, &drawn, Onward { ray: self.leave(at, direction, side), rest, luck, lit, through })
     }
 
@@ -116,7 +112,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         (glass, through): (&Glass<P::Real>, bool),
         drawn: &Sampled<P::Real>,
     ) -> (Vec3Of<P>, Vec3Of<P>) {
-        let [d, n] = self.directions(&walk.leg, hit, at, P::Real::ONE);
+        let side = if at.direction.dot(at.normal) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
+        let [d, n] = self.directions(&walk.leg, hit, at, side);
         let interface = Interface::new(d, n, glass.eta(at.outside));
         let exact = if through { interface.refracted } else { Some(interface.reflected) };
         exact.map_or((drawn.direction, Vector::ZERO), |exact| {
@@ -126,7 +123,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 }
 
-/// The shading normal on the side that the ray came from, also where the object's points outwards always.
-fn towards<R: Real>(at: &Interaction<R>) -> R::Vec3 {
-    if at.direction.dot(at.normal) > R::ZERO { -at.normal } else { at.normal }
+impl<R: Real> Interaction<R> {
+    /// The shading normal on the side that the ray came from, also where the object's points outwards always.
+    #[inline(always)]
+    pub fn towards(&self) -> R::Vec3 {
+        if self.direction.dot(self.normal) > R::ZERO { -self.normal } else { self.normal }
+    }
 }
