@@ -19,6 +19,8 @@ pub struct Counters {
     pub samples: u64,
     /// Samples dropped because they were not finite.
     pub dropped: u64,
+    /// Samples whose camera ray met something.
+    pub met: u64,
 }
 
 impl Counters {
@@ -37,5 +39,6 @@ impl AddAssign for Counters {
         self.shadow += other.shadow;
         self.samples += other.samples;
         self.dropped += other.dropped;
+        self.met += other.met;
     }
 }

@@ -126,7 +126,6 @@ impl Ready {
             counters: film.counters(),
             unfinished: film.unfinished(),
             finished: film.unfinished() == 0,
-            met: film.met(),
         }
     }
 

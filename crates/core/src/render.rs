@@ -1,5 +1,6 @@
 //! Rendering: tiles over threads, samples over pixels. Nothing here allocates or locks per ray.
 
+use core::cell::Cell;
 use core::marker::PhantomData;
 use core::ops::Range;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -28,8 +29,6 @@ pub struct Rendered {
     pub unfinished: u64,
     /// Whether there are no such pixels.
     pub finished: bool,
-    /// Whether any camera ray met something.
-    pub met: bool,
 }
 
 /// Renders what `part` names and the film lacks on the current thread pool: one replicate after the other, so that a render
@@ -148,8 +147,9 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, keeps_first, self.observer);
         let mut plane = Plane::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
-        let mut dropped = 0;
+        let (mut dropped, met) = (0, Cell::new(0_u64));
         let mut finish = |plane: &mut Plane, pixel: Sums| {
+            met.set(met.get() + u64::from(pixel.hits));
             plane.push(self.plan, &pixel);
             if self.plan.random {
                 spread.push(pixel.spread);
@@ -189,6 +189,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let mut counters: Counters = tracer.counters;
         counters.samples = plane.samples.iter().map(|&n| u64::from(n)).sum();
         counters.dropped = dropped;
+        counters.met = met.get();
         Some(Unit { tile: self.tile, replicate: self.replicate, plane, spread, centre, counters })
     }
 

@@ -17,8 +17,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: glTF skins, morph targets and most material extensions (each is named in a warning), compressed
-//! geometry and KTX2 textures (refused with a message).
+//! Not here yet: most material extensions of glTF (each is named in [`Scene::unread`](raywright_core::Scene::unread), and so an
+//! effect that is left out), points and lines (a warning), KTX2 textures (refused with a message where a file has no others).
 #![forbid(unsafe_code)]
 
 mod diagnostic;
@@ -48,7 +48,7 @@ pub use environment::{Environment, EnvironmentSource};
 pub use error::{Error, Warning};
 pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError};
-pub use gltf::{AnimationInfo, Contents};
+pub use gltf::{AnimationInfo, Contents, ExtensionInfo};
 pub use inputs::{Clash, Inputs};
 pub use limits::{Limits, human_bytes};
 pub use load::{Input, LoadOptions, Loaded, ModelOptions, load};

@@ -113,3 +113,62 @@ fn motion_is_explained_switched_off_and_checked() {
     let message = desk.run(&["check", "a.scene.toml"]).exits_with(3).stderr.clone();
     assert!(message.contains("a.scene.toml:8:") && message.contains("less than 180 degrees"), "{message}");
 }
+
+/// Protects: what `info` tells is JSON, too: counts, names, what there is to choose from, which extensions are read, where the
+/// model is and what it takes.
+#[test]
+fn models_are_told_as_json() {
+    let desk = Desk::new();
+    let text = model().replacen("\"asset\"", "\"extensionsUsed\": [\"VENDOR_fog\", \"KHR_materials_variants\"], \"asset\"", 1);
+    desk.write("wall.gltf", text);
+    let run = desk.run(&["info", "wall.gltf", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(run.exits_with(0).text()).expect("JSON");
+    assert_eq!((told["format"].as_str(), told["scenes"][0].as_str()), (Some("glTF 2.0"), Some("wall")));
+    assert_eq!(told["variants"], serde_json::json!(["red", "blue"]));
+    assert_eq!(told["animations"][0]["seconds"], 1.0);
+    let extensions = serde_json::json!([{ "name": "KHR_materials_variants", "required": false, "read": true },
+        { "name": "VENDOR_fog", "required": false, "read": false }]);
+    assert_eq!(told["extensions"], extensions);
+    assert!(told["bounds"][1][0].is_number() && told["memory"]["geometry"].as_u64().is_some_and(|bytes| bytes > 0), "{told}");
+    let shown = told["triangles"]["shown"].as_u64();
+    assert!(shown.is_some_and(|n| n > 0) && told["triangles"]["stored"].as_u64() == shown, "{told}");
+}
+
+/// Protects: files outside the scene's folder are read with `--allow-outside` alone, whose name the refusal tells.
+#[test]
+fn files_outside_are_read_where_allowed() {
+    let desk = Desk::new();
+    desk.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    std::fs::create_dir(desk.path("sub")).expect("a folder");
+    desk.write("sub/b.scene.toml", "format = 1\n[[models]]\nfile = \"../a.obj\"\n");
+    let refused = desk.run(&["check", "sub/b.scene.toml"]);
+    assert!(refused.exits_with(3).stderr.contains("--allow-outside"), "{}", refused.stderr);
+    desk.run(&["check", "sub/b.scene.toml", "--allow-outside"]).exits_with(0);
+}
+
+/// Protects: a picture in which nothing was met says where the scene is; one in which something was says nothing. A model that its
+/// own lights do not reach gets the neutral sky, and is told so; a scene that is dark on purpose stays dark.
+#[test]
+fn nothing_to_be_seen_is_told() {
+    let desk = Desk::new();
+    let obj =
+        "mtllib a.mtl\nusemtl lamp\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nusemtl wall\nv 0 0 -1\nv 90 0 -1\nv 0 90 -1\nf 4 5 6\n";
+    desk.write("a.obj", obj);
+    desk.write("a.mtl", "newmtl lamp\nKd 0 0 0\nKe 0.1 0.1 0.1\nnewmtl wall\nKd 1 1 1\n");
+    let render = |file: &str, target: &str| {
+        let words = ["render", file, "--size", "8x8", "--spp", "1", "--eye", "0.2,0.2,5", "--target", target, "-o", "a.png"];
+        desk.run(&words).exits_with(0).stderr.clone()
+    };
+    let there = render("a.obj", "0.2,0.2,0");
+    assert!(
+        !there.contains("no camera ray") && there.contains("has too little light to be seen by; a neutral grey sky"),
+        "{there}"
+    );
+    let away = render("a.obj", "0.2,0.2,9");
+    let said =
+        "no camera ray met anything: the scene lies between (0.000000, 0.000000, -1.000000) and (90.000000, 90.000000, 0.000000)";
+    assert!(away.contains(said), "{away}");
+    desk.write("dim.scene.toml", "format = 1\n[[models]]\nfile = \"a.obj\"\n");
+    let dim = render("dim.scene.toml", "0.2,0.2,0");
+    assert!(!dim.contains("sky"), "{dim}");
+}

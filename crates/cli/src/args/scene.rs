@@ -92,6 +92,10 @@ pub struct InfoArgs {
     /// What is changed in the scene.
     #[command(flatten)]
     pub changes: SceneArgs,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Arguments of `check`.

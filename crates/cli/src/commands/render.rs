@@ -132,7 +132,7 @@ fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
 /// A picture that shows the background alone is seldom what was meant.
 fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, verbosity: Verbosity) {
     let bounds = extent(&loaded.scene, settings.precision).bounds;
-    if rendered.met || bounds.is_empty() {
+    if rendered.counters.met > 0 || bounds.is_empty() {
         return;
     }
     let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");

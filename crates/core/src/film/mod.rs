@@ -188,11 +188,6 @@ impl Film {
         self.planes.iter().flatten().collect()
     }
 
-    /// Whether any sample met something.
-    pub fn met(&self) -> bool {
-        self.there().iter().any(|plane| plane.hits.iter().any(|&hits| hits > 0))
-    }
-
     /// The picture so far: of pixels that lack samples the mean of those they have, black without any.
     pub fn picture(&self) -> Picture {
         let (plan, planes) = (&self.plan, self.there());

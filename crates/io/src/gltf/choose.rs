@@ -1,10 +1,13 @@
 //! Which of a file's scenes and looks is meant, and what there is to choose from.
 
+use std::collections::BTreeSet;
+
 use raywright_core::suggest::closest;
 
 use super::accessor::Reader;
 use super::animation::Keys;
 use super::document::Document;
+use super::extensions;
 use crate::import::{Fault, Outcome, shown};
 
 /// What is asked of a glTF file. None: its default scene, its default look, at rest.
@@ -27,6 +30,19 @@ pub struct Contents {
     pub variants: Vec<String>,
     /// Its animations.
     pub animations: Vec<AnimationInfo>,
+    /// The extensions that it names, in alphabetical order.
+    pub extensions: Vec<ExtensionInfo>,
+}
+
+/// An extension of glTF that a model file names.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ExtensionInfo {
+    /// Its name.
+    pub name: String,
+    /// Whether the file says that it can't be shown without it.
+    pub required: bool,
+    /// Whether it is read; where not, it is ignored, and of materials left out.
+    pub read: bool,
 }
 
 /// An animation of a model file.
@@ -46,7 +62,14 @@ pub(super) fn contents(document: &Document, reader: &Reader<'_>) -> Contents {
         let ends = animation.samplers.iter().filter_map(|sampler| keys.duration(sampler));
         AnimationInfo { name: name(&animation.name), seconds: ends.reduce(f64::max) }
     });
+    let named: BTreeSet<&String> = document.extensions().chain(&document.extensions_required).collect();
+    let extension = |name: &String| ExtensionInfo {
+        name: shown(name),
+        required: document.extensions_required.contains(name),
+        read: extensions::is_read(name),
+    };
     Contents {
+        extensions: named.into_iter().map(extension).collect(),
         animations: animations.collect(),
         scenes: document.scenes.iter().map(|scene| name(&scene.name)).collect(),
         variants: variants(document).iter().map(|variant| shown(variant)).collect(),

@@ -26,6 +26,7 @@ pub(super) struct Document {
     pub buffer_views: Vec<json::buffer::View>,
     pub cameras: Vec<json::Camera>,
     pub extensions: RootExtensions,
+    pub extensions_required: Vec<String>,
     pub extensions_used: Vec<String>,
     pub images: Vec<json::Image>,
     pub materials: Vec<json::Material>,

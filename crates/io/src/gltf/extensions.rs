@@ -25,13 +25,17 @@ const READ: [&str; 16] = [
     "KHR_xmp",
 ];
 
+/// Whether an extension is read.
+pub(super) fn is_read(name: &str) -> bool {
+    READ.contains(&name)
+}
+
 /// Refuses a file that can't be shown without an extension that is not read.
 ///
 /// # Errors
 /// A fault of kind input naming the extensions.
 pub(super) fn check_required(required: &[String]) -> Outcome<()> {
-    let able = |name: &&String| READ.contains(&name.as_str());
-    let missing: Vec<&str> = required.iter().filter(|name| !able(name)).map(String::as_str).collect();
+    let missing: Vec<&str> = required.iter().filter(|name| !is_read(name)).map(String::as_str).collect();
     if missing.is_empty() {
         return Ok(());
     }

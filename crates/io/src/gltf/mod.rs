@@ -35,7 +35,7 @@ use glam::DAffine3;
 use raywright_core::Scene;
 
 pub(crate) use choose::Choice;
-pub use choose::{AnimationInfo, Contents};
+pub use choose::{AnimationInfo, Contents, ExtensionInfo};
 
 use accessor::{MOST_INVENTED, Reader};
 use animation::Moved;

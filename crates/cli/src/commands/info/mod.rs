@@ -1,4 +1,6 @@
-//! `info`: what is in a scene or model file, as a table.
+//! `info`: what is in a scene or model file, as a table or as JSON.
+
+mod json;
 
 use std::collections::BTreeMap;
 
@@ -6,7 +8,7 @@ use glam::DVec3;
 use raywright_core::prepare::Extent;
 use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
 use raywright_core::{Lookup, Scene, Settings, estimate, extent, generate};
-use raywright_io::{AnimationInfo, Format, Limits, Loaded, Notation};
+use raywright_io::{AnimationInfo, ExtensionInfo, Format, Limits, Loaded, Notation};
 
 use crate::args::InfoArgs;
 use crate::console::{self, Verbosity};
@@ -15,10 +17,10 @@ use crate::memory;
 use crate::scene_input;
 use crate::table::{lay_out, short};
 
-/// Prints the table.
+/// Prints the table, or the JSON.
 pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     let loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), Verbosity::Normal)?;
-    console::print(lay_out(&rows(&loaded)))
+    console::print(if args.json { console::json(&json::Facts::of(&loaded)) } else { lay_out(&rows(&loaded)) })
 }
 
 fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
@@ -41,6 +43,7 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("scenes", numbered(&loaded.contents.scenes)),
         ("variants", listed(loaded.contents.variants.iter().cloned())),
         ("animations", listed(loaded.contents.animations.iter().map(animation))),
+        ("extensions", listed(loaded.contents.extensions.iter().map(extension))),
     ];
     let rows = rows.into_iter().chain(whole(scene)).chain([("hash", loaded.hash.clone())]);
     rows.filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
@@ -100,6 +103,11 @@ fn numbered(names: &[String]) -> String {
 fn animation(info: &AnimationInfo) -> String {
     let name = if info.name.is_empty() { "unnamed" } else { &info.name };
     info.seconds.map_or_else(|| name.to_owned(), |seconds| format!("{name} ({} s)", short(seconds)))
+}
+
+/// `KHR_texture_transform`, or `VENDOR_thing (not read)`.
+fn extension(info: &ExtensionInfo) -> String {
+    format!("{}{}", info.name, if info.read { "" } else { " (not read)" })
 }
 
 /// How many, and the names of those that have one.
