@@ -4,11 +4,12 @@ use core::ops::{ControlFlow, Range};
 
 use crate::aabb::PaddedBox;
 use crate::boxes::BoxList;
-use crate::build::{Build, BuildQuality, BuildWork, Stop, build};
+use crate::build::{Build, BuildQuality, BuildWork, Collapsed, Stop, Triangles, build};
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
 use crate::tally::Tally;
 use crate::tree::Tree;
+use crate::wide::Wide;
 
 /// Which structure answers queries. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,18 +35,29 @@ pub(crate) enum Accelerator {
     Linear(usize),
     LinearBoxes(BoxList),
     Tree(Tree, BuildWork),
+    Wide(Wide, BuildWork),
 }
 
 impl Accelerator {
     /// Builds over `boxes`. Returns the order in too, where that is not the order of the boxes, in which the list must be for
     /// the places to be right. Up to `few` boxes are not worth a tree. None where `stop` gave the build up.
-    pub fn new(kind: AcceleratorKind, boxes: &[PaddedBox], few: usize, stop: Stop<'_>) -> Option<(Self, Option<Vec<u32>>)> {
+    pub fn new(
+        kind: AcceleratorKind,
+        boxes: &[PaddedBox],
+        few: usize,
+        triangles: Triangles<'_>,
+        stop: Stop<'_>,
+    ) -> Option<(Self, Option<Vec<u32>>)> {
         Some(match kind {
             AcceleratorKind::Linear => (Self::Linear(boxes.len()), None),
             AcceleratorKind::LinearBoxes => (Self::LinearBoxes(BoxList::new(boxes)), None),
             AcceleratorKind::Tree(quality) => {
-                let Build { tree, order, work } = build(boxes, quality, few, stop)?;
-                (Self::Tree(tree, work), Some(order))
+                let Build { tree, order, work } = build(boxes, quality, few, triangles, stop)?;
+                let tree = match tree {
+                    Collapsed::Narrow(tree) => Self::Tree(tree, work),
+                    Collapsed::Wide(wide) => Self::Wide(wide, work),
+                };
+                (tree, Some(order))
             }
         })
     }
@@ -54,7 +66,7 @@ impl Accelerator {
     pub fn work(&self) -> Option<BuildWork> {
         match self {
             Self::Linear(_) | Self::LinearBoxes(_) => None,
-            Self::Tree(_, work) => Some(*work),
+            Self::Tree(_, work) | Self::Wide(_, work) => Some(*work),
         }
     }
 
@@ -64,24 +76,29 @@ impl Accelerator {
             Self::Linear(_) => 0,
             Self::LinearBoxes(list) => list.bytes(),
             Self::Tree(tree, _) => tree.bytes(),
+            Self::Wide(wide, _) => wide.bytes(),
         }
     }
 
-    /// The most bytes that the structure over so many boxes takes.
-    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64) -> u64 {
+    /// The most bytes that the structure over so many boxes takes; of so many triangles among them where the tree is wide.
+    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64, wide: Option<u64>) -> u64 {
         match kind {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::LinearBoxes => BoxList::bytes_of(boxes),
             AcceleratorKind::Tree(_) if boxes <= few => 0,
-            AcceleratorKind::Tree(_) => Tree::most_bytes(boxes),
+            AcceleratorKind::Tree(_) => match wide {
+                Some(triangles) => Wide::most_bytes(triangles, boxes.saturating_sub(triangles)),
+                None => Tree::most_bytes(boxes),
+            },
         }
     }
 
     /// Calls `visit` with the places of all primitives that the ray may meet below the current far end, some at a time. The
-    /// closure returns the new far end, or breaks.
+    /// closure returns the new far end, or breaks. `first` is the slot of the first place.
     #[inline(always)]
     pub fn walk<R: Real, T: Tally>(
         &self,
+        first: usize,
         ray: &Ray<R>,
         range: Interval<R>,
         tally: &mut T,
@@ -93,6 +110,7 @@ impl Accelerator {
             }
             Self::LinearBoxes(list) => list.walk(ray, range, tally, visit),
             Self::Tree(tree, _) => tree.walk(ray, range, tally, visit),
+            Self::Wide(wide, _) => wide.walk(first, ray, range, tally, visit),
         }
     }
 }

@@ -3,8 +3,11 @@
 //! Queries are functions of their own, one set a precision, so that whoever asks has a call in its loop and not a copy of every
 //! primitive's test. While they look, a hit is known by its slot; it gets its names once it is the answer.
 
+mod wide;
+
 use core::ops::{ControlFlow, Range};
 
+use crate::accelerator::Accelerator;
 use crate::admission::admitted;
 use crate::geometry::Geometry;
 use crate::group::{Kind, Slot};
@@ -31,6 +34,18 @@ impl<P: Precision> Geometry<P> {
     /// those the lowest primitive.
     #[inline(never)]
     pub fn closest<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
+        if P::WIDE
+            && let Accelerator::Wide(wide, _) = &self.accelerator
+        {
+            let mut best = Nearest { range, found: None };
+            if self.unbounded > 0 {
+                let probe = self.probe(*ray);
+                for slot in self.unbounded() {
+                    best.consider(self, self.test::<T, false>(slot, &probe, best.range, tally));
+                }
+            }
+            return self.nearest_wide(wide, ray, best, tally).map(|found| self.named(&found));
+        }
         self.nearest::<T, false>(&self.probe(*ray), range, tally).map(|found| self.named(&found))
     }
 
@@ -52,13 +67,22 @@ impl<P: Precision> Geometry<P> {
         ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
         tally: &mut T,
     ) -> bool {
+        if P::WIDE
+            && let Accelerator::Wide(wide, _) = &self.accelerator
+        {
+            let unbounded = self.unbounded > 0 && {
+                let probe = self.probe(*ray);
+                self.unbounded().any(|slot| self.blocks(slot, &probe, range, ask, tally))
+            };
+            return unbounded || self.any_wide(wide, ray, range, ask, tally);
+        }
         let probe = self.probe(*ray);
         let mut blocks = |slot: (u32, &Slot), tally: &mut T| self.blocks(slot, &probe, range, ask, tally);
         if self.unbounded().any(|slot| blocks(slot, tally)) {
             return true;
         }
         let mut blocked = false;
-        self.accelerator.walk(&probe.ray, range, tally, |places, far, tally| {
+        self.accelerator.walk(self.unbounded, &probe.ray, range, tally, |places, far, tally| {
             blocked = self.bounded(places).any(|slot| blocks(slot, tally));
             if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
         });
@@ -93,14 +117,14 @@ impl<P: Precision> Geometry<P> {
         }
         if INNER {
             let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-            self.accelerator.walk(&ray, widened::<P>(best.range), tally, |places, _, tally| {
+            self.accelerator.walk(self.unbounded, &ray, widened::<P>(best.range), tally, |places, _, tally| {
                 for slot in self.bounded(places) {
                     best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
                 }
                 ControlFlow::Continue(convert(best.range.max))
             });
         } else {
-            self.accelerator.walk(&probe.ray, best.range, tally, |places, _, tally| {
+            self.accelerator.walk(self.unbounded, &probe.ray, best.range, tally, |places, _, tally| {
                 for slot in self.bounded(places) {
                     best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
                 }
@@ -123,7 +147,7 @@ impl<P: Precision> Geometry<P> {
         tally.primitive();
         let hit = match own.kind {
             Kind::Sphere => self.group.spheres[index].intersect(probe, range, side),
-            Kind::Triangle => self.group.triangles[index].intersect(probe, range, side),
+            Kind::Triangle => self.triangle(index).intersect(probe, range, side),
             Kind::Plane => self.group.planes[index].intersect(probe, range, side),
             Kind::Shape => self.group.shapes[index].intersect(probe, range, side),
             Kind::Placed => self.group.placed[index].intersect(probe, range, side),
@@ -213,7 +237,7 @@ impl<P: Precision> Geometry<P> {
         }
         let mut blocked = false;
         let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-        part.accelerator.walk(&ray, widened::<P>(range), tally, |places, far, tally| {
+        part.accelerator.walk(part.unbounded, &ray, widened::<P>(range), tally, |places, far, tally| {
             blocked = part.bounded(places).any(|slot| blocks(slot, tally));
             if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
         });

@@ -1,0 +1,177 @@
+//! Queries of the wide tree: what a hit of it is to the answer.
+
+use super::{Found, NO_PART, Nearest};
+use crate::geometry::Geometry;
+use crate::ray::{Hit, Interval, Ray};
+use crate::scalar::{Precision, Real};
+use crate::shapes::Probe;
+use crate::tally::Tally;
+use crate::wide::{Answer, Exact, Wide};
+
+impl<P: Precision> Geometry<P> {
+    /// Goes on with a closest-hit query through the tree.
+    #[inline(always)]
+    pub(super) fn nearest_wide<T: Tally>(
+        &self,
+        wide: &Wide,
+        ray: &Ray<P::Real>,
+        best: Nearest<P::Real>,
+        tally: &mut T,
+    ) -> Option<Found<P::Real>> {
+        let (stored, range) = (stored(ray), narrowed(best.range));
+        let mut closest = Closest { geometry: self, wide, ray, best, probe: None, tally };
+        wide.ask(&stored, range, &mut closest);
+        closest.best.found
+    }
+
+    /// Goes on with an any-hit query through the tree.
+    #[inline(always)]
+    pub(super) fn any_wide<T: Tally>(
+        &self,
+        wide: &Wide,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let mut any = Any { geometry: self, wide, ray, range, ask, probe: None, tally };
+        wide.ask(&stored(ray), narrowed(range), &mut any)
+    }
+}
+
+/// The ray in f32, which it is stored in where there is a wide tree.
+#[inline(always)]
+fn stored<R: Real>(ray: &Ray<R>) -> Ray<f32> {
+    use crate::scalar::Vector;
+    Ray { origin: ray.origin.to_f32(), direction: ray.direction.to_f32(), time: ray.time.to_f32() }
+}
+
+#[inline(always)]
+fn narrowed<R: Real>(range: Interval<R>) -> Interval<f32> {
+    Interval { min: range.min.to_f32(), max: range.max.to_f32() }
+}
+
+/// A hit of a lane.
+#[inline(always)]
+fn found<R: Real>(exact: &Exact, lane: usize, first: u32) -> Found<R> {
+    let [u, v] = exact.weights;
+    let number = R::from_f32;
+    Found { t: number(exact.t[lane]), u: number(u[lane]), v: number(v[lane]), slot: first + lane as u32, inner: NO_PART }
+}
+
+/// The nearest hit.
+struct Closest<'a, P: Precision, T> {
+    geometry: &'a Geometry<P>,
+    wide: &'a Wide,
+    ray: &'a Ray<P::Real>,
+    best: Nearest<P::Real>,
+    /// Made for the first primitive that is no triangle.
+    probe: Option<Probe<P>>,
+    tally: &'a mut T,
+}
+
+impl<P: Precision, T: Tally> Answer for Closest<'_, P, T> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn far(&self) -> f32 {
+        self.best.range.max.next_down().to_f32()
+    }
+
+    #[inline(always)]
+    fn node(&mut self) {
+        self.tally.node();
+    }
+
+    #[inline(always)]
+    fn block(&mut self, block: usize) {
+        self.tally.primitives(|| self.wide.facts(block).count.into());
+    }
+
+    #[inline(always)]
+    fn lanes(&self, _: usize) -> [u32; 2] {
+        [u32::MAX, 0]
+    }
+
+    #[inline(never)]
+    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+        let facts = self.wide.facts(block);
+        let mut hits = facts.accepted(exact.hits, exact.from_outside);
+        while hits != 0 {
+            let found = found(exact, hits.trailing_zeros() as usize & 7, facts.first);
+            hits &= hits - 1;
+            let counts = self.best.range.contains(found.t);
+            self.best.consider(self.geometry, counts.then_some(found));
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn other(&mut self, place: usize) -> bool {
+        let geometry = self.geometry;
+        let probe = self.probe.get_or_insert_with(|| geometry.probe(*self.ray));
+        for slot in geometry.bounded(place..place + 1) {
+            self.best.consider(geometry, geometry.test::<T, false>(slot, probe, self.best.range, self.tally));
+        }
+        false
+    }
+}
+
+/// Any hit that counts.
+struct Any<'a, 'f, P: Precision, T> {
+    geometry: &'a Geometry<P>,
+    wide: &'a Wide,
+    ray: &'a Ray<P::Real>,
+    range: Interval<P::Real>,
+    ask: &'a mut (dyn FnMut(&Hit<P::Real>) -> bool + 'f),
+    probe: Option<Probe<P>>,
+    tally: &'a mut T,
+}
+
+impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn far(&self) -> f32 {
+        self.range.max.next_down().to_f32()
+    }
+
+    #[inline(always)]
+    fn node(&mut self) {
+        self.tally.node();
+    }
+
+    #[inline(always)]
+    fn block(&mut self, block: usize) {
+        self.tally.primitives(|| self.wide.facts(block).count.into());
+    }
+
+    #[inline(always)]
+    fn lanes(&self, block: usize) -> [u32; 2] {
+        let facts = self.wide.facts(block);
+        [(facts.opaque | facts.asks).into(), (facts.opaque & facts.two_sided()).into()]
+    }
+
+    #[inline(never)]
+    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+        let facts = self.wide.facts(block);
+        let mut hits = facts.accepted(exact.hits, exact.from_outside) & (facts.opaque | facts.asks);
+        while hits != 0 {
+            let lane = hits.trailing_zeros() as usize & 7;
+            hits &= hits - 1;
+            let found = found(exact, lane, facts.first);
+            if self.range.contains(found.t) && (facts.opaque >> lane & 1 != 0 || (self.ask)(&self.geometry.named(&found))) {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn other(&mut self, place: usize) -> bool {
+        let (geometry, range) = (self.geometry, self.range);
+        let probe = self.probe.get_or_insert_with(|| geometry.probe(*self.ray));
+        let (ask, tally) = (&mut *self.ask, &mut *self.tally);
+        geometry.bounded(place..place + 1).any(|slot| geometry.blocks(slot, probe, range, ask, tally))
+    }
+}

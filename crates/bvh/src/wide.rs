@@ -1,0 +1,235 @@
+//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles and single other primitives, in the
+//! widest registers that the processor has.
+//!
+//! Nodes and filters decide what is tested and never what is hit: boxes are padded and exits widened, the filter misses a
+//! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
+//! operations of that test ([`crate::shapes::Triangle`]). So every kernel finds what a scan finds, to the bit.
+
+mod block;
+mod collapse;
+mod filter;
+mod kernel;
+mod portable;
+mod setup;
+mod simd;
+mod stack;
+mod walk;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use core::ops::{ControlFlow, Range};
+
+use crate::aabb::PaddedBox;
+use crate::ray::{Interval, Ray, Visibility};
+use crate::scalar::Real;
+use crate::shapes::Triangle;
+use crate::slabs::Slabs;
+use crate::tally::Tally;
+
+use self::block::{Block, Facts};
+use self::kernel::Chosen;
+pub use self::kernel::Kernel;
+pub(crate) use self::simd::Exact;
+pub(crate) use self::walk::Answer;
+
+/// Children of a node, triangles of a block.
+pub(crate) const WIDTH: usize = 8;
+/// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
+const MAX_DEPTH: u32 = 64;
+/// Each level leaves at most seven siblings behind, and a node's eight children are written at once.
+const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
+
+/// An inner child names a node, a leaf a block or the place of one other primitive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+struct Child(u32);
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+    const OTHER: u32 = 1 << 30;
+    /// No child: a leaf of nothing.
+    const NONE: Self = Self(u32::MAX);
+
+    fn inner(node: usize) -> Self {
+        Self(node as u32)
+    }
+
+    fn block(block: usize) -> Self {
+        Self(Self::LEAF | block as u32)
+    }
+
+    fn other(place: usize) -> Self {
+        Self(Self::LEAF | Self::OTHER | place as u32)
+    }
+
+    #[inline(always)]
+    fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    #[inline(always)]
+    fn is_block(self) -> bool {
+        self.0 & Self::OTHER == 0
+    }
+
+    /// Of the node, the block or the place.
+    #[inline(always)]
+    fn index(self) -> usize {
+        (self.0 & !(Self::LEAF | Self::OTHER)) as usize
+    }
+}
+
+/// Up to eight children with their boxes, `planes[axis][side][lane]` with side 0 the minima. An absent one has an inverted
+/// box, which no ray of finite numbers enters. It spans four lines of the cache wherever it starts.
+#[repr(C, align(32))]
+#[derive(Clone, Debug)]
+struct Node {
+    planes: [[[f32; WIDTH]; 2]; 3],
+    children: [Child; WIDTH],
+}
+
+impl Node {
+    const EMPTY: Self =
+        Self { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], children: [Child::NONE; WIDTH] };
+
+    fn set(&mut self, lane: usize, bounds: &PaddedBox, child: Child) {
+        for axis in 0..3 {
+            self.planes[axis][0][lane] = bounds.min[axis];
+            self.planes[axis][1][lane] = bounds.max[axis];
+        }
+        self.children[lane] = child;
+    }
+
+    /// How many children there are: the first lanes.
+    fn count(&self) -> usize {
+        self.children.iter().take_while(|&&child| child != Child::NONE).count()
+    }
+
+    /// Four of the lanes, for rays of any scalar.
+    fn half(&self, half: usize) -> [[[f32; 4]; 3]; 2] {
+        core::array::from_fn(|side| {
+            core::array::from_fn(|axis| core::array::from_fn(|lane| self.planes[axis][side][4 * half + lane]))
+        })
+    }
+}
+
+/// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wide {
+    /// Root first.
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    /// Of each block.
+    facts: Vec<Facts>,
+    kernel: Chosen,
+}
+
+impl Wide {
+    /// Puts the triangles into the blocks. `take` is called for each place that is a triangle's with the number by which
+    /// [`Wide::triangle`] knows it, and returns it with how it takes part; slots are counted from `first` on.
+    pub fn fill(&mut self, first: usize, mut take: impl FnMut(usize, u32) -> (Triangle<f32>, Visibility)) {
+        for (number, (block, facts)) in self.blocks.iter_mut().zip(&mut self.facts).enumerate() {
+            for lane in 0..usize::from(facts.count) {
+                let (triangle, visibility) = take(facts.first as usize + lane, (number * WIDTH + lane) as u32);
+                block.set(lane, triangle.vertices);
+                facts.set(lane, visibility);
+            }
+            facts.first += first as u32;
+        }
+    }
+
+    /// A triangle by its number.
+    #[inline]
+    pub fn triangle(&self, number: u32) -> Triangle<f32> {
+        self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
+    }
+
+    /// The facts of a block.
+    #[inline(always)]
+    pub fn facts(&self, block: usize) -> &Facts {
+        &self.facts[block]
+    }
+
+    /// Which code walks it.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel.name()
+    }
+
+    /// Lets other code walk it; the portable one where the processor can't run that.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable);
+    }
+
+    /// Bytes of nodes and blocks.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice()) + size_of_val(self.facts.as_slice())
+    }
+
+    /// The most bytes that the tree over so many triangles and other primitives takes.
+    ///
+    /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f have an inner child: these were
+    /// full, so they had 8f − (t − 1) leaves. The others have nine triangles at least, or another primitive and one lane
+    /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
+    /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
+    /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
+    pub fn most_bytes(triangles: u64, others: u64) -> u64 {
+        let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
+        let nodes = if triangles == 0 { few(others) } else { (triangles / 7).saturating_add(others).saturating_add(1) };
+        let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
+        let each = (size_of::<Block>() + size_of::<Facts>()) as u64;
+        blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64))
+    }
+
+    /// Calls `visit` with the slots, less `first`, of each leaf that a ray of any scalar may enter below the current far end,
+    /// nearest first. The closure returns the new far end, or breaks. For rays in the space of an instance, which f32 would
+    /// move.
+    #[inline(always)]
+    pub fn walk<R: Real, T: Tally>(
+        &self,
+        first: usize,
+        ray: &Ray<R>,
+        range: Interval<R>,
+        tally: &mut T,
+        mut visit: impl FnMut(Range<usize>, R, &mut T) -> ControlFlow<(), R>,
+    ) {
+        let slabs = Slabs::new(ray, range.min);
+        let mut far = range.max;
+        let mut waiting: arrayvec::ArrayVec<(f32, Child), STACK> = arrayvec::ArrayVec::new();
+        let mut current = Child(0);
+        loop {
+            if !current.is_leaf() {
+                let node = &self.nodes[current.index()];
+                tally.node();
+                let before = waiting.len();
+                for half in 0..2 {
+                    let (entered, entry) = slabs.enter_planes(&node.half(half), far);
+                    let distances = crate::lanes::Four::below(entry);
+                    for lane in 0..4 {
+                        if entered >> lane & 1 != 0 && node.children[4 * half + lane] != Child::NONE {
+                            waiting.push((distances[lane], node.children[4 * half + lane]));
+                        }
+                    }
+                }
+                waiting[before..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
+            } else {
+                let places = if current.is_block() {
+                    let facts = &self.facts[current.index()];
+                    facts.first as usize - first..facts.first as usize - first + usize::from(facts.count)
+                } else {
+                    current.index()..current.index() + 1
+                };
+                match visit(places, far, tally) {
+                    ControlFlow::Continue(nearer) => far = nearer,
+                    ControlFlow::Break(()) => return,
+                }
+            }
+            loop {
+                let Some((entry, child)) = waiting.pop() else { return };
+                if R::from_f32(entry) <= Slabs::<R>::last(far) {
+                    current = child;
+                    break;
+                }
+            }
+        }
+    }
+}
