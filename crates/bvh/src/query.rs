@@ -37,15 +37,22 @@ impl<P: Precision> Geometry<P> {
         if P::WIDE
             && let Accelerator::Wide(wide, _) = &self.accelerator
         {
-            let mut best = Nearest { range, found: None };
-            if self.unbounded > 0 {
-                let probe = self.probe(*ray);
-                for slot in self.unbounded() {
-                    best.consider(self, self.test::<T, false>(slot, &probe, best.range, tally));
-                }
-            }
-            return self.nearest_wide(wide, ray, best, tally).map(|found| self.named(&found));
+            return self.nearest_wide(wide, ray, range, tally).map(|found| self.named(&found));
         }
+        self.closest_narrow(ray, range, tally)
+    }
+
+    #[inline(never)]
+    fn nearest_unbounded<T: Tally>(&self, ray: &Ray<P::Real>, best: &mut Nearest<P::Real>, tally: &mut T) {
+        let probe = self.probe(*ray);
+        for slot in self.unbounded() {
+            best.consider(self, self.test::<T, false>(slot, &probe, best.range, tally));
+        }
+    }
+
+    /// The same where there is no wide tree, apart from it: what each of them needs of the machine's stack differs by far.
+    #[inline(never)]
+    fn closest_narrow<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
         self.nearest::<T, false>(&self.probe(*ray), range, tally).map(|found| self.named(&found))
     }
 
@@ -70,12 +77,32 @@ impl<P: Precision> Geometry<P> {
         if P::WIDE
             && let Accelerator::Wide(wide, _) = &self.accelerator
         {
-            let unbounded = self.unbounded > 0 && {
-                let probe = self.probe(*ray);
-                self.unbounded().any(|slot| self.blocks(slot, &probe, range, ask, tally))
-            };
+            let unbounded = self.unbounded > 0 && self.any_unbounded(ray, range, ask, tally);
             return unbounded || self.any_wide(wide, ray, range, ask, tally);
         }
+        self.any_narrow(ray, range, ask, tally)
+    }
+
+    #[inline(never)]
+    fn any_unbounded<T: Tally>(
+        &self,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let probe = self.probe(*ray);
+        self.unbounded().any(|slot| self.blocks(slot, &probe, range, ask, tally))
+    }
+
+    #[inline(never)]
+    fn any_narrow<T: Tally>(
+        &self,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
         let probe = self.probe(*ray);
         let mut blocks = |slot: (u32, &Slot), tally: &mut T| self.blocks(slot, &probe, range, ask, tally);
         if self.unbounded().any(|slot| blocks(slot, tally)) {

@@ -80,8 +80,8 @@ impl Child {
 }
 
 /// Up to eight children with their boxes, `planes[axis][side][lane]` with side 0 the minima. An absent one has an inverted
-/// box, which no ray of finite numbers enters. It spans four lines of the cache wherever it starts.
-#[repr(C, align(32))]
+/// box, which no ray of finite numbers enters.
+#[repr(C, align(64))]
 #[derive(Clone, Debug)]
 struct Node {
     planes: [[[f32; WIDTH]; 2]; 3],

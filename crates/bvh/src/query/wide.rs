@@ -9,22 +9,25 @@ use crate::tally::Tally;
 use crate::wide::{Answer, Exact, Wide};
 
 impl<P: Precision> Geometry<P> {
-    /// Goes on with a closest-hit query through the tree.
+    /// The nearest hit.
     #[inline(always)]
     pub(super) fn nearest_wide<T: Tally>(
         &self,
         wide: &Wide,
         ray: &Ray<P::Real>,
-        best: Nearest<P::Real>,
+        range: Interval<P::Real>,
         tally: &mut T,
     ) -> Option<Found<P::Real>> {
-        let (stored, range) = (stored(ray), narrowed(best.range));
-        let mut closest = Closest { geometry: self, wide, ray, best, probe: None, tally };
-        wide.ask(&stored, range, &mut closest);
+        // In its place from the start: to move it would wait for its stores.
+        let mut closest = Closest { geometry: self, wide, ray, best: Nearest { range, found: None }, probe: None, tally };
+        if self.unbounded > 0 {
+            self.nearest_unbounded(ray, &mut closest.best, closest.tally);
+        }
+        wide.ask(ray, closest.best.range, &mut closest);
         closest.best.found
     }
 
-    /// Goes on with an any-hit query through the tree.
+    /// Whether anything in the tree ends an any-hit query.
     #[inline(always)]
     pub(super) fn any_wide<T: Tally>(
         &self,
@@ -35,20 +38,8 @@ impl<P: Precision> Geometry<P> {
         tally: &mut T,
     ) -> bool {
         let mut any = Any { geometry: self, wide, ray, range, ask, probe: None, tally };
-        wide.ask(&stored(ray), narrowed(range), &mut any)
+        wide.ask(ray, range, &mut any)
     }
-}
-
-/// The ray in f32, which it is stored in where there is a wide tree.
-#[inline(always)]
-fn stored<R: Real>(ray: &Ray<R>) -> Ray<f32> {
-    use crate::scalar::Vector;
-    Ray { origin: ray.origin.to_f32(), direction: ray.direction.to_f32(), time: ray.time.to_f32() }
-}
-
-#[inline(always)]
-fn narrowed<R: Real>(range: Interval<R>) -> Interval<f32> {
-    Interval { min: range.min.to_f32(), max: range.max.to_f32() }
 }
 
 /// A hit of a lane.
@@ -75,7 +66,7 @@ impl<P: Precision, T: Tally> Answer for Closest<'_, P, T> {
 
     #[inline(always)]
     fn far(&self) -> f32 {
-        self.best.range.max.next_down().to_f32()
+        self.best.found.as_ref().map_or_else(|| self.best.range.max.next_down(), |found| found.t).to_f32()
     }
 
     #[inline(always)]

@@ -107,7 +107,7 @@ fn corner<S: Simd>(s: S, block: &Block, place: usize) -> [S::Floats; 3] {
 
 /// The lanes that the exact test may hit before `far` and its size, moved outwards.
 #[inline(always)]
-pub(super) fn left<S: Simd>(s: S, ray: &Lanes<S>, block: &Block, [far, far_size]: [S::Floats; 2]) -> Left<S> {
+pub(super) fn left<S: Simd>(s: S, ray: &Lanes<S>, block: &Block, &[far, far_size]: &[S::Floats; 2]) -> Left<S> {
     let a = corner(s, block, 0);
     let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
     let from = sub3(s, a, ray.origin);

@@ -2,10 +2,12 @@
 
 use super::Wide;
 use super::portable::Portable;
+use super::setup::Setup;
 use super::walk::{Answer, walk};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 use crate::ray::{Interval, Ray};
+use crate::scalar::Real;
 
 /// Code that walks the tree of `robust`. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,18 +73,19 @@ impl Default for Chosen {
 impl Wide {
     /// Asks `answer` about what the ray meets. Whether it ended the walk.
     #[inline(always)]
-    pub(crate) fn ask<A: Answer>(&self, ray: &Ray<f32>, range: Interval<f32>, answer: &mut A) -> bool {
+    pub(crate) fn ask<R: Real, A: Answer>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
+        let setup = &Setup::new(ray, range);
         match self.kernel {
-            Chosen::Portable => walk_portable(self, ray, range, answer),
+            Chosen::Portable => walk_portable(self, setup, answer),
             #[cfg(target_arch = "x86_64")]
-            Chosen::Avx2(avx2) => avx2.walk(self, ray, range, answer),
+            Chosen::Avx2(avx2) => avx2.walk(self, setup, answer),
             #[cfg(target_arch = "x86_64")]
-            Chosen::Avx512(avx512) => avx512.walk(self, ray, range, answer),
+            Chosen::Avx512(avx512) => avx512.walk(self, setup, answer),
         }
     }
 }
 
 #[inline(never)]
-fn walk_portable<A: Answer>(wide: &Wide, ray: &Ray<f32>, range: Interval<f32>, answer: &mut A) -> bool {
-    walk(Portable, wide, ray, range, answer)
+fn walk_portable<A: Answer>(wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
+    walk(Portable, wide, setup, answer)
 }

@@ -1,10 +1,11 @@
 //! The kernel of every processor: two vectors of four lanes each, and exact tests one by one.
+#![expect(unsafe_code, reason = "a sort of what was written")]
 
 use glam::Vec4;
 
 use super::block::Block;
 use super::simd::{Exact, Simd};
-use super::stack::{Stack, push, sort};
+use super::stack::{Stack, Waiting, two};
 use super::{Child, WIDTH};
 use crate::lanes::Four;
 use crate::scalar::Robust;
@@ -87,13 +88,19 @@ impl Simd for Portable {
         a[0].cmple(b[0]).bitmask() | a[1].cmple(b[1]).bitmask() << 4
     }
     #[inline(always)]
-    fn push(self, stack: &mut Stack, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) {
+    fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
         let (low, high) = (entries[0].to_array(), entries[1].to_array());
-        push(stack, children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask);
+        two(children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask)
     }
     #[inline(always)]
-    fn sort(self, stack: &mut Stack, base: usize) {
-        sort(stack, base);
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        let (low, high) = (entries[0].to_array(), entries[1].to_array());
+        stack.push(top, children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask)
+    }
+    #[inline(always)]
+    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
+        // SAFETY: the caller says that they were written.
+        unsafe { stack.sort(base, top) }
     }
     #[inline(never)]
     fn exact(self, block: &Block, mut lanes: u32, probe: &Probe<Robust>) -> Exact {

@@ -1,7 +1,10 @@
 //! What all boxes and blocks ask of a ray, made once for it.
 
+use core::hint::black_box;
+
 use super::block::LARGE;
 use crate::ray::{Interval, Ray};
+use crate::scalar::{Real, Vector};
 
 /// Directions as long as this or longer, or shorter than its inverse, might leave the range of f32: everything is then tested exactly.
 const LONG: f32 = (1 << 20) as f32;
@@ -35,29 +38,56 @@ pub(super) struct Setup {
     pub distance: f32,
 }
 
+/// The greater one, the second where the first is not a number: one instruction, since whatever is not a number is tested exactly.
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn greatest_of(v: [f32; 3]) -> f32 {
+    greater(v[0].abs(), greater(v[1].abs(), v[2].abs()))
+}
+
+#[inline(always)]
+fn least_of(v: [f32; 3]) -> f32 {
+    let lesser = |a: f32, b: f32| if a < b { a } else { b };
+    lesser(v[0].abs(), lesser(v[1].abs(), v[2].abs()))
+}
+
 impl Setup {
     #[inline(always)]
-    pub fn new(ray: &Ray<f32>, range: Interval<f32>) -> Self {
-        let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
-        let inverse = direction.map(|d| 1.0 / d);
-        let greatest = ray.direction.abs().max_element();
-        let length = ray.direction.length() * ROUNDED;
-        let sane = greatest < LONG && greatest > 1.0 / LONG && ray.origin.abs().max_element() < LARGE;
+    pub fn new<R: Real>(ray: &Ray<R>, range: Interval<R>) -> Self {
+        // One by one: a load of two numbers would wait for both stores of whoever has just made the ray.
+        let one = |axis: usize| (black_box(ray).origin.axis(axis).to_f32(), black_box(ray).direction.axis(axis).to_f32());
+        let [(ox, dx), (oy, dy), (oz, dz)] = [one(0), one(1), one(2)];
+        let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
+        let (near, inverse) = (range.min.to_f32(), direction.map(|d| 1.0 / d));
+        let greatest = greatest_of(direction);
+        // No less than the length, be that below one or above, and without a root: directions are of unit length but for rounding.
+        let length =
+            greater(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2], 1.0) * ROUNDED;
+        let sane = greatest < LONG && greatest > 1.0 / LONG && greatest_of(origin) < LARGE;
         Self {
             origin,
             direction,
             inverse,
             widened: inverse.map(|i| i * (1.0 + 8.0 * U)),
-            later: (-range.min).max(0.0) * (16.0 * U),
+            later: greater(-near, 0.0) * (16.0 * U),
             side: inverse.map(|i| usize::from(i < 0.0)),
-            near: range.min,
+            near,
             reach: if sane { 1e-30 } else { f32::INFINITY },
             weight: 50.0 * U * length,
             core: 105.0 * W * length,
             least: 512.0 * f32::MIN_POSITIVE,
             determinant: 14.0 * U * length,
-            distance: 2.0 * ROUNDED / greatest,
+            distance: 2.0 * ROUNDED * least_of(inverse),
         }
+    }
+
+    /// The ray, at no time.
+    pub fn ray(&self) -> Ray<f32> {
+        Ray::new(self.origin.into(), self.direction.into())
     }
 
     /// A far end as boxes use it, later by what the rounding of their distances may take.

@@ -1,7 +1,8 @@
 //! What a kernel asks of a processor's registers: eight numbers of f32 side by side, and the exact test of some lanes.
+#![expect(unsafe_code, reason = "a sort of what was written")]
 
 use super::block::Block;
-use super::stack::Stack;
+use super::stack::{Stack, Waiting};
 use super::{Child, WIDTH};
 use crate::scalar::Robust;
 use crate::shapes::{Probe, Triangle};
@@ -28,10 +29,15 @@ pub(super) trait Simd: Copy {
     /// A bit a lane.
     fn less(self, a: Self::Floats, b: Self::Floats) -> u32;
     fn at_most(self, a: Self::Floats, b: Self::Floats) -> u32;
-    /// Puts the children of a mask on the stack.
-    fn push(self, stack: &mut Stack, children: &[Child; WIDTH], entries: Self::Floats, mask: u32);
-    /// The last entries, three at least and from `base` on, with the nearest on top.
-    fn sort(self, stack: &mut Stack, base: usize);
+    /// The two children of a mask of two bits.
+    fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2];
+    /// Writes the children of a mask from `top` on. Returns the new top.
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize;
+    /// Sorts the entries from `base` up to `top`, eight at most, the nearest last.
+    ///
+    /// # Safety
+    /// They were written.
+    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize);
     /// The exact test of the lanes of a mask.
     fn exact(self, block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact;
 }

@@ -1,13 +1,16 @@
 //! The walk: down to the nearest leaf, through the filter, and back to what waits.
 //!
 //! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
+#![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
+use core::hint::black_box;
+
+use super::block::Block;
 use super::filter::{self, Lanes};
 use super::setup::Setup;
 use super::simd::{Exact, Simd};
-use super::stack::Stack;
+use super::stack::{Stack, Waiting};
 use super::{Child, Wide};
-use crate::ray::{Interval, Ray};
 use crate::scalar::Robust;
 use crate::shapes::Probe;
 
@@ -57,13 +60,13 @@ struct Slabs<S: Simd> {
 
 impl<S: Simd> Slabs<S> {
     #[inline(always)]
-    fn new(s: S, setup: &Setup, lanes: &Lanes<S>) -> Self {
-        let ([ix, iy, iz], [wx, wy, wz]) = (setup.inverse, setup.widened);
+    fn new(s: S, setup: &Setup) -> Self {
+        let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (setup.origin, setup.inverse, setup.widened);
         Self {
-            origin: lanes.origin,
+            origin: [s.splat(ox), s.splat(oy), s.splat(oz)],
             inverse: [s.splat(ix), s.splat(iy), s.splat(iz)],
             widened: [s.splat(wx), s.splat(wy), s.splat(wz)],
-            near: lanes.near,
+            near: s.splat(setup.near),
             later: s.splat(setup.later),
         }
     }
@@ -79,16 +82,23 @@ impl<S: Simd> Slabs<S> {
     }
 }
 
+/// The exact test of what the filter left, apart from the walk, whose registers it would take. The first one of a ray makes
+/// what it needs of that.
+#[inline(never)]
+fn settle<S: Simd>(s: S, block: &Block, lanes: u32, setup: &Setup, probe: &mut Option<Probe<Robust>>) -> Exact {
+    s.exact(block, lanes, probe.get_or_insert_with(|| Probe::new(setup.ray())))
+}
+
 /// Whether some answer ended the walk.
 #[inline(always)]
-pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, ray: &Ray<f32>, range: Interval<f32>, answer: &mut A) -> bool {
-    let setup = Setup::new(ray, range);
-    let lanes = Lanes::new(s, &setup);
-    let slabs = Slabs::new(s, &setup, &lanes);
-    let [sx, sy, sz] = setup.side;
+pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
+    let lanes = Lanes::new(s, setup);
+    let slabs = Slabs::new(s, setup);
+    let [sx, sy, sz] = setup.side.map(|side| side & 1);
     let mut far = Far::new(s, answer.far());
     let mut probe = None;
     let mut stack = Stack::new();
+    let mut top = 0;
     let mut current = Child(0);
     loop {
         // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its registers.
@@ -109,26 +119,28 @@ pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, ray: &Ray<f32>, range:
                         continue;
                     }
                 } else {
-                    let base = stack.len();
-                    s.push(&mut stack, &node.children, entry, entered);
-                    if stack.len() - base == 2 {
-                        let (a, b) = (stack[base], stack[base + 1]);
-                        stack.truncate(base + 1);
-                        stack[base].0 = a.0.max(b.0);
+                    if entered.count_ones() == 2 {
+                        let [a, b] = s.two(&node.children, entry, entered);
+                        stack.set(top, Waiting(a.0.max(b.0)));
+                        top += 1;
                         current = Child(a.0.min(b.0) as u32);
                         continue;
                     }
+                    let base = top;
+                    top = s.push(&mut stack, base, &node.children, entry, entered);
                     if !A::ANY {
-                        s.sort(&mut stack, base);
+                        // SAFETY: all of them were just written.
+                        unsafe { s.sort(&mut stack, base, top) };
                     }
-                    if let Some(next) = stack.pop() {
-                        current = next.child();
-                        continue;
-                    }
+                    top -= 1;
+                    // SAFETY: more than one was just written.
+                    current = unsafe { stack.get(top) }.child();
+                    continue;
                 }
             } else if current.is_block() {
                 answer.block(current.index());
-                let left = filter::left(s, &lanes, &wide.blocks[current.index()], far.triangles);
+                // Read from memory here, so that the walk has its registers for itself.
+                let left = filter::left(s, black_box(&lanes), &wide.blocks[current.index()], black_box(&far.triangles));
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());
                     if A::ANY && ends & filter::certain(s, &left, setup.near, far.value) != 0 {
@@ -142,7 +154,12 @@ pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, ray: &Ray<f32>, range:
                 break 0;
             }
             current = loop {
-                let Some(waiting) = stack.pop() else { return false };
+                if top == 0 {
+                    return false;
+                }
+                top -= 1;
+                // SAFETY: everything below the top was written.
+                let waiting = unsafe { stack.get(top) };
                 if waiting.entry() <= far.last {
                     break waiting.child();
                 }
@@ -151,8 +168,7 @@ pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, ray: &Ray<f32>, range:
         let over = if left == 0 {
             answer.other(current.index())
         } else {
-            let probe = probe.get_or_insert_with(|| Probe::<Robust>::new(*ray));
-            let exact = s.exact(&wide.blocks[current.index()], left, probe);
+            let exact = settle(s, &wide.blocks[current.index()], left, setup, &mut probe);
             exact.hits != 0 && answer.triangles(current.index(), &exact)
         };
         if over {
@@ -162,7 +178,12 @@ pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, ray: &Ray<f32>, range:
             far = Far::new(s, answer.far());
         }
         current = loop {
-            let Some(waiting) = stack.pop() else { return false };
+            if top == 0 {
+                return false;
+            }
+            top -= 1;
+            // SAFETY: everything below the top was written.
+            let waiting = unsafe { stack.get(top) };
             if waiting.entry() <= far.last {
                 break waiting.child();
             }

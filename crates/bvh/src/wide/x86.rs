@@ -1,19 +1,18 @@
 //! The kernels of AVX2 and AVX-512: eight lanes of f32 in one register, and four exact tests at once in f64.
 //!
-//! Here is the only unsafe code of the project, of three kinds. *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists
+//! Here and in what this uses is the only unsafe code of the project, of three kinds. *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists
 //! only where the processor was seen to have them, and methods of a token use no others. *Memory*: loads and stores go
-//! through pointers made from arrays of just that many numbers. *The stack*: entries are written behind its end, where room
-//! was asked for, before its length says that they are there.
+//! through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
 #![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
 
 use core::arch::x86_64::*;
 
 use super::block::Block;
+use super::setup::Setup;
 use super::simd::{Exact, Simd};
-use super::stack::{Stack, Waiting, push, sort};
+use super::stack::{Stack, Waiting, two};
 use super::walk::{Answer, walk};
 use super::{Child, WIDTH, Wide};
-use crate::ray::{Interval, Ray};
 use crate::scalar::Robust;
 use crate::shapes::Probe;
 
@@ -34,9 +33,9 @@ impl Avx2 {
 
     /// The walk with these instructions.
     #[inline(always)]
-    pub fn walk<A: Answer>(self, wide: &Wide, ray: &Ray<f32>, range: Interval<f32>, answer: &mut A) -> bool {
+    pub fn walk<A: Answer>(self, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { walk_avx2(self, wide, ray, range, answer) }
+        unsafe { walk_avx2(self, wide, setup, answer) }
     }
 }
 
@@ -55,22 +54,22 @@ impl Avx512 {
 
     /// The walk with these instructions.
     #[inline(always)]
-    pub fn walk<A: Answer>(self, wide: &Wide, ray: &Ray<f32>, range: Interval<f32>, answer: &mut A) -> bool {
+    pub fn walk<A: Answer>(self, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { walk_avx512(self, wide, ray, range, answer) }
+        unsafe { walk_avx512(self, wide, setup, answer) }
     }
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn walk_avx2<A: Answer>(s: Avx2, wide: &Wide, ray: &Ray<f32>, range: Interval<f32>, answer: &mut A) -> bool {
-    walk(s, wide, ray, range, answer)
+fn walk_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
+    walk(s, wide, setup, answer)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn walk_avx512<A: Answer>(s: Avx512, wide: &Wide, ray: &Ray<f32>, range: Interval<f32>, answer: &mut A) -> bool {
-    walk(s, wide, ray, range, answer)
+fn walk_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
+    walk(s, wide, setup, answer)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
@@ -160,15 +159,23 @@ impl Simd for Avx2 {
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32 }
     }
     #[inline(always)]
-    fn push(self, stack: &mut Stack, children: &[Child; WIDTH], entries: __m256, mask: u32) {
+    fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
         let mut row = [0.0; WIDTH];
         // SAFETY: `self` says that the processor has AVX, and there is room for eight numbers, at any address.
         unsafe { _mm256_storeu_ps(row.as_mut_ptr(), entries) };
-        push(stack, children, &row, mask);
+        two(children, &row, mask)
     }
     #[inline(always)]
-    fn sort(self, stack: &mut Stack, base: usize) {
-        sort(stack, base);
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
+        let mut row = [0.0; WIDTH];
+        // SAFETY: `self` says that the processor has AVX, and there is room for eight numbers, at any address.
+        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), entries) };
+        stack.push(top, children, &row, mask)
+    }
+    #[inline(always)]
+    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
+        // SAFETY: the caller says that they were written.
+        unsafe { stack.sort(base, top) }
     }
 }
 
@@ -186,33 +193,36 @@ impl Simd for Avx512 {
         unsafe { u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)) }
     }
     #[inline(always)]
-    fn push(self, stack: &mut Stack, children: &[Child; WIDTH], entries: __m256, mask: u32) {
-        let length = stack.len();
-        assert!(stack.remaining_capacity() >= WIDTH, "the builder keeps to the depth");
-        // SAFETY: `self` says that the processor has AVX-512F and AVX2. `Child` is a transparent u32 and `Waiting` a transparent
-        // u64; there are eight children to read, and there is room for eight entries behind the last one. As many of them as
-        // the mask has bits are then counted in, and all eight were written.
+    fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
+        // SAFETY: `self` says that the processor has AVX-512F and AVX2; there are eight children to read, each a transparent u32.
         unsafe {
-            let children = _mm512_cvtepu32_epi64(_mm256_loadu_si256(children.as_ptr().cast()));
-            let distances = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_castps_si256(entries)));
-            let packed = _mm512_maskz_compress_epi64(mask as u8, _mm512_or_si512(children, distances));
-            _mm512_storeu_si512(stack.as_mut_ptr().add(length).cast(), packed);
-            stack.set_len(length + (mask & 0xff).count_ones() as usize);
+            let first = _mm512_castsi512_si128(pack(children, entries, mask));
+            [Waiting(_mm_cvtsi128_si64(first) as u64), Waiting(_mm_extract_epi64::<1>(first) as u64)]
         }
+    }
+    #[inline(always)]
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
+        let room = stack.eight(top);
+        // SAFETY: `self` says that the processor has AVX-512F and AVX2. `Child` is a transparent u32 and `Waiting` a transparent
+        // u64; there are eight children to read, and there is room for eight entries, all of which are written.
+        unsafe {
+            _mm512_storeu_si512(room.as_mut_ptr().cast(), pack(children, entries, mask));
+        }
+        top + mask.count_ones() as usize
     }
     /// Up to four by insertion, which the branch predictor mostly gets right; more in one register by a bitonic network, in which
     /// the lanes that are not in use are zero and sink to the end.
     #[inline(always)]
-    fn sort(self, stack: &mut Stack, base: usize) {
-        let entries: &mut [Waiting] = &mut stack[base..];
-        if entries.len() <= 4 || entries.len() > WIDTH {
-            return sort(entries, 0);
+    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
+        if top - base <= 4 {
+            // SAFETY: the caller says that they were written.
+            return unsafe { stack.sort(base, top) };
         }
-        let used = ((1_u32 << entries.len()) - 1) as u8;
+        let used = ((1_u32 << (top - base)) - 1) as u8;
         // SAFETY: `self` says that the processor has AVX-512F, and the masked load and store touch only as many entries, transparent
-        // u64, as there are.
+        // u64, as there are, which the caller says were written.
         unsafe {
-            let pointer = entries.as_mut_ptr().cast::<i64>();
+            let pointer = stack.eight(base).as_mut_ptr().cast::<i64>();
             let mut v = _mm512_maskz_loadu_epi64(used, pointer);
             macro_rules! step {
                 ($other:expr, $greater:literal) => {{
@@ -229,6 +239,16 @@ impl Simd for Avx512 {
             _mm512_mask_storeu_epi64(pointer, used, v);
         }
     }
+}
+
+/// The children of a mask with their distances as the stack has them, side by side.
+#[inline]
+#[target_feature(enable = "avx512f,avx2")]
+fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> __m512i {
+    // SAFETY: there are eight children to read, each a transparent u32, at any address.
+    let children = unsafe { _mm256_loadu_si256(children.as_ptr().cast()) };
+    let distances = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_castps_si256(entries)));
+    _mm512_maskz_compress_epi64(mask as u8, _mm512_or_si512(_mm512_cvtepu32_epi64(children), distances))
 }
 
 /// Four lanes of a row in f64.
