@@ -126,7 +126,8 @@ pub fn families() -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// A ray at the mesh: at a corner, at an edge, into a face, along one, or anywhere, from near and far, some along axes.
+/// A ray at the mesh: at a corner, at an edge, into a face, along one, or anywhere, from near and far, some along axes, and some
+/// that have it behind them.
 pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
     let [a, b, c] = mesh[random.below(mesh.len())];
     let (u, v) = (random.unit(), random.unit());
@@ -147,20 +148,21 @@ pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
         _ => {}
     }
     let direction = direction.as_dvec3().normalize_or(glam::DVec3::X).as_vec3();
-    Ray::new(target - direction * away, direction)
+    let ahead = if random.below(4) == 0 { -1.0 } else { 1.0 };
+    Ray::new(target - direction * (away * ahead), direction)
 }
 
-/// Where hits count: everywhere before the ray's start or after it, behind it too, or up to and from the hit itself.
+/// Where hits count: up to a hit and from it, with and without it, in front of the ray and behind it.
 pub fn range(random: &mut Random, first: Option<f32>) -> Interval<f32> {
     let t = first.unwrap_or(1.0);
     let (min, max) = match random.below(7) {
-        0 => (-t, t.next_up()),
-        1 => (0.0, t),
-        2 => (0.0, t.next_up()),
+        0 => (-t.abs(), t.next_up()),
+        1 => (t - t.abs(), t),
+        2 => (t - t.abs(), t.next_up()),
         3 => (t, f32::INFINITY),
-        4 => (t.next_down(), t * 2.0),
-        5 => (f32::NEG_INFINITY, t * 0.5),
-        _ => (-2.0 * t, -0.5 * t),
+        4 => (t.next_down(), t + t.abs()),
+        5 => (t.next_down(), t.next_up()),
+        _ => (-2.0 * t.abs(), -0.5 * t.abs()),
     };
     Interval { min, max }
 }
