@@ -68,3 +68,72 @@ impl Exact {
         }
     }
 }
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+    use crate::ray::Ray;
+    use crate::wide::portable::Portable;
+    use crate::wide::x86::{Avx2, Avx512};
+
+    /// Xorshift.
+    fn next(state: &mut u64) -> u64 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        *state
+    }
+
+    /// A triangle whose projection by [`probe`] has an edge that passes the ray by less than the rounding of a product, or by
+    /// nothing.
+    fn triangle(state: &mut u64) -> [Vec3; 3] {
+        let mut corner = || (next(state) >> 17) as i64 - (1 << 46);
+        let (xa, xc) = (corner(), corner());
+        let mut level = || (next(state) >> 41) as i64 + 1;
+        let (ya, yb, yc) = (level(), -level(), level());
+        let jitter = (next(state) % 5) as i64 - 2;
+        let xb = (i128::from(xa) * i128::from(yb) / i128::from(ya)) as i64 + jitter;
+        [(xa, ya), (xb.clamp(-(1 << 47), 1 << 47), yb), (xc, yc)].map(|(x, y)| {
+            let (high, low) = (x >> 24, x & ((1 << 24) - 1));
+            Vec3::new(low as f32, high as f32, y as f32)
+        })
+    }
+
+    /// Projects a corner to two whole numbers, of 47 bits and of 24.
+    fn probe() -> Probe<Robust> {
+        let ray = Ray::new(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8));
+        Probe { across: [DVec3::new(1.0, f64::from(1 << 24), 0.0), DVec3::Z], ..Probe::new(ray) }
+    }
+
+    /// Protects: the exact test in lanes is that of single triangles to the bit, where rounding alone would turn the sign of an
+    /// edge and elsewhere.
+    #[test]
+    fn lanes_are_as_exact_as_single_triangles() {
+        let (state, probe) = (&mut 88_172_645_463_325_252, probe());
+        let (mut hits, mut missed) = (0, 0);
+        for _ in 0..20_000 {
+            let mut block = Block::EMPTY;
+            (0..WIDTH).for_each(|lane| block.set(lane, triangle(state)));
+            let one_by_one = Portable.exact(&block, 0xff, &probe);
+            let seen = |exact: &Exact| {
+                let of = |lane: usize| {
+                    (exact.hits >> lane & 1 != 0).then(|| {
+                        let numbers = [exact.t[lane], exact.weights[0][lane], exact.weights[1][lane]].map(f32::to_bits);
+                        (exact.from_outside >> lane & 1, numbers)
+                    })
+                };
+                core::array::from_fn::<_, WIDTH, _>(of)
+            };
+            let together =
+                [Avx2::detect().map(|s| s.exact(&block, 0xff, &probe)), Avx512::detect().map(|s| s.exact(&block, 0xff, &probe))];
+            for exact in together.into_iter().flatten() {
+                assert_eq!(seen(&exact), seen(&one_by_one), "{block:?}");
+            }
+            hits += one_by_one.hits.count_ones();
+            missed += one_by_one.hits.count_zeros();
+        }
+        assert!(hits > 1000 && missed > 1000, "{hits} hits, {missed} missed");
+    }
+}

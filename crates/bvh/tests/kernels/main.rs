@@ -77,7 +77,7 @@ fn kernels_find_what_the_scan_finds() {
                     assert_eq!(bits(tree.closest(&ray, range, &mut ())), expected, "{what}, {range:?}");
                     assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}, {range:?}");
                 }
-                assert!(hits > 500, "{name}: {hits} of 1500 rays hit anything");
+                assert!(hits > 300, "{name}: {hits} of 1500 rays hit anything");
             }
         }
     }

@@ -149,7 +149,9 @@ pub fn ray(random: &mut Random, mesh: &[[Vec3; 3]]) -> Ray<f32> {
     }
     let direction = direction.as_dvec3().normalize_or(glam::DVec3::X).as_vec3();
     let ahead = if random.below(4) == 0 { -1.0 } else { 1.0 };
-    Ray::new(target - direction * (away * ahead), direction)
+    // Directions of any length are taken as they are.
+    let length = [1.0, 1.0, 1.0, 1.0, 1e-30, 1e-10, 1e10, 1e30][random.below(8)];
+    Ray::new(target - direction * (away * ahead), direction * length)
 }
 
 /// Where hits count: up to a hit and from it, with and without it, in front of the ray and behind it.
