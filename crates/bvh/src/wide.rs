@@ -72,6 +72,12 @@ impl Child {
         self.0 & Self::OTHER == 0
     }
 
+    /// Of an inner child, the node.
+    #[inline(always)]
+    fn node(self) -> usize {
+        self.0 as usize
+    }
+
     /// Of the node, the block or the place.
     #[inline(always)]
     fn index(self) -> usize {

@@ -84,7 +84,7 @@ impl<P: Precision, T: Tally> Answer for Closest<'_, P, T> {
         [u32::MAX, 0]
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
         let facts = self.wide.facts(block);
         let mut hits = facts.accepted(exact.hits, exact.from_outside);
@@ -143,7 +143,7 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
         [(facts.opaque | facts.asks).into(), (facts.opaque & facts.two_sided()).into()]
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
         let facts = self.wide.facts(block);
         let mut hits = facts.accepted(exact.hits, exact.from_outside) & (facts.opaque | facts.asks);

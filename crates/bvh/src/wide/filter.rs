@@ -37,41 +37,6 @@ use super::block::Block;
 use super::setup::Setup;
 use super::simd::Simd;
 
-/// The ray in all lanes.
-#[derive(Clone, Copy)]
-pub(super) struct Lanes<S: Simd> {
-    pub origin: [S::Floats; 3],
-    pub direction: [S::Floats; 3],
-    pub reach: S::Floats,
-    pub weight: S::Floats,
-    pub core: S::Floats,
-    pub least: S::Floats,
-    pub determinant: S::Floats,
-    pub distance: S::Floats,
-    pub near: S::Floats,
-    pub near_size: S::Floats,
-}
-
-impl<S: Simd> Lanes<S> {
-    #[inline(always)]
-    pub fn new(s: S, setup: &Setup) -> Self {
-        let [ox, oy, oz] = setup.origin;
-        let [dx, dy, dz] = setup.direction;
-        Self {
-            origin: [s.splat(ox), s.splat(oy), s.splat(oz)],
-            direction: [s.splat(dx), s.splat(dy), s.splat(dz)],
-            reach: s.splat(setup.reach),
-            weight: s.splat(setup.weight),
-            core: s.splat(setup.core),
-            least: s.splat(setup.least),
-            determinant: s.splat(setup.determinant),
-            distance: s.splat(setup.distance),
-            near: s.splat(setup.near),
-            near_size: s.splat(setup.near.abs()),
-        }
-    }
-}
-
 /// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.
 #[derive(Clone, Copy)]
 pub(super) struct Left<S: Simd> {
@@ -83,6 +48,11 @@ pub(super) struct Left<S: Simd> {
     determinant_error: S::Floats,
     distance: S::Floats,
     distance_error: S::Floats,
+}
+
+#[inline(always)]
+fn spread<S: Simd>(s: S, v: [f32; 3]) -> [S::Floats; 3] {
+    [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])]
 }
 
 #[inline(always)]
@@ -105,34 +75,38 @@ fn corner<S: Simd>(s: S, block: &Block, place: usize) -> [S::Floats; 3] {
     [s.load(&block.corners[0][place]), s.load(&block.corners[1][place]), s.load(&block.corners[2][place])]
 }
 
-/// The lanes that the exact test may hit before `far` and its size, moved outwards.
+/// The lanes that the exact test may hit before `far`, which was moved outwards. The ray comes from memory, one number at a time:
+/// a processor spreads them over its lanes as it reads them, and the walk keeps its registers.
 #[inline(always)]
-pub(super) fn left<S: Simd>(s: S, ray: &Lanes<S>, block: &Block, &[far, far_size]: &[S::Floats; 2]) -> Left<S> {
+pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<S> {
     let a = corner(s, block, 0);
     let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
-    let from = sub3(s, a, ray.origin);
-    let (across, normal) = (cross(s, from, ray.direction), cross(s, ab, ac));
+    let from = sub3(s, a, spread(s, ray.origin));
+    let direction = spread(s, ray.direction);
+    let (across, normal) = (cross(s, from, direction), cross(s, ab, ac));
     let u = dot(s, ac, across);
     let v = s.negate(dot(s, ab, across));
-    let along = dot(s, normal, ray.direction);
+    let along = dot(s, normal, direction);
     let w = s.sub(s.sub(along, u), v);
     let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
 
     let longest = s.load(&block.longest);
-    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), ray.reach));
+    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
     let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let small = s.mul_add(s.mul(reach, reach), ray.core, ray.least);
-    let error = s.mul_add(s.mul(longest, reach), ray.weight, small);
-    let determinant_error = s.mul_add(s.mul(longest, longest), ray.determinant, small);
+    let least_error = s.splat(ray.least);
+    let small = s.mul_add(s.mul(reach, reach), s.splat(ray.core), least_error);
+    let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), small);
+    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), small);
     let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
 
     let (determinant, distance) = (s.abs(along), s.signed_by(dot(s, normal, from), along));
-    let before_error = s.mul_add(determinant_error, s.mul_add(reach, ray.distance, ray.near_size), ray.least);
-    let beyond_error = s.mul_add(determinant_error, s.mul_add(reach, ray.distance, far_size), ray.least);
-    let before = s.less(distance, s.mul_sub(ray.near, determinant, before_error));
-    let beyond = s.less(s.mul_add(far, determinant, beyond_error), distance);
+    let reached = s.mul(reach, s.splat(ray.distance));
+    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(ray.near.abs())), least_error);
+    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
+    let before = s.less(distance, s.mul_sub(s.splat(ray.near), determinant, before_error));
+    let beyond = s.less(s.mul_add(s.splat(far), determinant, beyond_error), distance);
     let lanes = !(missed | (before | beyond) & s.less(determinant_error, determinant)) & 0xff;
-    let distance_error = s.mul_add(determinant_error, s.mul(reach, ray.distance), ray.least);
+    let distance_error = s.mul_add(determinant_error, reached, least_error);
     Left { lanes, least, greatest, error, determinant, determinant_error, distance, distance_error }
 }
 

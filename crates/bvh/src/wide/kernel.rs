@@ -1,5 +1,7 @@
 //! Which code walks the tree: chosen once from what the processor has, the same for every ray.
 
+use core::hint::black_box;
+
 use super::Wide;
 use super::portable::Portable;
 use super::setup::Setup;
@@ -7,7 +9,7 @@ use super::walk::{Answer, walk};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 use crate::ray::{Interval, Ray};
-use crate::scalar::Real;
+use crate::scalar::{Real, Vector};
 
 /// Code that walks the tree of `robust`. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,18 +76,31 @@ impl Wide {
     /// Asks `answer` about what the ray meets. Whether it ended the walk.
     #[inline(always)]
     pub(crate) fn ask<R: Real, A: Answer>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
-        let setup = &Setup::new(ray, range);
+        // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
+        let one = |axis: usize| (black_box(ray).origin.axis(axis).to_f32(), black_box(ray).direction.axis(axis).to_f32());
+        let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
         match self.kernel {
-            Chosen::Portable => walk_portable(self, setup, answer),
+            Chosen::Portable => walk_portable(self, ox, oy, oz, dx, dy, dz, near, answer),
             #[cfg(target_arch = "x86_64")]
-            Chosen::Avx2(avx2) => avx2.walk(self, setup, answer),
+            Chosen::Avx2(avx2) => avx2.walk(self, ox, oy, oz, dx, dy, dz, near, answer),
             #[cfg(target_arch = "x86_64")]
-            Chosen::Avx512(avx512) => avx512.walk(self, setup, answer),
+            Chosen::Avx512(avx512) => avx512.walk(self, ox, oy, oz, dx, dy, dz, near, answer),
         }
     }
 }
 
 #[inline(never)]
-fn walk_portable<A: Answer>(wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
-    walk(Portable, wide, setup, answer)
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn walk_portable<A: Answer>(
+    wide: &Wide,
+    ox: f32,
+    oy: f32,
+    oz: f32,
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    near: f32,
+    answer: &mut A,
+) -> bool {
+    walk(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), answer)
 }

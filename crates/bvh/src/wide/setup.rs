@@ -1,10 +1,7 @@
 //! What all boxes and blocks ask of a ray, made once for it.
 
-use core::hint::black_box;
-
 use super::block::LARGE;
-use crate::ray::{Interval, Ray};
-use crate::scalar::{Real, Vector};
+use crate::ray::Ray;
 
 /// Directions as long as this or longer, or shorter than its inverse, might leave the range of f32: everything is then tested exactly.
 const LONG: f32 = (1 << 20) as f32;
@@ -17,6 +14,8 @@ const ROUNDED: f32 = 1.000_01;
 /// A ray as the kernels know it, all in f32.
 #[derive(Clone, Copy)]
 pub(super) struct Setup {
+    /// The excluded lower end of distances.
+    pub near: f32,
     pub origin: [f32; 3],
     pub direction: [f32; 3],
     pub inverse: [f32; 3],
@@ -27,8 +26,6 @@ pub(super) struct Setup {
     /// The side of each axis through which the ray enters: from the sign of the inverse actually used, so that −0 is treated as
     /// what it does.
     pub side: [usize; 3],
-    /// The excluded lower end of distances.
-    pub near: f32,
     /// Bounds of [`super::filter`]: of a lane's reach, and factors of what it is made from.
     pub reach: f32,
     pub weight: f32,
@@ -57,12 +54,8 @@ fn least_of(v: [f32; 3]) -> f32 {
 
 impl Setup {
     #[inline(always)]
-    pub fn new<R: Real>(ray: &Ray<R>, range: Interval<R>) -> Self {
-        // One by one: a load of two numbers would wait for both stores of whoever has just made the ray.
-        let one = |axis: usize| (black_box(ray).origin.axis(axis).to_f32(), black_box(ray).direction.axis(axis).to_f32());
-        let [(ox, dx), (oy, dy), (oz, dz)] = [one(0), one(1), one(2)];
-        let (origin, direction) = ([ox, oy, oz], [dx, dy, dz]);
-        let (near, inverse) = (range.min.to_f32(), direction.map(|d| 1.0 / d));
+    pub fn new(origin: [f32; 3], direction: [f32; 3], near: f32) -> Self {
+        let inverse = direction.map(|d| 1.0 / d);
         let greatest = greatest_of(direction);
         // No less than the length, be that below one or above, and without a root: directions are of unit length but for rounding.
         let length =

@@ -5,8 +5,7 @@
 
 use core::hint::black_box;
 
-use super::block::Block;
-use super::filter::{self, Lanes};
+use super::filter;
 use super::setup::Setup;
 use super::simd::{Exact, Simd};
 use super::stack::{Stack, Waiting};
@@ -38,14 +37,13 @@ struct Far<S: Simd> {
     value: f32,
     last: f32,
     boxes: S::Floats,
-    triangles: [S::Floats; 2],
 }
 
 impl<S: Simd> Far<S> {
     #[inline(always)]
     fn new(s: S, value: f32) -> Self {
         let last = Setup::last(value);
-        Self { value, last, boxes: s.splat(last), triangles: [s.splat(last), s.splat(last.abs())] }
+        Self { value, last, boxes: s.splat(last) }
     }
 }
 
@@ -82,17 +80,25 @@ impl<S: Simd> Slabs<S> {
     }
 }
 
-/// The exact test of what the filter left, apart from the walk, whose registers it would take. The first one of a ray makes
-/// what it needs of that.
+/// The exact test of what the filter left and what the answer makes of it, apart from the walk, whose registers it would
+/// take. The first one of a ray makes what it needs of that. Whether the walk is over.
 #[inline(never)]
-fn settle<S: Simd>(s: S, block: &Block, lanes: u32, setup: &Setup, probe: &mut Option<Probe<Robust>>) -> Exact {
-    s.exact(block, lanes, probe.get_or_insert_with(|| Probe::new(setup.ray())))
+fn settle<S: Simd, A: Answer>(
+    s: S,
+    wide: &Wide,
+    [block, lanes]: [usize; 2],
+    setup: &Setup,
+    probe: &mut Option<Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    let probe = probe.get_or_insert_with(|| Probe::new(setup.ray()));
+    let exact = s.exact(&wide.blocks[block], lanes as u32, probe);
+    exact.hits != 0 && answer.triangles(block, &exact)
 }
 
 /// Whether some answer ended the walk.
 #[inline(always)]
 pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
-    let lanes = Lanes::new(s, setup);
     let slabs = Slabs::new(s, setup);
     let [sx, sy, sz] = setup.side.map(|side| side & 1);
     let mut far = Far::new(s, answer.far());
@@ -104,7 +110,7 @@ pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, setup: &Setup, answer:
         // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its registers.
         let left = loop {
             if !current.is_leaf() {
-                let node = &wide.nodes[current.index()];
+                let node = &wide.nodes[current.node()];
                 answer.node();
                 let [[x0, y0, z0], [x1, y1, z1]] = [
                     [&node.planes[0][sx], &node.planes[1][sy], &node.planes[2][sz]],
@@ -139,8 +145,7 @@ pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, setup: &Setup, answer:
                 }
             } else if current.is_block() {
                 answer.block(current.index());
-                // Read from memory here, so that the walk has its registers for itself.
-                let left = filter::left(s, black_box(&lanes), &wide.blocks[current.index()], black_box(&far.triangles));
+                let left = filter::left(s, black_box(setup), &wide.blocks[current.index()], far.last);
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());
                     if A::ANY && ends & filter::certain(s, &left, setup.near, far.value) != 0 {
@@ -168,8 +173,7 @@ pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, setup: &Setup, answer:
         let over = if left == 0 {
             answer.other(current.index())
         } else {
-            let exact = settle(s, &wide.blocks[current.index()], left, setup, &mut probe);
-            exact.hits != 0 && answer.triangles(current.index(), &exact)
+            settle(s, wide, [current.index(), left as usize], setup, &mut probe, answer)
         };
         if over {
             return true;

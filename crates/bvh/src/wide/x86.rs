@@ -33,9 +33,21 @@ impl Avx2 {
 
     /// The walk with these instructions.
     #[inline(always)]
-    pub fn walk<A: Answer>(self, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    pub fn walk<A: Answer>(
+        self,
+        wide: &Wide,
+        ox: f32,
+        oy: f32,
+        oz: f32,
+        dx: f32,
+        dy: f32,
+        dz: f32,
+        near: f32,
+        answer: &mut A,
+    ) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { walk_avx2(self, wide, setup, answer) }
+        unsafe { walk_avx2(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
     }
 }
 
@@ -54,22 +66,58 @@ impl Avx512 {
 
     /// The walk with these instructions.
     #[inline(always)]
-    pub fn walk<A: Answer>(self, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    pub fn walk<A: Answer>(
+        self,
+        wide: &Wide,
+        ox: f32,
+        oy: f32,
+        oz: f32,
+        dx: f32,
+        dy: f32,
+        dz: f32,
+        near: f32,
+        answer: &mut A,
+    ) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { walk_avx512(self, wide, setup, answer) }
+        unsafe { walk_avx512(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
     }
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn walk_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
-    walk(s, wide, setup, answer)
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn walk_avx2<A: Answer>(
+    s: Avx2,
+    wide: &Wide,
+    ox: f32,
+    oy: f32,
+    oz: f32,
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    near: f32,
+    answer: &mut A,
+) -> bool {
+    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), answer)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn walk_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
-    walk(s, wide, setup, answer)
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn walk_avx512<A: Answer>(
+    s: Avx512,
+    wide: &Wide,
+    ox: f32,
+    oy: f32,
+    oz: f32,
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    near: f32,
+    answer: &mut A,
+) -> bool {
+    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), answer)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
