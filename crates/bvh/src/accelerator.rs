@@ -32,10 +32,18 @@ impl Default for AcceleratorKind {
 /// A structure over the places 0, 1, 2 … of a list of primitives.
 #[derive(Clone, Debug)]
 pub(crate) enum Accelerator {
+    /// Walked in the ray's own scalar.
+    Walked(Walked),
+    /// Asked in f32.
+    Wide(Wide, BuildWork),
+}
+
+/// Those that know places alone.
+#[derive(Clone, Debug)]
+pub(crate) enum Walked {
     Linear(usize),
     LinearBoxes(BoxList),
     Tree(Tree, BuildWork),
-    Wide(Wide, BuildWork),
 }
 
 impl Accelerator {
@@ -49,12 +57,12 @@ impl Accelerator {
         stop: Stop<'_>,
     ) -> Option<(Self, Option<Vec<u32>>)> {
         Some(match kind {
-            AcceleratorKind::Linear => (Self::Linear(boxes.len()), None),
-            AcceleratorKind::LinearBoxes => (Self::LinearBoxes(BoxList::new(boxes)), None),
+            AcceleratorKind::Linear => (Self::Walked(Walked::Linear(boxes.len())), None),
+            AcceleratorKind::LinearBoxes => (Self::Walked(Walked::LinearBoxes(BoxList::new(boxes))), None),
             AcceleratorKind::Tree(quality) => {
                 let Build { tree, order, work } = build(boxes, quality, few, triangles, stop)?;
                 let tree = match tree {
-                    Collapsed::Narrow(tree) => Self::Tree(tree, work),
+                    Collapsed::Narrow(tree) => Self::Walked(Walked::Tree(tree, work)),
                     Collapsed::Wide(wide) => Self::Wide(wide, work),
                 };
                 (tree, Some(order))
@@ -65,17 +73,17 @@ impl Accelerator {
     /// What building it took; none where nothing was built.
     pub fn work(&self) -> Option<BuildWork> {
         match self {
-            Self::Linear(_) | Self::LinearBoxes(_) => None,
-            Self::Tree(_, work) | Self::Wide(_, work) => Some(*work),
+            Self::Walked(Walked::Linear(_) | Walked::LinearBoxes(_)) => None,
+            Self::Walked(Walked::Tree(_, work)) | Self::Wide(_, work) => Some(*work),
         }
     }
 
     /// Bytes of the structure.
     pub fn bytes(&self) -> usize {
         match self {
-            Self::Linear(_) => 0,
-            Self::LinearBoxes(list) => list.bytes(),
-            Self::Tree(tree, _) => tree.bytes(),
+            Self::Walked(Walked::Linear(_)) => 0,
+            Self::Walked(Walked::LinearBoxes(list)) => list.bytes(),
+            Self::Walked(Walked::Tree(tree, _)) => tree.bytes(),
             Self::Wide(wide, _) => wide.bytes(),
         }
     }
@@ -92,13 +100,14 @@ impl Accelerator {
             },
         }
     }
+}
 
+impl Walked {
     /// Calls `visit` with the places of all primitives that the ray may meet below the current far end, some at a time. The
-    /// closure returns the new far end, or breaks. `first` is the slot of the first place.
+    /// closure returns the new far end, or breaks.
     #[inline(always)]
     pub fn walk<R: Real, T: Tally>(
         &self,
-        first: usize,
         ray: &Ray<R>,
         range: Interval<R>,
         tally: &mut T,
@@ -110,7 +119,6 @@ impl Accelerator {
             }
             Self::LinearBoxes(list) => list.walk(ray, range, tally, visit),
             Self::Tree(tree, _) => tree.walk(ray, range, tally, visit),
-            Self::Wide(wide, _) => wide.walk(first, ray, range, tally, visit),
         }
     }
 }

@@ -7,7 +7,7 @@ mod wide;
 
 use core::ops::{ControlFlow, Range};
 
-use crate::accelerator::Accelerator;
+use crate::accelerator::{Accelerator, Walked};
 use crate::admission::admitted;
 use crate::geometry::Geometry;
 use crate::group::{Kind, Slot};
@@ -34,12 +34,10 @@ impl<P: Precision> Geometry<P> {
     /// those the lowest primitive.
     #[inline(never)]
     pub fn closest<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
-        if P::WIDE
-            && let Accelerator::Wide(wide, _) = &self.accelerator
-        {
-            return self.nearest_wide(wide, ray, range, tally).map(|found| self.named(&found));
+        match &self.accelerator {
+            Accelerator::Wide(wide, _) => self.nearest_wide(wide, ray, range, tally).map(|found| self.named(&found)),
+            Accelerator::Walked(walked) => self.closest_walked(walked, ray, range, tally),
         }
-        self.closest_narrow(ray, range, tally)
     }
 
     #[inline(never)]
@@ -52,8 +50,14 @@ impl<P: Precision> Geometry<P> {
 
     /// The same where there is no wide tree, apart from it: what each of them needs of the machine's stack differs by far.
     #[inline(never)]
-    fn closest_narrow<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
-        self.nearest::<T, false>(&self.probe(*ray), range, tally).map(|found| self.named(&found))
+    fn closest_walked<T: Tally>(
+        &self,
+        walked: &Walked,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Hit<P::Real>> {
+        self.nearest::<T, false>(walked, &self.probe(*ray), range, tally).map(|found| self.named(&found))
     }
 
     /// The nearest hit of each query, in their order, in place of what `hits` held.
@@ -74,13 +78,13 @@ impl<P: Precision> Geometry<P> {
         ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
         tally: &mut T,
     ) -> bool {
-        if P::WIDE
-            && let Accelerator::Wide(wide, _) = &self.accelerator
-        {
-            let unbounded = self.unbounded > 0 && self.any_unbounded(ray, range, ask, tally);
-            return unbounded || self.any_wide(wide, ray, range, ask, tally);
+        match &self.accelerator {
+            Accelerator::Wide(wide, _) => {
+                let unbounded = self.unbounded > 0 && self.any_unbounded(ray, range, ask, tally);
+                unbounded || self.any_wide(wide, ray, range, ask, tally)
+            }
+            Accelerator::Walked(walked) => self.any_walked(walked, ray, range, ask, tally),
         }
-        self.any_narrow(ray, range, ask, tally)
     }
 
     #[inline(never)]
@@ -96,8 +100,9 @@ impl<P: Precision> Geometry<P> {
     }
 
     #[inline(never)]
-    fn any_narrow<T: Tally>(
+    fn any_walked<T: Tally>(
         &self,
+        walked: &Walked,
         ray: &Ray<P::Real>,
         range: Interval<P::Real>,
         ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
@@ -109,7 +114,7 @@ impl<P: Precision> Geometry<P> {
             return true;
         }
         let mut blocked = false;
-        self.accelerator.walk(self.unbounded, &probe.ray, range, tally, |places, far, tally| {
+        walked.walk(&probe.ray, range, tally, |places, far, tally| {
             blocked = self.bounded(places).any(|slot| blocks(slot, tally));
             if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
         });
@@ -134,6 +139,7 @@ impl<P: Precision> Geometry<P> {
     #[inline(always)]
     fn nearest<T: Tally, const INNER: bool>(
         &self,
+        walked: &Walked,
         probe: &Probe<P>,
         range: Interval<P::Real>,
         tally: &mut T,
@@ -144,14 +150,14 @@ impl<P: Precision> Geometry<P> {
         }
         if INNER {
             let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-            self.accelerator.walk(self.unbounded, &ray, widened::<P>(best.range), tally, |places, _, tally| {
+            walked.walk(&ray, widened::<P>(best.range), tally, |places, _, tally| {
                 for slot in self.bounded(places) {
                     best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
                 }
                 ControlFlow::Continue(convert(best.range.max))
             });
         } else {
-            self.accelerator.walk(self.unbounded, &probe.ray, best.range, tally, |places, _, tally| {
+            walked.walk(&probe.ray, best.range, tally, |places, _, tally| {
                 for slot in self.bounded(places) {
                     best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
                 }
@@ -199,7 +205,11 @@ impl<P: Precision> Geometry<P> {
     ) -> Option<Found<P::Real>> {
         let (instance, mut room) = (&self.group.instances[instance], None);
         let inner = self.group.transform(instance, probe.ray.time, &mut room).probe_to_object(probe);
-        self.group.parts[instance.part as usize].nearest::<T, true>(&inner, range, tally)
+        let part = &self.group.parts[instance.part as usize];
+        match &part.accelerator {
+            Accelerator::Wide(wide, _) => part.nearest_mapped(wide, &inner, range, tally),
+            Accelerator::Walked(walked) => part.nearest::<T, true>(walked, &inner, range, tally),
+        }
     }
 
     /// A ray with what the tests of these primitives need.
@@ -262,13 +272,18 @@ impl<P: Precision> Geometry<P> {
         if part.unbounded().any(|slot| blocks(slot, tally)) {
             return true;
         }
-        let mut blocked = false;
-        let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-        part.accelerator.walk(part.unbounded, &ray, widened::<P>(range), tally, |places, far, tally| {
-            blocked = part.bounded(places).any(|slot| blocks(slot, tally));
-            if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
-        });
-        blocked
+        match &part.accelerator {
+            Accelerator::Wide(wide, _) => part.any_mapped(wide, &probe, range, counts, tally),
+            Accelerator::Walked(walked) => {
+                let mut blocked = false;
+                let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
+                walked.walk(&ray, widened::<P>(range), tally, |places, far, tally| {
+                    blocked = part.bounded(places).any(|slot| blocks(slot, tally));
+                    if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
+                });
+                blocked
+            }
+        }
     }
 
     /// The hit with its names.

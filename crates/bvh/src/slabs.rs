@@ -63,12 +63,6 @@ impl<R: Real> Slabs<R> {
         R::ONE + R::ROUNDOFF * R::from_f64(8.0)
     }
 
-    /// A far end, later by what the rounding of a slab distance may take on either side of zero.
-    #[inline(always)]
-    pub fn last(far: R) -> R {
-        far + far.abs() * (R::ROUNDOFF * R::from_f64(8.0))
-    }
-
     /// The distance of the first lane, as it is: only f32, whose distances a tree keeps unrounded, asks for it.
     #[inline(always)]
     pub fn first(entry: R::Four) -> R {
@@ -80,17 +74,11 @@ impl<R: Real> Slabs<R> {
     /// A ray in a slab's plane gives 0·∞ = NaN there: the comparisons are written so that NaN keeps the other bound.
     #[inline(always)]
     pub fn enter(&self, boxes: &FourBoxes, far: R) -> (u32, R::Four) {
-        self.enter_planes(&boxes.planes, far)
-    }
-
-    /// The same, of planes `[side][axis][lane]`.
-    #[inline(always)]
-    pub fn enter_planes(&self, planes: &[[[f32; WIDTH]; 3]; 2], far: R) -> (u32, R::Four) {
         let (mut entry, mut exit) = (self.near, R::Four::splat(far * Self::widen()));
         for axis in 0..3 {
             let (o, side) = (self.origin[axis], self.entry_side[axis]);
-            entry = ((R::Four::from_f32(&planes[side][axis]) - o) * self.inverse[axis]).or_greater(entry);
-            exit = ((R::Four::from_f32(&planes[1 - side][axis]) - o) * self.widened[axis]).or_less(exit);
+            entry = ((R::Four::from_f32(&boxes.planes[side][axis]) - o) * self.inverse[axis]).or_greater(entry);
+            exit = ((R::Four::from_f32(&boxes.planes[1 - side][axis]) - o) * self.widened[axis]).or_less(exit);
         }
         (entry.at_most(exit), entry)
     }

@@ -10,6 +10,7 @@ mod collapse;
 mod filter;
 mod kernel;
 mod portable;
+mod rebase;
 mod setup;
 mod simd;
 mod stack;
@@ -17,18 +18,15 @@ mod walk;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-use core::ops::{ControlFlow, Range};
-
 use crate::aabb::PaddedBox;
-use crate::ray::{Interval, Ray, Visibility};
-use crate::scalar::Real;
+use crate::ray::Visibility;
 use crate::shapes::Triangle;
-use crate::slabs::Slabs;
-use crate::tally::Tally;
 
 use self::block::{Block, Facts};
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
+pub(crate) use self::rebase::Rebase;
+pub(crate) use self::setup::Setup;
 pub(crate) use self::simd::Exact;
 pub(crate) use self::walk::Answer;
 
@@ -110,13 +108,6 @@ impl Node {
     fn count(&self) -> usize {
         self.children.iter().take_while(|&&child| child != Child::NONE).count()
     }
-
-    /// Four of the lanes, for rays of any scalar.
-    fn half(&self, half: usize) -> [[[f32; 4]; 3]; 2] {
-        core::array::from_fn(|side| {
-            core::array::from_fn(|axis| core::array::from_fn(|lane| self.planes[axis][side][4 * half + lane]))
-        })
-    }
 }
 
 /// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
@@ -184,58 +175,5 @@ impl Wide {
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
         let each = (size_of::<Block>() + size_of::<Facts>()) as u64;
         blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64))
-    }
-
-    /// Calls `visit` with the slots, less `first`, of each leaf that a ray of any scalar may enter below the current far end,
-    /// nearest first. The closure returns the new far end, or breaks. For rays in the space of an instance, which f32 would
-    /// move.
-    #[inline(always)]
-    pub fn walk<R: Real, T: Tally>(
-        &self,
-        first: usize,
-        ray: &Ray<R>,
-        range: Interval<R>,
-        tally: &mut T,
-        mut visit: impl FnMut(Range<usize>, R, &mut T) -> ControlFlow<(), R>,
-    ) {
-        let slabs = Slabs::new(ray, range.min);
-        let mut far = range.max;
-        let mut waiting: arrayvec::ArrayVec<(f32, Child), STACK> = arrayvec::ArrayVec::new();
-        let mut current = Child(0);
-        loop {
-            if !current.is_leaf() {
-                let node = &self.nodes[current.index()];
-                tally.node();
-                let before = waiting.len();
-                for half in 0..2 {
-                    let (entered, entry) = slabs.enter_planes(&node.half(half), far);
-                    let distances = crate::lanes::Four::below(entry);
-                    for lane in 0..4 {
-                        if entered >> lane & 1 != 0 && node.children[4 * half + lane] != Child::NONE {
-                            waiting.push((distances[lane], node.children[4 * half + lane]));
-                        }
-                    }
-                }
-                waiting[before..].sort_unstable_by(|a, b| b.0.total_cmp(&a.0));
-            } else {
-                let places = if current.is_block() {
-                    let facts = &self.facts[current.index()];
-                    facts.first as usize - first..facts.first as usize - first + usize::from(facts.count)
-                } else {
-                    current.index()..current.index() + 1
-                };
-                match visit(places, far, tally) {
-                    ControlFlow::Continue(nearer) => far = nearer,
-                    ControlFlow::Break(()) => return,
-                }
-            }
-            loop {
-                let Some((entry, child)) = waiting.pop() else { return };
-                if R::from_f32(entry) <= Slabs::<R>::last(far) {
-                    current = child;
-                    break;
-                }
-            }
-        }
     }
 }

@@ -9,7 +9,8 @@ use super::walk::{Answer, walk};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 use crate::ray::{Interval, Ray};
-use crate::scalar::{Real, Vector};
+use crate::scalar::{Real, Robust, Vector};
+use crate::shapes::Probe;
 
 /// Code that walks the tree of `robust`. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +90,20 @@ impl Wide {
     }
 }
 
+impl Wide {
+    /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`Setup::mapped`].
+    #[inline(never)]
+    pub(crate) fn ask_mapped<A: Answer>(&self, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+        match self.kernel {
+            Chosen::Portable => walk(Portable, self, setup, Some(probe), answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx2(avx2) => avx2.walk_mapped(self, setup, probe, answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx512(avx512) => avx512.walk_mapped(self, setup, probe, answer),
+        }
+    }
+}
+
 #[inline(never)]
 #[expect(clippy::too_many_arguments, reason = "in registers")]
 fn walk_portable<A: Answer>(
@@ -102,5 +117,5 @@ fn walk_portable<A: Answer>(
     near: f32,
     answer: &mut A,
 ) -> bool {
-    walk(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), answer)
+    walk(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
 }

@@ -1,6 +1,10 @@
 //! What all boxes and blocks ask of a ray, made once for it.
 
+use glam::DVec3;
+
 use super::block::LARGE;
+use super::rebase::Rebase;
+use crate::aabb::Aabb;
 use crate::ray::Ray;
 
 /// Directions as long as this or longer, or shorter than its inverse, might leave the range of f32: everything is then tested exactly.
@@ -8,12 +12,14 @@ const LONG: f32 = (1 << 20) as f32;
 /// 2⁻²⁴ and 2⁻⁵³.
 const U: f32 = 5.960_464_5e-8;
 const W: f32 = 1.110_223e-16;
+/// The least component of a scaled direction.
+const LEAST: f64 = 1e-20;
 /// More than what rounding may take from a bound while it is computed.
 const ROUNDED: f32 = 1.000_01;
 
 /// A ray as the kernels know it, all in f32.
 #[derive(Clone, Copy)]
-pub(super) struct Setup {
+pub(crate) struct Setup {
     /// The excluded lower end of distances.
     pub near: f32,
     pub origin: [f32; 3],
@@ -21,8 +27,11 @@ pub(super) struct Setup {
     pub inverse: [f32; 3],
     /// The same, widened for the planes through which the ray leaves.
     pub widened: [f32; 3],
-    /// By how much exits are later besides: something only where distances below zero count, which widening would make less.
-    pub later: f32,
+    /// By how much entries are earlier besides: something only where the ray was rounded.
+    pub early: [f32; 3],
+    /// By how much exits are later besides: as much, and something where distances below zero count, which widening would make
+    /// less.
+    pub late: [f32; 3],
     /// The side of each axis through which the ray enters: from the sign of the inverse actually used, so that −0 is treated as
     /// what it does.
     pub side: [usize; 3],
@@ -66,7 +75,8 @@ impl Setup {
             direction,
             inverse,
             widened: inverse.map(|i| i * (1.0 + 8.0 * U)),
-            later: greater(-near, 0.0) * (16.0 * U),
+            early: [0.0; 3],
+            late: [greater(-near, 0.0) * (16.0 * U); 3],
             side: inverse.map(|i| usize::from(i < 0.0)),
             near,
             reach: if sane { 1e-30 } else { f32::INFINITY },
@@ -76,6 +86,34 @@ impl Setup {
             determinant: 14.0 * U * length,
             distance: 2.0 * ROUNDED * least_of(inverse),
         }
+    }
+
+    /// For a ray of the space of an instance, in f64 and of any length: moved along itself to beside what is there and scaled,
+    /// so that f32 holds it as well as the boxes. Rounded it is a ray that passes the true one by `wrong` at its origin and by u
+    /// in each component of its direction. Boxes are entered earlier by that and left later, and what the bounds of
+    /// [`super::filter`] take for a corner's distance is longer by so much that the errors of C, 1.8 u E |d| of a weight for each
+    /// unit, and 2.5 u E² of D and of T, are in them.
+    pub fn mapped(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> (Self, Rebase) {
+        let rebase = Rebase::new(origin, direction, bounds);
+        let (moved, scaled) = (origin + direction * rebase.start, direction / rebase.scale);
+        // Nothing is met farther from here than the farthest corner.
+        let farthest = (moved - bounds.centre()).length() + bounds.extent().length();
+        // A component that is next to nothing is taken for a little more, so that none of the bounds is infinite.
+        let scaled = scaled.map(|d| if d.abs() < LEAST { LEAST.copysign(d) } else { d });
+        let wrong = moved.abs() * f64::from(U)
+            + (origin.abs() + (direction * rebase.start).abs()) * (4.0 * f64::from(W))
+            + farthest * (2.0 * LEAST);
+        let near = greater(rebase.rebased(near).next_down(), -(farthest / scaled.length() * 1.01) as f32);
+        let setup = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
+        let early: [f32; 3] = core::array::from_fn(|axis| (wrong[axis] * 2.01) as f32 * setup.inverse[axis].abs());
+        let setup = Self {
+            widened: setup.inverse.map(|i| i * (1.0 + 16.0 * U)),
+            early,
+            late: early.map(|early| early + setup.late[0]),
+            reach: setup.reach + (wrong.element_sum() * (0.1 * f64::from(ROUNDED) / f64::from(U))) as f32,
+            ..setup
+        };
+        (setup, rebase)
     }
 
     /// The ray, at no time.

@@ -52,31 +52,34 @@ struct Slabs<S: Simd> {
     origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
     widened: [S::Floats; 3],
+    early: [S::Floats; 3],
+    late: [S::Floats; 3],
     near: S::Floats,
-    later: S::Floats,
 }
 
 impl<S: Simd> Slabs<S> {
     #[inline(always)]
     fn new(s: S, setup: &Setup) -> Self {
+        let ([ex, ey, ez], [lx, ly, lz]) = (setup.early, setup.late);
         let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (setup.origin, setup.inverse, setup.widened);
         Self {
             origin: [s.splat(ox), s.splat(oy), s.splat(oz)],
             inverse: [s.splat(ix), s.splat(iy), s.splat(iz)],
             widened: [s.splat(wx), s.splat(wy), s.splat(wz)],
+            early: [s.splat(ex), s.splat(ey), s.splat(ez)],
+            late: [s.splat(lx), s.splat(ly), s.splat(lz)],
             near: s.splat(setup.near),
-            later: s.splat(setup.later),
         }
     }
 
     #[inline(always)]
     fn entry(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
-        s.mul(s.sub(s.load(planes), self.origin[axis]), self.inverse[axis])
+        s.mul_sub(s.sub(s.load(planes), self.origin[axis]), self.inverse[axis], self.early[axis])
     }
 
     #[inline(always)]
     fn exit(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
-        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.later)
+        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.late[axis])
     }
 }
 
@@ -96,13 +99,18 @@ fn settle<S: Simd, A: Answer>(
     exact.hits != 0 && answer.triangles(block, &exact)
 }
 
-/// Whether some answer ended the walk.
+/// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
 #[inline(always)]
-pub(super) fn walk<S: Simd, A: Answer>(s: S, wide: &Wide, setup: &Setup, answer: &mut A) -> bool {
+pub(super) fn walk<S: Simd, A: Answer>(
+    s: S,
+    wide: &Wide,
+    setup: &Setup,
+    mut probe: Option<Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
     let slabs = Slabs::new(s, setup);
     let [sx, sy, sz] = setup.side.map(|side| side & 1);
     let mut far = Far::new(s, answer.far());
-    let mut probe = None;
     let mut stack = Stack::new();
     let mut top = 0;
     let mut current = Child(0);

@@ -49,6 +49,13 @@ impl Avx2 {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { walk_avx2(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
     }
+
+    /// The same for a ray in the space of an instance.
+    #[inline(always)]
+    pub fn walk_mapped<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { mapped_avx2(self, wide, setup, probe, answer) }
+    }
 }
 
 /// Proof that the processor has AVX-512 with vectors of all lengths, besides AVX2.
@@ -82,6 +89,13 @@ impl Avx512 {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { walk_avx512(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
     }
+
+    /// The same for a ray in the space of an instance.
+    #[inline(always)]
+    pub fn walk_mapped<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { mapped_avx512(self, wide, setup, probe, answer) }
+    }
 }
 
 #[inline(never)]
@@ -99,7 +113,7 @@ fn walk_avx2<A: Answer>(
     near: f32,
     answer: &mut A,
 ) -> bool {
-    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), answer)
+    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
 }
 
 #[inline(never)]
@@ -117,7 +131,19 @@ fn walk_avx512<A: Answer>(
     near: f32,
     answer: &mut A,
 ) -> bool {
-    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), answer)
+    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+    walk(s, wide, setup, Some(probe), answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+    walk(s, wide, setup, Some(probe), answer)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
