@@ -16,12 +16,16 @@ pub(crate) struct Rebase {
 }
 
 impl Rebase {
-    /// Starts where the ray comes nearest to the middle of the box, with steps of about unit length.
-    pub fn new(origin: DVec3, direction: DVec3, bounds: &Aabb) -> Self {
+    /// Starts where the ray comes to the sphere around the box, or at `near` where that is later, so that no distance that counts
+    /// is below zero. Steps are of about unit length.
+    pub fn new(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> Self {
         let squared = direction.length_squared();
-        let start = (bounds.centre() - origin).dot(direction) / squared;
+        let (middle, length) = ((bounds.centre() - origin).dot(direction) / squared, squared.sqrt());
+        let sphere = middle - (bounds.extent().length() * 0.51 / length + middle.abs() * 1e-12);
+        // What is stored as more than `near` may be that much less.
+        let start = sphere.max(near - near.abs() * (2.0 * U));
         // The greatest power of two that is not above the length: its exponent alone.
-        let scale = f64::from_bits(squared.sqrt().to_bits() & 0x7ff << 52);
+        let scale = f64::from_bits(length.to_bits() & 0x7ff << 52);
         let sane = start.is_finite() && scale.is_normal();
         if sane { Self { start, scale } } else { Self { start: 0.0, scale: 1.0 } }
     }

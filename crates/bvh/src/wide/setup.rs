@@ -94,7 +94,7 @@ impl Setup {
     /// [`super::filter`] take for a corner's distance is longer by so much that the errors of C, 1.8 u E |d| of a weight for each
     /// unit, and 2.5 u E² of D and of T, are in them.
     pub fn mapped(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> (Self, Rebase) {
-        let rebase = Rebase::new(origin, direction, bounds);
+        let rebase = Rebase::new(origin, direction, near, bounds);
         let (moved, scaled) = (origin + direction * rebase.start, direction / rebase.scale);
         // Nothing is met farther from here than the farthest corner.
         let farthest = (moved - bounds.centre()).length() + bounds.extent().length();
@@ -103,7 +103,7 @@ impl Setup {
         let wrong = moved.abs() * f64::from(U)
             + (origin.abs() + (direction * rebase.start).abs()) * (4.0 * f64::from(W))
             + farthest * (2.0 * LEAST);
-        let near = greater(rebase.rebased(near).next_down(), -(farthest / scaled.length() * 1.01) as f32);
+        let near = greater(rebase.rebased(near).next_down(), 0.0);
         let setup = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
         let early: [f32; 3] = core::array::from_fn(|axis| (wrong[axis] * 2.01) as f32 * setup.inverse[axis].abs());
         let setup = Self {
