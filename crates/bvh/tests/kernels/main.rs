@@ -2,7 +2,7 @@
 
 mod meshes;
 
-use glam::Vec3;
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{
     AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility, Visits,
@@ -81,6 +81,60 @@ fn kernels_find_what_the_scan_finds() {
             }
         }
     }
+}
+
+/// Where a part is shown: in its place, turned and flattened and mirrored, far away, and small and far away.
+fn maps() -> [DAffine3; 4] {
+    let turned = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
+    let flat = DMat3::from_diagonal(DVec3::new(1.0, 1e-3, -2.0));
+    let at = |matrix3: DMat3, translation: DVec3| DAffine3 { matrix3, translation };
+    [
+        at(DMat3::IDENTITY, DVec3::X * 0.5),
+        at(turned * flat, DVec3::ONE),
+        at(turned, DVec3::new(1e6, -3e5, 2e4)),
+        at(turned * 1e-4, DVec3::new(100.0, 0.0, -30.0)),
+    ]
+}
+
+/// Protects: what an instance shows is met as by a scan of it, bit for bit, in every kernel, whatever the map: the ray is rounded
+/// once more there, and that must not lose it anything.
+#[test]
+fn instances_show_what_the_scan_finds() {
+    let mut all = 0;
+    for ((name, mesh), balls) in families().into_iter().zip([true, false].into_iter().cycle()) {
+        for (place, map) in maps().into_iter().enumerate() {
+            let shown = |kind: AcceleratorKind| {
+                let mut outer = Group::<Robust>::default();
+                let part = outer.part(Geometry::new(group(&mesh, balls), kind)).unwrap();
+                let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
+                outer.instance(part, map, visibility).ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
+            };
+            // What the map makes too large for f32 is refused.
+            let Some(scan) = shown(AcceleratorKind::Linear) else { continue };
+            let mut tree = shown(AcceleratorKind::default()).unwrap();
+            for kernel in Kernel::available() {
+                tree.set_kernel(kernel);
+                let random = &mut Random(17);
+                for i in 0..400 {
+                    let there = ray(random, &mesh);
+                    let origin = map.transform_point3(there.origin.as_dvec3());
+                    let direction = map.transform_vector3(there.direction.as_dvec3()).normalize_or(DVec3::X);
+                    let ray = Ray::new(origin.as_vec3(), direction.as_vec3());
+                    let what = format!("{name}, map {place}, {kernel:?}, ray {i}: {ray:?}");
+                    let min = [0.0, f32::NEG_INFINITY][i % 2];
+                    let whole = Interval { min, max: f32::INFINITY };
+                    let first = scan.closest(&ray, whole, &mut ());
+                    assert_eq!(bits(tree.closest(&ray, whole, &mut ())), bits(first), "{what}");
+                    all += usize::from(first.is_some());
+                    let range = range(random, first.map(|hit| hit.t));
+                    let expected = bits(scan.closest(&ray, range, &mut ()));
+                    assert_eq!(bits(tree.closest(&ray, range, &mut ())), expected, "{what}, {range:?}");
+                    assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}, {range:?}");
+                }
+            }
+        }
+    }
+    assert!(all > 10_000, "{all} hits");
 }
 
 /// An octahedron whose faces are divided in four, so many times, and moved out to a sphere.
