@@ -95,7 +95,7 @@ impl Wide {
     #[inline(never)]
     pub(crate) fn ask_mapped<A: Answer>(&self, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
         match self.kernel {
-            Chosen::Portable => walk(Portable, self, setup, Some(probe), answer),
+            Chosen::Portable => walk::<_, _, true>(Portable, self, setup, Some(probe), answer),
             #[cfg(target_arch = "x86_64")]
             Chosen::Avx2(avx2) => avx2.walk_mapped(self, setup, probe, answer),
             #[cfg(target_arch = "x86_64")]
@@ -117,5 +117,5 @@ fn walk_portable<A: Answer>(
     near: f32,
     answer: &mut A,
 ) -> bool {
-    walk(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+    walk::<_, _, false>(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
 }

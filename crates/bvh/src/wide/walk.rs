@@ -48,7 +48,7 @@ impl<S: Simd> Far<S> {
 }
 
 /// The ray in all lanes, as boxes need it.
-struct Slabs<S: Simd> {
+struct Slabs<S: Simd, const MAPPED: bool> {
     origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
     widened: [S::Floats; 3],
@@ -57,7 +57,7 @@ struct Slabs<S: Simd> {
     near: S::Floats,
 }
 
-impl<S: Simd> Slabs<S> {
+impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     #[inline(always)]
     fn new(s: S, setup: &Setup) -> Self {
         let ([ex, ey, ez], [lx, ly, lz]) = (setup.early, setup.late);
@@ -74,12 +74,13 @@ impl<S: Simd> Slabs<S> {
 
     #[inline(always)]
     fn entry(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
-        s.mul_sub(s.sub(s.load(planes), self.origin[axis]), self.inverse[axis], self.early[axis])
+        let offset = s.sub(s.load(planes), self.origin[axis]);
+        if MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
     }
 
     #[inline(always)]
     fn exit(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
-        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.late[axis])
+        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.late[if MAPPED { axis } else { 0 }])
     }
 }
 
@@ -100,15 +101,16 @@ fn settle<S: Simd, A: Answer>(
 }
 
 /// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
+/// `MAPPED`: the ray was rounded, see [`Setup::mapped`].
 #[inline(always)]
-pub(super) fn walk<S: Simd, A: Answer>(
+pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
     s: S,
     wide: &Wide,
     setup: &Setup,
     mut probe: Option<Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    let slabs = Slabs::new(s, setup);
+    let slabs = Slabs::<S, MAPPED>::new(s, setup);
     let [sx, sy, sz] = setup.side.map(|side| side & 1);
     let mut far = Far::new(s, answer.far());
     let mut stack = Stack::new();

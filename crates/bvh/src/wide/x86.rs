@@ -113,7 +113,7 @@ fn walk_avx2<A: Answer>(
     near: f32,
     answer: &mut A,
 ) -> bool {
-    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+    walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
 }
 
 #[inline(never)]
@@ -131,19 +131,19 @@ fn walk_avx512<A: Answer>(
     near: f32,
     answer: &mut A,
 ) -> bool {
-    walk(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+    walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-    walk(s, wide, setup, Some(probe), answer)
+    walk::<_, _, true>(s, wide, setup, Some(probe), answer)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-    walk(s, wide, setup, Some(probe), answer)
+    walk::<_, _, true>(s, wide, setup, Some(probe), answer)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
