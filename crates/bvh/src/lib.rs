@@ -23,9 +23,11 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! Not here yet: wider nodes where the processor has wider registers (this tree tests four boxes at a time, in those that
-//! every processor of the platform has), spatial splits, refitting, motion other
-//! than of instances along straight lines.
+//! [`Robust`] has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
+//! run; the other precisions have one of four-wide nodes.
+//!
+//! Not here yet: SIMD tests of primitives other than triangles, packets of rays, compressed nodes, spatial splits, refitting,
+//! motion other than of instances along straight lines.
 #![deny(unsafe_code)]
 
 pub mod aabb;
