@@ -31,7 +31,7 @@ impl Block {
         }
         let [a, b, c] = vertices.map(|p| p.as_dvec3());
         let longest = (b - a).length_squared().max((c - a).length_squared()).sqrt();
-        let large = vertices.iter().any(|p| !(p.abs().max_element() < LARGE));
+        let large = vertices.iter().any(|p| p.abs().max_element() >= LARGE);
         self.longest[lane] = match () {
             () if vertices[0] == vertices[1] && vertices[0] == vertices[2] => f32::NEG_INFINITY,
             () if large => f32::INFINITY,

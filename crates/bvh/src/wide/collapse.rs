@@ -28,8 +28,15 @@ struct Costs {
     cost: [f32; WIDTH],
     /// One of the above, or two more than the lanes that the left child gets less one.
     pick: [u8; WIDTH],
+    /// How many leaves it has, up to `WIDTH`: it fills no more lanes than that.
+    leaves: u8,
     /// How many triangles it is, up to `WIDTH`; more where there are more or others among them.
     triangles: u8,
+}
+
+/// What the left one of two subtrees may get of so many lanes, where neither gets more than it has leaves.
+fn shares(left: &Costs, right: &Costs, lanes: usize) -> core::ops::RangeInclusive<usize> {
+    lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
 }
 
 /// A lane of a node to be.
@@ -62,7 +69,7 @@ impl Collapse<'_> {
                 let (cost, triangles) = if triangle { (BLOCK, 1) } else { (OTHER * source.count as f32, u8::MAX) };
                 let mut pick = [FEWER; WIDTH];
                 pick[0] = AS_LEAF;
-                Costs { cost: [area * cost; WIDTH], pick, triangles }
+                Costs { cost: [area * cost; WIDTH], pick, leaves: 1, triangles }
             } else {
                 self.inner(source.first as usize, area)
             };
@@ -74,15 +81,16 @@ impl Collapse<'_> {
         let triangles = l.triangles.saturating_add(r.triangles);
         // The least cost of both children in so many lanes, and how many of these the left one gets.
         let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
-        for (lanes, best) in both.iter_mut().enumerate().skip(2) {
-            for to_left in 1..lanes {
+        let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
+        for (lanes, best) in both.iter_mut().enumerate().take(usize::from(leaves) + 1).skip(2) {
+            for to_left in shares(l, r, lanes) {
                 let cost = l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
                 if cost < best.0 {
                     *best = (cost, to_left as u8);
                 }
             }
         }
-        let (leaf, inner) = (area * BLOCK, area + both[WIDTH].0);
+        let (leaf, inner) = (area * BLOCK, area + both[usize::from(leaves)].0);
         let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
         // As many triangles as a block takes are one, in a lane alone: a node above it would be met as often.
         if usize::from(triangles) <= WIDTH {
@@ -93,14 +101,14 @@ impl Collapse<'_> {
             (cost[lanes], pick[lanes]) =
                 if divided < cost[lanes - 1] { (divided, to_left + 1) } else { (cost[lanes - 1], FEWER) };
         }
-        Costs { cost, pick, triangles }
+        Costs { cost, pick, leaves, triangles }
     }
 
     /// How many of so many lanes the left child of a node gets.
     fn to_left(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
         let cost = |to_left: &usize| l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
-        (1..lanes).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(1)
+        shares(l, r, lanes).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(1)
     }
 
     /// Appends what a subtree becomes in up to so many lanes.
@@ -117,6 +125,8 @@ impl Collapse<'_> {
     }
 
     fn divide(&self, left: u32, lanes: usize, out: &mut Lanes) {
+        let leaves = self.costs[left as usize].leaves + self.costs[left as usize + 1].leaves;
+        let lanes = lanes.min(leaves.into());
         let to_left = self.to_left(left, lanes);
         self.open(left, to_left, out);
         self.open(left + 1, lanes - to_left, out);
@@ -142,7 +152,7 @@ impl Wide {
         if binary.nodes.first().is_none_or(|root| root.count > 0) || binary.nodes.iter().any(|node| node.count > 1) {
             return None;
         }
-        let none = Costs { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], triangles: u8::MAX };
+        let none = Costs { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, triangles: u8::MAX };
         let mut collapse = Collapse { binary, costs: vec![none; binary.nodes.len()] };
         collapse.solve(&binary.above(), is_triangle);
         let (mut wide, mut order, mut deepest) = (Self::default(), Vec::with_capacity(binary.order.len()), 0);
@@ -238,6 +248,9 @@ fn pair(filled: &[Filled]) -> Option<(usize, usize)> {
         };
         area(&filled[a].bounds.union(&filled[b].bounds)) - area(&filled[a].bounds) - area(&filled[b].bounds)
     };
+    if !(0..filled.len()).any(|lane| count(lane).is_some_and(|own| own < SPARSE)) {
+        return None;
+    }
     let pairs = (0..filled.len()).flat_map(|b| (0..filled.len()).map(move |a| (a, b)));
     let fit = pairs
         .filter(|&(a, b)| a != b && count(a).zip(count(b)).is_some_and(|(into, from)| from < SPARSE && into + from <= WIDTH));
