@@ -4,11 +4,12 @@ use core::ops::{ControlFlow, Range};
 
 use crate::aabb::PaddedBox;
 use crate::boxes::BoxList;
-use crate::build::{Build, BuildQuality, BuildWork, Stop, build};
+use crate::build::{Build, BuildQuality, BuildWork, Collapsed, Stop, Triangles, build};
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
 use crate::tally::Tally;
 use crate::tree::Tree;
+use crate::wide::Wide;
 
 /// Which structure answers queries. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +32,15 @@ impl Default for AcceleratorKind {
 /// A structure over the places 0, 1, 2 … of a list of primitives.
 #[derive(Clone, Debug)]
 pub(crate) enum Accelerator {
+    /// Walked in the ray's own scalar.
+    Walked(Walked),
+    /// Asked in f32.
+    Wide(Wide, BuildWork),
+}
+
+/// Those that know places alone.
+#[derive(Clone, Debug)]
+pub(crate) enum Walked {
     Linear(usize),
     LinearBoxes(BoxList),
     Tree(Tree, BuildWork),
@@ -39,13 +49,23 @@ pub(crate) enum Accelerator {
 impl Accelerator {
     /// Builds over `boxes`. Returns the order in too, where that is not the order of the boxes, in which the list must be for
     /// the places to be right. Up to `few` boxes are not worth a tree. None where `stop` gave the build up.
-    pub fn new(kind: AcceleratorKind, boxes: &[PaddedBox], few: usize, stop: Stop<'_>) -> Option<(Self, Option<Vec<u32>>)> {
+    pub fn new(
+        kind: AcceleratorKind,
+        boxes: &[PaddedBox],
+        few: usize,
+        triangles: Triangles<'_>,
+        stop: Stop<'_>,
+    ) -> Option<(Self, Option<Vec<u32>>)> {
         Some(match kind {
-            AcceleratorKind::Linear => (Self::Linear(boxes.len()), None),
-            AcceleratorKind::LinearBoxes => (Self::LinearBoxes(BoxList::new(boxes)), None),
+            AcceleratorKind::Linear => (Self::Walked(Walked::Linear(boxes.len())), None),
+            AcceleratorKind::LinearBoxes => (Self::Walked(Walked::LinearBoxes(BoxList::new(boxes))), None),
             AcceleratorKind::Tree(quality) => {
-                let Build { tree, order, work } = build(boxes, quality, few, stop)?;
-                (Self::Tree(tree, work), Some(order))
+                let Build { tree, order, work } = build(boxes, quality, few, triangles, stop)?;
+                let tree = match tree {
+                    Collapsed::Narrow(tree) => Self::Walked(Walked::Tree(tree, work)),
+                    Collapsed::Wide(wide) => Self::Wide(wide, work),
+                };
+                (tree, Some(order))
             }
         })
     }
@@ -53,30 +73,36 @@ impl Accelerator {
     /// What building it took; none where nothing was built.
     pub fn work(&self) -> Option<BuildWork> {
         match self {
-            Self::Linear(_) | Self::LinearBoxes(_) => None,
-            Self::Tree(_, work) => Some(*work),
+            Self::Walked(Walked::Linear(_) | Walked::LinearBoxes(_)) => None,
+            Self::Walked(Walked::Tree(_, work)) | Self::Wide(_, work) => Some(*work),
         }
     }
 
     /// Bytes of the structure.
     pub fn bytes(&self) -> usize {
         match self {
-            Self::Linear(_) => 0,
-            Self::LinearBoxes(list) => list.bytes(),
-            Self::Tree(tree, _) => tree.bytes(),
+            Self::Walked(Walked::Linear(_)) => 0,
+            Self::Walked(Walked::LinearBoxes(list)) => list.bytes(),
+            Self::Walked(Walked::Tree(tree, _)) => tree.bytes(),
+            Self::Wide(wide, _) => wide.bytes(),
         }
     }
 
-    /// The most bytes that the structure over so many boxes takes.
-    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64) -> u64 {
+    /// The most bytes that the structure over so many boxes takes; of so many triangles among them where the tree is wide.
+    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64, wide: Option<u64>) -> u64 {
         match kind {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::LinearBoxes => BoxList::bytes_of(boxes),
             AcceleratorKind::Tree(_) if boxes <= few => 0,
-            AcceleratorKind::Tree(_) => Tree::most_bytes(boxes),
+            AcceleratorKind::Tree(_) => match wide {
+                Some(triangles) => Wide::most_bytes(triangles, boxes.saturating_sub(triangles)),
+                None => Tree::most_bytes(boxes),
+            },
         }
     }
+}
 
+impl Walked {
     /// Calls `visit` with the places of all primitives that the ray may meet below the current far end, some at a time. The
     /// closure returns the new far end, or breaks.
     #[inline(always)]

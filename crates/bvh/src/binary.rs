@@ -11,9 +11,10 @@ pub(crate) struct Binary {
 }
 
 impl Binary {
-    /// Gives the nodes the boxes of what is in them.
-    pub fn refit(&mut self, boxes: &[PaddedBox]) {
-        let mut down = vec![0];
+    /// The nodes, each before its children.
+    pub fn above(&self) -> Vec<u32> {
+        let mut down = Vec::with_capacity(self.nodes.len());
+        down.push(0);
         let mut i = 0;
         while let Some(&node) = down.get(i) {
             let BinaryNode { first, count, .. } = self.nodes[node as usize];
@@ -22,7 +23,12 @@ impl Binary {
             }
             i += 1;
         }
-        for node in down.into_iter().rev() {
+        down
+    }
+
+    /// Gives the nodes the boxes of what is in them.
+    pub fn refit(&mut self, boxes: &[PaddedBox]) {
+        for node in self.above().into_iter().rev() {
             let BinaryNode { first, count, .. } = self.nodes[node as usize];
             let first = first as usize;
             self.nodes[node as usize].bounds = if count == 0 {

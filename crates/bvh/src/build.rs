@@ -18,6 +18,7 @@ use self::reinsertion::affordable;
 use crate::aabb::PaddedBox;
 use crate::binary::{Binary, BinaryNode};
 use crate::tree::Tree;
+use crate::wide::Wide;
 
 /// How long a build may take for how good a tree: the presets of `obvhs`, by its names. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,30 +72,57 @@ pub struct BuildWork {
     pub depth: u32,
 }
 
+/// What rays walk.
+pub(crate) enum Collapsed {
+    Narrow(Tree),
+    /// Its blocks are still to be filled.
+    Wide(Wide),
+}
+
 /// A tree, the order in which its leaves name the boxes, and how it came about.
 pub(crate) struct Build {
-    pub tree: Tree,
+    pub tree: Collapsed,
     pub order: Vec<u32>,
     pub work: BuildWork,
+}
+
+/// Says which of the boxes are triangles', where the tree is to be wide.
+pub(crate) type Triangles<'a> = Option<&'a dyn Fn(u32) -> bool>;
+
+/// What rays walk from a binary tree; none where that is too deep for their stack.
+fn collapse(binary: Binary, triangles: Triangles<'_>) -> Option<(Collapsed, Vec<u32>, u32)> {
+    match triangles {
+        Some(is_triangle) => {
+            Wide::collapse(&binary, is_triangle).map(|(wide, order, depth)| (Collapsed::Wide(wide), order, depth))
+        }
+        None => Tree::collapse(&binary).map(|(tree, depth)| (Collapsed::Narrow(tree), binary.order, depth)),
+    }
 }
 
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// Builds the tree over `boxes`; none where `stop` said so. Up to `few` boxes are a single leaf.
-pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, few: usize, stop: Stop<'_>) -> Option<Build> {
+pub(crate) fn build(
+    boxes: &[PaddedBox],
+    quality: BuildQuality,
+    few: usize,
+    triangles: Triangles<'_>,
+    stop: Stop<'_>,
+) -> Option<Build> {
+    let leaf = || (Collapsed::Narrow(Tree::leaf(boxes.len())), (0..boxes.len() as u32).collect(), 0);
     if boxes.len() <= few {
-        let order = (0..boxes.len() as u32).collect();
-        return Some(Build { tree: Tree::leaf(boxes.len()), order, work: BuildWork::default() });
+        let (tree, order, _) = leaf();
+        return Some(Build { tree, order, work: BuildWork::default() });
     }
     let (clustered, mut looks) = clustered(boxes, quality, stop);
     if stop() {
         return None;
     }
     if let Some(binary) = clustered
-        && let Some((tree, depth)) = Tree::collapse(&binary)
+        && let Some((tree, order, depth)) = collapse(binary, triangles)
     {
-        return Some(Build { tree, order: binary.order, work: BuildWork { clustered: true, looks, depth } });
+        return Some(Build { tree, order, work: BuildWork { clustered: true, looks, depth } });
     }
     let (binary, counted) = binned(boxes, stop);
     if stop() {
@@ -102,8 +130,8 @@ pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, few: usize, stop
     }
     looks += counted;
     // The builder keeps to fewer levels than there is a stack for. Were it wrong in that, the tree would be slow, not empty.
-    let (tree, depth) = Tree::collapse(&binary).unwrap_or_else(|| (Tree::leaf(boxes.len()), 0));
-    Some(Build { tree, order: binary.order, work: BuildWork { clustered: false, looks, depth } })
+    let (tree, order, depth) = collapse(binary, triangles).unwrap_or_else(leaf);
+    Some(Build { tree, order, work: BuildWork { clustered: false, looks, depth } })
 }
 
 /// The tree by `obvhs`, unless it would be slow or is given up, and how much was or will be looked at. One pass of `obvhs`, once

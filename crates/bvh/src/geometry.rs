@@ -8,8 +8,10 @@ use core::mem::take;
 use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
 use crate::build::BuildWork;
-use crate::group::{Group, Slot};
-use crate::scalar::Precision;
+use crate::group::{Group, Kind, Slot};
+use crate::scalar::{Precision, Vector};
+use crate::shapes::Triangle;
+use crate::wide::Kernel;
 
 /// A group with its accelerator.
 #[derive(Clone, Debug)]
@@ -54,7 +56,9 @@ impl<P: Precision> Geometry<P> {
         }
         let unbounded = slots.len();
         let few = group.few(unbounded + bounded.len() + nothing.len());
-        let (accelerator, order) = Accelerator::new(kind, &boxes, few, stop)?;
+        let is_triangle = |place: u32| bounded[place as usize].kind == Kind::Triangle;
+        let triangles: Option<&dyn Fn(u32) -> bool> = if P::WIDE { Some(&is_triangle) } else { None };
+        let (mut accelerator, order) = Accelerator::new(kind, &boxes, few, triangles, stop)?;
         drop(boxes);
         slots.reserve_exact(bounded.len() + nothing.len());
         match order {
@@ -62,8 +66,12 @@ impl<P: Precision> Geometry<P> {
             None => slots.append(&mut bounded),
         }
         slots.append(&mut nothing);
+        let faces = group.has_faces();
         group.follow(slots);
-        Some(Self { faces: group.has_faces(), group, unbounded, accelerator, bounds })
+        if let Accelerator::Wide(wide, _) = &mut accelerator {
+            group.move_triangles(wide, unbounded);
+        }
+        Some(Self { faces, group, unbounded, accelerator, bounds })
     }
 
     /// The box around everything bounded; none when something is without bounds.
@@ -99,6 +107,34 @@ impl<P: Precision> Geometry<P> {
     /// Bytes of primitives and accelerators, those of what instances show included.
     pub fn bytes(&self) -> usize {
         self.group.bytes() + self.accelerator.bytes()
+    }
+
+    /// A triangle by its place in its array, wherever that is.
+    #[inline(always)]
+    pub(crate) fn triangle(&self, index: usize) -> Triangle<P::Real> {
+        match &self.accelerator {
+            Accelerator::Wide(wide, _) => {
+                Triangle { vertices: wide.triangle(index as u32).vertices.map(|v| Vector::from_f64(v.as_dvec3())) }
+            }
+            _ => self.group.triangles[index],
+        }
+    }
+
+    /// Which code walks the tree; none where there is no wide one.
+    pub fn kernel(&self) -> Option<Kernel> {
+        match &self.accelerator {
+            Accelerator::Wide(wide, _) => Some(wide.kernel()),
+            _ => None,
+        }
+    }
+
+    /// Lets other code walk the tree, here and in what instances show: for comparisons, since hits are the same. One that the
+    /// processor can't run is as [`Kernel::Portable`].
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        if let Accelerator::Wide(wide, _) = &mut self.accelerator {
+            wide.set_kernel(kernel);
+        }
+        self.group.parts.iter_mut().for_each(|part| part.set_kernel(kernel));
     }
 
     /// What building the tree took; none for a scan.

@@ -13,6 +13,7 @@ use crate::ray::Visibility;
 use crate::scalar::{Precision, Vec3Of, Vector};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
 use crate::tree::MAX_PRIMITIVES;
+use crate::wide::Wide;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -275,6 +276,19 @@ impl<P: Precision> Group<P> {
                 _ => {}
             }
         }
+    }
+}
+
+impl<P: Precision> Group<P> {
+    /// Gives the triangles to the blocks of the tree, which keeps the only copy. The slots from `first` on are in its order.
+    pub(crate) fn move_triangles(&mut self, wide: &mut Wide, first: usize) {
+        let triangles = take(&mut self.triangles);
+        wide.fill(first, |place, number| {
+            let slot = &mut self.slots[first + place];
+            let triangle = triangles[slot.index as usize];
+            slot.index = number;
+            (Triangle { vertices: triangle.vertices.map(Vector::to_f32) }, slot.visibility)
+        });
     }
 }
 

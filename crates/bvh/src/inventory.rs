@@ -60,20 +60,26 @@ impl Inventory {
         self.len() == 0
     }
 
-    /// At least what [`Geometry::bytes`](crate::Geometry::bytes) will say of these primitives, and less than twice that. Only how
-    /// many nodes a tree will have is not known.
+    /// At least what [`Geometry::bytes`](crate::Geometry::bytes) will say of these primitives, and less than three times that and
+    /// a few kilobytes; five times where triangles and other primitives stand between one another. Only how many nodes a tree will have is not known, and how full its blocks of triangles will be.
     pub fn most_bytes<P: Precision>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
-        self.bytes::<P>().saturating_add(Accelerator::most_bytes(kind, bounded, few as u64))
+        let wide = P::WIDE && matches!(kind, AcceleratorKind::Tree(_)) && bounded > few as u64;
+        self.bytes::<P>(wide).saturating_add(Accelerator::most_bytes(
+            kind,
+            bounded,
+            few as u64,
+            P::WIDE.then_some(self.triangles),
+        ))
     }
 
-    /// What they take without an accelerator.
-    fn bytes<P: Precision>(&self) -> u64 {
+    /// What they take without an accelerator; the triangles themselves nothing where the tree is wide, since they are in that.
+    fn bytes<P: Precision>(&self, wide: bool) -> u64 {
         let each = [
             (self.len(), Group::<P>::BYTES_EACH),
             (self.spheres, size_of::<Sphere<P::Real>>()),
-            (self.triangles, size_of::<Triangle<P::Real>>()),
+            (if wide { 0 } else { self.triangles }, size_of::<Triangle<P::Real>>()),
             (self.planes, size_of::<Plane<P::Real>>()),
             (self.shapes, size_of::<AnyShape<P::Real>>()),
             (self.placed, size_of::<Placed<P>>()),
@@ -124,14 +130,14 @@ mod tests {
                     let most = inventory.most_bytes::<P>(kind);
                     let real = Geometry::new(group, kind).bytes() as u64;
                     let what = format!("{n} balls, {others} disks, {kind:?}: {real} bytes, at most {most}");
-                    assert!(real <= most && most <= 2 * real, "{what}");
+                    assert!(real <= most && most <= 3 * real, "{what}");
                     assert!(matches!(kind, AcceleratorKind::Tree(_)) || real == most, "{what}");
                 }
             }
         }
     }
 
-    /// Protects: what is told of the memory beforehand is never too little and at most twice of what there is then, for few
+    /// Protects: what is told of the memory beforehand is never too little and at most three times of what there is then, for few
     /// primitives and many, with and without boxes, in each precision and by each builder; without a tree it is exact.
     #[test]
     fn memory_is_told_beforehand() {
@@ -140,11 +146,41 @@ mod tests {
         holds::<Reference>();
     }
 
+    /// Protects: the same for meshes, whose blocks may be as good as empty: scattered, in a row that grows so that each triangle hangs
+    /// from a node of its own, all in one place, and with balls between them.
+    #[test]
+    fn memory_of_meshes_is_told_beforehand() {
+        let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
+        for (n, balls) in [3, 5, 8, 9, 17, 64, 300, 5000].into_iter().flat_map(|n| [(n, 0), (n, 1), (n, n / 3)]) {
+            for family in 0..3 {
+                let corner = |i: u64| match family {
+                    0 => at(i),
+                    1 => DVec3::X * 1.05_f64.powi((i % 600) as i32),
+                    _ => DVec3::ONE,
+                };
+                let corners = |i: u64| [corner(i), corner(i) + DVec3::X, corner(i) + DVec3::Y].map(|p| p.as_vec3());
+                for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
+                    let (mut inventory, mut group) = (Inventory::of_triangles(n), Group::<Robust>::default());
+                    group.mesh((0..n).map(corners), Visibility::default()).unwrap();
+                    for i in 0..balls {
+                        let ball = AnyShape::Sphere(Sphere { centre: corner(i * 3).as_vec3(), radius: 0.25 });
+                        inventory.add(&ball, false, 1);
+                        group.shape(ball, Visibility::default()).unwrap();
+                    }
+                    let (most, real) = (inventory.most_bytes::<Robust>(kind), Geometry::new(group, kind).bytes() as u64);
+                    let what = format!("{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {most}");
+                    let times = if balls == 0 { 3 } else { 5 };
+                    assert!(real <= most && most <= times * real + 4096, "{what}");
+                }
+            }
+        }
+    }
+
     /// Protects: a tree of as many nodes as there can be, each of two leaves below a complete one, is within what is told.
     #[test]
     fn the_emptiest_nodes_are_reckoned_with() {
         // Eight leaves in pairs: a root of four, and each of them of two.
-        assert_eq!(Accelerator::most_bytes(AcceleratorKind::default(), 8, 2), 5 * 128);
-        assert_eq!(Accelerator::most_bytes(AcceleratorKind::default(), 2, 2), 0);
+        assert_eq!(Accelerator::most_bytes(AcceleratorKind::default(), 8, 2, None), 5 * 128);
+        assert_eq!(Accelerator::most_bytes(AcceleratorKind::default(), 2, 2, None), 0);
     }
 }

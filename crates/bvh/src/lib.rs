@@ -23,10 +23,12 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! Not here yet: wider nodes where the processor has wider registers (this tree tests four boxes at a time, in those that
-//! every processor of the platform has), spatial splits, refitting, motion other
-//! than of instances along straight lines.
-#![forbid(unsafe_code)]
+//! [`Robust`] has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
+//! run; the other precisions have one of four-wide nodes.
+//!
+//! Not here yet: SIMD tests of primitives other than triangles, packets of rays, compressed nodes, spatial splits, refitting,
+//! motion other than of instances along straight lines.
+#![deny(unsafe_code)]
 
 pub mod aabb;
 mod accelerator;
@@ -50,6 +52,7 @@ mod slabs;
 mod tally;
 mod tree;
 mod twice;
+mod wide;
 pub use aabb::{Aabb, PaddedBox};
 pub use accelerator::AcceleratorKind;
 pub use build::{BuildQuality, BuildWork};
@@ -62,3 +65,4 @@ pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};
 pub use shapes::{Located, Parameters, Probe, Shape, ShapeHit, Surface, Transform};
 pub use tally::{Tally, Visits};
+pub use wide::Kernel;

@@ -43,7 +43,7 @@ impl<P: Precision> Geometry<P> {
         let index = slot.index as usize;
         match slot.kind {
             Kind::Sphere => group.spheres[index].locate_under(probe, hit, maps),
-            Kind::Triangle => group.triangles[index].locate_under(probe, hit, maps),
+            Kind::Triangle => self.triangle(index).locate_under(probe, hit, maps),
             Kind::Plane => group.planes[index].locate_under(probe, hit, maps),
             Kind::Shape => group.shapes[index].locate_under(probe, hit, maps),
             Kind::Placed => group.placed[index].locate_under(probe, hit, maps),
@@ -62,7 +62,7 @@ impl<P: Precision> Geometry<P> {
         let index = slot.index as usize;
         match slot.kind {
             Kind::Sphere => group.spheres[index].parameters(probe, hit),
-            Kind::Triangle => group.triangles[index].parameters(probe, hit),
+            Kind::Triangle => self.triangle(index).parameters(probe, hit),
             Kind::Plane => group.planes[index].parameters(probe, hit),
             Kind::Shape => group.shapes[index].parameters(probe, hit),
             Kind::Placed => group.placed[index].parameters(probe, hit),

@@ -3,8 +3,11 @@
 //! Queries are functions of their own, one set a precision, so that whoever asks has a call in its loop and not a copy of every
 //! primitive's test. While they look, a hit is known by its slot; it gets its names once it is the answer.
 
+mod wide;
+
 use core::ops::{ControlFlow, Range};
 
+use crate::accelerator::{Accelerator, Walked};
 use crate::admission::admitted;
 use crate::geometry::Geometry;
 use crate::group::{Kind, Slot};
@@ -31,7 +34,30 @@ impl<P: Precision> Geometry<P> {
     /// those the lowest primitive.
     #[inline(never)]
     pub fn closest<T: Tally>(&self, ray: &Ray<P::Real>, range: Interval<P::Real>, tally: &mut T) -> Option<Hit<P::Real>> {
-        self.nearest::<T, false>(&self.probe(*ray), range, tally).map(|found| self.named(&found))
+        match &self.accelerator {
+            Accelerator::Wide(wide, _) => self.nearest_wide(wide, ray, range, tally).map(|found| self.named(&found)),
+            Accelerator::Walked(walked) => self.closest_walked(walked, ray, range, tally),
+        }
+    }
+
+    #[inline(never)]
+    fn nearest_unbounded<T: Tally>(&self, ray: &Ray<P::Real>, best: &mut Nearest<P::Real>, tally: &mut T) {
+        let probe = self.probe(*ray);
+        for slot in self.unbounded() {
+            best.consider(self, self.test::<T, false>(slot, &probe, best.range, tally));
+        }
+    }
+
+    /// The same where there is no wide tree, apart from it: what each of them needs of the machine's stack differs by far.
+    #[inline(never)]
+    fn closest_walked<T: Tally>(
+        &self,
+        walked: &Walked,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Hit<P::Real>> {
+        self.nearest::<T, false>(walked, &self.probe(*ray), range, tally).map(|found| self.named(&found))
     }
 
     /// The nearest hit of each query, in their order, in place of what `hits` held.
@@ -52,13 +78,43 @@ impl<P: Precision> Geometry<P> {
         ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
         tally: &mut T,
     ) -> bool {
+        match &self.accelerator {
+            Accelerator::Wide(wide, _) => {
+                let unbounded = self.unbounded > 0 && self.any_unbounded(ray, range, ask, tally);
+                unbounded || self.any_wide(wide, ray, range, ask, tally)
+            }
+            Accelerator::Walked(walked) => self.any_walked(walked, ray, range, ask, tally),
+        }
+    }
+
+    #[inline(never)]
+    fn any_unbounded<T: Tally>(
+        &self,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let probe = self.probe(*ray);
+        self.unbounded().any(|slot| self.blocks(slot, &probe, range, ask, tally))
+    }
+
+    #[inline(never)]
+    fn any_walked<T: Tally>(
+        &self,
+        walked: &Walked,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
         let probe = self.probe(*ray);
         let mut blocks = |slot: (u32, &Slot), tally: &mut T| self.blocks(slot, &probe, range, ask, tally);
         if self.unbounded().any(|slot| blocks(slot, tally)) {
             return true;
         }
         let mut blocked = false;
-        self.accelerator.walk(&probe.ray, range, tally, |places, far, tally| {
+        walked.walk(&probe.ray, range, tally, |places, far, tally| {
             blocked = self.bounded(places).any(|slot| blocks(slot, tally));
             if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
         });
@@ -83,6 +139,7 @@ impl<P: Precision> Geometry<P> {
     #[inline(always)]
     fn nearest<T: Tally, const INNER: bool>(
         &self,
+        walked: &Walked,
         probe: &Probe<P>,
         range: Interval<P::Real>,
         tally: &mut T,
@@ -93,14 +150,14 @@ impl<P: Precision> Geometry<P> {
         }
         if INNER {
             let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-            self.accelerator.walk(&ray, widened::<P>(best.range), tally, |places, _, tally| {
+            walked.walk(&ray, widened::<P>(best.range), tally, |places, _, tally| {
                 for slot in self.bounded(places) {
                     best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
                 }
                 ControlFlow::Continue(convert(best.range.max))
             });
         } else {
-            self.accelerator.walk(&probe.ray, best.range, tally, |places, _, tally| {
+            walked.walk(&probe.ray, best.range, tally, |places, _, tally| {
                 for slot in self.bounded(places) {
                     best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
                 }
@@ -123,7 +180,7 @@ impl<P: Precision> Geometry<P> {
         tally.primitive();
         let hit = match own.kind {
             Kind::Sphere => self.group.spheres[index].intersect(probe, range, side),
-            Kind::Triangle => self.group.triangles[index].intersect(probe, range, side),
+            Kind::Triangle => self.triangle(index).intersect(probe, range, side),
             Kind::Plane => self.group.planes[index].intersect(probe, range, side),
             Kind::Shape => self.group.shapes[index].intersect(probe, range, side),
             Kind::Placed => self.group.placed[index].intersect(probe, range, side),
@@ -148,7 +205,11 @@ impl<P: Precision> Geometry<P> {
     ) -> Option<Found<P::Real>> {
         let (instance, mut room) = (&self.group.instances[instance], None);
         let inner = self.group.transform(instance, probe.ray.time, &mut room).probe_to_object(probe);
-        self.group.parts[instance.part as usize].nearest::<T, true>(&inner, range, tally)
+        let part = &self.group.parts[instance.part as usize];
+        match &part.accelerator {
+            Accelerator::Wide(wide, _) => part.nearest_mapped(wide, &inner, range, tally),
+            Accelerator::Walked(walked) => part.nearest::<T, true>(walked, &inner, range, tally),
+        }
     }
 
     /// A ray with what the tests of these primitives need.
@@ -211,13 +272,18 @@ impl<P: Precision> Geometry<P> {
         if part.unbounded().any(|slot| blocks(slot, tally)) {
             return true;
         }
-        let mut blocked = false;
-        let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-        part.accelerator.walk(&ray, widened::<P>(range), tally, |places, far, tally| {
-            blocked = part.bounded(places).any(|slot| blocks(slot, tally));
-            if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
-        });
-        blocked
+        match &part.accelerator {
+            Accelerator::Wide(wide, _) => part.any_mapped(wide, &probe, range, counts, tally),
+            Accelerator::Walked(walked) => {
+                let mut blocked = false;
+                let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
+                walked.walk(&ray, widened::<P>(range), tally, |places, far, tally| {
+                    blocked = part.bounded(places).any(|slot| blocks(slot, tally));
+                    if blocked { ControlFlow::Break(()) } else { ControlFlow::Continue(far) }
+                });
+                blocked
+            }
+        }
     }
 
     /// The hit with its names.

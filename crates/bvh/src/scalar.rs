@@ -293,6 +293,8 @@ pub trait Precision: sealed::Sealed + Copy + Debug + Default + Send + Sync + 'st
     type Core: Real;
     /// Cancellation-free formulas; `false` selects the textbook ones.
     const ROBUST: bool;
+    /// Whether the tree of this rung is the wide one, whose filter knows f32 and the test of the robust rung.
+    const WIDE: bool;
 }
 
 /// Textbook formulas in f32: the fast rung, with the failures that the numerics tests list for it.
@@ -311,16 +313,19 @@ impl Precision for Fast {
     type Real = f32;
     type Core = f32;
     const ROBUST: bool = false;
+    const WIDE: bool = false;
 }
 impl Precision for Robust {
     type Real = f32;
     type Core = f64;
     const ROBUST: bool = true;
+    const WIDE: bool = true;
 }
 impl Precision for Reference {
     type Real = f64;
     type Core = f64;
     const ROBUST: bool = true;
+    const WIDE: bool = false;
 }
 
 /// The vector of a precision's stored scalar.

@@ -6,6 +6,13 @@ pub trait Tally {
     fn node(&mut self) {}
     /// A primitive was tested.
     fn primitive(&mut self) {}
+    /// So many primitives were tested at once. The number is asked for only where it is counted.
+    fn primitives(&mut self, count: impl FnOnce() -> u64)
+    where
+        Self: Sized,
+    {
+        let _ = count;
+    }
 }
 
 impl Tally for () {}
@@ -27,5 +34,9 @@ impl Tally for Visits {
     #[inline(always)]
     fn primitive(&mut self) {
         self.primitives += 1;
+    }
+    #[inline(always)]
+    fn primitives(&mut self, count: impl FnOnce() -> u64) {
+        self.primitives += count();
     }
 }

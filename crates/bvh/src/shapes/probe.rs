@@ -2,7 +2,7 @@
 
 use super::{CoreVec, num};
 use crate::ray::Ray;
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+use crate::scalar::{Precision, Real, Robust, Vector, convert, convert_vec};
 
 /// So many sizes of a shape are far: from there f32 tells distances to 2⁻¹⁴ of the shape.
 pub(crate) const FAR: f64 = 1024.0;
@@ -52,6 +52,21 @@ impl<P: Precision> Probe<P> {
     pub fn from_core(origin: CoreVec<P>, direction: CoreVec<P>) -> Self {
         let ray = Ray::new(convert_vec::<P::Core, P::Real>(origin), convert_vec::<P::Core, P::Real>(direction));
         Self::with(ray, origin, direction, true, true)
+    }
+
+    /// The same in f64.
+    pub(crate) fn widened(&self) -> Probe<Robust> {
+        let wide = |v: CoreVec<P>| convert_vec::<P::Core, f64>(v);
+        Probe {
+            ray: Ray::new(self.ray.origin.to_f32(), self.ray.direction.to_f32()),
+            origin: wide(self.origin),
+            direction: wide(self.direction),
+            mapped: self.mapped,
+            length_squared: self.length_squared.to_f64(),
+            shortened: self.shortened.to_f64(),
+            inverse_length_squared: self.inverse_length_squared.to_f64(),
+            across: self.across.map(wide),
+        }
     }
 
     #[inline(always)]

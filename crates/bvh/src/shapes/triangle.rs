@@ -101,7 +101,7 @@ fn inside<P: Precision>([a, b, c]: [CoreVec<P>; 3], [u, v]: [P::Core; 2]) -> [P:
 impl<R: Real> Triangle<R> {
     /// The watertight test.
     #[inline(always)]
-    fn crossing<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossing<P>> {
+    pub(crate) fn crossing<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossing<P>> {
         // One by one: an array's map is not always inlined.
         let [a, b, c] = self.vertices;
         cross(probe, &Corner::new(probe, a), &Corner::new(probe, b), &Corner::new(probe, c))

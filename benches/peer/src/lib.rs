@@ -1,0 +1,145 @@
+//! Raywright's tree as one of the peers of a harness that traces the same rays with several kernels: the four functions that such a
+//! harness loads from a shared library. `benches/README.md` says how to run it.
+//!
+//! A variant is a precision, `robust` or `fast`, and after a colon the name of a kernel or of a build preset, in any order.
+#![expect(unsafe_code, reason = "a C interface: pointers come from the harness")]
+
+use std::ffi::{CStr, c_char};
+
+use glam::Vec3;
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Fast, Geometry, Group, Interval, Kernel, Precision, Ray, Real, Robust, Vector, Visibility,
+};
+
+/// A ray of the harness.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct RayIn {
+    origin: [f32; 3],
+    min: f32,
+    direction: [f32; 3],
+    max: f32,
+}
+
+/// A hit of the harness; a miss is the greatest number of a primitive.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct HitOut {
+    t: f32,
+    primitive: u32,
+}
+
+trait Peer {
+    fn closest(&self, rays: &[RayIn], hits: &mut [HitOut]);
+    fn any(&self, rays: &[RayIn], hits: &mut [u8]);
+}
+
+fn ray<P: Precision>(ray: &RayIn) -> (Ray<P::Real>, Interval<P::Real>) {
+    let wide = |v: [f32; 3]| Vector::from_f64(Vec3::from_array(v).as_dvec3());
+    let range = Interval { min: P::Real::from_f32(ray.min), max: P::Real::from_f32(ray.max) };
+    (Ray::new(wide(ray.origin), wide(ray.direction)), range)
+}
+
+impl<P: Precision> Peer for Geometry<P> {
+    fn closest(&self, rays: &[RayIn], hits: &mut [HitOut]) {
+        for (asked, hit) in rays.iter().zip(hits) {
+            let (ray, range) = ray::<P>(asked);
+            let found = self.closest(&ray, range, &mut ());
+            *hit = found.map_or(HitOut { t: 0.0, primitive: u32::MAX }, |h| HitOut { t: h.t.to_f32(), primitive: h.primitive });
+        }
+    }
+
+    fn any(&self, rays: &[RayIn], hits: &mut [u8]) {
+        for (asked, hit) in rays.iter().zip(hits) {
+            let (ray, range) = ray::<P>(asked);
+            *hit = self.any(&ray, range, &mut |_| true, &mut ()).into();
+        }
+    }
+}
+
+fn build<P: Precision + 'static>(
+    triangles: impl Iterator<Item = [Vec3; 3]>,
+    variant: &str,
+    bytes: &mut u64,
+) -> Option<Box<dyn Peer>> {
+    let mut group = Group::<P>::default();
+    let corners = triangles.map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
+    group.mesh(corners, Visibility::default()).ok()?;
+    let named = |name: &str| variant.split(':').any(|part| part.eq_ignore_ascii_case(name));
+    let quality = BuildQuality::ALL.into_iter().find(|quality| named(&format!("{quality:?}"))).unwrap_or_default();
+    let kind = if named("scan") { AcceleratorKind::Linear } else { AcceleratorKind::Tree(quality) };
+    let mut geometry = Geometry::new(group, kind);
+    if let Some(kernel) = Kernel::available().into_iter().find(|kernel| named(&format!("{kernel:?}"))) {
+        geometry.set_kernel(kernel);
+    }
+    *bytes = geometry.bytes() as u64;
+    Some(Box::new(geometry))
+}
+
+/// Builds over a mesh; nothing where that is refused.
+///
+/// # Safety
+/// `variant` is a C string, there are `vertices` times three numbers at `places` and `triangles` times three indices below
+/// `vertices` at `indices`, and one number may be written at `bytes`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn peer_build(
+    variant: *const c_char,
+    places: *const f32,
+    vertices: u32,
+    indices: *const u32,
+    triangles: u32,
+    bytes: *mut u64,
+) -> *mut std::ffi::c_void {
+    // SAFETY: the caller promises all of it.
+    let (variant, places, indices, bytes) = unsafe {
+        (
+            CStr::from_ptr(variant).to_string_lossy(),
+            std::slice::from_raw_parts(places.cast::<[f32; 3]>(), vertices as usize),
+            std::slice::from_raw_parts(indices.cast::<[u32; 3]>(), triangles as usize),
+            &mut *bytes,
+        )
+    };
+    let corners = indices.iter().map(|corners| corners.map(|i| Vec3::from_array(places[i as usize])));
+    let peer = if variant.contains("fast:") || variant == "fast" {
+        build::<Fast>(corners, &variant, bytes)
+    } else {
+        build::<Robust>(corners, &variant, bytes)
+    };
+    peer.map_or(std::ptr::null_mut(), |peer| Box::into_raw(Box::new(peer)).cast())
+}
+
+/// The closest hit of each ray.
+///
+/// # Safety
+/// `peer` comes from [`peer_build`] and was not freed; there are `count` rays at `rays` and room for as many hits at `hits`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn peer_closest(peer: *const std::ffi::c_void, rays: *const RayIn, count: usize, hits: *mut HitOut) {
+    // SAFETY: the caller promises all of it.
+    unsafe {
+        let peer = &**peer.cast::<Box<dyn Peer>>();
+        peer.closest(std::slice::from_raw_parts(rays, count), std::slice::from_raw_parts_mut(hits, count));
+    }
+}
+
+/// Whether each ray hits anything: 1 or 0.
+///
+/// # Safety
+/// As for [`peer_closest`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn peer_any(peer: *const std::ffi::c_void, rays: *const RayIn, count: usize, hits: *mut u8) {
+    // SAFETY: the caller promises all of it.
+    unsafe {
+        let peer = &**peer.cast::<Box<dyn Peer>>();
+        peer.any(std::slice::from_raw_parts(rays, count), std::slice::from_raw_parts_mut(hits, count));
+    }
+}
+
+/// Frees what [`peer_build`] made.
+///
+/// # Safety
+/// `peer` comes from [`peer_build`] and is not used again.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn peer_free(peer: *mut std::ffi::c_void) {
+    // SAFETY: the caller promises all of it.
+    drop(unsafe { Box::from_raw(peer.cast::<Box<dyn Peer>>()) });
+}

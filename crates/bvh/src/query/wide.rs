@@ -1,0 +1,264 @@
+//! Queries of the wide tree: what a hit of it is to the answer.
+
+use super::{Found, NO_PART, Nearest};
+use crate::geometry::Geometry;
+use crate::ray::{Hit, Interval, Ray};
+use crate::scalar::{Precision, Real};
+use crate::shapes::Probe;
+use crate::tally::Tally;
+use crate::wide::{Answer, Exact, Rebase, Setup, Wide};
+
+impl<P: Precision> Geometry<P> {
+    /// The nearest hit.
+    #[inline(always)]
+    pub(super) fn nearest_wide<T: Tally>(
+        &self,
+        wide: &Wide,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Found<P::Real>> {
+        // In its place from the start: to move it would wait for its stores.
+        let best = Nearest { range, found: None };
+        let mut closest =
+            Closest::<_, _, false> { geometry: self, wide, ray, best, probe: None, rebase: Rebase::default(), tally };
+        if self.unbounded > 0 {
+            self.nearest_unbounded(ray, &mut closest.best, closest.tally);
+        }
+        wide.ask(ray, closest.best.range, &mut closest);
+        closest.best.found
+    }
+
+    /// Whether anything in the tree ends an any-hit query.
+    #[inline(always)]
+    pub(super) fn any_wide<T: Tally>(
+        &self,
+        wide: &Wide,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let mut any = Any { geometry: self, wide, ray, range, ask, probe: None, tally };
+        wide.ask(ray, range, &mut any)
+    }
+
+    /// The nearest hit, for a probe in the space of the instance that shows this.
+    pub(super) fn nearest_mapped<T: Tally>(
+        &self,
+        wide: &Wide,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        tally: &mut T,
+    ) -> Option<Found<P::Real>> {
+        let mut best = Nearest { range, found: None };
+        for slot in self.unbounded() {
+            best.consider(self, self.test::<T, true>(slot, probe, best.range, tally));
+        }
+        let wider = probe.widened();
+        let (setup, rebase) = Setup::mapped(wider.origin, wider.direction, range.min.to_f64(), &self.bounded_part());
+        let (ray, probe) = (&probe.ray, Some(*probe));
+        let mut closest = Closest::<_, _, true> { geometry: self, wide, ray, best, probe, rebase, tally };
+        wide.ask_mapped(&setup, wider, &mut closest);
+        closest.best.found
+    }
+
+    /// Shows the hits of the tree, for a probe in the space of the instance that shows this, until one counts.
+    pub(super) fn any_mapped<T: Tally>(
+        &self,
+        wide: &Wide,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        counts: &mut dyn FnMut(Found<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let wider = probe.widened();
+        let (setup, rebase) = Setup::mapped(wider.origin, wider.direction, range.min.to_f64(), &self.bounded_part());
+        let mut each = Each { geometry: self, wide, probe, range, rebase, counts, tally };
+        wide.ask_mapped(&setup, wider, &mut each)
+    }
+}
+
+/// A hit of a lane.
+#[inline(always)]
+fn found<R: Real>(exact: &Exact, lane: usize, first: u32) -> Found<R> {
+    let [u, v] = exact.weights;
+    let number = R::from_f32;
+    Found { t: number(exact.t[lane]), u: number(u[lane]), v: number(v[lane]), slot: first + lane as u32, inner: NO_PART }
+}
+
+/// The nearest hit. `INNER`: in an instance.
+struct Closest<'a, P: Precision, T, const INNER: bool> {
+    geometry: &'a Geometry<P>,
+    wide: &'a Wide,
+    ray: &'a Ray<P::Real>,
+    best: Nearest<P::Real>,
+    /// Made for the first primitive that is no triangle.
+    probe: Option<Probe<P>>,
+    /// Of the walk, in an instance.
+    rebase: Rebase,
+    tally: &'a mut T,
+}
+
+impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INNER> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn far(&self) -> f32 {
+        let far = self.best.found.as_ref().map_or_else(|| self.best.range.max.next_down(), |found| found.t).to_f32();
+        if INNER { self.rebase.far(far) } else { far }
+    }
+
+    #[inline(always)]
+    fn node(&mut self) {
+        self.tally.node();
+    }
+
+    #[inline(always)]
+    fn block(&mut self, block: usize) {
+        self.tally.primitives(|| self.wide.facts(block).count.into());
+    }
+
+    #[inline(always)]
+    fn lanes(&self, _: usize) -> [u32; 2] {
+        [u32::MAX, 0]
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+        let facts = self.wide.facts(block);
+        let mut hits = facts.accepted(exact.hits, exact.from_outside);
+        while hits != 0 {
+            let found = found(exact, hits.trailing_zeros() as usize & 7, facts.first);
+            hits &= hits - 1;
+            let counts = self.best.range.contains(found.t);
+            self.best.consider(self.geometry, counts.then_some(found));
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn other(&mut self, place: usize) -> bool {
+        let geometry = self.geometry;
+        let probe = self.probe.get_or_insert_with(|| geometry.probe(*self.ray));
+        for slot in geometry.bounded(place..place + 1) {
+            self.best.consider(geometry, geometry.test::<T, INNER>(slot, probe, self.best.range, self.tally));
+        }
+        false
+    }
+}
+
+/// Any hit that counts.
+struct Any<'a, 'f, P: Precision, T> {
+    geometry: &'a Geometry<P>,
+    wide: &'a Wide,
+    ray: &'a Ray<P::Real>,
+    range: Interval<P::Real>,
+    ask: &'a mut (dyn FnMut(&Hit<P::Real>) -> bool + 'f),
+    probe: Option<Probe<P>>,
+    tally: &'a mut T,
+}
+
+impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn far(&self) -> f32 {
+        self.range.max.next_down().to_f32()
+    }
+
+    #[inline(always)]
+    fn node(&mut self) {
+        self.tally.node();
+    }
+
+    #[inline(always)]
+    fn block(&mut self, block: usize) {
+        self.tally.primitives(|| self.wide.facts(block).count.into());
+    }
+
+    #[inline(always)]
+    fn lanes(&self, block: usize) -> [u32; 2] {
+        let facts = self.wide.facts(block);
+        [(facts.opaque | facts.asks).into(), (facts.opaque & facts.two_sided()).into()]
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+        let facts = self.wide.facts(block);
+        let mut hits = facts.accepted(exact.hits, exact.from_outside) & (facts.opaque | facts.asks);
+        while hits != 0 {
+            let lane = hits.trailing_zeros() as usize & 7;
+            hits &= hits - 1;
+            let found = found(exact, lane, facts.first);
+            if self.range.contains(found.t) && (facts.opaque >> lane & 1 != 0 || (self.ask)(&self.geometry.named(&found))) {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn other(&mut self, place: usize) -> bool {
+        let (geometry, range) = (self.geometry, self.range);
+        let probe = self.probe.get_or_insert_with(|| geometry.probe(*self.ray));
+        let (ask, tally) = (&mut *self.ask, &mut *self.tally);
+        geometry.bounded(place..place + 1).any(|slot| geometry.blocks(slot, probe, range, ask, tally))
+    }
+}
+
+/// Each hit in an instance, whose own visibility decides what it is to the query.
+struct Each<'a, 'f, P: Precision, T> {
+    geometry: &'a Geometry<P>,
+    wide: &'a Wide,
+    probe: &'a Probe<P>,
+    range: Interval<P::Real>,
+    rebase: Rebase,
+    counts: &'a mut (dyn FnMut(Found<P::Real>) -> bool + 'f),
+    tally: &'a mut T,
+}
+
+impl<P: Precision, T: Tally> Answer for Each<'_, '_, P, T> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn far(&self) -> f32 {
+        self.rebase.far(self.range.max.next_down().to_f32())
+    }
+
+    #[inline(always)]
+    fn node(&mut self) {
+        self.tally.node();
+    }
+
+    #[inline(always)]
+    fn block(&mut self, block: usize) {
+        self.tally.primitives(|| self.wide.facts(block).count.into());
+    }
+
+    #[inline(always)]
+    fn lanes(&self, _: usize) -> [u32; 2] {
+        [u32::MAX, 0]
+    }
+
+    #[inline(always)]
+    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+        let facts = self.wide.facts(block);
+        let mut hits = facts.accepted(exact.hits, exact.from_outside);
+        while hits != 0 {
+            let found = found(exact, hits.trailing_zeros() as usize & 7, facts.first);
+            hits &= hits - 1;
+            if self.range.contains(found.t) && (self.counts)(found) {
+                return true;
+            }
+        }
+        false
+    }
+
+    #[inline(never)]
+    fn other(&mut self, place: usize) -> bool {
+        let (geometry, range) = (self.geometry, self.range);
+        let mut slots = geometry.bounded(place..place + 1);
+        slots.any(|slot| geometry.test::<T, true>(slot, self.probe, range, self.tally).is_some_and(&mut *self.counts))
+    }
+}

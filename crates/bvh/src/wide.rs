@@ -1,0 +1,182 @@
+//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles and single other primitives, in the
+//! widest registers that the processor has.
+//!
+//! Nodes and filters decide what is tested and never what is hit: boxes are padded and exits widened, the filter misses a
+//! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
+//! operations of that test ([`crate::shapes::Triangle`]). So every kernel finds what a scan finds, to the bit.
+//!
+//! One case is argued by measurement alone, here as in any tree: of a triangle that a ray sees edge-on to within the rounding of f64,
+//! the exact test's distance may lie before its box, and then what was met before could decide. No ray is known that does so.
+
+mod block;
+mod collapse;
+mod filter;
+mod kernel;
+mod portable;
+mod rebase;
+mod setup;
+mod simd;
+mod stack;
+mod walk;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::aabb::PaddedBox;
+use crate::ray::Visibility;
+use crate::shapes::Triangle;
+
+use self::block::{Block, Facts};
+use self::kernel::Chosen;
+pub use self::kernel::Kernel;
+pub(crate) use self::rebase::Rebase;
+pub(crate) use self::setup::Setup;
+pub(crate) use self::simd::Exact;
+pub(crate) use self::walk::Answer;
+
+/// Children of a node, triangles of a block.
+pub(crate) const WIDTH: usize = 8;
+/// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
+const MAX_DEPTH: u32 = 64;
+/// Each level leaves at most seven siblings behind, and a node's eight children are written at once.
+const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
+
+/// An inner child names a node, a leaf a block or the place of one other primitive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+struct Child(u32);
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+    const OTHER: u32 = 1 << 30;
+    /// No child: a leaf of nothing.
+    const NONE: Self = Self(u32::MAX);
+
+    fn inner(node: usize) -> Self {
+        Self(node as u32)
+    }
+
+    fn block(block: usize) -> Self {
+        Self(Self::LEAF | block as u32)
+    }
+
+    fn other(place: usize) -> Self {
+        Self(Self::LEAF | Self::OTHER | place as u32)
+    }
+
+    #[inline(always)]
+    fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    #[inline(always)]
+    fn is_block(self) -> bool {
+        self.0 & Self::OTHER == 0
+    }
+
+    /// Of an inner child, the node.
+    #[inline(always)]
+    fn node(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Of the node, the block or the place.
+    #[inline(always)]
+    fn index(self) -> usize {
+        (self.0 & !(Self::LEAF | Self::OTHER)) as usize
+    }
+}
+
+/// Up to eight children with their boxes, `planes[axis][side][lane]` with side 0 the minima. An absent one has an inverted
+/// box, which no ray of finite numbers enters.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+struct Node {
+    planes: [[[f32; WIDTH]; 2]; 3],
+    children: [Child; WIDTH],
+}
+
+impl Node {
+    const EMPTY: Self =
+        Self { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], children: [Child::NONE; WIDTH] };
+
+    fn set(&mut self, lane: usize, bounds: &PaddedBox, child: Child) {
+        for axis in 0..3 {
+            self.planes[axis][0][lane] = bounds.min[axis];
+            self.planes[axis][1][lane] = bounds.max[axis];
+        }
+        self.children[lane] = child;
+    }
+
+    /// How many children there are: the first lanes.
+    fn count(&self) -> usize {
+        self.children.iter().take_while(|&&child| child != Child::NONE).count()
+    }
+}
+
+/// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wide {
+    /// Root first.
+    nodes: Vec<Node>,
+    blocks: Vec<Block>,
+    /// Of each block.
+    facts: Vec<Facts>,
+    kernel: Chosen,
+}
+
+impl Wide {
+    /// Puts the triangles into the blocks. `take` is called for each place that is a triangle's with the number by which
+    /// [`Wide::triangle`] knows it, and returns it with how it takes part; slots are counted from `first` on.
+    pub fn fill(&mut self, first: usize, mut take: impl FnMut(usize, u32) -> (Triangle<f32>, Visibility)) {
+        for (number, (block, facts)) in self.blocks.iter_mut().zip(&mut self.facts).enumerate() {
+            for lane in 0..usize::from(facts.count) {
+                let (triangle, visibility) = take(facts.first as usize + lane, (number * WIDTH + lane) as u32);
+                block.set(lane, triangle.vertices);
+                facts.set(lane, visibility);
+            }
+            facts.first += first as u32;
+        }
+    }
+
+    /// A triangle by its number.
+    #[inline]
+    pub fn triangle(&self, number: u32) -> Triangle<f32> {
+        self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
+    }
+
+    /// The facts of a block.
+    #[inline(always)]
+    pub fn facts(&self, block: usize) -> &Facts {
+        &self.facts[block]
+    }
+
+    /// Which code walks it.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel.name()
+    }
+
+    /// Lets other code walk it; the portable one where the processor can't run that.
+    pub fn set_kernel(&mut self, kernel: Kernel) {
+        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable);
+    }
+
+    /// Bytes of nodes and blocks.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice()) + size_of_val(self.facts.as_slice())
+    }
+
+    /// The most bytes that the tree over so many triangles and other primitives takes.
+    ///
+    /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f have an inner child: these were
+    /// full, so they had 8f − (t − 1) leaves. The others have nine triangles at least, or another primitive and one lane
+    /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
+    /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
+    /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
+    pub fn most_bytes(triangles: u64, others: u64) -> u64 {
+        let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
+        let nodes = if triangles == 0 { few(others) } else { (triangles / 7).saturating_add(others).saturating_add(1) };
+        let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
+        let each = (size_of::<Block>() + size_of::<Facts>()) as u64;
+        blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64))
+    }
+}

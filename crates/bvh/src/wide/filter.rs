@@ -1,0 +1,124 @@
+//! The filter: which triangles of a block the exact test may hit within range, by f32 with proven bounds.
+//!
+//! With C the first corner from the origin, e₁ and e₂ the edges there, d the direction, N = e₁ × e₂ and r = C × d, the weights
+//! of a hit are U = e₂·r, V = −e₁·r and W = D − U − V over D = N·d, and its distance is T/D with T = N·C ("Fast, Minimum Storage
+//! Ray/Triangle Intersection", Möller, Trumbore 1997). In f32 each is wrong by no more than a bound, so that the filter can say
+//! *missed*, *before the range* or *beyond it* only where the exact test says the same.
+//!
+//! **Bounds.** Let u = 2⁻²⁴, w = 2⁻⁵³, E the longer one of the two edges and R the distance of the farthest corner from the
+//! origin, so |C| ≤ R and E ≤ 2R. An edge and C have relative errors of u a component. A component of r or N is a difference of
+//! two products: errors of u from each factor's own difference, u for a product, u for the difference. The sums of two products'
+//! magnitudes have, as a vector, a length of √2 |a||b| at most. A scalar product of three terms adds u and 2u. Summed up, whether
+//! or not operations are fused:
+//!
+//! - U and V: 7√2 u E R |d| < 10 u E R |d|. D: 7√2 u E² |d| < 10 u E² |d| ≤ 20 u E R |d|. W, their difference, with its own two
+//!   roundings: 46 u E R |d|. So 46 u E R |d| bounds all three.
+//! - T: 8√2 u E² R < 12 u E² R.
+//!
+//! The exact test takes signs of edge functions of corners that it has projected in f64. Those are the weights but for a factor
+//! and for the rounding of a projection, together ε = 32 w R² |d|; a smallest number covers what underflows. Its determinant is
+//! D but for 3 ε, and its distance T/D where T is off by 6 ε R/|d| at most. So with
+//!
+//! - ε₃ = 3 ε + least, e = 48 u E R |d| + ε₃: *missed* if and only if the least weight is below −e and the greatest above e.
+//!   No sign of D is needed.
+//! - e_D = 12 u E² |d| + ε₃ and e_T = e_D · 2R/|d| + least: with s the sign of D, which is certain where |D| > e_D, *before the
+//!   range* where s T + e_T < tmin |D| − |tmin| e_D, *beyond it* where s T − e_T > far |D| + |far| e_D, far moved outwards by 8 u
+//!   for the rounding of distances to f32. The ends may have either sign.
+//! - *Certainly hit*: the weights beyond e on one side, |D| > e_D, and the distance certainly within the range.
+//!
+//! The constants in use are a little greater, for the rounding of the bounds themselves. R is a lane's own: the sum of C's
+//! components, and E. So small triangles are told apart in a large scene too.
+//!
+//! **What is not a number** is never missed: comparisons are written so that it is left to the exact test. Corners, origins
+//! and directions so large or small that a product of three lengths might leave the range of f32 get infinite bounds
+//! ([`super::block::LARGE`], [`super::setup`]).
+
+use super::block::Block;
+use super::setup::Setup;
+use super::simd::Simd;
+
+/// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.
+#[derive(Clone, Copy)]
+pub(super) struct Left<S: Simd> {
+    pub lanes: u32,
+    least: S::Floats,
+    greatest: S::Floats,
+    error: S::Floats,
+    determinant: S::Floats,
+    determinant_error: S::Floats,
+    distance: S::Floats,
+    distance_error: S::Floats,
+}
+
+#[inline(always)]
+fn spread<S: Simd>(s: S, v: [f32; 3]) -> [S::Floats; 3] {
+    [s.splat(v[0]), s.splat(v[1]), s.splat(v[2])]
+}
+
+#[inline(always)]
+fn dot<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> S::Floats {
+    s.mul_add(a[0], b[0], s.mul_add(a[1], b[1], s.mul(a[2], b[2])))
+}
+
+#[inline(always)]
+fn cross<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::Floats; 3] {
+    [s.mul_sub(a[1], b[2], s.mul(a[2], b[1])), s.mul_sub(a[2], b[0], s.mul(a[0], b[2])), s.mul_sub(a[0], b[1], s.mul(a[1], b[0]))]
+}
+
+#[inline(always)]
+fn sub3<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::Floats; 3] {
+    [s.sub(a[0], b[0]), s.sub(a[1], b[1]), s.sub(a[2], b[2])]
+}
+
+#[inline(always)]
+fn corner<S: Simd>(s: S, block: &Block, place: usize) -> [S::Floats; 3] {
+    [s.load(&block.corners[0][place]), s.load(&block.corners[1][place]), s.load(&block.corners[2][place])]
+}
+
+/// The lanes that the exact test may hit before `far`, which was moved outwards. The ray comes from memory, one number at a time:
+/// a processor spreads them over its lanes as it reads them, and the walk keeps its registers.
+#[inline(always)]
+pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<S> {
+    let a = corner(s, block, 0);
+    let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
+    let from = sub3(s, a, spread(s, ray.origin));
+    let direction = spread(s, ray.direction);
+    let (across, normal) = (cross(s, from, direction), cross(s, ab, ac));
+    let u = dot(s, ac, across);
+    let v = s.negate(dot(s, ab, across));
+    let along = dot(s, normal, direction);
+    let w = s.sub(s.sub(along, u), v);
+    let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
+
+    let longest = s.load(&block.longest);
+    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
+    let reach = s.add(sum, s.max(longest, s.splat(0.0)));
+    let least_error = s.splat(ray.least);
+    let small = s.mul_add(s.mul(reach, reach), s.splat(ray.core), least_error);
+    let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), small);
+    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), small);
+    let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
+
+    let (determinant, distance) = (s.abs(along), s.signed_by(dot(s, normal, from), along));
+    let reached = s.mul(reach, s.splat(ray.distance));
+    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(ray.near.abs())), least_error);
+    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
+    let before = s.less(distance, s.mul_sub(s.splat(ray.near), determinant, before_error));
+    let beyond = s.less(s.mul_add(s.splat(far), determinant, beyond_error), distance);
+    let lanes = !(missed | (before | beyond) & s.less(determinant_error, determinant)) & 0xff;
+    let distance_error = s.mul_add(determinant_error, reached, least_error);
+    Left { lanes, least, greatest, error, determinant, determinant_error, distance, distance_error }
+}
+
+/// Of what is left, the lanes that the exact test hits within the range, for certain.
+#[inline(always)]
+pub(super) fn certain<S: Simd>(s: S, left: &Left<S>, near: f32, far: f32) -> u32 {
+    const SLACK: f32 = 1e-6;
+    let inside = s.less(left.error, left.least) | s.less(left.greatest, s.negate(left.error));
+    let after = s.mul(s.splat(near.max(f32::MIN_POSITIVE) * (1.0 + SLACK)), s.add(left.determinant, left.determinant_error));
+    let until = s.mul(s.splat(far * (1.0 - SLACK)), s.sub(left.determinant, left.determinant_error));
+    let signed = s.less(left.determinant_error, left.determinant);
+    let after = s.less(after, s.sub(left.distance, left.distance_error));
+    let until = s.less(s.add(left.distance, left.distance_error), until);
+    left.lanes & inside & signed & after & until
+}

@@ -1,0 +1,121 @@
+//! Which code walks the tree: chosen once from what the processor has, the same for every ray.
+
+use core::hint::black_box;
+
+use super::Wide;
+use super::portable::Portable;
+use super::setup::Setup;
+use super::walk::{Answer, walk};
+#[cfg(target_arch = "x86_64")]
+use super::x86::{Avx2, Avx512};
+use crate::ray::{Interval, Ray};
+use crate::scalar::{Real, Robust, Vector};
+use crate::shapes::Probe;
+
+/// Code that walks the tree of `robust`. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Kernel {
+    /// For every processor.
+    Portable,
+    /// With AVX2 and FMA.
+    Avx2,
+    /// With AVX-512 at 256 bits.
+    Avx512,
+}
+
+impl Kernel {
+    /// Those that this processor can run, slowest first.
+    pub fn available() -> Vec<Self> {
+        let all = [Self::Portable, Self::Avx2, Self::Avx512];
+        all.into_iter().filter(|&kernel| Chosen::new(kernel).is_some()).collect()
+    }
+}
+
+/// A kernel that this processor can run.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Chosen {
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Avx2(Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
+}
+
+impl Chosen {
+    pub fn new(kernel: Kernel) -> Option<Self> {
+        match kernel {
+            Kernel::Portable => Some(Self::Portable),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::Avx2 => Avx2::detect().map(Self::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::Avx512 => Avx512::detect().map(Self::Avx512),
+            #[cfg(not(target_arch = "x86_64"))]
+            Kernel::Avx2 | Kernel::Avx512 => None,
+        }
+    }
+
+    pub fn name(self) -> Kernel {
+        match self {
+            Self::Portable => Kernel::Portable,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => Kernel::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => Kernel::Avx512,
+        }
+    }
+}
+
+/// The fastest that this processor can run.
+impl Default for Chosen {
+    fn default() -> Self {
+        [Kernel::Avx512, Kernel::Avx2].into_iter().find_map(Self::new).unwrap_or(Self::Portable)
+    }
+}
+
+impl Wide {
+    /// Asks `answer` about what the ray meets. Whether it ended the walk.
+    #[inline(always)]
+    pub(crate) fn ask<R: Real, A: Answer>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
+        // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
+        let one = |axis: usize| (black_box(ray).origin.axis(axis).to_f32(), black_box(ray).direction.axis(axis).to_f32());
+        let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
+        match self.kernel {
+            Chosen::Portable => walk_portable(self, ox, oy, oz, dx, dy, dz, near, answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx2(avx2) => avx2.walk(self, ox, oy, oz, dx, dy, dz, near, answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx512(avx512) => avx512.walk(self, ox, oy, oz, dx, dy, dz, near, answer),
+        }
+    }
+}
+
+impl Wide {
+    /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`Setup::mapped`].
+    #[inline(never)]
+    pub(crate) fn ask_mapped<A: Answer>(&self, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+        match self.kernel {
+            Chosen::Portable => walk::<_, _, true>(Portable, self, setup, Some(probe), answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx2(avx2) => avx2.walk_mapped(self, setup, probe, answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx512(avx512) => avx512.walk_mapped(self, setup, probe, answer),
+        }
+    }
+}
+
+#[inline(never)]
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn walk_portable<A: Answer>(
+    wide: &Wide,
+    ox: f32,
+    oy: f32,
+    oz: f32,
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    near: f32,
+    answer: &mut A,
+) -> bool {
+    walk::<_, _, false>(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+}

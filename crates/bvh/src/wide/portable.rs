@@ -1,0 +1,114 @@
+//! The kernel of every processor: two vectors of four lanes each, and exact tests one by one.
+#![expect(unsafe_code, reason = "a sort of what was written")]
+
+use glam::Vec4;
+
+use super::block::Block;
+use super::simd::{Exact, Simd};
+use super::stack::{Stack, Waiting, two};
+use super::{Child, WIDTH};
+use crate::lanes::Four;
+use crate::scalar::Robust;
+use crate::shapes::Probe;
+
+/// No instruction beyond those of the platform.
+#[derive(Clone, Copy)]
+pub(super) struct Portable;
+
+#[inline(always)]
+fn halves(values: &[f32; WIDTH]) -> [Vec4; 2] {
+    let [a, b, c, d, e, f, g, h] = *values;
+    [Vec4::new(a, b, c, d), Vec4::new(e, f, g, h)]
+}
+
+/// Flips the bits of signs that are set in the other.
+#[inline(always)]
+fn flipped(a: Vec4, b: Vec4) -> Vec4 {
+    let flip = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31));
+    Vec4::new(flip(a.x, b.x), flip(a.y, b.y), flip(a.z, b.z), flip(a.w, b.w))
+}
+
+impl Simd for Portable {
+    type Floats = [Vec4; 2];
+
+    #[inline(always)]
+    fn splat(self, value: f32) -> Self::Floats {
+        [Vec4::splat(value); 2]
+    }
+    #[inline(always)]
+    fn load(self, values: &[f32; WIDTH]) -> Self::Floats {
+        halves(values)
+    }
+    #[inline(always)]
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        [a[0] + b[0], a[1] + b[1]]
+    }
+    #[inline(always)]
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        [a[0] - b[0], a[1] - b[1]]
+    }
+    #[inline(always)]
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        [a[0] * b[0], a[1] * b[1]]
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
+        [a[0] * b[0] + c[0], a[1] * b[1] + c[1]]
+    }
+    #[inline(always)]
+    fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats {
+        [a[0] * b[0] - c[0], a[1] * b[1] - c[1]]
+    }
+    #[inline(always)]
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        [a[0].or_greater(b[0]), a[1].or_greater(b[1])]
+    }
+    #[inline(always)]
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        [a[0].or_less(b[0]), a[1].or_less(b[1])]
+    }
+    #[inline(always)]
+    fn abs(self, a: Self::Floats) -> Self::Floats {
+        [a[0].abs(), a[1].abs()]
+    }
+    #[inline(always)]
+    fn negate(self, a: Self::Floats) -> Self::Floats {
+        [-a[0], -a[1]]
+    }
+    #[inline(always)]
+    fn signed_by(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
+        [flipped(a[0], b[0]), flipped(a[1], b[1])]
+    }
+    #[inline(always)]
+    fn less(self, a: Self::Floats, b: Self::Floats) -> u32 {
+        a[0].cmplt(b[0]).bitmask() | a[1].cmplt(b[1]).bitmask() << 4
+    }
+    #[inline(always)]
+    fn at_most(self, a: Self::Floats, b: Self::Floats) -> u32 {
+        a[0].cmple(b[0]).bitmask() | a[1].cmple(b[1]).bitmask() << 4
+    }
+    #[inline(always)]
+    fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
+        let (low, high) = (entries[0].to_array(), entries[1].to_array());
+        two(children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask)
+    }
+    #[inline(always)]
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        let (low, high) = (entries[0].to_array(), entries[1].to_array());
+        stack.push(top, children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask)
+    }
+    #[inline(always)]
+    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
+        // SAFETY: the caller says that they were written.
+        unsafe { stack.sort(base, top) }
+    }
+    #[inline(never)]
+    fn exact(self, block: &Block, mut lanes: u32, probe: &Probe<Robust>) -> Exact {
+        let mut exact = Exact::NOTHING;
+        while lanes != 0 {
+            exact.test(block, lanes.trailing_zeros() as usize & (WIDTH - 1), probe);
+            lanes &= lanes - 1;
+        }
+        exact
+    }
+}

@@ -1,0 +1,129 @@
+//! What all boxes and blocks ask of a ray, made once for it.
+
+use glam::DVec3;
+
+use super::block::LARGE;
+use super::rebase::Rebase;
+use crate::aabb::Aabb;
+use crate::ray::Ray;
+
+/// Directions as long as this or longer, or shorter than its inverse, might leave the range of f32: everything is then tested exactly.
+const LONG: f32 = (1 << 20) as f32;
+/// 2⁻²⁴ and 2⁻⁵³.
+const U: f32 = 5.960_464_5e-8;
+const W: f32 = 1.110_223e-16;
+/// The least component of a scaled direction.
+const LEAST: f64 = 1e-20;
+/// More than what rounding may take from a bound while it is computed.
+const ROUNDED: f32 = 1.000_01;
+
+/// A ray as the kernels know it, all in f32.
+#[derive(Clone, Copy)]
+pub(crate) struct Setup {
+    /// The excluded lower end of distances.
+    pub near: f32,
+    pub origin: [f32; 3],
+    pub direction: [f32; 3],
+    pub inverse: [f32; 3],
+    /// The same, widened for the planes through which the ray leaves.
+    pub widened: [f32; 3],
+    /// By how much entries are earlier besides: something only where the ray was rounded.
+    pub early: [f32; 3],
+    /// By how much exits are later besides: as much, and something where distances below zero count, which widening would make
+    /// less.
+    pub late: [f32; 3],
+    /// The side of each axis through which the ray enters: from the sign of the inverse actually used, so that −0 is treated as
+    /// what it does.
+    pub side: [usize; 3],
+    /// Bounds of [`super::filter`]: of a lane's reach, and factors of what it is made from.
+    pub reach: f32,
+    pub weight: f32,
+    pub core: f32,
+    pub least: f32,
+    pub determinant: f32,
+    pub distance: f32,
+}
+
+/// The greater one, the second where the first is not a number: one instruction, since whatever is not a number is tested exactly.
+#[inline(always)]
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[inline(always)]
+fn greatest_of(v: [f32; 3]) -> f32 {
+    greater(v[0].abs(), greater(v[1].abs(), v[2].abs()))
+}
+
+#[inline(always)]
+fn least_of(v: [f32; 3]) -> f32 {
+    let lesser = |a: f32, b: f32| if a < b { a } else { b };
+    lesser(v[0].abs(), lesser(v[1].abs(), v[2].abs()))
+}
+
+impl Setup {
+    #[inline(always)]
+    pub fn new(origin: [f32; 3], direction: [f32; 3], near: f32) -> Self {
+        let inverse = direction.map(|d| 1.0 / d);
+        let greatest = greatest_of(direction);
+        // No less than the length, be that below one or above, and without a root: directions are of unit length but for rounding.
+        let length =
+            greater(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2], 1.0) * ROUNDED;
+        let sane = greatest < LONG && greatest > 1.0 / LONG && greatest_of(origin) < LARGE;
+        Self {
+            origin,
+            direction,
+            inverse,
+            widened: inverse.map(|i| i * (1.0 + 8.0 * U)),
+            early: [0.0; 3],
+            late: [greater(-near, 0.0) * (16.0 * U); 3],
+            side: inverse.map(|i| usize::from(i < 0.0)),
+            near,
+            reach: if sane { 1e-30 } else { f32::INFINITY },
+            weight: 50.0 * U * length,
+            core: 105.0 * W * length,
+            least: 512.0 * f32::MIN_POSITIVE,
+            determinant: 14.0 * U * length,
+            distance: 2.0 * ROUNDED * least_of(inverse),
+        }
+    }
+
+    /// For a ray of the space of an instance, in f64 and of any length: moved along itself to beside what is there and scaled,
+    /// so that f32 holds it as well as the boxes. Rounded it is a ray that passes the true one by `wrong` at its origin and by u
+    /// in each component of its direction. Boxes are entered earlier by that and left later, and what the bounds of
+    /// [`super::filter`] take for a corner's distance is longer by so much that the errors of C, 1.8 u E |d| of a weight for each
+    /// unit, and 2.5 u E² of D and of T, are in them.
+    pub fn mapped(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> (Self, Rebase) {
+        let rebase = Rebase::new(origin, direction, near, bounds);
+        let (moved, scaled) = (origin + direction * rebase.start, direction / rebase.scale);
+        // Nothing is met farther from here than the farthest corner.
+        let farthest = (moved - bounds.centre()).length() + bounds.extent().length();
+        // A component that is next to nothing is taken for a little more, so that none of the bounds is infinite.
+        let scaled = scaled.map(|d| if d.abs() < LEAST { LEAST.copysign(d) } else { d });
+        let wrong = moved.abs() * f64::from(U)
+            + (origin.abs() + (direction * rebase.start).abs()) * (4.0 * f64::from(W))
+            + farthest * (2.0 * LEAST);
+        let near = greater(rebase.rebased(near).next_down(), 0.0);
+        let setup = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
+        let early: [f32; 3] = core::array::from_fn(|axis| (wrong[axis] * 2.01) as f32 * setup.inverse[axis].abs());
+        let setup = Self {
+            widened: setup.inverse.map(|i| i * (1.0 + 16.0 * U)),
+            early,
+            late: early.map(|early| early + setup.late[0]),
+            reach: setup.reach + (wrong.element_sum() * (0.1 * f64::from(ROUNDED) / f64::from(U))) as f32,
+            ..setup
+        };
+        (setup, rebase)
+    }
+
+    /// The ray, at no time.
+    pub fn ray(&self) -> Ray<f32> {
+        Ray::new(self.origin.into(), self.direction.into())
+    }
+
+    /// A far end as boxes use it, later by what the rounding of their distances may take.
+    #[inline(always)]
+    pub fn last(far: f32) -> f32 {
+        far + far.abs() * (8.0 * U)
+    }
+}

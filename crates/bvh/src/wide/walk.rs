@@ -1,0 +1,206 @@
+//! The walk: down to the nearest leaf, through the filter, and back to what waits.
+//!
+//! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
+#![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
+
+use core::hint::black_box;
+
+use super::filter;
+use super::setup::Setup;
+use super::simd::{Exact, Simd};
+use super::stack::{Stack, Waiting};
+use super::{Child, Wide};
+use crate::scalar::Robust;
+use crate::shapes::Probe;
+
+/// What a query makes of what a walk meets.
+pub(crate) trait Answer {
+    /// Whether any hit will do. Then children are visited in no order.
+    const ANY: bool;
+    /// The greatest distance that still counts.
+    fn far(&self) -> f32;
+    /// A node is tested.
+    fn node(&mut self);
+    /// A block is tested.
+    fn block(&mut self, block: usize);
+    /// The lanes that matter, and those of which a hit ends the walk whatever it is.
+    fn lanes(&self, block: usize) -> [u32; 2];
+    /// These triangles are hit at some distance. True ends the walk.
+    fn triangles(&mut self, block: usize, exact: &Exact) -> bool;
+    /// Another primitive is met. True ends the walk.
+    fn other(&mut self, place: usize) -> bool;
+}
+
+/// Where boxes end, and triangles.
+#[derive(Clone, Copy)]
+struct Far<S: Simd> {
+    value: f32,
+    last: f32,
+    boxes: S::Floats,
+}
+
+impl<S: Simd> Far<S> {
+    #[inline(always)]
+    fn new(s: S, value: f32) -> Self {
+        let last = Setup::last(value);
+        Self { value, last, boxes: s.splat(last) }
+    }
+}
+
+/// The ray in all lanes, as boxes need it.
+struct Slabs<S: Simd, const MAPPED: bool> {
+    origin: [S::Floats; 3],
+    inverse: [S::Floats; 3],
+    widened: [S::Floats; 3],
+    early: [S::Floats; 3],
+    late: [S::Floats; 3],
+    near: S::Floats,
+}
+
+impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
+    #[inline(always)]
+    fn new(s: S, setup: &Setup) -> Self {
+        let ([ex, ey, ez], [lx, ly, lz]) = (setup.early, setup.late);
+        let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (setup.origin, setup.inverse, setup.widened);
+        Self {
+            origin: [s.splat(ox), s.splat(oy), s.splat(oz)],
+            inverse: [s.splat(ix), s.splat(iy), s.splat(iz)],
+            widened: [s.splat(wx), s.splat(wy), s.splat(wz)],
+            early: [s.splat(ex), s.splat(ey), s.splat(ez)],
+            late: [s.splat(lx), s.splat(ly), s.splat(lz)],
+            near: s.splat(setup.near),
+        }
+    }
+
+    #[inline(always)]
+    fn entry(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
+        let offset = s.sub(s.load(planes), self.origin[axis]);
+        if MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
+    }
+
+    #[inline(always)]
+    fn exit(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
+        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.late[if MAPPED { axis } else { 0 }])
+    }
+}
+
+/// The exact test of what the filter left and what the answer makes of it, apart from the walk, whose registers it would
+/// take. The first one of a ray makes what it needs of that. Whether the walk is over.
+#[inline(never)]
+fn settle<S: Simd, A: Answer>(
+    s: S,
+    wide: &Wide,
+    [block, lanes]: [usize; 2],
+    setup: &Setup,
+    probe: &mut Option<Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    let probe = probe.get_or_insert_with(|| Probe::new(setup.ray()));
+    let exact = s.exact(&wide.blocks[block], lanes as u32, probe);
+    exact.hits != 0 && answer.triangles(block, &exact)
+}
+
+/// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
+/// `MAPPED`: the ray was rounded, see [`Setup::mapped`].
+#[inline(always)]
+pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
+    s: S,
+    wide: &Wide,
+    setup: &Setup,
+    mut probe: Option<Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    let slabs = Slabs::<S, MAPPED>::new(s, setup);
+    let [sx, sy, sz] = setup.side.map(|side| side & 1);
+    let mut far = Far::new(s, answer.far());
+    let mut stack = Stack::new();
+    let mut top = 0;
+    let mut current = Child(0);
+    loop {
+        // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its registers.
+        let left = loop {
+            if !current.is_leaf() {
+                let node = &wide.nodes[current.node()];
+                answer.node();
+                let [[x0, y0, z0], [x1, y1, z1]] = [
+                    [&node.planes[0][sx], &node.planes[1][sy], &node.planes[2][sz]],
+                    [&node.planes[0][1 - sx], &node.planes[1][1 - sy], &node.planes[2][1 - sz]],
+                ];
+                let entry = s.max(s.max(slabs.entry(s, x0, 0), slabs.entry(s, y0, 1)), s.max(slabs.entry(s, z0, 2), slabs.near));
+                let exit = s.min(s.min(slabs.exit(s, x1, 0), slabs.exit(s, y1, 1)), s.min(slabs.exit(s, z1, 2), far.boxes));
+                let entered = s.at_most(entry, exit);
+                if entered & entered.wrapping_sub(1) == 0 {
+                    if entered != 0 {
+                        current = node.children[entered.trailing_zeros() as usize & 7];
+                        continue;
+                    }
+                } else {
+                    if entered.count_ones() == 2 {
+                        let [a, b] = s.two(&node.children, entry, entered);
+                        stack.set(top, Waiting(a.0.max(b.0)));
+                        top += 1;
+                        current = Child(a.0.min(b.0) as u32);
+                        continue;
+                    }
+                    let base = top;
+                    top = s.push(&mut stack, base, &node.children, entry, entered);
+                    if !A::ANY {
+                        // SAFETY: all of them were just written.
+                        unsafe { s.sort(&mut stack, base, top) };
+                    }
+                    top -= 1;
+                    // SAFETY: more than one was just written.
+                    current = unsafe { stack.get(top) }.child();
+                    continue;
+                }
+            } else if current.is_block() {
+                answer.block(current.index());
+                let left = filter::left(s, black_box(setup), &wide.blocks[current.index()], far.last);
+                if left.lanes != 0 {
+                    let [wanted, ends] = answer.lanes(current.index());
+                    if A::ANY && ends & filter::certain(s, &left, setup.near, far.value) != 0 {
+                        return true;
+                    }
+                    if left.lanes & wanted != 0 {
+                        break left.lanes & wanted;
+                    }
+                }
+            } else if current != Child::NONE {
+                break 0;
+            }
+            current = loop {
+                if top == 0 {
+                    return false;
+                }
+                top -= 1;
+                // SAFETY: everything below the top was written.
+                let waiting = unsafe { stack.get(top) };
+                if waiting.entry() <= far.last {
+                    break waiting.child();
+                }
+            };
+        };
+        let over = if left == 0 {
+            answer.other(current.index())
+        } else {
+            settle(s, wide, [current.index(), left as usize], setup, &mut probe, answer)
+        };
+        if over {
+            return true;
+        }
+        if !A::ANY && answer.far() != far.value {
+            far = Far::new(s, answer.far());
+        }
+        current = loop {
+            if top == 0 {
+                return false;
+            }
+            top -= 1;
+            // SAFETY: everything below the top was written.
+            let waiting = unsafe { stack.get(top) };
+            if waiting.entry() <= far.last {
+                break waiting.child();
+            }
+        };
+    }
+}

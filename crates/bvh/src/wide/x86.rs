@@ -1,0 +1,414 @@
+//! The kernels of AVX2 and AVX-512: eight lanes of f32 in one register, and four exact tests at once in f64.
+//!
+//! Here and in what this uses is the only unsafe code of the project, of three kinds. *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists
+//! only where the processor was seen to have them, and methods of a token use no others. *Memory*: loads and stores go
+//! through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
+#![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
+
+use core::arch::x86_64::*;
+
+use super::block::Block;
+use super::setup::Setup;
+use super::simd::{Exact, Simd};
+use super::stack::{Stack, Waiting, two};
+use super::walk::{Answer, walk};
+use super::{Child, WIDTH, Wide};
+use crate::scalar::Robust;
+use crate::shapes::Probe;
+
+/// Proof that the processor has AVX2 and FMA, and what comes with them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Avx2(());
+
+impl Avx2 {
+    pub fn detect() -> Option<Self> {
+        let has = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt");
+        has.then_some(Self(()))
+    }
+
+    /// The walk with these instructions.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    pub fn walk<A: Answer>(
+        self,
+        wide: &Wide,
+        ox: f32,
+        oy: f32,
+        oz: f32,
+        dx: f32,
+        dy: f32,
+        dz: f32,
+        near: f32,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { walk_avx2(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
+    }
+
+    /// The same for a ray in the space of an instance.
+    #[inline(always)]
+    pub fn walk_mapped<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { mapped_avx2(self, wide, setup, probe, answer) }
+    }
+}
+
+/// Proof that the processor has AVX-512 with vectors of all lengths, besides AVX2.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Avx512(Avx2);
+
+impl Avx512 {
+    pub fn detect() -> Option<Self> {
+        let has = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512bw");
+        if has { Avx2::detect().map(Self) } else { None }
+    }
+
+    /// The walk with these instructions.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    pub fn walk<A: Answer>(
+        self,
+        wide: &Wide,
+        ox: f32,
+        oy: f32,
+        oz: f32,
+        dx: f32,
+        dy: f32,
+        dz: f32,
+        near: f32,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { walk_avx512(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
+    }
+
+    /// The same for a ray in the space of an instance.
+    #[inline(always)]
+    pub fn walk_mapped<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { mapped_avx512(self, wide, setup, probe, answer) }
+    }
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn walk_avx2<A: Answer>(
+    s: Avx2,
+    wide: &Wide,
+    ox: f32,
+    oy: f32,
+    oz: f32,
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    near: f32,
+    answer: &mut A,
+) -> bool {
+    walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn walk_avx512<A: Answer>(
+    s: Avx512,
+    wide: &Wide,
+    ox: f32,
+    oy: f32,
+    oz: f32,
+    dx: f32,
+    dy: f32,
+    dz: f32,
+    near: f32,
+    answer: &mut A,
+) -> bool {
+    walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+    walk::<_, _, true>(s, wide, setup, Some(probe), answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+    walk::<_, _, true>(s, wide, setup, Some(probe), answer)
+}
+
+/// What both have in common: instructions of AVX2 and FMA on eight lanes.
+macro_rules! eight_lanes {
+    () => {
+        type Floats = __m256;
+
+        #[inline(always)]
+        fn splat(self, value: f32) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_set1_ps(value) }
+        }
+        #[inline(always)]
+        fn load(self, values: &[f32; WIDTH]) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX, and there are eight numbers to read, at any address.
+            unsafe { _mm256_loadu_ps(values.as_ptr()) }
+        }
+        #[inline(always)]
+        fn add(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_add_ps(a, b) }
+        }
+        #[inline(always)]
+        fn sub(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_sub_ps(a, b) }
+        }
+        #[inline(always)]
+        fn mul(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_mul_ps(a, b) }
+        }
+        #[inline(always)]
+        fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has FMA.
+            unsafe { _mm256_fmadd_ps(a, b, c) }
+        }
+        #[inline(always)]
+        fn mul_sub(self, a: __m256, b: __m256, c: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has FMA.
+            unsafe { _mm256_fmsub_ps(a, b, c) }
+        }
+        #[inline(always)]
+        fn max(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_max_ps(a, b) }
+        }
+        #[inline(always)]
+        fn min(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_min_ps(a, b) }
+        }
+        #[inline(always)]
+        fn abs(self, a: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+        }
+        #[inline(always)]
+        fn negate(self, a: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_xor_ps(_mm256_set1_ps(-0.0), a) }
+        }
+        #[inline(always)]
+        fn signed_by(self, a: __m256, b: __m256) -> __m256 {
+            // SAFETY: `self` says that the processor has AVX.
+            unsafe { _mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), b)) }
+        }
+        #[inline(always)]
+        fn exact(self, block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact {
+            // SAFETY: `self` says that the processor has AVX2.
+            unsafe { exact(block, lanes, probe) }
+        }
+    };
+}
+
+impl Simd for Avx2 {
+    eight_lanes!();
+
+    #[inline(always)]
+    fn less(self, a: __m256, b: __m256) -> u32 {
+        // SAFETY: `self` says that the processor has AVX.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
+    }
+    #[inline(always)]
+    fn at_most(self, a: __m256, b: __m256) -> u32 {
+        // SAFETY: `self` says that the processor has AVX.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32 }
+    }
+    #[inline(always)]
+    fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
+        let mut row = [0.0; WIDTH];
+        // SAFETY: `self` says that the processor has AVX, and there is room for eight numbers, at any address.
+        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), entries) };
+        two(children, &row, mask)
+    }
+    #[inline(always)]
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
+        let mut row = [0.0; WIDTH];
+        // SAFETY: `self` says that the processor has AVX, and there is room for eight numbers, at any address.
+        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), entries) };
+        stack.push(top, children, &row, mask)
+    }
+    #[inline(always)]
+    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
+        // SAFETY: the caller says that they were written.
+        unsafe { stack.sort(base, top) }
+    }
+}
+
+impl Simd for Avx512 {
+    eight_lanes!();
+
+    #[inline(always)]
+    fn less(self, a: __m256, b: __m256) -> u32 {
+        // SAFETY: `self` says that the processor has AVX-512F and VL.
+        unsafe { u32::from(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b)) }
+    }
+    #[inline(always)]
+    fn at_most(self, a: __m256, b: __m256) -> u32 {
+        // SAFETY: `self` says that the processor has AVX-512F and VL.
+        unsafe { u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)) }
+    }
+    #[inline(always)]
+    fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
+        // SAFETY: `self` says that the processor has AVX-512F and AVX2; there are eight children to read, each a transparent u32.
+        unsafe {
+            let first = _mm512_castsi512_si128(pack(children, entries, mask));
+            [Waiting(_mm_cvtsi128_si64(first) as u64), Waiting(_mm_extract_epi64::<1>(first) as u64)]
+        }
+    }
+    #[inline(always)]
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
+        let room = stack.eight(top);
+        // SAFETY: `self` says that the processor has AVX-512F and AVX2. `Child` is a transparent u32 and `Waiting` a transparent
+        // u64; there are eight children to read, and there is room for eight entries, all of which are written.
+        unsafe {
+            _mm512_storeu_si512(room.as_mut_ptr().cast(), pack(children, entries, mask));
+        }
+        top + mask.count_ones() as usize
+    }
+    /// Up to four by insertion, which the branch predictor mostly gets right; more in one register by a bitonic network, in which
+    /// the lanes that are not in use are zero and sink to the end.
+    #[inline(always)]
+    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
+        if top - base <= 4 {
+            // SAFETY: the caller says that they were written.
+            return unsafe { stack.sort(base, top) };
+        }
+        let used = ((1_u32 << (top - base)) - 1) as u8;
+        // SAFETY: `self` says that the processor has AVX-512F, and the masked load and store touch only as many entries, transparent
+        // u64, as there are, which the caller says were written.
+        unsafe {
+            let pointer = stack.eight(base).as_mut_ptr().cast::<i64>();
+            let mut v = _mm512_maskz_loadu_epi64(used, pointer);
+            macro_rules! step {
+                ($other:expr, $greater:literal) => {{
+                    let other = $other;
+                    v = _mm512_mask_blend_epi64($greater, _mm512_min_epu64(v, other), _mm512_max_epu64(v, other));
+                }};
+            }
+            step!(_mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1001_1001);
+            step!(_mm512_permutex_epi64::<0b01_00_11_10>(v), 0b1100_0011);
+            step!(_mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1010_0101);
+            step!(_mm512_shuffle_i64x2::<0b01_00_11_10>(v, v), 0b0000_1111);
+            step!(_mm512_permutex_epi64::<0b01_00_11_10>(v), 0b0011_0011);
+            step!(_mm512_permutex_epi64::<0b10_11_00_01>(v), 0b0101_0101);
+            _mm512_mask_storeu_epi64(pointer, used, v);
+        }
+    }
+}
+
+/// The children of a mask with their distances as the stack has them, side by side.
+#[inline]
+#[target_feature(enable = "avx512f,avx2")]
+fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> __m512i {
+    // SAFETY: there are eight children to read, each a transparent u32, at any address.
+    let children = unsafe { _mm256_loadu_si256(children.as_ptr().cast()) };
+    let distances = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_castps_si256(entries)));
+    _mm512_maskz_compress_epi64(mask as u8, _mm512_or_si512(_mm512_cvtepu32_epi64(children), distances))
+}
+
+/// Four lanes of a row in f64.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn four(row: &[f32; WIDTH], half: usize) -> __m256d {
+    // SAFETY: there are four numbers to read from place 0 or 4 of eight.
+    unsafe { _mm256_cvtps_pd(_mm_loadu_ps(row.as_ptr().add(4 * (half & 1)))) }
+}
+
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn put(row: &mut [f32; WIDTH], half: usize, values: __m256d) {
+    // SAFETY: there is room for four numbers at place 0 or 4 of eight.
+    unsafe { _mm_storeu_ps(row.as_mut_ptr().add(4 * (half & 1)), _mm256_cvtpd_ps(values)) }
+}
+
+/// x·a + y·b + z·c in the order of the scalar product, each operation rounded.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn dot(p: [__m256d; 3], d: glam::DVec3) -> __m256d {
+    let x = _mm256_mul_pd(p[0], _mm256_set1_pd(d.x));
+    let y = _mm256_mul_pd(p[1], _mm256_set1_pd(d.y));
+    let z = _mm256_mul_pd(p[2], _mm256_set1_pd(d.z));
+    _mm256_add_pd(_mm256_add_pd(x, y), z)
+}
+
+/// The operations of [`crate::shapes::Triangle`]'s test in their order, four lanes at once. A lane in which rounding could have
+/// taken the sign of an edge function goes through that test itself.
+#[inline(never)]
+#[target_feature(enable = "avx2,fma")]
+fn exact(block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact {
+    let mut exact = Exact::NOTHING;
+    let zero = _mm256_setzero_pd();
+    let sign = _mm256_set1_pd(-0.0);
+    let tiny = _mm256_set1_pd(f64::EPSILON * 0.5 * 8.0);
+    let o = probe.origin;
+    let origin = [_mm256_set1_pd(o.x), _mm256_set1_pd(o.y), _mm256_set1_pd(o.z)];
+    for half in 0..2 {
+        let asked = lanes >> (4 * half) & 15;
+        if asked == 0 {
+            continue;
+        }
+        let mut x = [zero; 3];
+        let mut y = [zero; 3];
+        let mut z = [zero; 3];
+        for corner in 0..3 {
+            let offset = [
+                _mm256_sub_pd(four(&block.corners[0][corner], half), origin[0]),
+                _mm256_sub_pd(four(&block.corners[1][corner], half), origin[1]),
+                _mm256_sub_pd(four(&block.corners[2][corner], half), origin[2]),
+            ];
+            x[corner] = dot(offset, probe.across[0]);
+            y[corner] = dot(offset, probe.across[1]);
+            z[corner] = dot(offset, probe.direction);
+        }
+        let products = [_mm256_mul_pd(x[2], y[1]), _mm256_mul_pd(x[0], y[2]), _mm256_mul_pd(x[1], y[0])];
+        let u = _mm256_sub_pd(products[0], _mm256_mul_pd(y[2], x[1]));
+        let v = _mm256_sub_pd(products[1], _mm256_mul_pd(y[0], x[2]));
+        let w = _mm256_sub_pd(products[2], _mm256_mul_pd(y[1], x[0]));
+        let mut unsure = zero;
+        let (mut below, mut above) = (zero, zero);
+        for (edge, product) in [u, v, w].into_iter().zip(products) {
+            let (size, enough) = (_mm256_andnot_pd(sign, edge), _mm256_mul_pd(_mm256_andnot_pd(sign, product), tiny));
+            unsure = _mm256_or_pd(unsure, _mm256_cmp_pd::<_CMP_NGE_UQ>(size, enough));
+            below = _mm256_or_pd(below, _mm256_cmp_pd::<_CMP_LT_OQ>(edge, zero));
+            above = _mm256_or_pd(above, _mm256_cmp_pd::<_CMP_GT_OQ>(edge, zero));
+        }
+        let determinant = _mm256_add_pd(_mm256_add_pd(u, v), w);
+        let seen = _mm256_cmp_pd::<_CMP_GT_OQ>(_mm256_andnot_pd(sign, determinant), zero);
+        let hits = _mm256_andnot_pd(_mm256_and_pd(below, above), seen);
+        let inverse = _mm256_div_pd(_mm256_set1_pd(1.0), determinant);
+        let (u, v, w) = (_mm256_mul_pd(u, inverse), _mm256_mul_pd(v, inverse), _mm256_mul_pd(w, inverse));
+        let along = _mm256_add_pd(_mm256_mul_pd(z[0], u), _mm256_mul_pd(z[1], v));
+        let along = _mm256_add_pd(along, _mm256_mul_pd(z[2], w));
+        put(&mut exact.t, half, _mm256_mul_pd(along, _mm256_set1_pd(probe.inverse_length_squared)));
+        put(&mut exact.weights[0], half, v);
+        put(&mut exact.weights[1], half, w);
+        let outside = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(determinant, zero)) as u32;
+        exact.hits |= ((_mm256_movemask_pd(hits) as u32 & asked) << (4 * half)) as u8;
+        exact.from_outside |= (outside << (4 * half)) as u8;
+        let mut unsure = _mm256_movemask_pd(unsure) as u32 & asked;
+        while unsure != 0 {
+            exact.test(block, 4 * half + unsure.trailing_zeros() as usize, probe);
+            unsure &= unsure - 1;
+        }
+    }
+    exact
+}

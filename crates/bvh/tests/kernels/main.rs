@@ -1,0 +1,224 @@
+//! Every kernel of the wide tree answers as the scan does, bit for bit, and no closed mesh leaks in any of them.
+
+mod meshes;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use raywright_bvh::shapes::Sphere;
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility, Visits,
+};
+
+use self::meshes::{Mesh, Random, families, range, ray};
+
+/// Objects of some triangles each, with every kind of visibility, and balls between them where asked for.
+fn group(mesh: &Mesh, balls: bool) -> Group<Robust> {
+    let mut group = Group::default();
+    for (i, part) in mesh.chunks(5).enumerate() {
+        let side = [Side::Both, Side::Both, Side::Outside, Side::Inside][i % 4];
+        let occlusion = [Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i % 3];
+        group.mesh(part.iter().copied(), Visibility { side, occlusion }).unwrap();
+        if balls && i % 6 == 0 {
+            let radius = (part[0][1] - part[0][0]).length();
+            group.sphere(Sphere { centre: part[0][0], radius }, Visibility { side, occlusion }).unwrap();
+        }
+    }
+    group
+}
+
+/// To the bit: the coordinates too.
+fn bits(hit: Option<Hit<f32>>) -> Option<([u32; 3], [u32; 3])> {
+    hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.order()))
+}
+
+/// All hits about which a query asks, in order, and whether something opaque ended it.
+fn asked(geometry: &Geometry<Robust>, ray: &Ray<f32>, range: Interval<f32>) -> (bool, Vec<[u32; 3]>) {
+    let mut hits = Vec::new();
+    let ended = geometry.any(
+        ray,
+        range,
+        &mut |hit| {
+            hits.push(hit.order());
+            false
+        },
+        &mut (),
+    );
+    // What opaque things hide from the question depends on the order.
+    if ended {
+        hits.clear();
+    }
+    hits.sort_unstable();
+    (ended, hits)
+}
+
+/// Protects: the same hits, bit for bit, from every kernel and the scan: of needles, slivers seen edge-on, doubles, points, corners
+/// and edges met head on, very small and very large things, and these together; along axes with zeros of either sign; with
+/// ranges that begin before the ray or end at the hit.
+#[test]
+fn kernels_find_what_the_scan_finds() {
+    for ((name, mesh), balls) in families().into_iter().zip([false, true].into_iter().cycle()) {
+        let scan = Geometry::new(group(&mesh, balls), AcceleratorKind::Linear);
+        for quality in [BuildQuality::Fastest, BuildQuality::Medium] {
+            let mut tree = Geometry::new(group(&mesh, balls), AcceleratorKind::Tree(quality));
+            assert!(tree.kernel().is_some(), "{name}");
+            for kernel in Kernel::available() {
+                tree.set_kernel(kernel);
+                let random = &mut Random(11);
+                let mut hits = 0;
+                for i in 0..1500 {
+                    let ray = ray(random, &mesh);
+                    let what = format!("{name}, {quality:?}, {kernel:?}, ray {i}: {ray:?}");
+                    let min = [0.0, f32::NEG_INFINITY][i % 2];
+                    let all = Interval { min, max: f32::INFINITY };
+                    let first = scan.closest(&ray, all, &mut ());
+                    assert_eq!(bits(tree.closest(&ray, all, &mut ())), bits(first), "{what}");
+                    hits += usize::from(first.is_some());
+                    let range = range(random, first.map(|hit| hit.t));
+                    let expected = bits(scan.closest(&ray, range, &mut ()));
+                    assert_eq!(bits(tree.closest(&ray, range, &mut ())), expected, "{what}, {range:?}");
+                    assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}, {range:?}");
+                }
+                assert!(hits > 300, "{name}: {hits} of 1500 rays hit anything");
+            }
+        }
+    }
+}
+
+/// Where a part is shown: in its place, turned and flattened and mirrored, far away, and small and far away.
+fn maps() -> [DAffine3; 4] {
+    let turned = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
+    let flat = DMat3::from_diagonal(DVec3::new(1.0, 1e-3, -2.0));
+    let at = |matrix3: DMat3, translation: DVec3| DAffine3 { matrix3, translation };
+    [
+        at(DMat3::IDENTITY, DVec3::X * 0.5),
+        at(turned * flat, DVec3::ONE),
+        at(turned, DVec3::new(1e6, -3e5, 2e4)),
+        at(turned * 1e-4, DVec3::new(100.0, 0.0, -30.0)),
+    ]
+}
+
+/// Protects: what an instance shows is met as by a scan of it, bit for bit, in every kernel, whatever the map: the ray is rounded
+/// once more there, and that must not lose it anything.
+#[test]
+fn instances_show_what_the_scan_finds() {
+    let mut all = 0;
+    for ((name, mesh), balls) in families().into_iter().zip([true, false].into_iter().cycle()) {
+        for (place, map) in maps().into_iter().enumerate() {
+            let shown = |kind: AcceleratorKind| {
+                let mut outer = Group::<Robust>::default();
+                let part = outer.part(Geometry::new(group(&mesh, balls), kind)).unwrap();
+                let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
+                outer.instance(part, map, visibility).ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
+            };
+            // What the map makes too large for f32 is refused.
+            let Some(scan) = shown(AcceleratorKind::Linear) else { continue };
+            let mut tree = shown(AcceleratorKind::default()).unwrap();
+            for kernel in Kernel::available() {
+                tree.set_kernel(kernel);
+                let random = &mut Random(17);
+                for i in 0..400 {
+                    let there = ray(random, &mesh);
+                    let origin = map.transform_point3(there.origin.as_dvec3());
+                    let direction = map.transform_vector3(there.direction.as_dvec3()).normalize_or(DVec3::X);
+                    let ray = Ray::new(origin.as_vec3(), direction.as_vec3());
+                    let what = format!("{name}, map {place}, {kernel:?}, ray {i}: {ray:?}");
+                    let min = [0.0, f32::NEG_INFINITY][i % 2];
+                    let whole = Interval { min, max: f32::INFINITY };
+                    let first = scan.closest(&ray, whole, &mut ());
+                    assert_eq!(bits(tree.closest(&ray, whole, &mut ())), bits(first), "{what}");
+                    all += usize::from(first.is_some());
+                    let range = range(random, first.map(|hit| hit.t));
+                    let expected = bits(scan.closest(&ray, range, &mut ()));
+                    assert_eq!(bits(tree.closest(&ray, range, &mut ())), expected, "{what}, {range:?}");
+                    assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}, {range:?}");
+                }
+            }
+        }
+    }
+    assert!(all > 10_000, "{all} hits");
+}
+
+/// An octahedron whose faces are divided in four, so many times, and moved out to a sphere.
+fn globe(times: usize) -> Mesh {
+    let mut faces = Mesh::new();
+    for octant in 0..8_usize {
+        let sign = |bit: usize| if octant >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        faces.push([Vec3::X * sign(0), Vec3::Y * sign(1), Vec3::Z * sign(2)]);
+    }
+    for _ in 0..times {
+        let divided = faces.iter().flat_map(|&[a, b, c]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        });
+        faces = divided.collect();
+    }
+    faces
+}
+
+/// Protects: no ray from within a closed mesh at one of its corners or edges gets out, in any kernel, nearby and far away from the
+/// origin, whichever query asks.
+#[test]
+fn closed_meshes_do_not_leak() {
+    for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
+        let mesh: Mesh = globe(5).into_iter().map(|face| face.map(|p| p + offset)).collect();
+        let mut group = Group::<Robust>::default();
+        group.mesh(mesh.iter().copied(), Visibility::default()).unwrap();
+        let mut tree = Geometry::new(group, AcceleratorKind::default());
+        for kernel in Kernel::available() {
+            tree.set_kernel(kernel);
+            let random = &mut Random(3);
+            let mut leaks = 0;
+            for i in 0..100_000 {
+                let [a, b, _] = mesh[random.below(mesh.len())];
+                let target = if i % 2 == 0 { a } else { a.lerp(b, random.unit()) };
+                let origin = offset + random.point() * 0.5;
+                let ray = Ray::new(origin, (target - origin).as_dvec3().normalize().as_vec3());
+                let met = tree.closest(&ray, Interval::positive(), &mut ()).is_some();
+                let blocked = tree.any(&ray, Interval::positive(), &mut |_| false, &mut ());
+                leaks += usize::from(!met) + usize::from(!blocked);
+            }
+            assert_eq!(leaks, 0, "{kernel:?} at {offset}");
+        }
+    }
+}
+
+/// Protects: small triangles in a large scene are told apart: a ground a thousand kilometres wide doesn't make rays test more than
+/// a few times the triangles that they test without it.
+#[test]
+fn a_wide_ground_does_not_blind_the_filter() {
+    let random = &mut Random(1);
+    let small: Mesh = globe(4).into_iter().map(|face| face.map(|p| p * 0.01)).collect();
+    let ground = [Vec3::new(-1e6, -0.011, -1e6), Vec3::new(1e6, -0.011, -1e6), Vec3::new(0.0, -0.011, 1e6)];
+    let visits = |mesh: &mut dyn Iterator<Item = [Vec3; 3]>, random: &mut Random| {
+        let mut group = Group::<Robust>::default();
+        group.mesh(mesh, Visibility::default()).unwrap();
+        let (tree, mut visits) = (Geometry::new(group, AcceleratorKind::default()), Visits::default());
+        for _ in 0..500 {
+            let origin = random.point().normalize() * 0.03;
+            let direction = (random.point() * 0.01 - origin).normalize();
+            tree.closest(&Ray::new(origin, direction), Interval::positive(), &mut visits);
+        }
+        visits
+    };
+    let alone = visits(&mut small.iter().copied(), &mut Random(2));
+    let both = visits(&mut small.iter().copied().chain([ground]), &mut Random(2));
+    let _ = random.unit();
+    assert!(both.nodes <= 2 * alone.nodes && both.primitives <= 2 * alone.primitives + 5000, "{both:?} against {alone:?}");
+}
+
+/// Protects: rays that are no numbers, or of no direction, end, and hit nothing that the scan does not.
+#[test]
+fn rays_that_are_none_end() {
+    let mesh = globe(2);
+    let scan = Geometry::new(group(&mesh, true), AcceleratorKind::Linear);
+    let mut tree = Geometry::new(group(&mesh, true), AcceleratorKind::default());
+    let odd = [0.0, -0.0, 1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e-45];
+    for kernel in Kernel::available() {
+        tree.set_kernel(kernel);
+        for (a, b) in odd.into_iter().flat_map(|a| odd.map(|b| (a, b))) {
+            for ray in [Ray::new(Vec3::splat(a), Vec3::new(b, 0.0, 0.0)), Ray::new(Vec3::ZERO, Vec3::new(a, b, 1.0))] {
+                let hit = |geometry: &Geometry<Robust>| bits(geometry.closest(&ray, Interval::positive(), &mut ()));
+                assert_eq!(hit(&tree), hit(&scan), "{kernel:?} {ray:?}");
+            }
+        }
+    }
+}
