@@ -86,6 +86,47 @@ fn files_hold_the_figures() {
     }
 }
 
+/// Protects: the page needs nothing from elsewhere, shows every rung with its picture and the error of it, gives each setting on the
+/// frontier as a command, and survives names with characters of its own; the plot is the page's.
+#[test]
+fn the_page_stands_alone() {
+    let desk = Desk::new();
+    desk.write("a&b<c.scene.toml", SCENE);
+    let words = [
+        "accuracy",
+        "a&b<c.scene.toml",
+        "--size",
+        "16x12",
+        "--budget",
+        "10min",
+        "--rounds",
+        "2",
+        "-o",
+        "a.html",
+        "-o",
+        "a.svg",
+        "-q",
+    ];
+    let run = desk.run(&words);
+    run.exits_with(0);
+    let page = std::fs::read_to_string(desk.path("a.html")).expect("a page");
+    assert!(page.starts_with("<!doctype html>") && page.ends_with("</html>\n"));
+    assert!(!page.contains("b<c") && page.contains("a&amp;b&lt;c.scene.toml"));
+    for from_elsewhere in ["src=\"http", "href=", "url(", "@import", "fetch("] {
+        assert!(!page.contains(from_elsewhere), "{from_elsewhere}");
+    }
+    // Four ladders of 3, 2, 2, 6 and 6 rungs, one of each in use; the reference has no error.
+    let (renders, errors) = (page.matches("data-kind=\"render\"").count(), page.matches("data-kind=\"error\"").count());
+    assert_eq!((renders, errors), (1 + 1 + 2 + 1 + 1 + 5 + 5, 1 + 2 + 1 + 1 + 5 + 5));
+    assert!(
+        page.contains("raywright render &#39;a&amp;b&lt;c.scene.toml&#39;")
+            || page.contains("raywright render 'a&amp;b&lt;c.scene.toml'")
+    );
+    let svg = std::fs::read_to_string(desk.path("a.svg")).expect("a plot");
+    assert!(svg.starts_with("<svg") && svg.contains(">worth their time, together<") && svg.contains("<title>samples=64</title>"));
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
 /// Protects: what can't be written, read or measured is said before anything is rendered.
 #[test]
 fn mistakes_are_said_at_once() {

@@ -147,8 +147,12 @@ impl Page<'_> {
         let mut rows = String::new();
         for (candidate, command) in self.report.frontier.iter().zip(self.commands) {
             let own = if candidate.flags.is_empty() { " class=\"own\"" } else { "" };
-            let _ =
-                writeln!(rows, "<tr{own}><td class=\"text\"><code>{}</code></td>{}</tr>", escaped(command), cells(&candidate.measured, None));
+            let _ = writeln!(
+                rows,
+                "<tr{own}><td class=\"text\"><code>{}</code></td>{}</tr>",
+                escaped(command),
+                cells(&candidate.measured, None)
+            );
         }
         if rows.is_empty() {
             return String::new();
