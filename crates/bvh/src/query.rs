@@ -40,14 +40,6 @@ impl<P: Precision> Geometry<P> {
         }
     }
 
-    #[inline(never)]
-    fn nearest_unbounded<T: Tally>(&self, ray: &Ray<P::Real>, best: &mut Nearest<P::Real>, tally: &mut T) {
-        let probe = self.probe(*ray);
-        for slot in self.unbounded() {
-            best.consider(self, self.test::<T, false>(slot, &probe, best.range, tally));
-        }
-    }
-
     /// The same where there is no wide tree, apart from it: what each of them needs of the machine's stack differs by far.
     #[inline(never)]
     fn closest_walked<T: Tally>(
@@ -85,18 +77,6 @@ impl<P: Precision> Geometry<P> {
             }
             Accelerator::Walked(walked) => self.any_walked(walked, ray, range, ask, tally),
         }
-    }
-
-    #[inline(never)]
-    fn any_unbounded<T: Tally>(
-        &self,
-        ray: &Ray<P::Real>,
-        range: Interval<P::Real>,
-        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
-        tally: &mut T,
-    ) -> bool {
-        let probe = self.probe(*ray);
-        self.unbounded().any(|slot| self.blocks(slot, &probe, range, ask, tally))
     }
 
     #[inline(never)]

@@ -77,6 +77,26 @@ impl<P: Precision> Geometry<P> {
         let mut each = Each { geometry: self, wide, probe, range, rebase, counts, tally };
         wide.ask_mapped(&setup, wider, &mut each)
     }
+
+    #[inline(never)]
+    fn nearest_unbounded<T: Tally>(&self, ray: &Ray<P::Real>, best: &mut Nearest<P::Real>, tally: &mut T) {
+        let probe = self.probe(*ray);
+        for slot in self.unbounded() {
+            best.consider(self, self.test::<T, false>(slot, &probe, best.range, tally));
+        }
+    }
+
+    #[inline(never)]
+    pub(super) fn any_unbounded<T: Tally>(
+        &self,
+        ray: &Ray<P::Real>,
+        range: Interval<P::Real>,
+        ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
+        tally: &mut T,
+    ) -> bool {
+        let probe = self.probe(*ray);
+        self.unbounded().any(|slot| self.blocks(slot, &probe, range, ask, tally))
+    }
 }
 
 /// A hit of a lane.
