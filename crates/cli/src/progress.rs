@@ -79,6 +79,42 @@ impl Display {
     }
 }
 
+/// A bar on a terminal for work of several steps, each in words, gone when it ends; elsewhere a line now and then.
+#[derive(Debug)]
+pub struct Steps {
+    start: Instant,
+    bar: ProgressBar,
+    pace: Option<Pace>,
+}
+
+impl Steps {
+    /// Nothing is done yet.
+    pub fn start(verbosity: Verbosity) -> Self {
+        let quiet = verbosity == Verbosity::Quiet;
+        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+        if let Ok(template) = Template::with_template("measuring {wide_bar} {percent:>3} %  {msg:40}") {
+            bar.set_style(template);
+        }
+        let pace = (!quiet && !io::stderr().is_terminal()).then(Pace::new);
+        Self { start: Instant::now(), bar, pace }
+    }
+
+    /// What is done now, and the share of the whole that is done already.
+    pub fn show(&mut self, what: &str, share: f64) {
+        self.bar.set_position((1000.0 * share) as u64);
+        self.bar.set_message(what.to_owned());
+        if self.pace.as_mut().is_some_and(|pace| pace.is_due(self.start.elapsed())) {
+            console::tell(format_args!("measuring: {:.0} %, {what}", 100.0 * share));
+        }
+    }
+}
+
+impl Drop for Steps {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
+
 fn bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if let Ok(template) = Template::with_template("rendering {wide_bar} {percent:>3} %  {msg:12}") {

@@ -33,15 +33,20 @@ pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]
 
 /// A number with four significant digits.
 pub fn short(value: f64) -> String {
+    significant(value, 4)
+}
+
+/// A number with so many significant digits, zeros at its end left away.
+pub fn significant(value: f64, digits: i32) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
         "0".to_owned()
     } else if (1e-3..1e4).contains(&magnitude) {
-        let digits = (3 - magnitude.log10().floor() as i32).max(0) as usize;
+        let digits = (digits - 1 - magnitude.log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.digits$}");
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     } else {
-        format!("{value:.3e}")
+        format!("{value:.0$e}", (digits - 1).max(0) as usize)
     }
 }
 

@@ -23,6 +23,13 @@ pub struct Counters {
     pub met: u64,
 }
 
+impl Counters {
+    /// Rays of all kinds.
+    pub fn rays(&self) -> u64 {
+        self.camera + self.reflection + self.refraction + self.scatter + self.shadow
+    }
+}
+
 impl AddAssign for Counters {
     fn add_assign(&mut self, other: Self) {
         self.camera += other.camera;

@@ -155,10 +155,15 @@ impl Ready {
         }
     }
 
-    /// How the picture is divided; with chance where samples lie anywhere in their pixel or draw points of a lens or of lights.
+    /// How the picture is divided.
     fn plan(&self) -> Plan {
+        Plan::new(&self.settings, self.is_by_chance())
+    }
+
+    /// Whether another seed would give another picture: where samples lie anywhere in their pixel or draw points of a lens or of lights.
+    pub fn is_by_chance(&self) -> bool {
         let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
-        Plan::new(&self.settings, drawn || !self.settings.sampling.is_fixed())
+        drawn || !self.settings.sampling.is_fixed()
     }
 
     /// Name of the kernel that runs.

@@ -150,6 +150,11 @@ impl Ladder {
         }
     }
 
+    /// Its rungs as choices, in the same order.
+    pub fn choices(self) -> impl DoubleEndedIterator<Item = Choice> {
+        self.rungs().iter().map(move |rung| Choice { ladder: self, rung: rung.name })
+    }
+
     /// Whether the picture depends on it; otherwise only time and memory do.
     pub const fn changes_pictures(self) -> bool {
         !matches!(self, Self::Build | Self::Accelerator)
@@ -242,6 +247,11 @@ impl Choice {
         self.ladder
     }
 
+    /// Name of the rung.
+    pub fn rung(&self) -> &'static str {
+        self.rung
+    }
+
     /// Puts scene and settings on the rung.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) {
         // Names of rungs come from the ladder, so each is found and each number is one.
@@ -307,10 +317,14 @@ pub struct Standing {
     pub rungs: &'static [Rung],
 }
 
+/// The ladders that a scene reaches: those whose effects it calls for.
+pub fn reached(effects: &EffectReport) -> impl Iterator<Item = Ladder> {
+    let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
+    Ladder::ALL.into_iter().filter(move |ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty())
+}
+
 /// The ladders that a scene reaches, with the rungs in use.
 pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<Standing> {
-    let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
-    let reached = |ladder: &Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
     let standing = |ladder: Ladder| Standing {
         ladder: ladder.name(),
         rung: ladder.in_use(scene, settings),
@@ -318,7 +332,7 @@ pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> 
         changes_pictures: ladder.changes_pictures(),
         rungs: ladder.rungs(),
     };
-    Ladder::ALL.into_iter().filter(reached).map(standing).collect()
+    reached(effects).map(standing).collect()
 }
 
 #[cfg(test)]

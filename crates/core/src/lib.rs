@@ -56,10 +56,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), a measurement of the [`ladder`]s, files of
-//! half-finished pictures (a [`film::Film`] holds one in memory).
+//! Not here yet: a path tracer (what Whitted ray tracing leaves out, [`effects`] lists), files of half-finished pictures (a
+//! [`film::Film`] holds one in memory).
 #![forbid(unsafe_code)]
 
+pub mod accuracy;
 mod affine;
 pub mod bench;
 pub mod camera;

@@ -53,7 +53,8 @@ pub(crate) fn render<P: Precision, K: Kernel>(
             && let Some(&(tile, replicate)) = units.get(next.fetch_add(1, Ordering::Relaxed))
         {
             let area = plan.tile(tile);
-            let unit = UnitJob::<P, K> { scene, settings, plan: &plan, area, tile, replicate, kernel: PhantomData }.run();
+            let job = UnitJob::<P, K> { scene, settings, plan: &plan, area, tile, replicate, observer, kernel: PhantomData };
+            let Some(unit) = job.run() else { break };
             // One lock a tile.
             let mut film = film.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
             film.0.put(&unit);
@@ -75,6 +76,7 @@ struct UnitJob<'a, P: Precision, K: Kernel> {
     area: Crop,
     tile: u32,
     replicate: u32,
+    observer: &'a dyn Observer,
     kernel: PhantomData<K>,
 }
 
@@ -131,16 +133,18 @@ impl<'a> FirstHits<'a> {
 }
 
 impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
-    fn run(&self) -> Unit {
+    /// None where the observer stopped it halfway.
+    fn run(&self) -> Option<Unit> {
         match self.plan.random {
             true => self.gather::<Moments>(),
             false => self.gather::<Plain<P::Real>>(),
         }
     }
 
-    fn gather<B: Block<P::Real>>(&self) -> Unit {
+    fn gather<B: Block<P::Real>>(&self) -> Option<Unit> {
         let pixels = self.area.width as usize * self.area.height as usize;
-        let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, !self.plan.layers.mean.is_empty());
+        let keeps_first = !self.plan.layers.mean.is_empty();
+        let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, keeps_first, self.observer);
         let mut plane = Plane::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
         let (mut dropped, met) = (0, Cell::new(0_u64));
@@ -158,6 +162,10 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                 let mut firsts = FirstHits::new(self.plan);
                 let mut pixel = Gather::<P::Real, B>::default();
                 for y in self.rows() {
+                    // A tile of many samples may take seconds.
+                    if self.observer.cancelled() {
+                        return None;
+                    }
                     for x in self.columns() {
                         // A replicate has no more samples than a sequence has points.
                         let places =
@@ -175,11 +183,14 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
             }
         }
         let centre = if self.replicate == 0 { self.centre_layers(&mut tracer) } else { Vec::new() };
+        if tracer.is_stopped() {
+            return None;
+        }
         let mut counters: Counters = tracer.counters;
         counters.samples = plane.samples.iter().map(|&n| u64::from(n)).sum();
         counters.dropped = dropped;
         counters.met = met.get();
-        Unit { tile: self.tile, replicate: self.replicate, plane, spread, centre, counters }
+        Some(Unit { tile: self.tile, replicate: self.replicate, plane, spread, centre, counters })
     }
 
     /// Rows of the whole picture that the tile lies in.

@@ -90,10 +90,11 @@ impl Sequence {
         Self { scramble: words.into_iter().fold(mix(at.seed), |hash, word| mix(hash ^ word)) as u32 }
     }
 
-    /// Two numbers in [0, 1).
+    /// Two numbers in [0, 1): the first two of four dimensions, which together take less time than one after the other.
     #[inline]
     pub fn pair(self, index: u32) -> [f32; 2] {
-        [0, 1].map(|dimension| sobol_burley::sample(index % SEQUENCE, dimension, self.scramble))
+        let [x, y, ..] = sobol_burley::sample_4d(index % SEQUENCE, 0, self.scramble);
+        [x, y]
     }
 }
 

@@ -1,5 +1,6 @@
 //! The command line: what each command prints, which exit code it ends with, what it says about mistakes.
 
+mod accuracy;
 mod bench;
 mod choices;
 mod compare;

@@ -3,11 +3,13 @@
 pub mod names;
 pub mod values;
 
+mod accuracy;
 mod bench;
 mod compare;
 mod render;
 mod scene;
 
+pub use accuracy::AccuracyArgs;
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
 pub use render::{LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
@@ -62,6 +64,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Check a scene or model file and report every problem
     Check(CheckArgs),
+    /// Measure what accuracy costs in time on a scene: error and time of each rung, and the settings worth their time
+    Accuracy(AccuracyArgs),
     /// Measure what a ray costs by scan and by tree, and how both grow
     Bench(BenchArgs),
     /// List the built-in scenes, or print one of them

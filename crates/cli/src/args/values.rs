@@ -3,6 +3,7 @@
 //! Each parser says in its error what it expected; clap adds the flag and the value.
 
 use std::str::FromStr;
+use std::time::Duration;
 
 use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::settings::{Background, Crop};
@@ -10,6 +11,24 @@ use raywright_core::suggest::closest;
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = 65536;
+
+/// A time from a second to a day: a number with `s`, `min` or `h`, seconds without.
+pub fn duration(text: &str) -> Result<Duration, String> {
+    const EXPECTED: &str = "expected a time from 1s to 24h, such as 90s or 5min";
+    let text = text.trim();
+    let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (amount, unit) = text.split_at(split);
+    let factor = match unit {
+        "" | "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(EXPECTED.to_owned()),
+    };
+    match number(amount) {
+        Ok(amount) if (1.0..=86_400.0).contains(&(amount * factor)) => Ok(Duration::from_secs_f64(amount * factor)),
+        _ => Err(EXPECTED.to_owned()),
+    }
+}
 
 /// Width and height of a picture, `WxH`, each from 1 to [`MAX_EDGE`].
 pub fn size(text: &str) -> Result<[u32; 2], String> {
@@ -129,6 +148,17 @@ pub fn effect(text: &str) -> Result<Effect, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Protects: times are read in their units, and what is none, too short or too long is refused.
+    #[test]
+    fn times_have_units() {
+        for (text, seconds) in [("90", 90.0), ("90s", 90.0), ("1.5min", 90.0), ("2h", 7200.0), ("24h", 86_400.0), ("1", 1.0)] {
+            assert_eq!(duration(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
+        }
+        for text in ["", "s", "0.5", "25h", "-3s", "5m", "1e9", "NaN", "inf", "1 min x"] {
+            assert!(duration(text).is_err(), "{text}");
+        }
+    }
 
     /// The forms that the help texts show are read, and mean what they say.
     #[test]

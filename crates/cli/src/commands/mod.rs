@@ -1,5 +1,6 @@
 //! One module a command: it takes its arguments apart, calls the libraries and prints what they return.
 
+mod accuracy;
 mod bench;
 mod check;
 mod compare;
@@ -22,6 +23,7 @@ pub fn run(command: Option<Command>) -> Result<(), Failure> {
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Accuracy(args) => accuracy::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::Presets(args) => presets::run(&args),
         Command::Schema => console::print(raywright_io::schema()),

@@ -2,6 +2,7 @@
 
 use core::marker::PhantomData;
 
+use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
 /// Samples of a block.
@@ -94,42 +95,44 @@ impl<R: Real> Block<R> for Plain<R> {
 /// Sums with their second central moment, blocks in f64 too: where samples of 10⁴ differ by 10⁻², a sum of sixteen in f32 has
 /// lost what the error is estimated from.
 ///
-/// A block's deviations are taken from its own mean (two passes) and joined to those before it by the formula of Chan, Golub
-/// and LeVeque ("Updating Formulae and a Pairwise Algorithm for Computing Sample Variances", 1979), so that no square of a sum
-/// is ever subtracted and no moment is negative.
+/// Deviations are taken from the pixel's first sample in one pass (Chan, Golub and LeVeque, "Algorithms for Computing the Sample
+/// Variance: Analysis and Recommendations", 1983): a sample lies no farther from the mean of n than √n standard deviations, so
+/// what is subtracted in the end is at most n times what remains, and of f64's digits more are left than f32 holds.
 #[derive(Default)]
 pub(crate) struct Moments {
-    moment: [f64; 3],
-    block: [[f64; 3]; BLOCK],
-    entered: usize,
+    /// The pixel's first sample, and how many have entered.
+    first: DVec3,
+    entered: u32,
+    /// Sum of the block.
+    block: DVec3,
+    /// Sums of deviations from the first sample, and of their squares.
+    deviation: DVec3,
+    square: DVec3,
 }
 
 impl<R: Real> Block<R> for Moments {
     #[inline(always)]
     fn put(&mut self, radiance: R::Vec3) {
-        self.block[self.entered] = radiance.to_f64().to_array();
+        let value = radiance.to_f64();
+        if self.entered == 0 {
+            self.first = value;
+        }
+        let deviation = value - self.first;
         self.entered += 1;
+        self.block += value;
+        self.deviation += deviation;
+        self.square += deviation * deviation;
     }
 
     fn fold(&mut self, sums: &mut Sums) {
-        let values = &self.block[..self.entered];
-        if !values.is_empty() {
-            let n = values.len() as f64;
-            let before = f64::from(sums.samples) - n;
-            for i in 0..3 {
-                let sum = values.iter().fold(0.0, |sum, v| sum + v[i]);
-                let mean = sum / n;
-                let deviation = values.iter().fold(0.0, |moment, v| moment + (v[i] - mean) * (v[i] - mean));
-                let apart = if before > 0.0 { mean - sums.sum[i] / before } else { 0.0 };
-                self.moment[i] += deviation + apart * apart * (before * n / (before + n));
-                sums.sum[i] += sum;
-            }
-        }
-        self.entered = 0;
+        let block = core::mem::take(&mut self.block).to_array();
+        sums.sum = core::array::from_fn(|i| sums.sum[i] + block[i]);
     }
 
     #[inline(always)]
     fn spread(&mut self) -> [f32; 3] {
-        core::mem::take(&mut self.moment).map(|m| m.sqrt() as f32)
+        let Self { entered, deviation, square, .. } = core::mem::take(self);
+        let sum = square - deviation * deviation / f64::from(entered.max(1));
+        sum.to_array().map(|s| s.max(0.0).sqrt() as f32)
     }
 }

@@ -23,6 +23,7 @@ use raywright_bvh::{Hit, Interval, Precision, Query, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
 use crate::interaction::Interaction;
+use crate::observer::Observer;
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
 use crate::sampler::Address;
 
@@ -42,6 +43,10 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     pub counters: Counters,
     /// Paths that wait for their side branches; empty between camera rays.
     waiting: Vec<Path<P::Real>>,
+    /// Asked now and then while paths divide, since one pixel may have more branches than a lifetime has seconds.
+    observer: &'a dyn Observer,
+    divisions: u32,
+    stopped: bool,
     /// Whether the first hits of camera rays are kept, and the one of the ray followed last.
     keeps_first: bool,
     first: Option<FirstHit>,
@@ -53,7 +58,7 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
 
 impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// `keeps_first`: whether layers ask what camera rays hit first.
-    pub fn new(scene: &'a Prepared<P>, max_depth: u32, keeps_first: bool) -> Self {
+    pub fn new(scene: &'a Prepared<P>, max_depth: u32, keeps_first: bool, observer: &'a dyn Observer) -> Self {
         let (camera_min, secondary_min) = match scene.rules.spawn {
             Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
             Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
@@ -62,6 +67,9 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             scene,
             counters: Counters::default(),
             waiting: Vec::new(),
+            observer,
+            divisions: 0,
+            stopped: false,
             keeps_first,
             first: None,
             max_depth,
@@ -69,6 +77,11 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             secondary_min,
             kernel: PhantomData,
         }
+    }
+
+    /// Whether the observer stopped a path halfway, so that what was traced is worth nothing.
+    pub fn is_stopped(&self) -> bool {
+        self.stopped
     }
 
     /// Radiance that arrives along a camera ray.

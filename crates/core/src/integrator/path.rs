@@ -7,6 +7,9 @@ use super::surface::Leg;
 use super::{Kernel, Tracer};
 use crate::sampler::{Address, Branch};
 
+/// After so many divisions of paths the observer is asked whether to go on.
+const DIVISIONS: u32 = 4096;
+
 /// Where a path is: all that its next segment depends on, in numbers alone, so that paths can lie side by side.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Path<R: Real> {
@@ -137,7 +140,16 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// never divide.
     #[inline(never)]
     fn wait(&mut self, path: &mut Path<P::Real>, aside: Path<P::Real>) {
-        self.waiting.push(core::mem::replace(path, aside));
+        self.divisions = self.divisions.wrapping_add(1);
+        if self.divisions.is_multiple_of(DIVISIONS) && self.observer.cancelled() {
+            self.stopped = true;
+        }
+        if self.stopped {
+            self.waiting.clear();
+            path.segments = 0;
+        } else {
+            self.waiting.push(core::mem::replace(path, aside));
+        }
     }
 
     /// Goes on with the path that waits for this one, which has ended; false where none does.

@@ -1,5 +1,6 @@
 //! What a render counts, reports and decides besides its picture.
 
+use core::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Mutex;
 
 use raywright_core::prepare::PrepareError;
@@ -8,7 +9,7 @@ use raywright_core::settings::{Aov, Crop, Sampling, Settings};
 use raywright_core::{Observer, estimate, prepare};
 use serde_json::json;
 
-use crate::support::{DOWN, classic, floor, physical, rendered, settings, sun};
+use crate::support::{DOWN, classic, floor, physical, rendered, scene, settings, sun};
 
 /// A floor under one light.
 fn lit() -> Scene {
@@ -133,4 +134,25 @@ fn tables_count_what_was_built() {
     assert_eq!((deaf.lights, deaf.emitters, deaf.irradiance), (0, 0, false));
     let unlit = tables(&floor(physical(json!({ "unlit": true })), json!({ "lights": [sun([0.0, 1.0, 0.0])] })));
     assert_eq!(unlit.lights, 0);
+}
+
+/// Protects: a render can be stopped within one pixel, whose paths divide at panes of glass: half a million times here, and
+/// more than anybody can wait for at greater depths. What was begun is not kept.
+#[test]
+fn a_pixel_of_many_paths_can_be_stopped() {
+    struct Soon(AtomicU32);
+    impl Observer for Soon {
+        fn cancelled(&self) -> bool {
+            self.0.fetch_add(1, Ordering::Relaxed) >= 3
+        }
+    }
+    let glass = classic(json!({ "local": 0, "emission": 1, "transmission": { "ior": 1.5 } }));
+    let pane = |i: i32| json!({ "shape": { "plane": { "point": [0, -i, 0], "normal": [0, 1, 0] } }, "material": "m" });
+    let panes: Vec<_> = (0..24).map(pane).collect();
+    let scene = scene(json!({ "objects": panes, "materials": [{ "name": "m", "model": glass }] }));
+    let ready = prepare(&scene, &Settings { max_depth: 22, ..settings(&scene, DOWN) }, &()).expect("prepares");
+    let stopped = ready.render(&Soon(AtomicU32::new(0)));
+    assert_eq!((stopped.finished, stopped.counters.camera, stopped.unfinished), (false, 0, 1));
+    let whole = prepare(&scene, &Settings { max_depth: 14, ..settings(&scene, DOWN) }, &()).expect("prepares").render(&());
+    assert!(whole.finished && whole.counters.reflection > 1000, "{:?}", whole.counters);
 }

@@ -3,6 +3,7 @@
 //!
 //! Only the public interface is used, so that the inside can be rebuilt under these tests.
 
+mod accuracy;
 mod alpha;
 mod cameras;
 mod classic;

@@ -110,7 +110,7 @@ fn truncated_models_do_no_harm() {
 /// One to four random bytes changed.
 #[test]
 fn flipped_models_do_no_harm() {
-    let mut survivors = 0;
+    let (mut survivors, mut tried) = (0, 0);
     let names = [&SMALL[..], &["gltf/crafted/image_formats.glb", "gltf/crafted/index_types.glb"]].concat();
     for victim in victims(&["gltf", "glb"], &names) {
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
@@ -121,9 +121,10 @@ fn flipped_models_do_no_harm() {
                 bytes[at] = random.below(256) as u8;
             }
             survivors += usize::from(victim.survives(&bytes, &format!("round {round}")));
+            tried += 1;
         }
     }
-    assert!(survivors > 500, "damage that nothing survives tests nothing: {survivors}");
+    assert!(100 * survivors > tried, "damage that nothing survives tests nothing: {survivors} of {tried}");
 }
 
 /// Numbers in the JSON replaced by others that fit the grammar: huge, negative, fractional, off by one.

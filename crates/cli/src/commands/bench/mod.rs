@@ -6,7 +6,6 @@ mod text;
 
 use std::path::Path;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use raywright_core::bench::{BenchError, Care, Row, generated, given, sizes};
 use raywright_core::settings::Settings;
 use raywright_io::{Error, Limits, output};
@@ -14,6 +13,7 @@ use raywright_io::{Error, Limits, output};
 use crate::args::BenchArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
+use crate::progress::Steps;
 use crate::scene_input;
 use crate::targets::Outputs;
 use crate::threads::Threads;
@@ -64,10 +64,14 @@ fn care(args: &BenchArgs, rows: usize) -> Care {
 fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
     let (kinds, sizes) = (args.shape.kinds(), sizes(args.max_n));
     let care = care(args, kinds.len() * sizes.len());
-    let progress = Progress::start(kinds.len() * sizes.len(), verbosity);
+    let (mut steps, mut rows) = (Steps::start(verbosity), 0.0);
+    let all = (kinds.len() * sizes.len()) as f64;
     let mut series = Vec::with_capacity(kinds.len());
     for kind in kinds {
-        let mut done = |row: &Row| progress.step(format!("{} {}", row.primitives, kind.name()));
+        let mut done = |row: &Row| {
+            rows += 1.0;
+            steps.show(&format!("{} {}", row.primitives, kind.name()), rows / all);
+        };
         series.push(generated(kind, &sizes, &care, &mut done).map_err(|error| failed(error, "generated scene"))?);
     }
     Ok(Report::new(care, Measured::Generated(series)))
@@ -78,35 +82,13 @@ fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
     let loaded = scene_input::read(&name, &args.changes, Limits::default(), verbosity)?;
     let care = care(args, GIVEN_ROWS);
     let settings = Settings::of(&loaded.scene);
-    let progress = Progress::start(GIVEN_ROWS, verbosity);
-    let mut done = |_: &Row| progress.step("rays measured".to_owned());
+    let (mut steps, mut rows) = (Steps::start(verbosity), 0.0);
+    let mut done = |_: &Row| {
+        rows += 1.0;
+        steps.show("rays measured", rows / GIVEN_ROWS as f64);
+    };
     let rows = given(&loaded.scene, &settings, &care, &mut done).map_err(|error| failed(error, &loaded.source.name))?;
     Ok(Report::new(care, Measured::Given { scene: loaded.source.name, hash: loaded.hash, rows: Box::new(rows) }))
-}
-
-/// A bar on a terminal, gone when the measurement ends. Elsewhere nothing: a minute is not long.
-struct Progress(ProgressBar);
-
-impl Progress {
-    fn start(rows: usize, verbosity: Verbosity) -> Self {
-        let bar = if verbosity == Verbosity::Quiet { ProgressBar::hidden() } else { ProgressBar::new(rows as u64) };
-        if let Ok(style) = ProgressStyle::with_template("measuring {wide_bar} {pos}/{len}  {msg:20}") {
-            bar.set_style(style);
-        }
-        bar.tick();
-        Self(bar)
-    }
-
-    fn step(&self, what: String) {
-        self.0.set_message(what);
-        self.0.inc(1);
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
-    }
 }
 
 fn failed(error: BenchError, name: &str) -> Failure {

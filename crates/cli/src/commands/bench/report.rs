@@ -1,11 +1,12 @@
 //! What was measured, on what, and how carefully: the one structure behind table, JSON and plot.
 
-use std::fs;
 use std::thread::available_parallelism;
 
 use raywright_core::bench::clock::CLOCK;
 use raywright_core::bench::{Care, FILL, Given, Series};
 use serde::Serialize;
+
+use crate::machine::processor;
 
 /// Threads that everything is measured on.
 pub const THREADS: u32 = 1;
@@ -100,11 +101,4 @@ impl Report {
             ),
         ]
     }
-}
-
-/// What Linux calls the processor.
-fn processor() -> Option<String> {
-    let known = fs::read_to_string("/proc/cpuinfo").ok()?;
-    let line = known.lines().find(|line| line.starts_with("model name"))?;
-    Some(line.split_once(':')?.1.trim().to_owned())
 }

@@ -1,0 +1,64 @@
+//! Arguments of `accuracy`.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::values;
+use super::{ChoiceArgs, SceneArgs};
+
+/// Arguments of `accuracy`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Every choice that trades accuracy for time is a rung of a ladder. Each rung that the scene can reach is rendered in turn, at a \
+reduced size, and compared with a reference: f64, every ladder on its most exact rung, as many samples as there is time for. \
+The reference's own error is stated and subtracted. Times are CPU seconds of all threads, without preparation.
+
+Examples:
+  raywright accuracy                                    The default preset, a table
+  raywright accuracy duck.glb --budget 5min -o duck.html  More certain, as a page with plot and pictures
+  raywright accuracy scene.scene.toml --rung samples=16   Beside another setting of one's own
+  raywright accuracy duck.glb --json > duck.json          For other programs")]
+pub struct AccuracyArgs {
+    /// Scene or model to measure: .scene.toml, .scene.json, glTF/GLB, OBJ, or preset:NAME [default: the default preset]
+    #[arg(value_name = "SCENE")]
+    pub scene: Option<OsString>,
+
+    /// What is changed in the scene.
+    #[command(flatten)]
+    pub changes: SceneArgs,
+
+    /// The setting that the others are compared with.
+    #[command(flatten)]
+    pub choices: ChoiceArgs,
+
+    /// Time that it may take in all, such as 90s or 5min
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = values::duration)]
+    pub budget: Duration,
+
+    /// Size of the renders in pixels [default: as large as there is time for, at most the scene's own]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Times that each setting is rendered, with other random numbers each; fewer where time is out
+    #[arg(long, value_name = "K", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    pub rounds: u32,
+
+    /// Threads [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+
+    /// Write the report too: .html (a page with plot and table), .csv, .json or .svg (the plot); may be repeated
+    #[arg(short = 'o', long, value_name = "FILE", action = clap::ArgAction::Append)]
+    pub output: Vec<PathBuf>,
+
+    /// Print errors only, besides the result
+    #[arg(short, long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,194 @@
+//! Which combinations of rungs are worth their time: found greedily from the scene's own setting, towards less time and towards less
+//! error, by what each ladder was measured to do alone, and kept where no other measured one is better in both.
+
+use std::collections::BTreeMap;
+
+use super::setting::Setting;
+use crate::ladder::{Choice, Ladder};
+
+/// What a setting costs and what it gets wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Point {
+    /// Seconds, above zero.
+    pub time: f64,
+    /// Mean squared error, relative as in the report, at least zero.
+    pub error: f64,
+}
+
+/// Most steps from the scene's own setting in each direction.
+const LONGEST_WALK: usize = 12;
+/// A step must promise this share less.
+const WORTH: f64 = 0.02;
+
+/// What the rungs of a ladder do alone, from fast to exact, and which is the scene's own.
+#[derive(Clone, Debug)]
+pub(super) struct Steps {
+    pub ladder: Ladder,
+    /// None: the scene's own setting, which may be no rung.
+    pub rungs: Vec<(Option<Choice>, Point)>,
+    pub own: usize,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Direction {
+    Faster,
+    MoreExact,
+}
+
+/// Walks from the scene's own setting in both directions. `measure` gives the point of a setting, none where time is out.
+pub(super) fn walk(steps: &[Steps], own: Point, measure: &mut dyn FnMut(&Setting) -> Option<Point>) -> Vec<(Setting, Point)> {
+    let mut found = Vec::new();
+    for direction in [Direction::Faster, Direction::MoreExact] {
+        let mut walk =
+            Walk { steps, at: steps.iter().map(|s| (s.ladder, s.own)).collect(), point: own, setting: Setting::default() };
+        let mut barred: Vec<(Ladder, usize)> = Vec::new();
+        for _ in 0..LONGEST_WALK {
+            let Some((ladder, rung)) = walk.best(direction, &barred) else { break };
+            let setting = walk.moved(ladder, rung);
+            let Some(point) = measure(&setting) else { return found };
+            found.push((setting.clone(), point));
+            let better = match direction {
+                Direction::Faster => point.time < walk.point.time,
+                Direction::MoreExact => point.error < walk.point.error,
+            };
+            if better {
+                walk.at.insert(ladder, rung);
+                (walk.setting, walk.point) = (setting, point);
+            } else {
+                barred.push((ladder, rung));
+            }
+        }
+    }
+    found
+}
+
+struct Walk<'a> {
+    steps: &'a [Steps],
+    at: BTreeMap<Ladder, usize>,
+    setting: Setting,
+    point: Point,
+}
+
+impl Walk<'_> {
+    fn moved(&self, ladder: Ladder, rung: usize) -> Setting {
+        let choice = self.steps.iter().find(|steps| steps.ladder == ladder).and_then(|steps| steps.rungs[rung].0);
+        choice.map_or_else(|| self.setting.without(ladder), |choice| self.setting.with(choice))
+    }
+
+    /// The rung beside the present one that gives most for what it takes.
+    fn best(&self, direction: Direction, barred: &[(Ladder, usize)]) -> Option<(Ladder, usize)> {
+        let worth = |steps: &Steps| {
+            let at = *self.at.get(&steps.ladder)?;
+            let next = match direction {
+                Direction::Faster => at.checked_sub(1)?,
+                Direction::MoreExact => Some(at + 1).filter(|&next| next < steps.rungs.len())?,
+            };
+            let (from, to) = (steps.rungs[at].1, steps.rungs[next].1);
+            let time = to.time / from.time;
+            // Errors of independent causes add up as squares.
+            let error = (self.point.error + to.error - from.error).max(1e-3 * self.point.error) / self.point.error.max(1e-300);
+            let (gain, price) = match direction {
+                Direction::Faster => (1.0 / time, error),
+                Direction::MoreExact => (1.0 / error, time),
+            };
+            let promising = gain > 1.0 + WORTH && !barred.contains(&(steps.ladder, next));
+            promising.then(|| (libm::log(gain) / libm::log(price).max(1e-3), steps.ladder, next))
+        };
+        let best = self.steps.iter().filter_map(worth).max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, ladder, rung)| (ladder, rung))
+    }
+}
+
+/// Times and errors that differ by a smaller share are the same: clocks and noise don't know better.
+const SAME_TIME: f64 = 0.03;
+const SAME_ERROR: f64 = 0.02;
+
+/// Indices of the points that no other one beats, by ascending time: none takes as little time with as little error, and less of
+/// one of them. Of points that are the same, the first.
+pub(super) fn pareto(points: &[Point]) -> Vec<usize> {
+    let beaten = |i: usize| {
+        let p = points[i];
+        points.iter().enumerate().any(|(j, q)| {
+            let at_most = q.time <= p.time * (1.0 + SAME_TIME) && q.error <= p.error * (1.0 + SAME_ERROR);
+            let less = q.time < p.time * (1.0 - SAME_TIME) || q.error < p.error * (1.0 - SAME_ERROR);
+            at_most && (less || j < i)
+        })
+    };
+    let mut order: Vec<usize> = (0..points.len()).filter(|&i| !beaten(i)).collect();
+    order.sort_by(|&a, &b| points[a].time.total_cmp(&points[b].time));
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(time: f64, error: f64) -> Point {
+        Point { time, error }
+    }
+
+    /// Protects: of points, those stay that nobody beats in both, whatever their order; of the same twice, one stays.
+    #[test]
+    fn only_the_unbeaten_stay() {
+        let points = [point(4.0, 1.0), point(1.0, 9.0), point(2.0, 9.0), point(2.0, 4.0), point(3.0, 5.0), point(4.0, 1.0)];
+        assert_eq!(pareto(&points), [1, 3, 0]);
+        // The same but for what a clock can't tell: the first stays, although it is a little slower.
+        assert_eq!(pareto(&[point(1.02, 1.0), point(1.0, 1.01), point(1.0, 0.9)]), [2]);
+        assert_eq!(pareto(&[point(1.02, 1.0), point(1.0, 1.01)]), [0]);
+        assert_eq!(pareto(&[]), [0_usize; 0]);
+    }
+
+    /// Samples with noise 1/n, and a precision of which half the time is an error of 10⁻⁹ more and twice the time 10⁻³ less.
+    fn steps() -> Vec<Steps> {
+        let samples = Ladder::Samples.choices().map(|choice| {
+            let n: f64 = choice.rung().parse().expect("a number");
+            ((n != 16.0).then_some(choice), point(n, 1.0 / n + 0.001))
+        });
+        let digits = [point(8.0, 0.001 + 1e-9), point(16.0, 0.001), point(32.0, 0.0)];
+        let precision = Ladder::Precision.choices().zip(digits).map(|(choice, at)| ((at.time != 16.0).then_some(choice), at));
+        vec![
+            Steps { ladder: Ladder::Samples, rungs: samples.collect(), own: 2 },
+            Steps { ladder: Ladder::Precision, rungs: precision.collect(), own: 1 },
+        ]
+    }
+
+    /// What those rungs really do together.
+    fn truth(setting: &Setting) -> Point {
+        let n = setting.rung(Ladder::Samples).map_or(16.0, |c| c.rung().parse().expect("a number"));
+        let (factor, own) = match setting.rung(Ladder::Precision).map(|c| c.rung()) {
+            Some("fast") => (0.5, 0.001 + 1e-9),
+            Some("reference") => (2.0, 0.0),
+            _ => (1.0, 0.001),
+        };
+        point(n * factor, 1.0 / n + own)
+    }
+
+    /// Protects: towards less time the rung that costs nothing in error is taken first, towards less error more samples before
+    /// more digits, which are half of what is left in the end; and the walk ends at the ends of its ladders.
+    #[test]
+    fn walks_take_what_gives_most() {
+        let mut asked = Vec::new();
+        let found = walk(&steps(), point(16.0, 0.0635), &mut |setting| {
+            asked.push(setting.to_string());
+            Some(truth(setting))
+        });
+        assert_eq!(asked[..3], ["precision=fast", "precision=fast samples=4", "precision=fast samples=1"]);
+        assert_eq!(asked[3..], ["samples=64", "samples=256", "samples=1024", "precision=reference samples=1024"]);
+        assert_eq!(found.len(), asked.len());
+        let front = pareto(&found.iter().map(|(_, point)| *point).collect::<Vec<_>>());
+        assert!(front.len() >= 5, "{found:?}");
+    }
+
+    /// Protects: a step that turns out to be none is not taken twice, and a walk ends where time is out.
+    #[test]
+    fn walks_end() {
+        let mut asked = 0;
+        let found = walk(&steps(), point(16.0, 0.0635), &mut |_| {
+            asked += 1;
+            Some(point(16.0, 0.0635))
+        });
+        // Faster: both ladders once; more exact: samples once, since digits promise too little.
+        assert_eq!((asked, found.len()), (3, 3));
+        assert!(walk(&steps(), point(16.0, 0.0635), &mut |_| None).is_empty());
+    }
+}

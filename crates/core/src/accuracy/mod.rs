@@ -1,0 +1,61 @@
+//! What accuracy costs in time on one scene: every rung of every ladder that the scene reaches, rendered in turn and compared with a
+//! reference better than all of them, and the combinations that are worth their time. It prints nothing.
+//!
+//! Renders of one setting differ in their random numbers, round by round; within a round all settings have the same, so that what
+//! a choice alone changes is seen free of noise. Rounds go through all settings, so that a machine that gets slower meets all alike.
+
+mod estimate;
+mod frontier;
+mod report;
+mod session;
+mod setting;
+mod shots;
+mod studio;
+
+use core::time::Duration;
+
+use crate::display::Display;
+use crate::observer::Observer;
+use crate::prepare::PrepareError;
+use crate::scene::Scene;
+use crate::settings::Settings;
+
+pub use estimate::{Errors, Interval};
+pub use report::{Candidate, LadderReport, Measured, Paid, Price, PriceReport, Reference, Report, RungReport};
+pub use setting::Setting;
+
+/// How much is measured, and of what picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effort {
+    /// Time that all of it may take, give or take a render.
+    pub budget: Duration,
+    /// Width and height of the renders in pixels; none: as many pixels as the budget allows for, at most the scene's.
+    pub size: Option<[u32; 2]>,
+    /// Rounds wanted, at least two; fewer where time is out.
+    pub rounds: u32,
+}
+
+/// Hears how far a measurement is.
+pub trait Listener {
+    /// Something begins: in words, with the share of the budget that is spent.
+    fn step(&mut self, what: &str, share: f64);
+}
+
+/// Hears nothing.
+impl Listener for () {
+    fn step(&mut self, _: &str, _: f64) {}
+}
+
+/// Measures a validated scene as its settings ask for it, on the current thread pool. Times are those of all threads together.
+///
+/// # Errors
+/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped it.
+pub fn measure(
+    scene: &Scene,
+    settings: &Settings,
+    effort: &Effort,
+    observer: &dyn Observer,
+    listener: &mut dyn Listener,
+) -> Result<Report, PrepareError> {
+    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, studio::stopwatch).run(listener)
+}

@@ -1,0 +1,138 @@
+//! What a measurement of a scene's ladders amounts to: plain data for tables, files and pages.
+
+use serde::Serialize;
+
+use super::estimate::Errors;
+use crate::bench::Spread;
+
+/// All that was measured on one scene.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Width and height of the renders, in pixels.
+    pub size: [u32; 2],
+    /// Width and height that the scene asks for; times at that size are longer by the ratio of pixels.
+    pub full_size: [u32; 2],
+    /// What everything is compared with.
+    pub reference: Reference,
+    /// The scene as it is asked for.
+    pub own: Measured,
+    /// Ladders that the scene reaches and that pictures depend on.
+    pub ladders: Vec<LadderReport>,
+    /// Those that no picture depends on.
+    pub prices: Vec<PriceReport>,
+    /// Ladders that the scene does not call for.
+    pub not_called_for: Vec<&'static str>,
+    /// Settings that none measured beats in both time and error, by ascending time; each measured again after it was chosen.
+    pub frontier: Vec<Candidate>,
+    /// Seconds that it all took.
+    pub seconds: f64,
+    /// Whether time was out before everything wanted was measured.
+    pub cut_short: bool,
+}
+
+/// The picture that counts as the truth: f64, every ladder on the most exact rung that does not take too long.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reference {
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The flags that ask for its rungs.
+    pub rungs: Vec<String>,
+    /// Root of the mean square of its own standard errors, in linear radiance; what errors are lowered by, as squares.
+    pub standard_error: f64,
+    /// Seconds of all threads that it took.
+    pub seconds: f64,
+}
+
+/// Time and error of one setting.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Measured {
+    /// Times it was rendered, with different random numbers each.
+    pub renders: usize,
+    /// Seconds of all threads for a render, preparation apart.
+    pub seconds: Spread,
+    /// Its time over that of the scene's own setting, round by round.
+    pub ratio: Spread,
+    /// Rays of a render.
+    pub rays: u64,
+    /// Errors against the reference.
+    pub errors: Errors,
+    /// Mean FLIP of the display pictures, the reference's noise included.
+    pub flip: f64,
+}
+
+/// One ladder.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LadderReport {
+    /// Its name.
+    pub ladder: &'static str,
+    /// Its rung in use, which for numbers need not be one of those measured.
+    pub in_use: String,
+    /// From fast to exact.
+    pub rungs: Vec<RungReport>,
+}
+
+/// One rung, all other ladders as the scene has them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RungReport {
+    /// Its name.
+    pub rung: String,
+    /// What it is.
+    pub about: &'static str,
+    /// Whether it is the one in use.
+    pub in_use: bool,
+    /// The flag that asks for it; none for the one in use.
+    pub flag: Option<String>,
+    /// None where it takes too long, or time was out.
+    pub measured: Option<Measured>,
+    /// Root of the mean squared difference to the same renders on the ladder's most exact rung, random numbers included: what this
+    /// choice alone gets wrong. None where the random numbers can't be the same, and where one of both was not measured.
+    pub own_error: Option<f64>,
+}
+
+/// A ladder that is paid in time and memory alone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PriceReport {
+    /// Its name.
+    pub ladder: &'static str,
+    /// Its rung in use.
+    pub in_use: String,
+    /// Its rungs.
+    pub rungs: Vec<Price>,
+}
+
+/// What a rung without error costs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Price {
+    /// Its name.
+    pub rung: String,
+    /// What it is.
+    pub about: &'static str,
+    /// Whether it is the one in use.
+    pub in_use: bool,
+    /// None where it would have taken too long.
+    pub paid: Option<Paid>,
+}
+
+/// Time and memory.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Paid {
+    /// Seconds of all threads for preparing the scene, its tree included.
+    pub preparing: Spread,
+    /// Seconds of all threads for a render.
+    pub seconds: Spread,
+    /// That over the time of the scene's own setting, round by round.
+    pub ratio: Spread,
+    /// Bytes of geometry and accelerator.
+    pub geometry: u64,
+    /// Whether the pictures had the bits of the scene's own setting, as they must.
+    pub same_bits: bool,
+}
+
+/// A setting on the frontier.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Candidate {
+    /// The flags that ask for it; none for the scene's own setting.
+    pub flags: Vec<String>,
+    /// Time and error.
+    pub measured: Measured,
+}

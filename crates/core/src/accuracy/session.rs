@@ -1,0 +1,356 @@
+//! One measurement from start to end: how large the pictures are, the reference, rounds over all rungs, the frontier; each with its
+//! share of the time.
+
+use std::time::{Duration, Instant};
+
+use super::frontier::{Point, Steps, pareto, walk};
+use super::report::{Candidate, LadderReport, Price, PriceReport, Report, RungReport};
+use super::setting::Setting;
+use super::shots::Shots;
+use super::studio::{Stopwatch, Studio, Unfinished};
+use super::{Effort, Listener};
+use crate::display::Display;
+use crate::effects::detect;
+use crate::ladder::{Choice, Ladder, Rung, reached};
+use crate::observer::Observer;
+use crate::prepare::PrepareError;
+use crate::scene::Scene;
+use crate::settings::{Sampling, Settings};
+
+/// Shares of the budget by the end of which each part has to be done.
+const REFERENCE: f64 = 0.35;
+const RUNGS: f64 = 0.65;
+const PRICES: f64 = 0.75;
+const WALKS: f64 = 0.9;
+/// Rounds that a step of a walk takes, and that a candidate is measured again.
+const STEP_ROUNDS: u64 = 2;
+/// Columns of the smallest picture that is measured, where the scene's is not smaller.
+const LEAST_WIDTH: f64 = 96.0;
+/// A rung may take this many times as long as the scene's own, or so long at least, in the smallest picture.
+const PATIENCE: f64 = 20.0;
+const LEAST_PATIENCE: Duration = Duration::from_millis(500);
+/// Least samples of the pictures by which the size is chosen: those of a fixed pattern may be shared by pixels.
+const PROBE: f64 = 16.0;
+/// Rounds that the size allows for.
+const ROUNDS: f64 = 3.0;
+/// Seconds that a render has to take to say how fast the scene renders.
+const LEAST_PROBE: f64 = 0.03;
+/// Random numbers of candidates that are measured again begin here.
+const FRESH: u64 = 1 << 32;
+
+pub(super) struct Session<'a> {
+    scene: &'a Scene,
+    settings: Settings,
+    display: Display,
+    effort: Effort,
+    observer: &'a dyn Observer,
+    stopwatch: Stopwatch,
+    start: Instant,
+    full_size: [u32; 2],
+    pictured: Vec<Ladder>,
+    priced: Vec<Ladder>,
+    /// Rungs that take too long to be looked at.
+    beyond: Vec<Choice>,
+    cut_short: bool,
+}
+
+impl<'a> Session<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        settings: &Settings,
+        display: Display,
+        effort: Effort,
+        observer: &'a dyn Observer,
+        stopwatch: Stopwatch,
+    ) -> Self {
+        let effects = detect(scene, settings);
+        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(&effects).partition(|ladder| ladder.changes_pictures());
+        // Where time is short, it is not many samples that the other ladders wait for.
+        pictured.sort_by_key(|&ladder| ladder == Ladder::Samples);
+        let full_size = settings.size;
+        let settings = Settings { crop: None, aovs: Vec::new(), ..settings.clone() };
+        let start = Instant::now();
+        Self {
+            scene,
+            settings,
+            display,
+            effort,
+            observer,
+            stopwatch,
+            start,
+            full_size,
+            pictured,
+            priced,
+            beyond: Vec::new(),
+            cut_short: false,
+        }
+    }
+
+    pub fn run(mut self, listener: &mut dyn Listener) -> Result<Report, PrepareError> {
+        listener.step("looking how fast it renders", 0.0);
+        let exact = self.within_reach()?;
+        self.settings.size = match self.effort.size {
+            Some(size) => size,
+            None => self.affordable()?,
+        };
+        let settings = self.settings.clone();
+        let studio = self.studio(&settings);
+        listener.step("rendering the reference", self.spent());
+        let (truth, reference) = studio.reference(&exact, self.display, self.at(REFERENCE))?;
+        let mut shots = Shots::new(&studio, &truth);
+        self.rounds(&mut shots, listener)?;
+        let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &shots)).collect();
+        let prices = self.prices(&shots, listener)?;
+        let frontier = self.frontier(&mut shots, listener)?;
+        // The scene's own setting is the first of the first round, which ends late or with an error if that can't be had.
+        let own = shots.measured(&Setting::default()).ok_or(PrepareError::Cancelled)?;
+        let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).copied().collect();
+        Ok(Report {
+            size: self.settings.size,
+            full_size: self.full_size,
+            reference,
+            own,
+            ladders,
+            prices,
+            not_called_for: Ladder::ALL.into_iter().filter(|l| !called_for.contains(l)).map(Ladder::name).collect(),
+            frontier,
+            seconds: self.start.elapsed().as_secs_f64(),
+            cut_short: self.cut_short,
+        })
+    }
+
+    fn studio<'s>(&self, settings: &'s Settings) -> Studio<'s>
+    where
+        'a: 's,
+    {
+        Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch }
+    }
+
+    /// When a share of the budget is spent.
+    fn at(&self, share: f64) -> Instant {
+        self.start + self.effort.budget.mul_f64(share)
+    }
+
+    fn spent(&self) -> f64 {
+        (self.start.elapsed().as_secs_f64() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
+    }
+
+    /// The most exact rung of each ladder that does not take too long, samples apart, as a tiny picture shows. Paths that divide at
+    /// glass and mirrors have twice as many ends with each segment.
+    fn within_reach(&mut self) -> Result<Setting, PrepareError> {
+        let settings = Settings { size: self.scaled(self.least()), ..self.settings.clone() };
+        let before = Instant::now();
+        let own = self.studio(&settings).take(&Setting::default(), 0, self.at(1e3));
+        let patience = before.elapsed().mul_f64(PATIENCE).max(LEAST_PATIENCE);
+        own.map_err(Unfinished::into_error)?;
+        let mut exact = Setting::default();
+        for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples) {
+            for choice in ladder.choices().rev() {
+                let setting = self.setting(choice);
+                match self.studio(&settings).take(&setting, 0, Instant::now() + patience) {
+                    Ok(_) => {
+                        exact = exact.with(choice);
+                        break;
+                    }
+                    Err(Unfinished::Late) => self.beyond.push(choice),
+                    Err(Unfinished::Failed(error)) => return Err(error),
+                }
+            }
+        }
+        Ok(exact)
+    }
+
+    /// Share of the scene's width that the smallest picture has.
+    fn least(&self) -> f64 {
+        (LEAST_WIDTH / f64::from(self.full_size[0])).min(1.0)
+    }
+
+    fn scaled(&self, factor: f64) -> [u32; 2] {
+        self.full_size.map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32)
+    }
+
+    /// Size at which three rounds take their share of the budget, by what samples take in small pictures; at most the scene's.
+    fn affordable(&self) -> Result<[u32; 2], PrepareError> {
+        let own = f64::from(self.settings.sampling.count());
+        let probe = own.max(PROBE);
+        let mut factor = self.least();
+        let a_sample = loop {
+            let size = self.scaled(factor);
+            let settings = Settings { size, sampling: Sampling::General(probe as u32), ..self.settings.clone() };
+            let before = Instant::now();
+            // Late is right for a picture so slow: the smallest is then all there is time for.
+            match self.studio(&settings).take(&Setting::default(), 0, self.at(REFERENCE)) {
+                Err(Unfinished::Failed(error)) => return Err(error),
+                Err(Unfinished::Late) => return Ok(self.scaled(self.least())),
+                Ok(_) => {}
+            }
+            let seconds = before.elapsed().as_secs_f64();
+            if seconds >= LEAST_PROBE || factor >= 1.0 {
+                break seconds / (f64::from(size[0]) * f64::from(size[1]) * probe);
+            }
+            factor = (2.0 * factor).min(1.0);
+        };
+        let samples: f64 = self.choices().map(|choice| samples_of(choice).unwrap_or(own)).sum();
+        let wanted = self.effort.budget.as_secs_f64() * (RUNGS - REFERENCE) / (ROUNDS * (samples + own) * a_sample);
+        let [width, height] = self.full_size.map(f64::from);
+        Ok(self.scaled((wanted / (width * height)).sqrt().clamp(self.least(), 1.0)))
+    }
+
+    /// Every rung that a picture depends on and that is not in use.
+    fn choices(&self) -> impl Iterator<Item = Choice> {
+        let in_use = |choice: &Choice| choice.rung() == choice.ladder().in_use(self.scene, &self.settings);
+        let all = self.pictured.iter().flat_map(|ladder| ladder.choices());
+        all.filter(move |choice| !in_use(choice) && !self.beyond.contains(choice))
+    }
+
+    /// The scene with one ladder on a rung, which may be its own.
+    fn setting(&self, choice: Choice) -> Setting {
+        let in_use = choice.ladder().in_use(self.scene, &self.settings);
+        if choice.rung() == in_use { Setting::default() } else { Setting::one(choice) }
+    }
+
+    /// The most exact rung of those within reach.
+    fn most_exact(&self, ladder: Ladder) -> Setting {
+        let choice = ladder.choices().rev().find(|choice| !self.beyond.contains(choice));
+        choice.map(|choice| self.setting(choice)).unwrap_or_default()
+    }
+
+    fn rounds(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<(), PrepareError> {
+        let all: Vec<Setting> = [Setting::default()].into_iter().chain(self.choices().map(Setting::one)).collect();
+        let end = self.at(RUNGS);
+        for round in 0..u64::from(self.effort.rounds.max(2)) {
+            let before = Instant::now();
+            for setting in &all {
+                listener.step(&format!("round {}: {setting}", round + 1), self.spent());
+                // Without the scene's own picture there is nothing to tell, so that one may take what it takes.
+                let must = round == 0 && *setting == Setting::default();
+                self.cut_short |= !shots.take(setting, round, if must { self.at(1e3) } else { end })?;
+            }
+            // A further round that would not be finished is not begun.
+            if round >= 1 && Instant::now() + before.elapsed() > end {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn ladder(&self, ladder: Ladder, shots: &Shots<'_>) -> LadderReport {
+        let in_use = ladder.in_use(self.scene, &self.settings);
+        let exact = self.most_exact(ladder);
+        let rung = |(choice, rung): (Choice, &Rung)| {
+            let setting = self.setting(choice);
+            // Other samples are other random numbers.
+            let paired = if ladder == Ladder::Samples { None } else { shots.paired(&setting, &exact) };
+            RungReport {
+                rung: rung.name.to_owned(),
+                about: rung.about,
+                in_use: setting == Setting::default(),
+                flag: setting.flags().pop(),
+                measured: shots.measured(&setting),
+                own_error: paired.map(|paired| paired.rmse),
+            }
+        };
+        LadderReport { ladder: ladder.name(), rungs: ladder.choices().zip(ladder.rungs()).map(rung).collect(), in_use }
+    }
+
+    fn prices(&mut self, shots: &Shots<'_>, listener: &mut dyn Listener) -> Result<Vec<PriceReport>, PrepareError> {
+        let mut reports = Vec::new();
+        for &ladder in &self.priced {
+            let in_use = ladder.in_use(self.scene, &self.settings);
+            let mut rungs = Vec::new();
+            for (choice, rung) in ladder.choices().zip(ladder.rungs()) {
+                let setting = self.setting(choice);
+                let own = setting == Setting::default();
+                listener.step(&format!("time of {choice}"), self.spent());
+                let paid = shots.paid(&setting, self.at(PRICES))?;
+                rungs.push(Price { rung: rung.name.to_owned(), about: rung.about, in_use: own, paid });
+            }
+            reports.push(PriceReport { ladder: ladder.name(), in_use, rungs });
+        }
+        Ok(reports)
+    }
+
+    fn frontier(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<Vec<Candidate>, PrepareError> {
+        let steps: Vec<Steps> = self.pictured.iter().filter_map(|&ladder| self.steps(ladder, shots)).collect();
+        let Some(own) = shots.point(&Setting::default()) else { return Ok(Vec::new()) };
+        let mut failed = None;
+        let end = self.at(WALKS);
+        let found = walk(&steps, own, &mut |setting| {
+            listener.step(&format!("together: {setting}"), self.spent());
+            for round in 0..STEP_ROUNDS {
+                match shots.take(setting, round, end) {
+                    Ok(true) => {}
+                    Ok(false) => return None,
+                    Err(error) => {
+                        failed = Some(error);
+                        return None;
+                    }
+                }
+            }
+            shots.point(setting)
+        });
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let mut known: Vec<Setting> = [Setting::default()].into_iter().chain(self.choices().map(Setting::one)).collect();
+        known.extend(found.into_iter().map(|(setting, _)| setting));
+        let mut chosen = unbeaten(known, |setting| shots.point(setting));
+        // The best of many is partly the luckiest: only what it does with other random numbers counts.
+        let mut again = Shots::new(shots.studio, shots.truth);
+        for round in FRESH..FRESH + STEP_ROUNDS {
+            for setting in [&Setting::default()].into_iter().chain(chosen.iter().filter(|s| **s != Setting::default())) {
+                listener.step(&format!("once more: {setting}"), self.spent());
+                self.cut_short |= !again.take(setting, round, self.at(1.0))?;
+            }
+        }
+        chosen = unbeaten(chosen, |setting| again.point(setting));
+        let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: again.measured(setting)? });
+        Ok(chosen.iter().filter_map(candidate).collect())
+    }
+
+    /// What is known of a ladder's rungs, as far as they were measured; none where the scene's own has no place among them.
+    ///
+    /// What a rung gets wrong is its difference to the ladder's most exact one with the same random numbers: beside the error of
+    /// few samples it would not be seen, and yet decide what many are worth.
+    fn steps(&self, ladder: Ladder, shots: &Shots<'_>) -> Option<Steps> {
+        let in_use = ladder.in_use(self.scene, &self.settings);
+        let exact = self.most_exact(ladder);
+        let point = |setting: &Setting| {
+            let point = shots.point(setting)?;
+            let error = if ladder == Ladder::Samples { point.error } else { shots.paired(setting, &exact)?.relative };
+            Some(Point { error, ..point })
+        };
+        let own = point(&Setting::default())?;
+        let mut rungs = Vec::new();
+        for choice in ladder.choices().filter(|choice| choice.rung() != in_use) {
+            rungs.extend(point(&Setting::one(choice)).map(|point| (Some(choice), point)));
+        }
+        let below = |choice: &Choice| match (choice.rung().parse::<u32>(), in_use.parse::<u32>()) {
+            (Ok(rung), Ok(own)) => Some(rung < own),
+            _ => {
+                let place = |name: &str| ladder.rungs().iter().position(|rung| rung.name == name);
+                Some(place(choice.rung())? < place(&in_use)?)
+            }
+        };
+        let mut place = 0;
+        for (choice, _) in &rungs {
+            place += usize::from(choice.as_ref().map_or(Some(false), below)?);
+        }
+        rungs.insert(place, (None, own));
+        Some(Steps { ladder, rungs, own: place })
+    }
+}
+
+/// Samples of a rung of that ladder.
+fn samples_of(choice: Choice) -> Option<f64> {
+    (choice.ladder() == Ladder::Samples).then(|| choice.rung().parse().ok()).flatten()
+}
+
+/// Those that were measured and that no other one beats, simple settings before others where both are worth the same.
+fn unbeaten(mut settings: Vec<Setting>, point: impl Fn(&Setting) -> Option<Point>) -> Vec<Setting> {
+    settings.sort_by_key(|setting| setting.flags().len());
+    let known: Vec<(Setting, Point)> =
+        settings.into_iter().filter_map(|setting| point(&setting).map(|point| (setting, point))).collect();
+    let points: Vec<_> = known.iter().map(|(_, point)| *point).collect();
+    pareto(&points).into_iter().map(|i| known[i].0.clone()).collect()
+}

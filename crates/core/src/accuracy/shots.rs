@@ -1,0 +1,136 @@
+//! The renders of a measurement by setting and round, and what they say.
+
+use std::time::{Duration, Instant};
+
+use super::estimate::{Apart, Truth};
+use super::frontier::Point;
+use super::report::{Measured, Paid};
+use super::setting::Setting;
+use super::studio::{Studio, Take, Unfinished};
+use crate::bench::Spread;
+use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
+use crate::picture::Picture;
+use crate::prepare::PrepareError;
+
+/// Rounds in which a rung without error is timed.
+const PRICE_ROUNDS: u64 = 3;
+/// It may take this many times as long as the scene's own setting, or so long at least.
+const PATIENCE: f64 = 20.0;
+const LEAST_PATIENCE: Duration = Duration::from_secs(1);
+
+/// The truth with its display picture, which FLIP needs.
+pub(super) struct Reference {
+    pub truth: Truth,
+    pub display: crate::display::Display,
+    pub shown: Picture,
+}
+
+pub(super) struct Shots<'a> {
+    pub studio: &'a Studio<'a>,
+    pub truth: &'a Reference,
+    taken: Vec<(Setting, Vec<(u64, Take)>)>,
+}
+
+impl<'a> Shots<'a> {
+    pub fn new(studio: &'a Studio<'a>, truth: &'a Reference) -> Self {
+        Self { studio, truth, taken: Vec::new() }
+    }
+
+    fn of(&self, setting: &Setting) -> &[(u64, Take)] {
+        self.taken.iter().find(|(known, _)| known == setting).map_or(&[], |(_, takes)| takes)
+    }
+
+    /// Renders a setting in a round, unless that is there already. False where time is out.
+    pub fn take(&mut self, setting: &Setting, round: u64, end: Instant) -> Result<bool, PrepareError> {
+        if self.of(setting).iter().any(|(known, _)| *known == round) {
+            return Ok(true);
+        }
+        let take = match self.studio.take(setting, round, end) {
+            Ok(take) => take,
+            Err(Unfinished::Late) => return Ok(false),
+            Err(Unfinished::Failed(error)) => return Err(error),
+        };
+        match self.taken.iter_mut().find(|(known, _)| known == setting) {
+            Some((_, takes)) => takes.push((round, take)),
+            None => self.taken.push((setting.clone(), vec![(round, take)])),
+        }
+        Ok(true)
+    }
+
+    /// Time and error; none where it was not rendered.
+    pub fn measured(&self, setting: &Setting) -> Option<Measured> {
+        let takes = self.of(setting);
+        let (_, first) = takes.first()?;
+        let seconds: Vec<f64> = takes.iter().map(|(_, take)| take.seconds).collect();
+        let pictures: Vec<&Picture> = takes.iter().map(|(_, take)| &take.picture).collect();
+        let shown = self.truth.display.to_values(&first.picture);
+        // All pictures have one size, which is not zero.
+        let map = flip(&shown, &self.truth.shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default();
+        Some(Measured {
+            renders: takes.len(),
+            seconds: Spread::of(&seconds),
+            ratio: self.ratio(takes),
+            rays: first.rays,
+            errors: self.truth.truth.judge(&pictures, first.by_chance),
+            flip: statistics(&map).mean,
+        })
+    }
+
+    /// Times over those of the scene's own setting in the same rounds.
+    fn ratio(&self, takes: &[(u64, Take)]) -> Spread {
+        let own = self.of(&Setting::default());
+        let pairs = takes.iter().filter_map(|(round, take)| {
+            let (_, own) = own.iter().find(|(other, _)| other == round)?;
+            Some(take.seconds / own.seconds.max(1e-9))
+        });
+        Spread::of(&pairs.collect::<Vec<_>>())
+    }
+
+    /// What a choice alone changes: the difference to another setting in the rounds that both have.
+    pub fn paired(&self, setting: &Setting, other: &Setting) -> Option<Apart> {
+        let (ours, theirs) = (self.of(setting), self.of(other));
+        let pairs: Vec<(&Picture, &Picture)> = ours
+            .iter()
+            .filter_map(|(round, take)| {
+                let (_, other) = theirs.iter().find(|(known, _)| known == round)?;
+                Some((&take.picture, &other.picture))
+            })
+            .collect();
+        (!pairs.is_empty()).then(|| self.truth.truth.paired(&pairs))
+    }
+
+    pub fn point(&self, setting: &Setting) -> Option<Point> {
+        let measured = self.measured(setting)?;
+        // A clock may be too coarse for a tiny picture.
+        Some(Point { time: measured.seconds.median.max(1e-9), error: measured.errors.relmse.value })
+    }
+
+    /// Time and memory of a setting that gives the same picture, beside the scene's own in the same rounds; none where it takes too
+    /// long.
+    pub fn paid(&self, setting: &Setting, end: Instant) -> Result<Option<Paid>, PrepareError> {
+        let (mut preparing, mut seconds, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut geometry, mut same_bits) = (0, true);
+        for round in 0..PRICE_ROUNDS {
+            let before = Instant::now();
+            let Some(own) = finished(self.studio.take(&Setting::default(), round, end))? else { break };
+            let patience = before.elapsed().mul_f64(PATIENCE).max(LEAST_PATIENCE);
+            let Some(take) = finished(self.studio.take(setting, round, end.min(Instant::now() + patience)))? else { break };
+            preparing.push(take.preparing);
+            seconds.push(take.seconds);
+            ratios.push(take.seconds / own.seconds.max(1e-9));
+            geometry = take.geometry;
+            same_bits &= take.picture == own.picture;
+        }
+        let [preparing, seconds, ratio] = [preparing, seconds, ratios].map(|list| (!list.is_empty()).then(|| Spread::of(&list)));
+        let paid = preparing.zip(seconds).zip(ratio);
+        Ok(paid.map(|((preparing, seconds), ratio)| Paid { preparing, seconds, ratio, geometry, same_bits }))
+    }
+}
+
+fn finished(take: Result<Take, Unfinished>) -> Result<Option<Take>, PrepareError> {
+    match take {
+        Ok(take) => Ok(Some(take)),
+        Err(Unfinished::Late) => Ok(None),
+        Err(Unfinished::Failed(error)) => Err(error),
+    }
+}

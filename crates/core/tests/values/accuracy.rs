@@ -1,0 +1,105 @@
+//! A measurement of ladders on scenes whose errors are known in closed form.
+
+use core::time::Duration;
+
+use raywright_core::Settings;
+use raywright_core::accuracy::{Effort, LadderReport, Report, measure};
+use raywright_core::prepare::PrepareError;
+use raywright_core::scene::Scene;
+use raywright_core::settings::Sampling;
+use serde_json::json;
+
+use crate::support::{DOWN, classic, floor, scene, settings};
+
+/// Time enough on any machine: what ends a measurement is that all is measured.
+const EFFORT: Effort = Effort { budget: Duration::from_secs(600), size: Some([4, 3]), rounds: 2 };
+
+/// Two walls that glow with 1 and mirror a half: 2 − 2^(1−n) is seen with n segments.
+fn corridor() -> Scene {
+    let wall = |y: f64, up: f64| json!({ "shape": { "plane": { "point": [0, y, 0], "normal": [0, up, 0] } }, "material": "m" });
+    let mirror = classic(json!({ "local": 0, "emission": 1, "reflection": { "weight": 0.5 } }));
+    scene(json!({ "objects": [wall(0.0, 1.0), wall(4.0, -1.0)], "materials": [{ "name": "m", "model": mirror }],
+        "render": { "max_depth": 4, "pattern": "centre" } }))
+}
+
+fn measured(scene: &Scene) -> Report {
+    let settings = Settings { max_depth: 4, ..settings(scene, DOWN) };
+    measure(scene, &settings, &EFFORT, &(), &mut ()).expect("a report")
+}
+
+fn ladder<'a>(report: &'a Report, name: &str) -> &'a LadderReport {
+    report.ladders.iter().find(|ladder| ladder.ladder == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+/// Protects: each rung gets the error that it has, against the truth and alone: of n segments 2^(1−n), all of it bias; the rung in
+/// use is the scene's own setting, and needs no flag.
+#[test]
+fn errors_are_those_of_the_closed_form() {
+    let report = measured(&corridor());
+    let lengths = ladder(&report, "path-length");
+    assert_eq!((lengths.in_use.as_str(), lengths.rungs.len()), ("4", 6));
+    for rung in &lengths.rungs {
+        let n: i32 = rung.rung.parse().expect("a number");
+        let expected = 2_f64.powi(1 - n) - 2_f64.powi(-63);
+        let measured = rung.measured.as_ref().expect("there is time");
+        let errors = &measured.errors;
+        for (what, value) in [("rmse", errors.rmse.value), ("bias", errors.bias), ("alone", rung.own_error.expect("a pair"))] {
+            assert!((value - expected).abs() < 1e-6, "{what} of {n}: {value}, not {expected}");
+        }
+        assert!((errors.relmse.value - expected * expected / 4.01).abs() < 1e-6, "{n}: {:?}", errors.relmse);
+        assert_eq!((errors.noise, rung.in_use, rung.flag.is_none()), (Some(0.0), n == 4, n == 4), "{n}");
+        // One ray a segment and sample.
+        let samples = report.own.rays / 4;
+        assert_eq!(measured.rays, n as u64 * samples, "{n}");
+    }
+    assert!(report.own.errors.rmse.value > 0.12 && !report.cut_short);
+    assert_eq!((report.size, report.reference.standard_error), ([4, 3], 0.0));
+}
+
+/// Protects: the frontier goes from the shortest paths to those without error, its settings ask for what they say, and ladders that
+/// the scene does not call for are named and not measured; trees and scans give one picture.
+#[test]
+fn the_frontier_ends_without_error() {
+    let report = measured(&corridor());
+    let last = report.frontier.last().expect("a frontier");
+    assert!(
+        last.measured.errors.rmse.value < 1e-6 && last.flags.iter().any(|flag| flag.starts_with("--rung path-length=")),
+        "{last:?}"
+    );
+    let errors: Vec<f64> = report.frontier.iter().map(|candidate| candidate.measured.errors.relmse.value).collect();
+    assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
+    assert_eq!(report.not_called_for, ["shadows", "texture-filter"]);
+    for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
+        assert!(price.paid.as_ref().expect("there is time").same_bits, "{}", price.rung);
+    }
+}
+
+/// Protects: chance is noise and no bias: of stripes much finer than a pixel each sample sees another shade, and the mean is right.
+#[test]
+fn noise_is_no_bias() {
+    let stripes = json!({ "local": 0, "emission": "1 + sin(1e4*p.x)" });
+    let scene = floor(classic(stripes), json!({ "render": { "samples": 16 } }));
+    let effort = Effort { rounds: 6, ..EFFORT };
+    let report = measure(&scene, &Settings { sampling: Sampling::General(16), ..settings(&scene, DOWN) }, &effort, &(), &mut ())
+        .expect("a report");
+    let samples = ladder(&report, "samples");
+    let noise: Vec<f64> =
+        samples.rungs.iter().map(|rung| rung.measured.as_ref().and_then(|m| m.errors.noise).expect("noise")).collect();
+    assert!(noise.is_sorted_by(|a, b| a > b) && noise[0] > 0.1, "{noise:?}");
+    let first = samples.rungs[0].measured.as_ref().expect("there is time");
+    assert!(first.errors.bias < 0.5 * noise[0], "{first:?}");
+}
+
+/// Protects: who asks to stop is heard, and gets no report.
+#[test]
+fn a_measurement_can_be_stopped() {
+    struct Stop;
+    impl raywright_core::Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let scene = corridor();
+    let stopped = measure(&scene, &settings(&scene, DOWN), &EFFORT, &Stop, &mut ());
+    assert_eq!(stopped.err(), Some(PrepareError::Cancelled));
+}

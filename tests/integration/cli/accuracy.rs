@@ -1,0 +1,104 @@
+//! `accuracy`: what its table, JSON and CSV say, that its flags are those of `render`, and which mistakes it knows. No time is judged by
+//! its size.
+
+use serde_json::Value;
+
+use crate::support::Desk;
+
+/// A mirror ball over a floor, under a lamp.
+const SCENE: &str = r#"
+format = 1
+render = { size = [64, 48], samples = 4, max_depth = 4 }
+cameras = [{ name = "front", pose.look_at = { eye = [0, 1, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]
+lights = [{ kind.directional = { to_light = [1, 2, 1] }, colour = 2 }]
+sky.constant = [0.3, 0.4, 0.5]
+materials = [{ name = "mirror", model.classic = { reflection = { weight = 0.5 } } }, { name = "floor", model.classic = {} }]
+objects = [
+  { shape.sphere = { centre = [0, 0, 0], radius = 1 }, material = "mirror" },
+  { shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }, material = "floor" },
+]
+"#;
+
+fn quick(more: &[&'static str]) -> Vec<&'static str> {
+    [&["accuracy", "ball.scene.toml", "--size", "16x12", "--budget", "10min", "--rounds", "2"], more].concat()
+}
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.write("ball.scene.toml", SCENE);
+    desk
+}
+
+/// Protects: the table says what was compared with what, on what, and has a row for each rung; the rung in use is marked; and what the
+/// scene does not call for is named instead of measured.
+#[test]
+fn every_rung_has_a_row() {
+    let desk = desk();
+    let run = desk.run(&quick(&["--rung", "precision=fast"]));
+    run.exits_with(0);
+    let text = run.text();
+    for words in [
+        "ball.scene.toml at 16x12",
+        "at its own 64x48 times are 16 times as long",
+        "reference: f64",
+        "standard error",
+        "  fast *",
+        "  robust ",
+        "  error-bound *",
+        "  off ",
+        "  1024 ",
+        "not called for by this scene, and not measured: texture-filter",
+        "worth their time",
+        "raywright render ...",
+    ] {
+        assert!(text.contains(words), "no `{words}` in\n{text}");
+    }
+    assert!(text.lines().all(|line| line.chars().count() <= 160 && !line.ends_with(' ')), "{text}");
+}
+
+/// Protects: JSON and CSV hold the same figures; and each setting on the frontier can be rendered with the flags that stand there.
+#[test]
+fn files_hold_the_figures() {
+    let desk = desk();
+    let run = desk.run(&quick(&["--json", "-o", "a.csv", "-o", "b.json", "-q"]));
+    run.exits_with(0).says("");
+    let json: Value = serde_json::from_str(run.text()).expect("JSON");
+    let file: Value = serde_json::from_slice(&std::fs::read(desk.path("b.json")).expect("a file")).expect("JSON");
+    assert_eq!(json, file);
+    assert_eq!((&json["format"], &json["scene"], &json["size"]), (&1.into(), &"ball.scene.toml".into(), &vec![16, 12].into()));
+    let rungs: usize =
+        json["ladders"].as_array().expect("ladders").iter().map(|l| l["rungs"].as_array().map_or(0, Vec::len)).sum();
+    let frontier = json["frontier"].as_array().expect("a frontier");
+    let csv = std::fs::read_to_string(desk.path("a.csv")).expect("a file");
+    let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 1 + rungs + frontier.len(), "{csv}");
+    assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
+    let fast = lines.iter().find(|line| line[1] == "fast").expect("a line");
+    let own = &json["ladders"][0]["rungs"][0]["measured"]["errors"]["rmse"]["value"];
+    assert_eq!(fast[10].parse::<f64>().ok(), own.as_f64(), "{csv}");
+    for candidate in frontier {
+        let flags = candidate["flags"].as_array().expect("flags").iter().filter_map(Value::as_str);
+        let words: Vec<&str> = ["render", "ball.scene.toml", "--size", "8x6", "-q"]
+            .into_iter()
+            .chain(flags.flat_map(str::split_whitespace))
+            .collect();
+        desk.run(&words).exits_with(0);
+    }
+}
+
+/// Protects: what can't be written, read or measured is said before anything is rendered.
+#[test]
+fn mistakes_are_said_at_once() {
+    let desk = desk();
+    let refused = |words: &[&str], code, said: &str| {
+        let run = desk.run(words);
+        run.exits_with(code);
+        assert!(run.stderr.contains(said), "{}", run.stderr);
+    };
+    refused(&quick(&["-o", "a.txt"]), 2, ".json");
+    refused(&["accuracy", "ball.scene.toml", "--budget", "0s"], 2, "expected a time from 1s to 24h");
+    refused(&["accuracy", "ball.scene.toml", "--rounds", "1"], 2, "--rounds");
+    refused(&["accuracy", "none.scene.toml"], 4, "none.scene.toml");
+    refused(&["accuracy", "ball.scene.toml", "-o", "a.csv", "-o", "a.csv"], 2, "twice");
+    refused(&["accuracy", "preset:none"], 2, "none");
+}
