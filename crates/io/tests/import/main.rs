@@ -2,6 +2,7 @@
 
 mod attributes;
 mod collections;
+mod compressed;
 mod containers;
 mod deformed;
 mod gltf;

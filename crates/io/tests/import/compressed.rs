@@ -1,0 +1,88 @@
+//! Compressed geometry and pictures of real files, whole and broken.
+
+use glam::DVec3;
+use raywright_io::Loaded;
+
+use crate::shared::{assets, load, world_triangles};
+
+/// Protects: compressed geometry is what it was before: Draco's box the unit box with its facets' normals, meshoptimizer's duck, of
+/// positions in 12 bits, the duck of the file without compression to 2⁻¹² of its size, with the same picture.
+#[test]
+fn compressed_geometry_is_decoded() {
+    let Some(folder) = assets("gltf") else { return };
+    let cube = load(&folder.join("compressed/Box-Draco/Box_Draco.glb"));
+    let (corners, normals) = world_triangles(&cube, &cube.scene.objects[0]);
+    assert_eq!(corners.len(), 12);
+    for (corners, normals) in corners.iter().zip(&normals) {
+        assert!(corners.iter().flat_map(|c| c.to_array()).all(|x| (x.abs() - 0.5).abs() < 1e-3), "{corners:?}");
+        let facet = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        assert!(normals.iter().all(|normal| normal.distance(facet) < 1e-2), "{normals:?}, not {facet:?}");
+    }
+    let area: f64 = corners.iter().map(|[a, b, c]| 0.5 * (*b - *a).cross(*c - *a).length()).sum();
+    assert!((area - 6.0).abs() < 1e-2, "{area}");
+    let [plain, packed] =
+        ["Duck/Duck.glb", "compressed/Duck-meshopt/Duck-vp-12-vt-12-vn-12.glb"].map(|file| load(&folder.join(file)));
+    let shape = |loaded: &Loaded| {
+        let (corners, _) = world_triangles(loaded, &loaded.scene.objects[0]);
+        let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+        let whole: f64 = corners.iter().map(area).sum();
+        let centre = corners.iter().map(|t| (t[0] + t[1] + t[2]) * (area(t) / 3.0)).sum::<DVec3>() / whole;
+        let (low, high) =
+            corners.iter().flatten().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
+        (corners.len(), whole, [centre, low, high])
+    };
+    let ((n, area, places), (m, other, packed_places)) = (shape(&plain), shape(&packed));
+    let size = places[1].distance(places[2]);
+    assert_eq!(n, m);
+    assert!((other / area - 1.0).abs() < 1e-2, "{other}, not {area}");
+    for (place, other) in places.iter().zip(packed_places) {
+        assert!(place.distance(other) < size / 4096.0, "{other:?}, not {place:?}");
+    }
+}
+
+/// Protects: compressed data that is cut off, or whose counts lie, is refused with its place.
+#[test]
+fn broken_compressed_geometry_is_refused() {
+    let Some(folder) = assets("gltf/compressed") else { return };
+    let here = tempfile::tempdir().unwrap();
+    for (file, word) in [("Box-Draco/Box_Draco.glb", "KHR_draco"), ("Duck-meshopt/Duck-vp-12-vt-12-vn-12.glb", "EXT_meshopt")] {
+        let bytes = std::fs::read(folder.join(file)).unwrap();
+        let path = here.path().join("broken.glb");
+        let binary = 20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize + 8;
+        let mut refused = 0;
+        for i in 0..200 {
+            let mut broken = bytes.clone();
+            let at = binary + i * 7919 % (bytes.len() - binary);
+            broken[at] ^= 1 << (i % 8);
+            std::fs::write(&path, broken).unwrap();
+            match crate::shared::try_load(&path) {
+                Ok(loaded) => crate::shared::check_sound(&loaded, &path),
+                Err(error) => {
+                    refused += 1;
+                    let text = error.to_string();
+                    assert!(text.contains("broken.glb") && text.lines().count() == 1, "{text}");
+                }
+            }
+        }
+        std::fs::write(&path, &bytes[..binary]).unwrap();
+        assert!(crate::shared::try_load(&path).is_err());
+        let mut empty = bytes.clone();
+        empty[binary..].fill(0);
+        std::fs::write(&path, empty).unwrap();
+        let error = crate::shared::try_load(&path).expect_err("zeros").to_string();
+        assert!(refused > 0 && error.contains(word), "{refused}: {error}");
+    }
+}
+
+/// Files that need what is not supported are refused with the extension's name; WebP is read, where a file has nothing else too.
+#[test]
+fn required_extensions_are_named() {
+    let Some(folder) = assets("gltf/compressed") else { return };
+    let error = crate::shared::try_load(&folder.join("CesiumBalloonKTX2/CesiumBalloonKTX2.glb")).expect_err("KTX2").to_string();
+    assert!(error.contains("KHR_texture_basisu") && error.contains("CesiumBalloonKTX2.glb"), "{error}");
+    for file in ["BoxTexturedWebp/BoxTexturedWebp.gltf", "CesiumBoxWebp-LocalTexture/CesiumBoxWebp-LocalTexture.gltf"] {
+        let loaded = load(&folder.join(file));
+        let picture = loaded.scene.images[0].data.as_ref().expect("decoded");
+        assert!(picture.width >= 64 && loaded.scene.textures.len() == 1, "{file}");
+    }
+}
