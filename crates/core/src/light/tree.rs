@@ -154,6 +154,16 @@ impl Tree {
         self.nodes.is_empty()
     }
 
+    /// Levels below the first node.
+    #[cfg(test)]
+    pub fn depth(&self) -> usize {
+        let mut depths = vec![0; self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate().skip(1) {
+            depths[i] = depths[node.parent as usize] + 1;
+        }
+        depths.into_iter().max().unwrap_or(0)
+    }
+
     /// Bytes of the nodes.
     pub fn bytes(&self) -> u64 {
         size_of_val(self.nodes.as_slice()) as u64
