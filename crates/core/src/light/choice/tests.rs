@@ -27,6 +27,9 @@ fn number(i: u64) -> f64 {
     (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
+/// Where the light of a number is.
+type Place = fn(u64) -> DVec3;
+
 fn place(i: u64) -> DVec3 {
     DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) * 8.0 - 4.0
 }
@@ -83,11 +86,11 @@ fn many_lights_anywhere() {
     let from = DVec3::new(0.1, 0.2, 30.0);
     assert_eq!(choose(&lights(core::iter::empty()), from), (1.0, 0));
     assert!((choose(&lights(core::iter::once((DVec3::X, 2.0))), from).0 - 1.0).abs() < 1e-12);
-    let sets: [(&str, Box<dyn Fn(u64) -> DVec3>); 4] = [
-        ("scattered", Box::new(place)),
-        ("at one place", Box::new(|_| DVec3::X)),
-        ("in a row that grows", Box::new(|i| DVec3::X * 1.005_f64.powi((i % 4000) as i32))),
-        ("each twice", Box::new(|i| place(i / 2))),
+    let sets: [(&str, Place); 4] = [
+        ("scattered", place),
+        ("at one place", |_| DVec3::X),
+        ("in a row that grows", |i| DVec3::X * 1.005_f64.powi((i % 4000) as i32)),
+        ("each twice", |i| place(i / 2)),
     ];
     for (name, at) in sets {
         let (sum, depth) = choose(&lights((0..20_000).map(|i| (at(i), 1.0 + number(i)))), from);
