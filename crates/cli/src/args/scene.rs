@@ -39,7 +39,7 @@ pub struct SceneArgs {
     pub env_rotation: Option<f64>,
 
     /// Factor on the environment's light, 0 or more
-    #[arg(long, value_name = "X", value_parser = values::at_least_zero)]
+    #[arg(long, value_name = "X", value_parser = values::at_least_zero, allow_hyphen_values = true)]
     pub env_strength: Option<f64>,
 
     /// Read files that the scene names outside its folder, too: by absolute paths, `..` and links

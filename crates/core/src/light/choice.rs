@@ -119,3 +119,6 @@ impl<P: Precision> Lights<P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

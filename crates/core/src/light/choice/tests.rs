@@ -1,0 +1,99 @@
+//! Lights are drawn as often as is said, wherever and however many they are.
+
+use super::*;
+use crate::hash::mix;
+use crate::light::sky::{Kind, Sky};
+use crate::light::{EmitterList, Emitters};
+use glam::DVec3;
+use raywright_bvh::shapes::{AnyShape, Sphere};
+use raywright_bvh::{Aabb, Reference, Side};
+
+/// Balls of light at places, with radiances.
+fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<Reference> {
+    let mut list = EmitterList::default();
+    for (centre, radiance) in balls {
+        list.next_object();
+        list.plain(AnyShape::Sphere(Sphere { centre, radius: 0.01 }), DVec3::splat(radiance), Side::Outside, None);
+    }
+    let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
+    let sky = Sky { kind: Kind::Constant(DVec3::splat(0.1)) };
+    let mut lights = Lights::new(Vec::new(), Emitters::new(list), sky, &scene);
+    lights.prepare_sky();
+    lights.prepare_choice();
+    lights
+}
+
+fn number(i: u64) -> f64 {
+    (mix(i) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Where the light of a number is.
+type Place = fn(u64) -> DVec3;
+
+fn place(i: u64) -> DVec3 {
+    DVec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) * 8.0 - 4.0
+}
+
+/// Protects: each light is drawn as often as its probability says, all of which sum to one, or to what is
+/// not drawn where no light of a part of the tree shines here; none without power is (M10).
+#[test]
+fn lights_are_drawn_by_their_probability() {
+    const COUNT: u64 = 40_000;
+    let powers = [0.0, 1e-30, 1.0, 3.0, 1e30];
+    let mixed = lights((0..60).map(|i| (place(i), powers[(i % 4) as usize])));
+    let wild = lights((0..20).map(|i| (place(i), powers[(i % 5) as usize])));
+    for (name, lights) in [("mixed", &mixed), ("wild", &wild)] {
+        for (from, normal) in
+            [(DVec3::new(0.3, -4.5, 0.1), DVec3::Y), (DVec3::ZERO, DVec3::new(0.6, 0.0, 0.8)), (DVec3::ONE, DVec3::ZERO)]
+        {
+            let probability = |id| lights.choice().probability::<f64>(id, from, normal);
+            let total: f64 = lights.ids().map(probability).sum();
+            assert!(total > 0.2 && total < 1.0 + 1e-9, "{name} from {from}: {total}");
+            let mut missed: f64 = 0.0;
+            let mut found = vec![0.0; lights.emitters.len() + 1];
+            for i in 0..COUNT {
+                let pair = [2 * i, 2 * i + 1].map(|k| number(k) as f32 * 0.999_999_9);
+                let Some((light, drawn)) = lights.choice().draw::<f64>(from, normal, pair) else {
+                    missed += 1.0;
+                    continue;
+                };
+                assert!((drawn / probability(light) - 1.0).abs() < 1e-9, "{name}: {drawn} and {}", probability(light));
+                let slot = if let LightId::Emitter(i) = light { i as usize } else { lights.emitters.len() };
+                found[slot] += 1.0;
+            }
+            let expected = (1.0 - total) * COUNT as f64;
+            assert!((missed - expected).abs() <= 5.0 * (expected + 1.0).sqrt(), "{name} from {from}: {missed}, not {expected}");
+            for (id, found) in lights.ids().zip(&found) {
+                let expected = probability(id) * COUNT as f64;
+                let off: f64 = found - expected;
+                assert!(off.abs() <= 5.0 * (expected + 1.0).sqrt(), "{name} from {from}, {id:?}: {found}, not {expected}");
+                if id != LightId::Sky {
+                    assert!(lights.power(id) > 0.0 || probability(id) == 0.0, "{name}: {id:?} has no power");
+                }
+            }
+        }
+    }
+}
+
+/// Protects: none, one, many lights, many at one place, in a row that grows by powers, and the same twice: a tree is made, is not deep,
+/// and reaches each of them.
+#[test]
+fn many_lights_anywhere() {
+    let choose = |lights: &Lights<Reference>, from: DVec3| {
+        let sum: f64 = lights.ids().map(|id| lights.choice().probability::<f64>(id, from, DVec3::ZERO)).sum();
+        (sum, lights.choice().tree.depth())
+    };
+    let from = DVec3::new(0.1, 0.2, 30.0);
+    assert_eq!(choose(&lights(core::iter::empty()), from), (1.0, 0));
+    assert!((choose(&lights(core::iter::once((DVec3::X, 2.0))), from).0 - 1.0).abs() < 1e-12);
+    let sets: [(&str, Place); 4] = [
+        ("scattered", place),
+        ("at one place", |_| DVec3::X),
+        ("in a row that grows", |i| DVec3::X * 1.005_f64.powi((i % 4000) as i32)),
+        ("each twice", |i| place(i / 2)),
+    ];
+    for (name, at) in sets {
+        let (sum, depth) = choose(&lights((0..20_000).map(|i| (at(i), 1.0 + number(i)))), from);
+        assert!((sum - 1.0).abs() < 1e-6 && depth <= 64, "{name}: {sum}, {depth} deep");
+    }
+}
