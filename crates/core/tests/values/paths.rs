@@ -42,7 +42,7 @@ pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
     (mean, core::array::from_fn(|k| (spread(k) / n).sqrt()))
 }
 
-/// Every way of finding light sees this within three standard errors and 0.2 %, and knows it to 1 %.
+/// Every way of finding light sees this within three standard errors and 0.2 %, and knows it to 3 %.
 #[track_caller]
 fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: &str) {
     for light_sampling in WAYS {
