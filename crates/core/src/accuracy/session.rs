@@ -1,13 +1,15 @@
 //! One measurement from start to end: how large the pictures are, the reference, rounds over all rungs, the frontier; each with its
 //! share of the time.
 
-use std::time::{Duration, Instant};
+mod reach;
+
+use std::time::Instant;
 
 use super::frontier::{Point, Steps, pareto, walk};
 use super::report::{Candidate, LadderReport, Price, PriceReport, Report, RungReport, Shown};
 use super::setting::Setting;
 use super::shots::Shots;
-use super::studio::{Stopwatch, Studio, Unfinished};
+use super::studio::{Stopwatch, Studio};
 use super::{Effort, Listener};
 use crate::display::Display;
 use crate::effects::detect;
@@ -15,7 +17,7 @@ use crate::ladder::{Choice, Ladder, Rung, reached};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
-use crate::settings::{Sampling, Settings};
+use crate::settings::Settings;
 
 /// Shares of the budget by the end of which each part has to be done.
 const REFERENCE: f64 = 0.35;
@@ -24,17 +26,6 @@ const PRICES: f64 = 0.75;
 const WALKS: f64 = 0.9;
 /// Rounds that a step of a walk takes, and that a candidate is measured again.
 const STEP_ROUNDS: u64 = 2;
-/// Columns of the smallest picture that is measured, where the scene's is not smaller.
-const LEAST_WIDTH: f64 = 96.0;
-/// A rung may take this many times as long as the scene's own, or so long at least, in the smallest picture.
-const PATIENCE: f64 = 20.0;
-const LEAST_PATIENCE: Duration = Duration::from_millis(500);
-/// Least samples of the pictures by which the size is chosen: those of a fixed pattern may be shared by pixels.
-const PROBE: f64 = 16.0;
-/// Rounds that the size allows for.
-const ROUNDS: f64 = 3.0;
-/// Seconds that a render has to take to say how fast the scene renders.
-const LEAST_PROBE: f64 = 0.03;
 /// Random numbers of candidates that are measured again begin here.
 const FRESH: u64 = 1 << 32;
 
@@ -136,67 +127,6 @@ impl<'a> Session<'a> {
 
     fn spent(&self) -> f64 {
         (self.start.elapsed().as_secs_f64() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
-    }
-
-    /// The most exact rung of each ladder that does not take too long, samples apart, as a tiny picture shows. Paths that divide at
-    /// glass and mirrors have twice as many ends with each segment.
-    fn within_reach(&mut self) -> Result<Setting, PrepareError> {
-        let settings = Settings { size: self.scaled(self.least()), ..self.settings.clone() };
-        let before = Instant::now();
-        let own = self.studio(&settings).take(&Setting::default(), 0, self.at(1e3));
-        let patience = before.elapsed().mul_f64(PATIENCE).max(LEAST_PATIENCE);
-        own.map_err(Unfinished::into_error)?;
-        let mut exact = Setting::default();
-        for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples) {
-            for choice in ladder.choices().rev() {
-                let setting = self.setting(choice);
-                match self.studio(&settings).take(&setting, 0, Instant::now() + patience) {
-                    Ok(_) => {
-                        exact = exact.with(choice);
-                        break;
-                    }
-                    Err(Unfinished::Late) => self.beyond.push(choice),
-                    Err(Unfinished::Failed(error)) => return Err(error),
-                }
-            }
-        }
-        Ok(exact)
-    }
-
-    /// Share of the scene's width that the smallest picture has.
-    fn least(&self) -> f64 {
-        (LEAST_WIDTH / f64::from(self.full_size[0])).min(1.0)
-    }
-
-    fn scaled(&self, factor: f64) -> [u32; 2] {
-        self.full_size.map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32)
-    }
-
-    /// Size at which three rounds take their share of the budget, by what samples take in small pictures; at most the scene's.
-    fn affordable(&self) -> Result<[u32; 2], PrepareError> {
-        let own = f64::from(self.settings.sampling.count());
-        let probe = own.max(PROBE);
-        let mut factor = self.least();
-        let a_sample = loop {
-            let size = self.scaled(factor);
-            let settings = Settings { size, sampling: Sampling::General(probe as u32), ..self.settings.clone() };
-            let before = Instant::now();
-            // Late is right for a picture so slow: the smallest is then all there is time for.
-            match self.studio(&settings).take(&Setting::default(), 0, self.at(REFERENCE)) {
-                Err(Unfinished::Failed(error)) => return Err(error),
-                Err(Unfinished::Late) => return Ok(self.scaled(self.least())),
-                Ok(_) => {}
-            }
-            let seconds = before.elapsed().as_secs_f64();
-            if seconds >= LEAST_PROBE || factor >= 1.0 {
-                break seconds / (f64::from(size[0]) * f64::from(size[1]) * probe);
-            }
-            factor = (2.0 * factor).min(1.0);
-        };
-        let samples: f64 = self.choices().map(|choice| samples_of(choice).unwrap_or(own)).sum();
-        let wanted = self.effort.budget.as_secs_f64() * (RUNGS - REFERENCE) / (ROUNDS * (samples + own) * a_sample);
-        let [width, height] = self.full_size.map(f64::from);
-        Ok(self.scaled((wanted / (width * height)).sqrt().clamp(self.least(), 1.0)))
     }
 
     /// Every rung that a picture depends on and that is not in use.
@@ -349,11 +279,6 @@ impl<'a> Session<'a> {
         rungs.insert(place, (None, own));
         Some(Steps { ladder, rungs, own: place })
     }
-}
-
-/// Samples of a rung of that ladder.
-fn samples_of(choice: Choice) -> Option<f64> {
-    (choice.ladder() == Ladder::Samples).then(|| choice.rung().parse().ok()).flatten()
 }
 
 /// Those that were measured and that no other one beats, simple settings before others where both are worth the same.
