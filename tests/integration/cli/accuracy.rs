@@ -47,7 +47,7 @@ fn every_rung_has_a_row() {
         "  error-bound *",
         "  off ",
         "  1024 ",
-        "not called for by this scene, and not measured: texture-filter",
+        "not called for by this scene, and not measured: light-sampling, texture-filter",
         "worth their time",
         "raywright render ...",
     ] {
