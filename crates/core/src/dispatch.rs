@@ -63,7 +63,8 @@ pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> R
     Ok(Ready { inner, kernel, settings: settings.clone(), effects })
 }
 
-/// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it.
+/// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it, three times
+/// with the tree of `robust`, five where triangles and shapes mix.
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
     reckon(scene, settings, detect(scene, settings).simulated())
 }

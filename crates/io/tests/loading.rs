@@ -162,7 +162,7 @@ fn references_out_of_the_folder_are_refused_at_their_place() {
     assert_eq!(kind, ErrorKind::Input);
     assert_eq!(
         message,
-        "error: `../wood.png` leads out of the scene's folder, and only files in it are read
+        "error: `../wood.png` leads out of the scene's folder, and only files in it are read (--allow-outside reads others)
  --> x.scene.toml:4:8
   |
 4 | path = \"../wood.png\"

@@ -289,3 +289,6 @@ fn unbeaten(mut settings: Vec<Setting>, point: impl Fn(&Setting) -> Option<Point
     let points: Vec<_> = known.iter().map(|(_, point)| *point).collect();
     pareto(&points).into_iter().map(|i| known[i].0.clone()).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -24,7 +24,7 @@ use crate::motion::{ends, simulated_scene};
 use crate::scene::{ImageData, Integrator, Projection, Scene, Shape, Sky};
 use crate::settings::Settings;
 
-/// At least what a scene prepared in a precision will take, and at most twice of it, from counts alone: only how many nodes a
+/// At least what a scene prepared in a precision will take, and at most twice of it (more in a wide tree, see `crate::estimate`), from counts alone: only how many nodes a
 /// tree has, and whether lamps have an area to be drawn from, is not known beforehand.
 pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
     let scene = &*simulated_scene(scene, settings.camera.as_ref(), simulated);
