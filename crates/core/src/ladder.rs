@@ -341,10 +341,13 @@ pub struct Standing {
 /// The ladders that a scene reaches: those whose effects it calls for.
 pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> impl Iterator<Item = Ladder> + use<> {
     let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
-    // Whitted ray tracing always asks, and meets nothing by chance.
+    // Whitted ray tracing always asks, and meets nothing by chance; paths go on from every surface.
     let paths = chosen(scene, settings) == Integrator::Path;
-    Ladder::ALL.into_iter().filter(move |&ladder| {
-        (paths || ladder != Ladder::LightSampling) && (ladder.effects().is_empty() || !ladder.effects().and(present).is_empty())
+    let called_for = move |ladder: Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
+    Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
+        Ladder::LightSampling => paths && called_for(ladder),
+        Ladder::PathLength => paths || called_for(ladder),
+        _ => called_for(ladder),
     })
 }
 
@@ -413,6 +416,17 @@ mod tests {
         let mut settings = Settings::of(&scene);
         Choice::parse("ray-offset=constant").expect("a rung").apply(&mut scene, &mut settings);
         assert_eq!(scene.classic.spawn, own);
+    }
+
+    /// Protects: a path tracer goes on from every surface, so that its paths have a length to choose; without mirrors Whitted's have none.
+    #[test]
+    fn paths_have_a_length_to_choose() {
+        let reached_by = |integrator| {
+            let (scene, settings) = (scene(), Settings { integrator, ..Settings::of(&scene()) });
+            let effects = crate::effects::detect(&scene, &settings);
+            reached(&scene, &settings, &effects).any(|ladder| ladder == Ladder::PathLength)
+        };
+        assert_eq!([Integrator::Path, Integrator::Whitted].map(reached_by), [true, false]);
     }
 
     /// Protects: what is no rung is refused with the nearest word, or with all of them.

@@ -10,7 +10,7 @@ use crate::prepare::PrepareError;
 use crate::settings::{Sampling, Settings};
 
 /// Columns of the smallest picture that is measured, where the scene's is not smaller.
-const LEAST_WIDTH: f64 = 96.0;
+const LEAST_WIDTH: f64 = 40.0;
 /// A rung may take this many times as long as the scene's own, or so long at least, in the smallest picture.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_millis(500);
