@@ -17,15 +17,16 @@ pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 
 /// Prepares a scene, or says in the words of the command line why that can't be.
 pub fn prepared(loaded: &Loaded, settings: &Settings, observer: &dyn Observer) -> Result<Ready, Failure> {
-    prepare(&loaded.scene, settings, observer).map_err(|error| {
-        let name = &loaded.source.name;
-        match error {
-            PrepareError::Cancelled => return Failure::new(Exit::Interrupted, NOTHING_KEPT),
-            PrepareError::Memory { needed, allowed } => too_much(name, &needed, allowed),
-            other => Error::input(name, other),
-        }
-        .into()
-    })
+    prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source.name, error))
+}
+
+/// Why a scene of that name can't be prepared, in the words of the command line.
+pub fn failed(name: &str, error: PrepareError) -> Failure {
+    match error {
+        PrepareError::Cancelled => Failure::new(Exit::Interrupted, NOTHING_KEPT),
+        PrepareError::Memory { needed, allowed } => too_much(name, &needed, allowed).into(),
+        other => Error::input(name, other).into(),
+    }
 }
 
 /// What needs how much memory, and what to do about the part that needs most.

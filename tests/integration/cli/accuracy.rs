@@ -142,4 +142,5 @@ fn mistakes_are_said_at_once() {
     refused(&["accuracy", "none.scene.toml"], 4, "none.scene.toml");
     refused(&["accuracy", "ball.scene.toml", "-o", "a.csv", "-o", "a.csv"], 2, "twice");
     refused(&["accuracy", "preset:none"], 2, "none");
+    refused(&quick(&["--max-memory", "1K"]), 5, "raise the limit with --max-memory");
 }

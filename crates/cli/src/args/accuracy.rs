@@ -55,6 +55,10 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
 
+    /// Refuse what would need more memory for one render: bytes, or with K, M, G [default: 8G]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
+
     /// Print JSON instead of a table
     #[arg(long)]
     pub json: bool,

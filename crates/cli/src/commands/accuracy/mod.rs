@@ -3,16 +3,16 @@
 mod file;
 mod text;
 
+use raywright_core::Settings;
 use raywright_core::accuracy::{Effort, Listener, measure};
-use raywright_core::{Settings, prepare::PrepareError};
-use raywright_io::{EnvironmentSource, Error, Limits};
+use raywright_io::{EnvironmentSource, Limits};
 
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
-use crate::failure::{Exit, Failure};
+use crate::failure::Failure;
 use crate::origin::quoted;
 use crate::progress::Steps;
-use crate::ready::NOTHING_KEPT;
+use crate::ready::failed;
 use crate::targets::Outputs;
 use crate::threads::Threads;
 use crate::watch::Watch;
@@ -35,15 +35,14 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     let mut settings = Settings::of(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
-    settings.max_memory = Some(Limits::default().memory_bytes);
+    settings.max_memory = Some(args.max_memory.unwrap_or(Limits::default().memory_bytes));
     let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
     let watch = Watch { progress: None, stop: interrupt::flag()? };
     let mut steps = Steps::start(verbosity);
     let threads = Threads::new(args.threads)?;
-    let report = threads.run(|| measure(&loaded.scene, &settings, &effort, &watch, &mut steps)).map_err(|error| match error {
-        PrepareError::Cancelled => Failure::new(Exit::Interrupted, NOTHING_KEPT),
-        other => Error::input(&loaded.source.name, other).into(),
-    })?;
+    let report = threads
+        .run(|| measure(&loaded.scene, &settings, &effort, &watch, &mut steps))
+        .map_err(|error| failed(&loaded.source.name, error))?;
     drop(steps);
     let document = Document::new(&loaded, &asked(args), &settings, threads.run(rayon::current_num_threads), &report);
     for (path, kind) in files {
