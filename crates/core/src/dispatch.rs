@@ -122,12 +122,7 @@ impl Ready {
         let mut film = self.film("");
         let whole = film.whole();
         self.render_units(&mut film, &whole, observer);
-        Rendered {
-            picture: film.picture(),
-            counters: film.counters(),
-            unfinished: film.unfinished(),
-            finished: film.unfinished() == 0,
-        }
+        Rendered::of(&film)
     }
 
     /// A film with nothing on it yet, to be rendered part by part. `scene` is whatever tells scenes apart, such as a hash of
@@ -136,8 +131,8 @@ impl Ready {
         Film::new(scene, &self.settings, self.plan())
     }
 
-    /// Renders what `part` names and the film lacks on the current thread pool, one replicate after the other; what the picture does not have is left
-    /// out. Where the observer stops it, the film keeps what is finished, and a further call goes on from there.
+    /// Renders what `part` names and the film lacks on the current thread pool, in passes over it; what the picture does not have
+    /// is left out. Where the observer stops it, the film keeps what is finished, and a further call goes on from there.
     ///
     /// # Errors
     /// [`PartError::Foreign`] for the film of another picture.

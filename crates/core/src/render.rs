@@ -3,8 +3,9 @@
 use core::cell::Cell;
 use core::marker::PhantomData;
 use core::ops::Range;
-use core::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::Mutex;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::{Mutex, MutexGuard};
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
@@ -31,8 +32,16 @@ pub struct Rendered {
     pub finished: bool,
 }
 
-/// Renders what `part` names and the film lacks on the current thread pool: one replicate after the other, so that a render
-/// that is stopped has something everywhere.
+impl Rendered {
+    /// What a film amounts to so far.
+    pub fn of(film: &Film) -> Self {
+        let unfinished = film.unfinished();
+        Self { picture: film.picture(), counters: film.counters(), unfinished, finished: unfinished == 0 }
+    }
+}
+
+/// Renders what `part` names and the film lacks on the current thread pool, in passes over the picture that each add some samples
+/// of one replicate, so that a render that is stopped has something everywhere, and nearly the same of it.
 pub(crate) fn render<P: Precision, K: Kernel>(
     scene: &Prepared<P>,
     settings: &Settings,
@@ -41,33 +50,95 @@ pub(crate) fn render<P: Precision, K: Kernel>(
     observer: &dyn Observer,
 ) {
     let plan = film.plan().clone();
-    let replicates = part.replicates.start..part.replicates.end.min(plan.replicates);
-    let tiles = part.tiles.start..part.tiles.end.min(plan.tiles());
-    let mut units: Vec<(u32, u32)> = replicates.flat_map(|r| tiles.clone().map(move |tile| (tile, r))).collect();
-    units.retain(|&(tile, replicate)| !film.has(tile, replicate));
-    let pixels = |area: Crop| u64::from(area.width) * u64::from(area.height);
-    let total = units.iter().map(|&(tile, _)| pixels(plan.tile(tile))).sum();
-    let (next, film) = (AtomicUsize::new(0), Mutex::new((film, 0_u64)));
+    let queue = Mutex::new(Queue::new(film, part));
     let work = || {
+        let mut finished = None;
         while !observer.cancelled()
-            && let Some(&(tile, replicate)) = units.get(next.fetch_add(1, Ordering::Relaxed))
+            && let Some(next) = lock(&queue).exchange(finished.take(), observer)
         {
+            let Next { tile, replicate, samples, start } = next;
             let area = plan.tile(tile);
-            let job = UnitJob::<P, K> { scene, settings, plan: &plan, area, tile, replicate, observer, kernel: PhantomData };
-            let Some(unit) = job.run() else { break };
-            // One lock a tile.
-            let mut film = film.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-            film.0.put(&unit);
-            film.1 += pixels(area);
-            observer.progress(film.1, total);
+            let job =
+                UnitJob::<P, K> { scene, settings, plan: &plan, area, tile, replicate, samples, observer, kernel: PhantomData };
+            let Some(unit) = job.run(&start) else { return };
+            finished = Some(unit);
         }
+        lock(&queue).put(finished, observer);
     };
     // Each thread takes the next one, so that they are finished nearly in order and none waits for another. Not a broadcast,
     // which ends only when every thread of the pool has taken part: a caller's pool may have other things to do.
     rayon::scope(|scope| (0..rayon::current_num_threads()).for_each(|_| scope.spawn(|_| work())));
 }
 
-/// The work of one tile in one replicate.
+fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// What is to be rendered, in order, and the film that it goes to.
+struct Queue<'f> {
+    film: &'f mut Film,
+    /// What comes next of each tile in each replicate that is not finished and not being worked on: the pass, the replicate, the
+    /// tile. Whoever finds nothing here can leave: what is being worked on is continued by who works on it.
+    waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
+    /// Tiles of the part that have no samples at all.
+    bare: usize,
+    /// Samples of all pixels, taken and to be taken.
+    done: u64,
+    total: u64,
+}
+
+/// Work for a thread.
+struct Next {
+    tile: u32,
+    replicate: u32,
+    samples: Range<u32>,
+    /// What is there already.
+    start: Plane,
+}
+
+impl<'f> Queue<'f> {
+    fn new(film: &'f mut Film, part: &Part) -> Self {
+        let plan = film.plan();
+        let replicates = part.replicates.start..part.replicates.end.min(plan.replicates);
+        let tiles = (part.tiles.start..part.tiles.end.min(plan.tiles())).step_by(part.step.max(1) as usize);
+        let (mut waiting, mut bare, mut total) = (Vec::new(), 0, 0);
+        for tile in tiles {
+            bare += usize::from((0..plan.replicates).all(|replicate| film.drawn(tile, replicate) == 0));
+            for replicate in replicates.clone() {
+                let drawn = film.drawn(tile, replicate);
+                waiting.extend(plan.pass(replicate, drawn).map(|(pass, _)| Reverse((pass, replicate, tile))));
+                total += plan.pixels_of(tile) * u64::from(plan.samples_of(replicate).saturating_sub(drawn));
+            }
+        }
+        Self { film, waiting: waiting.into(), bare, done: 0, total }
+    }
+
+    /// Takes what is finished, and gives the next piece of work, if there is any and the observer has not got enough. One lock a
+    /// tile.
+    fn exchange(&mut self, finished: Option<Unit>, observer: &dyn Observer) -> Option<Next> {
+        self.put(finished, observer);
+        if observer.has_enough(self.bare == 0) {
+            return None;
+        }
+        let Reverse((_, replicate, tile)) = self.waiting.pop()?;
+        let (_, samples) = self.film.plan().pass(replicate, self.film.drawn(tile, replicate))?;
+        Some(Next { tile, replicate, samples, start: self.film.state(tile, replicate) })
+    }
+
+    fn put(&mut self, finished: Option<Unit>, observer: &dyn Observer) {
+        let Some(unit) = finished else { return };
+        let (tile, replicate) = (unit.tile, unit.replicate);
+        let bare = (0..self.film.plan().replicates).all(|replicate| self.film.drawn(tile, replicate) == 0);
+        let before = self.film.drawn(tile, replicate);
+        self.film.put(&unit);
+        self.bare -= usize::from(bare);
+        self.done += self.film.plan().pixels_of(tile) * u64::from(unit.drawn - before);
+        self.waiting.extend(self.film.plan().pass(replicate, unit.drawn).map(|(pass, _)| Reverse((pass, replicate, tile))));
+        observer.progress(self.done, self.total);
+    }
+}
+
+/// Some samples of one tile in one replicate.
 struct UnitJob<'a, P: Precision, K: Kernel> {
     scene: &'a Prepared<P>,
     settings: &'a Settings,
@@ -76,6 +147,7 @@ struct UnitJob<'a, P: Precision, K: Kernel> {
     area: Crop,
     tile: u32,
     replicate: u32,
+    samples: Range<u32>,
     observer: &'a dyn Observer,
     kernel: PhantomData<K>,
 }
@@ -90,6 +162,14 @@ struct FirstHits<'a> {
 impl<'a> FirstHits<'a> {
     fn new(plan: &'a Plan) -> Self {
         Self { plan, sums: vec![[0.0; 3]; plan.layers.mean.len()], hits: 0 }
+    }
+
+    /// Goes on with a pixel of a plane that has some samples.
+    fn resume(&mut self, plane: &Plane, pixel: usize) {
+        for (sum, layer) in self.sums.iter_mut().zip(&plane.layers) {
+            *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
+        }
+        self.hits = plane.first_hits.get(pixel).copied().unwrap_or(0);
     }
 
     #[inline(always)]
@@ -112,18 +192,14 @@ impl<'a> FirstHits<'a> {
         }
     }
 
-    /// Hands the means of the pixel over and starts the next one.
+    /// Hands the sums of the pixel over and starts the next one.
     #[inline(always)]
-    fn push(&mut self, plane: &mut Plane, samples: u32) {
-        if !self.sums.is_empty() {
-            self.mean(plane, samples);
+    fn push(&mut self, plane: &mut Plane) {
+        if self.sums.is_empty() {
+            return;
         }
-    }
-
-    fn mean(&mut self, plane: &mut Plane, samples: u32) {
-        for (k, (sum, (aov, _))) in self.sums.iter_mut().zip(&self.plan.layers.mean).enumerate() {
-            let n = f64::from(if *aov == Aov::Position { u32::from(self.hits) } else { samples }).max(1.0);
-            plane.layers[k].push(core::mem::take(sum).map(|s| (s / n) as f32));
+        for (layer, sum) in plane.layers.iter_mut().zip(&mut self.sums) {
+            layer.push(core::mem::take(sum));
         }
         if self.plan.counts_first_hits() {
             plane.first_hits.push(self.hits);
@@ -134,14 +210,14 @@ impl<'a> FirstHits<'a> {
 
 impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     /// None where the observer stopped it halfway.
-    fn run(&self) -> Option<Unit> {
+    fn run(&self, start: &Plane) -> Option<Unit> {
         match self.plan.random {
-            true => self.gather::<Moments>(),
-            false => self.gather::<Plain<P::Real>>(),
+            true => self.gather::<Moments>(start),
+            false => self.gather::<Plain<P::Real>>(start),
         }
     }
 
-    fn gather<B: Block<P::Real>>(&self) -> Option<Unit> {
+    fn gather<B: Block<P::Real>>(&self, start: &Plane) -> Option<Unit> {
         let pixels = self.area.width as usize * self.area.height as usize;
         let keeps_first = !self.plan.layers.mean.is_empty();
         let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, keeps_first, self.observer);
@@ -150,7 +226,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let (mut dropped, met) = (0, Cell::new(0_u64));
         let mut finish = |plane: &mut Plane, pixel: Sums| {
             met.set(met.get() + u64::from(pixel.hits));
-            plane.push(self.plan, &pixel);
+            plane.push(self.plan, &pixel, self.samples.end);
             if self.plan.random {
                 spread.push(pixel.spread);
             }
@@ -158,9 +234,9 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         match self.settings.sampling {
             Sampling::Pattern(Pattern::Corners) => dropped += self.corners::<B>(&mut tracer, &mut plane, finish),
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
-                let samples = self.plan.samples_of(self.replicate);
                 let mut firsts = FirstHits::new(self.plan);
                 let mut pixel = Gather::<P::Real, B>::default();
+                let mut place = 0;
                 for y in self.rows() {
                     // A tile of many samples may take seconds.
                     if self.observer.cancelled() {
@@ -170,27 +246,33 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                         // A replicate has no more samples than a sequence has points.
                         let places =
                             (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(x, y, 0), Purpose::Pixel));
-                        for index in 0..samples {
+                        if self.samples.start > 0 {
+                            pixel.resume(start.pixel(place, self.samples.start), self.samples.start);
+                            firsts.resume(start, place);
+                        }
+                        place += 1;
+                        for index in self.samples.clone() {
                             let ray = self.sample_ray([x, y], index, places);
                             let brought = tracer.camera_ray(ray, self.address(x, y, index));
                             dropped += u64::from(!pixel.add(brought.radiance, brought.hit));
                             firsts.add(tracer.first());
                         }
                         finish(&mut plane, pixel.finish());
-                        firsts.push(&mut plane, samples);
+                        firsts.push(&mut plane);
                     }
                 }
             }
         }
-        let centre = if self.replicate == 0 { self.centre_layers(&mut tracer) } else { Vec::new() };
+        let centre = if self.replicate == 0 && self.samples.start == 0 { self.centre_layers(&mut tracer) } else { Vec::new() };
         if tracer.is_stopped() {
             return None;
         }
         let mut counters: Counters = tracer.counters;
-        counters.samples = plane.samples.iter().map(|&n| u64::from(n)).sum();
+        let entered = |plane: &Plane| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
+        counters.samples = entered(&plane) - entered(start);
         counters.dropped = dropped;
-        counters.met = met.get();
-        Some(Unit { tile: self.tile, replicate: self.replicate, plane, spread, centre, counters })
+        counters.met = met.get() - start.hits.iter().map(|&n| u64::from(n)).sum::<u64>();
+        Some(Unit { tile: self.tile, replicate: self.replicate, drawn: self.samples.end, plane, spread, centre, counters })
     }
 
     /// Rows of the whole picture that the tile lies in.
@@ -227,7 +309,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                 if !hits.is_empty() {
                     let top = y * row + x;
                     [top + row, top + row + 1, top, top + 1].into_iter().for_each(|at| firsts.add(hits[at].as_ref()));
-                    firsts.push(plane, 4);
+                    firsts.push(plane);
                 }
             }
         }

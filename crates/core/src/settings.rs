@@ -85,6 +85,14 @@ impl Sampling {
         }
     }
 
+    /// The fixed pattern, if it is one.
+    pub fn pattern(self) -> Option<Pattern> {
+        match self {
+            Self::Pattern(pattern) => Some(pattern),
+            Self::General(_) => None,
+        }
+    }
+
     /// Whether every sample's place is the same in all pixels.
     pub fn is_fixed(self) -> bool {
         matches!(self, Self::Pattern(_))

@@ -7,7 +7,7 @@ use super::Plane;
 pub(super) fn mean(planes: &[&Plane], pixel: usize) -> ([f64; 3], f64) {
     let (mut sum, mut count) = ([0.0; 3], 0_u64);
     for plane in planes {
-        let of = plane.sums[pixel];
+        let of = plane.total(pixel);
         sum = core::array::from_fn(|i| sum[i] + of[i]);
         count += u64::from(plane.samples[pixel]);
     }
@@ -37,7 +37,7 @@ impl Means {
         let (mean, samples) = mean(planes, pixel);
         let mut means = Self { between: [0.0; 3], replicates: 0, samples };
         for plane in planes.iter().filter(|plane| plane.samples[pixel] > 0) {
-            let (sum, n) = (plane.sums[pixel], f64::from(plane.samples[pixel]));
+            let (sum, n) = (plane.total(pixel), f64::from(plane.samples[pixel]));
             let apart: [f64; 3] = core::array::from_fn(|i| sum[i] / n - mean[i]);
             means.between = core::array::from_fn(|i| means.between[i] + n * apart[i] * apart[i]);
             means.replicates += 1;

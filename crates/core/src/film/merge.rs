@@ -1,7 +1,6 @@
 //! Parts of a picture become one: their union, whoever rendered which.
 
 use super::{Film, Rect};
-use crate::settings::Settings;
 
 /// Why films are not parts of one picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -15,7 +14,17 @@ pub enum PartError {
         /// Which film, counted from zero.
         part: usize,
         /// What differs.
-        what: &'static str,
+        what: String,
+    },
+    /// A film can't become part of a picture with so many samples.
+    #[error("it has {has} samples a pixel, which are not among the first of {asked}; of {least} they are")]
+    Samples {
+        /// Samples a pixel that the film is divided for.
+        has: u32,
+        /// Samples a pixel that are asked for.
+        asked: u32,
+        /// The fewest, of at least those asked for, among which they are.
+        least: u32,
     },
     /// Two films hold the same samples, which must not count twice.
     #[error("part {part} holds replicate {replicate} of tile {tile}, which another part holds too")]
@@ -29,32 +38,33 @@ pub enum PartError {
     },
 }
 
-/// What decides a picture's samples, apart from the scene. How they are computed (threads, accelerator, kernel, memory) does not.
-fn difference(a: &Settings, b: &Settings) -> Option<&'static str> {
-    let settings = [
-        (a.size != b.size, "size"),
-        (a.crop != b.crop, "crop"),
-        (a.camera != b.camera, "camera"),
-        (a.sampling != b.sampling, "number of samples"),
-        (a.replicates != b.replicates, "number of replicates"),
-        (a.max_depth != b.max_depth, "maximum depth"),
-        (a.integrator != b.integrator, "integrator"),
-        (a.light_sampling != b.light_sampling, "light sampling"),
-        (a.seed != b.seed, "seed"),
-        (a.frame != b.frame, "frame"),
-        (a.precision != b.precision, "precision"),
-        (a.background != b.background, "background"),
-        (a.aovs != b.aovs, "list of layers"),
-        (a.tile_size != b.tile_size, "size of tiles"),
-    ];
-    settings.into_iter().find(|(differs, _)| *differs).map(|(_, what)| what)
-}
-
 impl Film {
     /// What tells the picture of another film from this one's; none: they are parts of one.
-    pub(crate) fn difference(&self, other: &Film) -> Option<&'static str> {
-        let scene = (self.scene != other.scene || self.plan != other.plan).then_some("scene");
-        difference(&self.settings, &other.settings).or(scene)
+    pub(crate) fn difference(&self, other: &Film) -> Option<String> {
+        self.identity.difference(&other.identity).or_else(|| self.plan.difference(&other.plan).map(str::to_owned))
+    }
+
+    /// Goes on with what an earlier film holds, if that is of this picture with as many samples or fewer: the bits of a render
+    /// that was never interrupted.
+    ///
+    /// # Errors
+    /// [`PartError::Foreign`] for the film of another picture, [`PartError::Samples`] where its replicates have more samples than
+    /// this picture's.
+    pub fn adopt(&mut self, earlier: Film) -> Result<(), PartError> {
+        let foreign = self.identity.difference(&earlier.identity);
+        if let Some(what) = foreign.or_else(|| self.plan.other_division(&earlier.plan).map(str::to_owned)) {
+            return Err(PartError::Foreign { part: 0, what });
+        }
+        if !self.plan.continues(&earlier.plan) {
+            let (has, asked) = (earlier.plan.samples(), self.plan.samples());
+            let least = (asked.max(has)..=u32::MAX).find(|&n| self.plan.with_samples(n).continues(&earlier.plan));
+            return Err(PartError::Samples { has, asked, least: least.unwrap_or(has) });
+        }
+        let Film { planes, spread, centre, drawn, counters, .. } = earlier;
+        self.planes.iter_mut().zip(planes).for_each(|(mine, its)| *mine = its);
+        self.drawn[..drawn.len()].copy_from_slice(&drawn);
+        (self.spread, self.centre, self.counters) = (spread, centre, counters);
+        Ok(())
     }
 
     /// The union of parts of one picture, in whatever order they come: the bits of one run, where together they hold all of it.
@@ -63,7 +73,7 @@ impl Film {
     /// See [`PartError`].
     pub fn merge(parts: &[Film]) -> Result<Film, PartError> {
         let first = parts.first().ok_or(PartError::Nothing)?;
-        let mut film = Film::new(&first.scene, &first.settings, first.plan.clone());
+        let mut film = Film::empty(first.identity.clone(), first.plan.clone());
         for (index, part) in parts.iter().enumerate() {
             if let Some(what) = first.difference(part) {
                 return Err(PartError::Foreign { part: index, what });
@@ -72,7 +82,7 @@ impl Film {
         }
         // Whatever the parts' order, their spreads are joined in that of their replicates.
         let mut parts: Vec<&Film> = parts.iter().collect();
-        parts.sort_by_key(|part| part.done.iter().position(|&done| done));
+        parts.sort_by_key(|part| part.drawn.iter().position(|&drawn| drawn > 0));
         parts.into_iter().for_each(|part| film.take(part));
         Ok(film)
     }
@@ -80,12 +90,12 @@ impl Film {
     /// Notes what a part holds.
     fn mark(&mut self, part: &Film, index: usize) -> Result<(), PartError> {
         let tiles = self.plan.tiles() as usize;
-        for (unit, (done, &held)) in self.done.iter_mut().zip(&part.done).enumerate() {
-            if *done && held {
+        for (unit, (drawn, &held)) in self.drawn.iter_mut().zip(&part.drawn).enumerate() {
+            if *drawn > 0 && held > 0 {
                 let (tile, replicate) = ((unit % tiles) as u32, (unit / tiles) as u32);
                 return Err(PartError::Overlap { part: index, tile, replicate });
             }
-            *done |= held;
+            *drawn += held;
         }
         Ok(())
     }
@@ -94,15 +104,15 @@ impl Film {
     fn take(&mut self, part: &Film) {
         for tile in 0..self.plan.tiles() {
             let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
-            for replicate in (0..self.plan.replicates).filter(|&replicate| part.has(tile, replicate)) {
+            for replicate in (0..self.plan.replicates).filter(|&replicate| part.drawn(tile, replicate) > 0) {
                 if let Some(plane) = &part.planes[replicate as usize] {
                     self.place(replicate, plane, area, area);
                 }
             }
-            if part.has(tile, 0) {
+            if part.drawn(tile, 0) > 0 {
                 self.place_centre(&part.centre, area, area);
             }
-            if (0..self.plan.replicates).any(|replicate| part.has(tile, replicate)) {
+            if (0..self.plan.replicates).any(|replicate| part.drawn(tile, replicate) > 0) {
                 self.widen(&part.spread, area, area);
             }
         }

@@ -5,13 +5,16 @@
 //! error of their mean; the means of replicates do not, so theirs says it. The film therefore keeps the sums of each replicate
 //! apart and adds them up last, in ascending order.
 //!
-//! What is rendered at a time is one tile in one replicate, a film holds any set of those, and the union of films is the film of
-//! one run: its picture has the same bits, whoever rendered which part and in what order.
+//! What is rendered at a time is some samples of one tile in one replicate, from where the film has come to there. A film holds
+//! any tiles and replicates, each with its first samples, and the union of films is the film of one run: its picture has the same
+//! bits, whoever rendered which part, in what order and in how many steps.
 //!
-//! A pixel takes 128 bytes in four replicates without layers, the finished picture included; 38 where chance has no part, because
+//! A pixel takes 128 bytes in four replicates without layers, the finished picture included, and 24 more for each replicate whose
+//! last block of samples is not full; 38 where chance has no part, because
 //! then there is one replicate and no spread. [`Memory`](crate::Memory) counts them before anything is rendered.
 
 mod estimate;
+mod identity;
 mod merge;
 mod plan;
 mod plane;
@@ -20,12 +23,13 @@ mod sums;
 mod tests;
 
 use estimate::{Means, coverage, mean};
+use identity::Identity;
 pub use merge::PartError;
 pub(crate) use plan::Plan;
 pub(crate) use plane::{Plane, Rect};
 pub(crate) use sums::{Block, Gather, Moments, Plain, Sums};
 
-use core::ops::Range;
+use core::ops::{Range, RangeInclusive};
 
 use crate::counters::Counters;
 use crate::picture::{Layer, Picture};
@@ -34,9 +38,7 @@ use crate::settings::{Aov, Settings};
 /// A picture in the making: sums of the tiles and replicates rendered so far.
 #[derive(Clone, Debug)]
 pub struct Film {
-    /// What tells its scene from others.
-    scene: String,
-    settings: Settings,
+    identity: Identity,
     plan: Plan,
     /// One a replicate; none while nothing of it is there.
     planes: Vec<Option<Plane>>,
@@ -44,8 +46,8 @@ pub struct Film {
     spread: Vec<[f32; 3]>,
     /// Layers of pixel-centre rays, which come with the first replicate.
     centre: Vec<Vec<f32>>,
-    /// Which tiles are there, replicate by replicate.
-    done: Vec<bool>,
+    /// Samples of each pixel that are there, tile by tile, replicate by replicate.
+    drawn: Vec<u16>,
     counters: Counters,
 }
 
@@ -54,16 +56,30 @@ pub struct Film {
 pub struct Part {
     /// Which tiles, counted row by row.
     pub tiles: Range<u32>,
+    /// Every how manyeth of them, from the first on.
+    pub step: u32,
     /// Which replicates.
     pub replicates: Range<u32>,
 }
 
-/// One tile in one replicate, finished.
+impl Part {
+    /// One of `of` shares of about the same work, counted from zero: every `of`th tile, so that what is hard to render is divided
+    /// as well. Together they are the whole.
+    #[must_use]
+    pub fn share(self, index: u32, of: u32) -> Self {
+        Self { tiles: self.tiles.start + index * self.step..self.tiles.end, step: self.step * of, ..self }
+    }
+}
+
+/// Some samples of one tile in one replicate, and all that came before them.
 #[derive(Clone, Debug)]
 pub(crate) struct Unit {
     pub tile: u32,
     pub replicate: u32,
+    /// Samples of each pixel now.
+    pub drawn: u32,
     pub plane: Plane,
+    /// Of the samples that were added.
     pub spread: Vec<[f32; 3]>,
     pub centre: Vec<Vec<f32>>,
     pub counters: Counters,
@@ -72,14 +88,17 @@ pub(crate) struct Unit {
 impl Film {
     /// Nothing yet of a picture of `scene`, by which parts of one scene's pictures are told from those of others.
     pub(crate) fn new(scene: &str, settings: &Settings, plan: Plan) -> Self {
+        Self::empty(Identity::new(scene, settings), plan)
+    }
+
+    fn empty(identity: Identity, plan: Plan) -> Self {
         let units = plan.tiles() as usize * plan.replicates as usize;
         Self {
-            scene: scene.to_owned(),
-            settings: settings.clone(),
+            identity,
             planes: vec![None; plan.replicates as usize],
             spread: Vec::new(),
             centre: Vec::new(),
-            done: vec![false; units],
+            drawn: vec![0; units],
             counters: Counters::default(),
             plan,
         }
@@ -91,17 +110,18 @@ impl Film {
 
     /// What tells its scene from others, as [`Ready::film`](crate::Ready::film) was told.
     pub fn scene(&self) -> &str {
-        &self.scene
+        &self.identity.scene
     }
 
     /// All there is to render.
     pub fn whole(&self) -> Part {
-        Part { tiles: 0..self.plan.tiles(), replicates: 0..self.plan.replicates }
+        Part { tiles: 0..self.plan.tiles(), step: 1, replicates: 0..self.plan.replicates }
     }
 
-    /// Whether a tile is there in a replicate; false for what the picture does not have.
-    pub fn has(&self, tile: u32, replicate: u32) -> bool {
-        tile < self.plan.tiles() && self.done.get(self.unit(tile, replicate)).is_some_and(|&done| done)
+    /// Samples of each pixel of a tile in a replicate; none of what the picture does not have.
+    pub fn drawn(&self, tile: u32, replicate: u32) -> u32 {
+        let unit = (tile < self.plan.tiles()).then(|| self.drawn.get(self.unit(tile, replicate)));
+        unit.flatten().map_or(0, |&drawn| u32::from(drawn))
     }
 
     fn unit(&self, tile: u32, replicate: u32) -> usize {
@@ -110,12 +130,22 @@ impl Film {
 
     /// Pixels that lack samples.
     pub fn unfinished(&self) -> u64 {
-        let lacking = |tile: &u32| (0..self.plan.replicates).any(|replicate| !self.has(*tile, replicate));
-        (0..self.plan.tiles())
-            .filter(lacking)
-            .map(|tile| self.plan.tile(tile))
-            .map(|t| u64::from(t.width) * u64::from(t.height))
-            .sum()
+        let lacking = |&tile: &u32| (0..self.plan.replicates).any(|r| self.drawn(tile, r) < self.plan.samples_of(r));
+        (0..self.plan.tiles()).filter(lacking).map(|tile| self.plan.pixels_of(tile)).sum()
+    }
+
+    /// Fewest and most samples that pixels have.
+    pub fn samples(&self) -> RangeInclusive<u32> {
+        let of = |tile| (0..self.plan.replicates).map(|replicate| self.drawn(tile, replicate)).sum::<u32>();
+        let all = (0..self.plan.tiles()).map(of);
+        all.clone().min().unwrap_or(0)..=all.max().unwrap_or(0)
+    }
+
+    /// What is there of a tile in a replicate, to go on with.
+    pub(crate) fn state(&self, tile: u32, replicate: u32) -> Plane {
+        let area = Rect::within(self.plan.tile(tile), self.plan.crop.width);
+        let plane = self.planes[replicate as usize].as_ref().filter(|_| self.drawn(tile, replicate) > 0);
+        plane.map(|plane| plane.cut(area)).unwrap_or_default()
     }
 
     /// What it took so far.
@@ -130,16 +160,39 @@ impl Film {
         (planes + self.spread.len() * 12 + centre) as u64
     }
 
-    /// Puts a finished tile in its place.
+    /// Puts a tile in its place, with samples that it did not have.
     pub(crate) fn put(&mut self, unit: &Unit) {
         let tile = self.plan.tile(unit.tile);
         let (from, to) = (Rect::all(tile.width, tile.height), Rect::within(tile, self.plan.crop.width));
+        let spread = self.apart(unit, from, to);
+        self.widen(&spread, from, to);
         self.place(unit.replicate, &unit.plane, from, to);
-        self.widen(&unit.spread, from, to);
         self.place_centre(&unit.centre, from, to);
         self.counters += unit.counters;
-        let unit = self.unit(unit.tile, unit.replicate);
-        self.done[unit] = true;
+        let index = self.unit(unit.tile, unit.replicate);
+        self.drawn[index] = u16::try_from(unit.drawn).unwrap_or(u16::MAX);
+    }
+
+    /// How far samples that are added lie from their replicate's mean: their deviations from their own mean, and how far that lies
+    /// from the mean of those before them (Chan, Golub and LeVeque 1983).
+    fn apart(&self, unit: &Unit, from: Rect, to: Rect) -> Vec<[f32; 3]> {
+        let before = self.planes[unit.replicate as usize].as_ref().filter(|_| self.drawn(unit.tile, unit.replicate) > 0);
+        let Some(before) = before.filter(|_| !unit.spread.is_empty()) else { return unit.spread.clone() };
+        let pixels = from.rows().flatten().zip(to.rows().flatten());
+        pixels
+            .map(|(new, old)| {
+                let (n, all) = (f64::from(before.samples[old]), f64::from(unit.plane.samples[new]));
+                let (sum, total) = (before.total(old), unit.plane.total(new));
+                let added = all - n;
+                if n == 0.0 || added == 0.0 {
+                    return unit.spread[new];
+                }
+                core::array::from_fn(|i| {
+                    let apart = (total[i] - sum[i]) / added - sum[i] / n;
+                    (f64::from(unit.spread[new][i]).powi(2) + n * added / all * apart * apart).sqrt() as f32
+                })
+            })
+            .collect()
     }
 
     fn place(&mut self, replicate: u32, plane: &Plane, from: Rect, to: Rect) {
@@ -224,10 +277,10 @@ impl Film {
             let Some(plane) = plane else { continue };
             let n = match self.plan.layers.mean[layer].0 {
                 Aov::Position => f64::from(plane.first_hits[pixel]),
-                _ if self.has(tile, replicate) => f64::from(self.plan.samples_of(replicate)),
-                _ => 0.0,
+                _ => f64::from(self.drawn(tile, replicate)),
             };
-            sum += n * f64::from(plane.layers[layer][pixel][channel]);
+            let mean = (plane.layers[layer][pixel][channel] / f64::max(n, 1.0)) as f32;
+            sum += n * f64::from(mean);
             count += n;
         }
         (sum / f64::max(count, 1.0)) as f32

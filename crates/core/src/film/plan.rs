@@ -1,9 +1,17 @@
-//! What is fixed before the first sample of a picture: its tiles, its replicates and what is kept of each pixel.
+//! What is fixed before the first sample of a picture: its tiles, its replicates, the passes over it and what is kept of each pixel.
 
+use core::ops::Range;
+
+use super::plane::has_open;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
 /// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one sequence of 2¹⁶.
 const MOST: u32 = u16::MAX as u32;
+
+/// Samples of a replicate that the passes over a picture end at, first those listed, then every [`PASS`]: few at first, so that
+/// there is soon something everywhere, then whole blocks of sums. Pictures do not depend on it.
+const FIRST_PASSES: [u32; 3] = [4, 16, 32];
+const PASS: u32 = 64;
 
 /// Which layers there are, by where their numbers come from, and their names in files.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +60,8 @@ pub(crate) struct Plan {
     tile_size: u32,
     /// Samples of a pixel, in all replicates together.
     samples: u32,
+    /// Replicates that were asked for; none: as many as suit the samples.
+    asked: Option<u32>,
     /// Replicates of every pixel, at least one.
     pub replicates: u32,
     /// Whether chance has a part in the picture.
@@ -59,22 +69,85 @@ pub(crate) struct Plan {
     /// Whether the coverage of pixels is kept.
     pub alpha: bool,
     pub layers: Layers,
+    /// Whether samples are the places of a pattern, which belong together.
+    is_fixed: bool,
+}
+
+/// Replicates of so many samples.
+fn division(samples: u32, asked: Option<u32>, is_fixed: bool) -> u32 {
+    match is_fixed {
+        // A pattern's samples are different places, not repetitions.
+        true => 1,
+        false => asked.unwrap_or(replicates(samples)).max(samples.div_ceil(MOST)).min(samples).max(1),
+    }
 }
 
 impl Plan {
     /// `random`: whether samples lie at random places, or draw points of lights or lenses.
     pub fn new(settings: &Settings, random: bool) -> Self {
         let [width, height] = settings.size;
-        let crop = settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height });
-        let samples = settings.sampling.count();
-        let replicates = match settings.sampling.is_fixed() {
-            // A pattern's samples are different places, not repetitions.
-            true => 1,
-            false => settings.replicates.unwrap_or(replicates(samples)).max(samples.div_ceil(MOST)).min(samples).max(1),
+        Self {
+            crop: settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height }),
+            tile_size: settings.tile_size.max(1),
+            samples: settings.sampling.count(),
+            asked: settings.replicates,
+            replicates: division(settings.sampling.count(), settings.replicates, settings.sampling.is_fixed()),
+            random,
+            alpha: settings.background == Background::Transparent,
+            layers: Layers::new(&settings.aovs),
+            is_fixed: settings.sampling.is_fixed(),
+        }
+    }
+
+    /// Samples of a pixel.
+    pub fn samples(&self) -> u32 {
+        self.samples
+    }
+
+    /// The same picture with another number of samples.
+    pub fn with_samples(&self, samples: u32) -> Self {
+        Self { samples, replicates: division(samples, self.asked, self.is_fixed), ..self.clone() }
+    }
+
+    /// What divides another picture differently, apart from samples.
+    pub fn other_division(&self, other: &Self) -> Option<&'static str> {
+        let differs = [
+            (self.crop != other.crop, "crop"),
+            (self.tile_size != other.tile_size, "size of tiles"),
+            (self.asked != other.asked, "number of replicates"),
+            (self.is_fixed != other.is_fixed, "pattern of samples"),
+            ((self.random, self.alpha, &self.layers) != (other.random, other.alpha, &other.layers), "scene"),
+        ];
+        differs.into_iter().find(|(differs, _)| *differs).map(|(_, what)| what)
+    }
+
+    /// What divides another picture differently.
+    pub fn difference(&self, other: &Self) -> Option<&'static str> {
+        let samples = (self.samples != other.samples).then_some("number of samples");
+        samples.or_else(|| self.other_division(other))
+    }
+
+    /// Whether each replicate has the samples that it has in a picture with fewer, or more.
+    pub fn continues(&self, fewer: &Self) -> bool {
+        fewer.replicates <= self.replicates && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
+    }
+
+    /// The pass, counted from zero, that comes next for a tile which has so many samples of a replicate, and which samples it
+    /// takes; none where all are there.
+    pub fn pass(&self, replicate: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
+        let all = self.samples_of(replicate);
+        if drawn >= all {
+            return None;
+        }
+        if self.is_fixed {
+            return Some((0, drawn..all));
+        }
+        let listed = FIRST_PASSES.iter().position(|&end| drawn < end);
+        let (pass, end) = match listed {
+            Some(pass) => (pass as u32, FIRST_PASSES[pass]),
+            None => (FIRST_PASSES.len() as u32 + drawn / PASS, (drawn / PASS + 1) * PASS),
         };
-        let alpha = settings.background == Background::Transparent;
-        let tile_size = settings.tile_size.max(1);
-        Self { crop, tile_size, samples, replicates, random, alpha, layers: Layers::new(&settings.aovs) }
+        Some((pass, drawn..end.min(all)))
     }
 
     /// Samples of a pixel in one replicate: spread evenly, the first ones have one more where the count does not divide.
@@ -101,6 +174,12 @@ impl Plan {
         Crop { x, y, width, height }
     }
 
+    /// Pixels of a tile.
+    pub fn pixels_of(&self, index: u32) -> u64 {
+        let tile = self.tile(index);
+        u64::from(tile.width) * u64::from(tile.height)
+    }
+
     /// The tile that a pixel of the film lies in.
     pub fn tile_of(&self, pixel: usize) -> u32 {
         let (x, y) = (pixel as u32 % self.crop.width, pixel as u32 / self.crop.width);
@@ -117,8 +196,9 @@ impl Plan {
     fn bytes_a_pixel(&self) -> u64 {
         let (mean, centre) = (self.layers.mean.len() as u64, self.layers.centre.len() as u64);
         let counts = 2 + if self.alpha { 2 } else { 0 } + if self.counts_first_hits() { 2 } else { 0 };
-        let replicate = 24 + counts + 12 * mean;
-        let film = u64::from(self.replicates) * replicate + if self.random { 12 } else { 0 } + 4 * centre;
+        let open = (0..self.replicates).filter(|&replicate| has_open(self.samples_of(replicate))).count() as u64;
+        let film =
+            u64::from(self.replicates) * (24 + counts + 24 * mean) + 24 * open + if self.random { 12 } else { 0 } + 4 * centre;
         let picture = 12 + if self.alpha { 4 } else { 0 } + 4 * self.layers.names().count() as u64;
         film + picture
     }
@@ -176,5 +256,27 @@ mod tests {
             }
             assert!(covered.iter().all(|&n| n == 1), "tiles of {size}");
         }
+    }
+
+    /// Protects: passes follow each other without a gap, are few samples at first, and end at full blocks from the second on; a
+    /// pattern is one pass.
+    #[test]
+    fn passes_take_all_samples_in_order() {
+        let passes = |plan: &Plan| {
+            let (mut drawn, mut ends) = (0, Vec::new());
+            while let Some((pass, samples)) = plan.pass(0, drawn) {
+                assert_eq!((pass, samples.start), (ends.len() as u32, drawn));
+                drawn = samples.end;
+                ends.push(drawn);
+            }
+            ends
+        };
+        let general = |n| passes(&Plan { replicates: 1, ..plan(Sampling::General(n)) });
+        assert_eq!(general(1), [1]);
+        assert_eq!(general(20), [4, 16, 20]);
+        assert_eq!(general(200), [4, 16, 32, 64, 128, 192, 200]);
+        assert_eq!(passes(&plan(Sampling::Pattern(Pattern::Corners))), [4]);
+        // From in between, to where the others end.
+        assert_eq!(plan(Sampling::General(400)).pass(0, 70), Some((4, 70..100)));
     }
 }

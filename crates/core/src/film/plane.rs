@@ -2,21 +2,25 @@
 
 use core::ops::Range;
 
+use super::sums::BLOCK;
 use super::{Plan, Sums};
 use crate::settings::Crop;
 
 /// One replicate of a rectangle of pixels, row by row. What a picture does not ask for is empty.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plane {
+    /// Of the full blocks; of all samples where there is but one block.
     pub sums: Vec<[f64; 3]>,
+    /// Of a block that is not full and not the only one; empty while there is none.
+    pub open: Vec<[f64; 3]>,
     /// Samples that entered.
     pub samples: Vec<u16>,
     /// Those of them that hit something, for the alpha.
     pub hits: Vec<u16>,
     /// Camera rays that hit something first, for layers that are means over those; they include dropped samples.
     pub first_hits: Vec<u16>,
-    /// Means of the layers that come from first hits.
-    pub layers: Vec<Vec<[f32; 3]>>,
+    /// Sums of the layers that come from first hits.
+    pub layers: Vec<Vec<[f64; 3]>>,
 }
 
 /// Where a rectangle lies in rows of a wider one.
@@ -56,6 +60,11 @@ pub(crate) fn copy<T: Copy>(into: &mut [T], to: Rect, of: &[T], from: Rect) {
     }
 }
 
+/// A rectangle of a buffer; nothing of one that is not kept.
+fn cut<T: Copy>(of: &[T], from: Rect) -> Vec<T> {
+    if of.is_empty() { Vec::new() } else { from.rows().flat_map(|row| of[row].iter().copied()).collect() }
+}
+
 impl Plane {
     /// Zeros for a whole film.
     pub fn zero(plan: &Plan) -> Self {
@@ -63,6 +72,7 @@ impl Plane {
         let counts = |kept: bool| if kept { vec![0; n] } else { Vec::new() };
         Self {
             sums: vec![[0.0; 3]; n],
+            open: Vec::new(),
             samples: vec![0; n],
             hits: counts(plan.alpha),
             first_hits: counts(plan.counts_first_hits()),
@@ -80,18 +90,54 @@ impl Plane {
         }
     }
 
-    /// Adds the next pixel's sums.
-    pub fn push(&mut self, plan: &Plan, pixel: &Sums) {
-        self.sums.push(pixel.sum);
+    /// Adds the next pixel's sums, of so many samples drawn.
+    pub fn push(&mut self, plan: &Plan, pixel: &Sums, drawn: u32) {
+        match has_open(drawn) {
+            true => {
+                self.sums.push(pixel.sum);
+                self.open.push(pixel.open);
+            }
+            false => self.sums.push(pixel.total()),
+        }
         self.samples.push(pixel.samples);
         if plan.alpha {
             self.hits.push(pixel.hits);
         }
     }
 
+    /// What a pixel's sums were after so many samples, to go on with.
+    pub fn pixel(&self, pixel: usize, drawn: u32) -> Sums {
+        if drawn == 0 {
+            return Sums::default();
+        }
+        let of = self.sums[pixel];
+        let (sum, open) = match (has_open(drawn), drawn < BLOCK as u32) {
+            (true, _) => (of, self.open[pixel]),
+            (false, true) => ([0.0; 3], of),
+            (false, false) => (of, [0.0; 3]),
+        };
+        let hits = self.hits.get(pixel).copied().unwrap_or(0);
+        Sums { sum, open, spread: [0.0; 3], samples: self.samples[pixel], hits }
+    }
+
+    /// Sum of all of a pixel's samples.
+    #[inline]
+    pub fn total(&self, pixel: usize) -> [f64; 3] {
+        let (sum, open) = (self.sums[pixel], self.open.get(pixel).copied().unwrap_or([0.0; 3]));
+        core::array::from_fn(|i| sum[i] + open[i])
+    }
+
     /// Takes over a rectangle of another one.
     pub fn copy(&mut self, to: Rect, of: &Self, from: Rect) {
+        if self.open.len() < self.sums.len() && !of.open.is_empty() {
+            self.open.resize(self.sums.len(), [0.0; 3]);
+        }
         copy(&mut self.sums, to, &of.sums, from);
+        match of.open.is_empty() {
+            false => copy(&mut self.open, to, &of.open, from),
+            true if self.open.is_empty() => {}
+            true => to.rows().for_each(|row| self.open[row].fill([0.0; 3])),
+        }
         copy(&mut self.samples, to, &of.samples, from);
         copy(&mut self.hits, to, &of.hits, from);
         copy(&mut self.first_hits, to, &of.first_hits, from);
@@ -100,8 +146,25 @@ impl Plane {
         }
     }
 
+    /// A rectangle as a plane of its own.
+    pub fn cut(&self, from: Rect) -> Self {
+        Self {
+            sums: cut(&self.sums, from),
+            open: cut(&self.open, from),
+            samples: cut(&self.samples, from),
+            hits: cut(&self.hits, from),
+            first_hits: cut(&self.first_hits, from),
+            layers: self.layers.iter().map(|layer| cut(layer, from)).collect(),
+        }
+    }
+
     pub fn bytes(&self) -> usize {
         let counts = self.samples.len() + self.hits.len() + self.first_hits.len();
-        24 * self.sums.len() + 2 * counts + self.layers.iter().map(|layer| 12 * layer.len()).sum::<usize>()
+        24 * (self.sums.len() + self.open.len()) + 2 * counts + self.layers.iter().map(|layer| 24 * layer.len()).sum::<usize>()
     }
+}
+
+/// Whether after so many samples there is a block that is not full beside full ones.
+pub(crate) fn has_open(drawn: u32) -> bool {
+    drawn > BLOCK as u32 && !drawn.is_multiple_of(BLOCK as u32)
 }

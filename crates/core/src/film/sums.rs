@@ -1,4 +1,6 @@
-//! Sums of one pixel's samples in one replicate: taken in blocks of 16 in ascending order, each folded into f64.
+//! Sums of one pixel's samples in one replicate: taken in blocks of 16 in ascending order, each folded into f64. Blocks are counted
+//! from the replicate's first sample, and one that is not full is kept apart, so that taking more samples later gives the bits of
+//! taking all at once.
 
 use core::marker::PhantomData;
 
@@ -11,13 +13,25 @@ pub(crate) const BLOCK: usize = 16;
 /// What a pixel's samples in one replicate amount to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
+    /// Of the full blocks.
     pub sum: [f64; 3],
-    /// Root of the sum of squared deviations from their mean. The root, because it has the range of the samples themselves.
+    /// Of the block that is not full.
+    pub open: [f64; 3],
+    /// Root of the sum of squared deviations of the samples that were added last, from their mean. The root, because it has the
+    /// range of the samples themselves.
     pub spread: [f32; 3],
     /// Samples that entered.
     pub samples: u16,
     /// Those of them that hit something, for the alpha.
     pub hits: u16,
+}
+
+impl Sums {
+    /// Of all samples.
+    #[inline(always)]
+    pub fn total(&self) -> [f64; 3] {
+        core::array::from_fn(|i| self.sum[i] + self.open[i])
+    }
 }
 
 /// Takes samples in ascending order, pixel after pixel.
@@ -32,15 +46,25 @@ pub(crate) struct Gather<R: Real, B: Block<R>> {
 
 /// What becomes of the samples of a block.
 pub(crate) trait Block<R: Real>: Default {
+    /// Goes on with a block that has this sum.
+    fn resume(&mut self, sum: [f64; 3]);
     /// Takes a finite sample.
     fn put(&mut self, radiance: R::Vec3);
-    /// Hands its samples to the sums, which count them already, and starts the next block.
-    fn fold(&mut self, sums: &mut Sums);
+    /// The block's sum; the next block starts.
+    fn take(&mut self) -> [f64; 3];
     /// Ends a pixel, with the root of the sum of squared deviations where that is kept.
     fn spread(&mut self) -> [f32; 3];
 }
 
 impl<R: Real, B: Block<R>> Gather<R, B> {
+    /// Goes on with a pixel that had `drawn` samples, those that did not enter included.
+    #[inline(always)]
+    pub fn resume(&mut self, sums: Sums, drawn: u32) {
+        self.in_block = drawn as usize % BLOCK;
+        self.block.resume(sums.open);
+        self.sums = Sums { open: [0.0; 3], spread: [0.0; 3], ..sums };
+    }
+
     /// Adds a sample. One that is not finite is dropped: false.
     #[inline(always)]
     pub fn add(&mut self, radiance: R::Vec3, hit: bool) -> bool {
@@ -52,7 +76,9 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
         }
         self.in_block += 1;
         if self.in_block == BLOCK {
-            self.fold();
+            let block = self.block.take();
+            self.sums.sum = core::array::from_fn(|i| self.sums.sum[i] + block[i]);
+            self.in_block = 0;
         }
         finite
     }
@@ -60,13 +86,9 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
     /// Ends a pixel, and starts the next one from nothing.
     #[inline(always)]
     pub fn finish(&mut self) -> Sums {
-        self.fold();
-        Sums { spread: self.block.spread(), ..core::mem::take(&mut self.sums) }
-    }
-
-    fn fold(&mut self) {
-        self.block.fold(&mut self.sums);
         self.in_block = 0;
+        let open = self.block.take();
+        Sums { open, spread: self.block.spread(), ..core::mem::take(&mut self.sums) }
     }
 }
 
@@ -75,15 +97,19 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
 pub(crate) struct Plain<R: Real>(R::Vec3);
 
 impl<R: Real> Block<R> for Plain<R> {
+    /// A sum of such samples is one of their scalar, so it comes back as it was.
+    #[inline(always)]
+    fn resume(&mut self, sum: [f64; 3]) {
+        self.0 = R::Vec3::from_f64(DVec3::from_array(sum));
+    }
+
     #[inline(always)]
     fn put(&mut self, radiance: R::Vec3) {
         self.0 += radiance;
     }
 
-    fn fold(&mut self, sums: &mut Sums) {
-        let block = self.0.to_f64().to_array();
-        sums.sum = core::array::from_fn(|i| sums.sum[i] + block[i]);
-        self.0 = R::Vec3::ZERO;
+    fn take(&mut self) -> [f64; 3] {
+        core::mem::replace(&mut self.0, R::Vec3::ZERO).to_f64().to_array()
     }
 
     #[inline(always)]
@@ -112,6 +138,11 @@ pub(crate) struct Moments {
 
 impl<R: Real> Block<R> for Moments {
     #[inline(always)]
+    fn resume(&mut self, sum: [f64; 3]) {
+        self.block = DVec3::from_array(sum);
+    }
+
+    #[inline(always)]
     fn put(&mut self, radiance: R::Vec3) {
         let value = radiance.to_f64();
         if self.entered == 0 {
@@ -124,9 +155,8 @@ impl<R: Real> Block<R> for Moments {
         self.square += deviation * deviation;
     }
 
-    fn fold(&mut self, sums: &mut Sums) {
-        let block = core::mem::take(&mut self.block).to_array();
-        sums.sum = core::array::from_fn(|i| sums.sum[i] + block[i]);
+    fn take(&mut self) -> [f64; 3] {
+        core::mem::take(&mut self.block).to_array()
     }
 
     #[inline(always)]

@@ -5,15 +5,16 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use proptest::prelude::*;
 
 use super::{in_order, layers, ready, rendered, settings};
+use crate::effects::Effect;
 use crate::film::{Film, Part, PartError};
 use crate::picture::Picture;
-use crate::scene::Integrator;
-use crate::settings::{Background, Crop, PrecisionChoice, Sampling, Settings};
+use crate::scene::{Integrator, Pattern};
+use crate::settings::{Background, Crop, LightSampling, PrecisionChoice, Sampling, Settings};
 use crate::{Observer, Ready};
 
 fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
     let mut film = ready.film("scene");
-    let part = Part { tiles: tile..tile + 1, replicates: replicate..replicate + 1 };
+    let part = Part { tiles: tile..tile + 1, step: 1, replicates: replicate..replicate + 1 };
     ready.render_part(&mut film, &part, &()).unwrap_or_else(|e| panic!("{e}"));
     film
 }
@@ -117,7 +118,7 @@ fn tiles_may_be_ahead_of_others() {
     let mut film = ready.film("scene");
     ready.render_part(&mut film, &first, &()).expect("its own film");
     let before = film.picture();
-    ready.render_part(&mut film, &Part { tiles: 0..1, replicates: 1..2 }, &()).expect("its own film");
+    ready.render_part(&mut film, &Part { tiles: 0..1, step: 1, replicates: 1..2 }, &()).expect("its own film");
     for (ahead, before) in film.picture().layers.iter().zip(&before.layers) {
         // The first tile has the first three pixels of a row; the last row belongs to another one.
         assert_eq!(ahead.samples[3..11], before.samples[3..11], "{}", ahead.name);
@@ -156,23 +157,114 @@ fn what_does_not_belong_together_is_refused() {
     assert_eq!(foreign(other(|s| s.precision = PrecisionChoice::Fast)), "precision");
     assert_eq!(foreign(other(|s| s.background = Background::Colour([0.5; 3]))), "background");
     assert_eq!(foreign(other(|s| s.aovs = layers())), "list of layers");
+    assert_eq!(foreign(other(|s| s.light_sampling = LightSampling::Lights)), "light sampling");
+    assert_eq!(foreign(other(|s| s.without = [Effect::Shadows].into_iter().collect())), "list of effects switched off");
+    assert_eq!(foreign(other(|s| s.sampling = Sampling::Pattern(Pattern::Corners))), "pattern of samples");
     assert_eq!(foreign(own.film("another scene")), "scene");
     // How a part is computed does not matter.
     let alike = other(|s| s.accelerator = raywright_bvh::AcceleratorKind::Linear);
     assert!(Film::merge(&[a, alike]).is_ok());
     let mut strange = ready(&Settings { seed: 1, ..settings(6) }).film("scene");
-    let refused = own.render_part(&mut strange, &Part { tiles: 0..1, replicates: 0..1 }, &());
-    assert_eq!(refused, Err(PartError::Foreign { part: 0, what: "seed" }));
+    let refused = own.render_part(&mut strange, &Part { tiles: 0..1, step: 1, replicates: 0..1 }, &());
+    assert_eq!(refused, Err(PartError::Foreign { part: 0, what: "seed".to_owned() }));
 }
 
 /// Protects: a film holds no tile and no replicate that its picture does not have, next to those that it has.
 #[test]
 fn nothing_is_held_beyond_the_picture() {
     let film = rendered(&ready(&settings(6)));
-    let Part { tiles, replicates } = film.whole();
+    let Part { tiles, replicates, .. } = film.whole();
     for tile in 0..tiles.end + 2 {
         for replicate in 0..replicates.end + 2 {
-            assert_eq!(film.has(tile, replicate), tiles.contains(&tile) && replicates.contains(&replicate), "{tile} {replicate}");
+            let expected = if tiles.contains(&tile) && replicates.contains(&replicate) { 2 - replicate / 2 } else { 0 };
+            assert_eq!(film.drawn(tile, replicate), expected, "{tile} {replicate}");
         }
     }
+}
+
+/// Protects: shares of a picture are its tiles, each in one of them, and spread over it; what is taken of a share are shares.
+#[test]
+fn shares_are_the_whole() {
+    let whole = ready(&settings(6)).film("scene").whole();
+    let tiles = |part: &Part| part.tiles.clone().step_by(part.step as usize).collect::<Vec<u32>>();
+    assert_eq!(tiles(&whole.clone().share(1, 5)), [1, 6, 11]);
+    assert_eq!(tiles(&whole.clone().share(1, 5).share(1, 2)), [6]);
+    assert_eq!(tiles(&whole.clone().share(0, 1)), tiles(&whole));
+    for of in [1, 2, 5, 12, 30] {
+        let mut all: Vec<u32> = (0..of).flat_map(|index| tiles(&whole.clone().share(index, of))).collect();
+        all.sort_unstable();
+        assert_eq!(all, tiles(&whole), "{of} shares");
+    }
+}
+
+/// The film of a picture with so many samples, made from those with fewer, one after the other.
+fn grown(counts: &[u32], replicates: Option<u32>) -> Result<Film, PartError> {
+    let of = |samples| ready(&Settings { replicates, ..Settings { sampling: Sampling::General(samples), ..full() } });
+    let mut film = of(counts[0]).film("scene");
+    for &samples in counts {
+        let ready = of(samples);
+        let mut next = ready.film("scene");
+        next.adopt(film)?;
+        let whole = next.whole();
+        ready.render_part(&mut next, &whole, &())?;
+        film = next;
+    }
+    Ok(film)
+}
+
+/// Protects: a picture that gets more samples later has the bits of one that had them at once, layers and errors included,
+/// whether or not blocks of sums are full in between, and whether there are one, two or four replicates.
+#[test]
+fn more_samples_later_are_more_samples_at_once() {
+    let series: [&[u32]; 6] = [&[1, 2, 3, 7], &[1, 5, 17, 40, 41], &[3, 16, 33], &[9, 63], &[16, 32, 160], &[30, 70, 75, 300]];
+    for (counts, replicates) in series.iter().flat_map(|counts| [Some(1), None].map(|replicates| (*counts, replicates))) {
+        let all = counts[counts.len() - 1];
+        let (step, once) = (grown(counts, replicates).expect("more"), grown(&[all], replicates).expect("a picture"));
+        assert_eq!(step.counters(), once.counters(), "{counts:?}");
+        assert!(bits(&step.picture()) == bits(&once.picture()), "{counts:?} in {replicates:?} replicates");
+        for (x, y) in (0..7).flat_map(|y| (0..11).map(move |x| (x, y))) {
+            let (found, expected) = (step.variance(x, y).expect("samples"), once.variance(x, y).expect("samples"));
+            (0..3).for_each(|i| {
+                assert!((found[i] - expected[i]).abs() <= 1e-5 * expected[i], "{counts:?}: {found:?} {expected:?}")
+            });
+        }
+    }
+}
+
+/// Protects: where a replicate would have to give samples back it is said, with the least number that goes on from there: 63
+/// samples are 32 and 31, and 64 are four times 16.
+#[test]
+fn fewer_samples_are_refused() {
+    let refused = |counts: &[u32]| grown(counts, None).map(|_| ());
+    assert_eq!(refused(&[63, 64]), Err(PartError::Samples { has: 63, asked: 64, least: 125 }));
+    assert_eq!(refused(&[40, 20]), Err(PartError::Samples { has: 40, asked: 20, least: 40 }));
+    assert_eq!(refused(&[5, 8]), Err(PartError::Samples { has: 5, asked: 8, least: 9 }));
+    assert_eq!(refused(&[40, 80]), Ok(()));
+    let mut film = ready(&Settings { seed: 1, ..settings(6) }).film("scene");
+    let foreign = film.adopt(ready(&settings(6)).film("scene"));
+    assert_eq!(foreign, Err(PartError::Foreign { part: 0, what: "seed".to_owned() }));
+}
+
+/// Has enough as soon as there is something everywhere.
+struct Modest;
+
+impl Observer for Modest {
+    fn has_enough(&self, everywhere: bool) -> bool {
+        everywhere
+    }
+}
+
+/// Protects: whoever asks for little gets one whole pass, the first four samples of one replicate, and then the render ends.
+#[test]
+fn a_pass_comes_before_enough() {
+    let ready = ready(&settings(200));
+    let mut film = ready.film("scene");
+    let whole = film.whole();
+    in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
+    assert_eq!((film.samples(), film.counters().samples, film.unfinished()), (4..=4, 77 * 4, 77));
+    let before = bits(&film.picture());
+    in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
+    assert!(bits(&film.picture()) == before, "everywhere is something already");
+    ready.render_part(&mut film, &whole, &()).expect("its own film");
+    assert!(bits(&film.picture()) == bits(&rendered(&ready).picture()));
 }
