@@ -104,6 +104,18 @@ impl Run {
         self
     }
 
+    /// Standard error has this in it.
+    #[track_caller]
+    pub fn says_like(&self, expected: &str) -> &Self {
+        assert!(
+            self.stderr.contains(expected),
+            "{}\n--- said\n{}\n--- expected in it\n{expected}\n---",
+            self.command,
+            self.stderr
+        );
+        self
+    }
+
     /// Standard error is exactly this.
     #[track_caller]
     pub fn says(&self, expected: &str) -> &Self {

@@ -39,6 +39,11 @@ impl Clock {
         now.duration_since(std::mem::replace(&mut self.last, now)).as_secs_f64()
     }
 
+    /// When it started.
+    pub fn began(&self) -> Instant {
+        self.start
+    }
+
     /// Seconds since the start.
     pub fn total(&self) -> f64 {
         self.start.elapsed().as_secs_f64()

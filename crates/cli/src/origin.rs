@@ -9,7 +9,7 @@ use raywright_io::Loaded;
 use raywright_io::output::Metadata;
 use serde::Serialize;
 
-use crate::args::ChoiceArgs;
+use crate::args::{ChoiceArgs, RenderArgs, SceneArgs};
 use crate::plan::Plan;
 
 /// Program and version.
@@ -24,6 +24,20 @@ pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &ChoiceArgs) -> Metadata 
         seed: Some(plan.settings.seed),
         command: command_line(),
     }
+}
+
+/// What tells a scene from others, with all that flags change in it: parts of one picture have the same.
+pub fn identity(loaded: &Loaded, args: &RenderArgs) -> String {
+    let SceneArgs { at, set, model_scene, variant, env, env_rotation, env_strength, allow_outside: _ } = &args.changes;
+    // What an environment is read from counts towards the hash.
+    let environment = (env.is_some(), env_rotation, env_strength);
+    format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), chosen(&args.choices))
+}
+
+/// Settings as a picture's file says them, with the samples that there are.
+pub fn with_samples(settings: &str, samples: &str) -> String {
+    let plain = settings.split(" taken=").next().unwrap_or_default();
+    format!("{plain} taken={}", quoted(samples))
 }
 
 /// The command line as a shell would take it.

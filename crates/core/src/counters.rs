@@ -2,8 +2,10 @@
 
 use core::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
+
 /// Rays by kind and samples by fate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Rays from the camera.
     pub camera: u64,

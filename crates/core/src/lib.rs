@@ -55,8 +55,6 @@
 //! assert_eq!(pool.install(|| prepare(&scene, &settings, &stop)).err(), Some(PrepareError::Cancelled));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-//!
-//! Not here yet: files of half-finished pictures (a [`film::Film`] holds one in memory).
 #![forbid(unsafe_code)]
 
 pub mod accuracy;

@@ -100,9 +100,8 @@ impl<'f> Queue<'f> {
     fn new(film: &'f mut Film, part: &Part) -> Self {
         let plan = film.plan();
         let replicates = part.replicates.start..part.replicates.end.min(plan.replicates);
-        let tiles = (part.tiles.start..part.tiles.end.min(plan.tiles())).step_by(part.step.max(1) as usize);
         let (mut waiting, mut bare, mut total) = (Vec::new(), 0, 0);
-        for tile in tiles {
+        for tile in part.each_tile(plan) {
             bare += usize::from((0..plan.replicates).all(|replicate| film.drawn(tile, replicate) == 0));
             for replicate in replicates.clone() {
                 let drawn = film.drawn(tile, replicate);

@@ -1,6 +1,7 @@
 //! What a render is asked for besides the scene: every choice that the command line can override, resolved to plain values.
 
 use raywright_bvh::{AcceleratorKind, BuildQuality};
+use serde::{Deserialize, Serialize};
 
 use crate::effects::EffectSet;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
@@ -100,7 +101,7 @@ impl Sampling {
 }
 
 /// A part of the picture in pixels, counted from the top left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crop {
     /// First column.
     pub x: u32,
@@ -125,7 +126,8 @@ pub enum Background {
 }
 
 /// Layers besides the colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Aov {
     /// Base colour of the first hit, mean over the samples.
     Albedo,

@@ -54,8 +54,8 @@ fn help_is_wrapped_by_the_width_of_the_terminal() {
     }
 }
 
-const COMMANDS: [&str; 10] =
-    ["render", "explain", "compare", "info", "check", "bench", "presets", "schema", "completions", "man"];
+const COMMANDS: [&str; 12] =
+    ["render", "merge", "explain", "compare", "info", "check", "accuracy", "bench", "presets", "schema", "completions", "man"];
 
 /// Each shell gets a script that knows the commands.
 #[test]

@@ -5,6 +5,7 @@ mod bench;
 mod choices;
 mod compare;
 mod environment;
+mod films;
 mod help;
 mod mistakes;
 mod models;

@@ -292,7 +292,7 @@ fn interrupted_renders_keep_what_is_finished() {
     assert!(picture.rgb.iter().any(|&pixel| pixel != [0.0; 3]), "something was finished");
 }
 
-/// A second Ctrl-C does not wait for the tiles that are being worked on.
+/// A second Ctrl-C does not wait until everything that was finished is kept.
 #[cfg(unix)]
 #[test]
 fn a_second_interrupt_ends_at_once() {
@@ -300,9 +300,11 @@ fn a_second_interrupt_ends_at_once() {
         return;
     }
     let desk = Desk::new();
-    // A tile takes minutes at this many samples.
-    let endless = ["render", "preset:whitted", "-v", "-o", "a.png", "--spp", "65536", "--size", "1920x1080"];
-    let mut child = desk.command(&endless).stderr(Stdio::piped()).spawn().expect("starts");
+    // Writing all these takes seconds.
+    let outputs: Vec<String> = (0..40).map(|i| format!("-o={i}.png")).collect();
+    let mut words = vec!["render", "preset:whitted", "-v", "--spp", "65536", "--size", "1920x1080"];
+    words.extend(outputs.iter().map(String::as_str));
+    let mut child = desk.command(&words).stderr(Stdio::piped()).spawn().expect("starts");
     // The effects are told right before the render.
     child.stderr.take().expect("piped").read_exact(&mut [0]).expect("a first line");
     let start = Instant::now();
@@ -312,5 +314,5 @@ fn a_second_interrupt_ends_at_once() {
         std::thread::sleep(Duration::from_millis(100));
     }
     assert_eq!(child.wait().expect("ended").code(), Some(130));
-    assert!(desk.names().is_empty(), "{:?}", desk.names());
+    assert!(desk.names().len() < 40, "{:?}", desk.names());
 }

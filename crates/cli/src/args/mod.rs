@@ -6,13 +6,17 @@ pub mod values;
 mod accuracy;
 mod bench;
 mod compare;
+mod merge;
 mod render;
 mod scene;
 
 pub use accuracy::AccuracyArgs;
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
-pub use render::{LightArgs, Precision, ProgressStyle, RenderArgs, ReportArgs, ViewArgs};
+pub use merge::MergeArgs;
+pub use render::{
+    DisplayArgs, FilmArgs, LightArgs, MOST_SAMPLES, Precision, ProgressStyle, RenderArgs, ReportArgs, Share, ViewArgs,
+};
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 
 use clap::{Args, Parser, Subcommand};
@@ -56,6 +60,8 @@ pub struct Arguments {
 pub enum Command {
     /// Render a scene to a picture
     Render(Box<RenderArgs>),
+    /// Make one picture of parts that were rendered apart
+    Merge(MergeArgs),
     /// Say which effects of a scene are simulated, which it has none of, and which are left out
     Explain(ExplainArgs),
     /// Measure how far two pictures are apart

@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{ArgAction, Args, ValueEnum};
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
@@ -14,6 +15,9 @@ use super::scene::{ChoiceArgs, SceneArgs};
 use super::values;
 use crate::console::Verbosity;
 
+/// Samples a pixel that can be asked for.
+pub const MOST_SAMPLES: u32 = 65_536;
+
 fn examples() -> String {
     format!(
         "Examples:
@@ -22,6 +26,7 @@ fn examples() -> String {
   raywright render duck.glb -o d.png -o d.exr  A model, to two files
   raywright render a.scene.toml --crop 100,50,320,200
   raywright render a.scene.toml -o - | display
+  raywright render a.scene.toml --budget 30s   As good as it gets in half a minute
 
 Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written, 5 over a limit, 130 interrupted \
          (what is finished is in NAME.partial.EXT)."
@@ -71,6 +76,10 @@ pub struct RenderArgs {
     /// What the machine may spend.
     #[command(flatten)]
     pub machine: MachineArgs,
+
+    /// Renders of more than one run.
+    #[command(flatten)]
+    pub film: FilmArgs,
 
     /// What is reported.
     #[command(flatten)]
@@ -124,7 +133,7 @@ pub struct LightArgs {
 
     /// Samples a pixel: time grows with it, noise falls with its square root. The count of the scene's fixed pattern
     /// keeps the pattern; 1 then is the pixel centre [default: the scene's; models 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub spp: Option<u32>,
 
     /// Ray segments a light path may have, 1 to 64; 1 is the camera ray alone [default: the scene's; models 8]
@@ -193,6 +202,38 @@ pub struct MachineArgs {
     /// How rays find what they hit; the picture does not depend on it [default: bvh]
     #[arg(long, value_name = "NAME", value_enum)]
     pub accel: Option<Accelerator>,
+}
+
+/// Renders that end by time, go on later, or are divided.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Long renders")]
+pub struct FilmArgs {
+    /// Render as many samples as there is time for, counted from the program's start, such as 10s or 5min: at least one
+    /// pass over the picture, at most --spp [default: no limit; with it, up to 65536 samples]
+    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    pub budget: Option<Duration>,
+
+    /// Keep what there is of the picture in this file, every minute and in the end, to go on from with --resume
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Go on from this file with the same scene and flags; --spp may be more. The picture has the bits of one run
+    #[arg(long, value_name = "FILE")]
+    pub resume: Option<PathBuf>,
+
+    /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright merge` makes one
+    /// picture of all of them
+    #[arg(long, value_name = "K/N", value_parser = values::share)]
+    pub part: Option<Share>,
+}
+
+/// One of several shares of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Share {
+    /// Which, counted from one.
+    pub number: u32,
+    /// How many there are.
+    pub of: u32,
 }
 
 /// How rays find what they hit.

@@ -13,6 +13,8 @@ use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::settings::{Background, Crop};
 use raywright_core::suggest::closest;
 
+use super::Share;
+
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = 65536;
 
@@ -31,6 +33,16 @@ pub fn duration(text: &str) -> Result<Duration, String> {
     match number(amount) {
         Ok(amount) if (1.0..=86_400.0).contains(&(amount * factor)) => Ok(Duration::from_secs_f64(amount * factor)),
         _ => Err(EXPECTED.to_owned()),
+    }
+}
+
+/// A share of a picture, `K/N` with 1 ≤ K ≤ N.
+pub fn share(text: &str) -> Result<Share, String> {
+    let parts = text.split_once('/').and_then(|(number, of)| Some((number.trim().parse().ok()?, of.trim().parse().ok()?)));
+    match parts {
+        Some((number, of)) if 1 <= number && number <= of => Ok(Share { number, of }),
+        Some((_, of)) if of > 0 => Err(format!("the first of {of} shares is 1/{of}, the last is {of}/{of}")),
+        _ => Err("expected K/N, such as 2/8 for the second of eight shares".to_owned()),
     }
 }
 
@@ -170,6 +182,18 @@ mod tests {
         }
         for text in ["", "s", "0.5", "25h", "-3s", "5m", "1e9", "NaN", "inf", "1 min x"] {
             assert!(duration(text).is_err(), "{text}");
+        }
+    }
+
+    /// Protects: shares are counted from one, and what is none is told how they are counted.
+    #[test]
+    fn shares_are_counted_from_one() {
+        assert_eq!(share("1/1"), Ok(Share { number: 1, of: 1 }));
+        assert_eq!(share("3/8"), Ok(Share { number: 3, of: 8 }));
+        assert_eq!(share("0/8").unwrap_err(), "the first of 8 shares is 1/8, the last is 8/8");
+        assert_eq!(share("9/8").unwrap_err(), "the first of 8 shares is 1/8, the last is 8/8");
+        for text in ["", "/", "1", "1/", "-1/2", "1/0", "0/0", "a/b", "1/2/3", "1/5000000000"] {
+            assert_eq!(share(text).unwrap_err(), "expected K/N, such as 2/8 for the second of eight shares", "{text}");
         }
     }
 

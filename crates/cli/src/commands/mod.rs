@@ -8,6 +8,7 @@ mod completions;
 mod explain;
 mod info;
 mod man;
+mod merge;
 mod presets;
 mod render;
 
@@ -19,6 +20,7 @@ use crate::failure::Failure;
 pub fn run(command: Option<Command>) -> Result<(), Failure> {
     match command.unwrap_or_else(|| Command::Render(Box::default())) {
         Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),

@@ -8,11 +8,12 @@ pub use rungs::choose;
 
 use raywright_core::Settings;
 use raywright_core::display::Display;
+use raywright_core::ladder::Ladder;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Crop, Sampling};
 use raywright_io::{Error, Limits};
 
-use crate::args::RenderArgs;
+use crate::args::{MOST_SAMPLES, RenderArgs};
 use crate::failure::Failure;
 
 /// How one picture is made.
@@ -34,7 +35,7 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
     let mut settings = Settings {
         size,
         crop: view.crop.map(|crop| within(crop, size)).transpose()?,
-        sampling: Sampling::resolve(scene, light.spp),
+        sampling: sampling(scene, args),
         max_depth: light.max_depth.unwrap_or(own.max_depth),
         integrator: light.integrator.unwrap_or(own.integrator),
         seed: light.seed.unwrap_or(own.seed),
@@ -53,6 +54,16 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
         exposure_stops: display.exposure.unwrap_or(own.exposure_stops),
     };
     Ok(Plan { settings, display })
+}
+
+/// Samples of a pixel: a time that was asked for instead is filled with as many as there may be, unless a pattern says where
+/// they lie.
+fn sampling(scene: &Scene, args: &RenderArgs) -> Sampling {
+    let named = args.light.spp.is_some() || args.choices.rungs.iter().any(|choice| choice.ladder() == Ladder::Samples);
+    match Sampling::resolve(scene, args.light.spp) {
+        Sampling::General(_) if args.film.budget.is_some() && !named => Sampling::General(MOST_SAMPLES),
+        other => other,
+    }
 }
 
 /// The crop, if it lies inside the picture.

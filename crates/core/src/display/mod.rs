@@ -12,6 +12,7 @@ mod tone;
 
 use rayon::prelude::*;
 use raywright_bvh::scalar::Real;
+use serde::{Deserialize, Serialize};
 
 use crate::picture::Picture;
 use crate::scene::{Render, ToneMap, TransferCurve};
@@ -22,7 +23,7 @@ use tone::Operator;
 pub const NAN_MARKER: [f32; 3] = [1.0, 0.0, 1.0];
 
 /// How linear radiance becomes display values.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Display {
     /// How radiance becomes display-linear values in 0..1.
     pub tone_map: ToneMap,

@@ -18,6 +18,7 @@ mod identity;
 mod merge;
 mod plan;
 mod plane;
+mod record;
 mod sums;
 #[cfg(test)]
 mod tests;
@@ -27,6 +28,7 @@ use identity::Identity;
 pub use merge::PartError;
 pub(crate) use plan::Plan;
 pub(crate) use plane::{Plane, Rect};
+pub use record::{FilmHeader, HeaderError, Numbers};
 pub(crate) use sums::{Block, Gather, Moments, Plain, Sums};
 
 use core::ops::{Range, RangeInclusive};
@@ -63,6 +65,11 @@ pub struct Part {
 }
 
 impl Part {
+    /// Its tiles that a picture has.
+    pub(crate) fn each_tile(&self, plan: &Plan) -> impl Iterator<Item = u32> + Clone + use<> {
+        (self.tiles.start..self.tiles.end.min(plan.tiles())).step_by(self.step.max(1) as usize)
+    }
+
     /// One of `of` shares of about the same work, counted from zero: every `of`th tile, so that what is hard to render is divided
     /// as well. Together they are the whole.
     #[must_use]
@@ -134,11 +141,22 @@ impl Film {
         (0..self.plan.tiles()).filter(lacking).map(|tile| self.plan.pixels_of(tile)).sum()
     }
 
-    /// Fewest and most samples that pixels have.
-    pub fn samples(&self) -> RangeInclusive<u32> {
-        let of = |tile| (0..self.plan.replicates).map(|replicate| self.drawn(tile, replicate)).sum::<u32>();
-        let all = (0..self.plan.tiles()).map(of);
+    /// Samples of each pixel that the picture is to have.
+    pub fn asked(&self) -> u32 {
+        self.plan.samples()
+    }
+
+    /// Fewest and most samples that pixels of a part have.
+    pub fn samples(&self, part: &Part) -> RangeInclusive<u32> {
+        let of = |tile| part.replicates.clone().map(|replicate| self.drawn(tile, replicate)).sum::<u32>();
+        let all = part.each_tile(&self.plan).map(of);
         all.clone().min().unwrap_or(0)..=all.max().unwrap_or(0)
+    }
+
+    /// Tiles of a part that lack samples.
+    pub fn lacking(&self, part: &Part) -> usize {
+        let replicates = || part.replicates.clone().take_while(|&replicate| replicate < self.plan.replicates);
+        part.each_tile(&self.plan).filter(|&tile| replicates().any(|r| self.drawn(tile, r) < self.plan.samples_of(r))).count()
     }
 
     /// What is there of a tile in a replicate, to go on with.

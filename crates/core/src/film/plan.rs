@@ -2,6 +2,8 @@
 
 use core::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use super::plane::has_open;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
@@ -14,8 +16,10 @@ const FIRST_PASSES: [u32; 3] = [4, 16, 32];
 const PASS: u32 = 64;
 
 /// Which layers there are, by where their numbers come from, and their names in files.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<Aov>", into = "Vec<Aov>")]
 pub(crate) struct Layers {
+    asked: Vec<Aov>,
     /// From the first hits of all samples.
     pub mean: Vec<(Aov, [&'static str; 3])>,
     /// From the first hit of the pixel-centre ray.
@@ -25,11 +29,17 @@ pub(crate) struct Layers {
     pub standard_error: bool,
 }
 
-impl Layers {
-    fn new(aovs: &[Aov]) -> Self {
+impl From<Layers> for Vec<Aov> {
+    fn from(layers: Layers) -> Self {
+        layers.asked
+    }
+}
+
+impl From<Vec<Aov>> for Layers {
+    fn from(asked: Vec<Aov>) -> Self {
         let mut mean = Vec::new();
         let mut centre = Vec::new();
-        for &aov in aovs {
+        for &aov in &asked {
             match aov {
                 Aov::Albedo => mean.push((aov, ["albedo.R", "albedo.G", "albedo.B"])),
                 Aov::Normal => mean.push((aov, ["normal.X", "normal.Y", "normal.Z"])),
@@ -40,10 +50,12 @@ impl Layers {
                 Aov::Samples | Aov::StandardError => {}
             }
         }
-        let has = |aov| aovs.contains(&aov);
-        Self { mean, centre, samples: has(Aov::Samples), standard_error: has(Aov::StandardError) }
+        let has = |aov| asked.contains(&aov);
+        Self { mean, centre, samples: has(Aov::Samples), standard_error: has(Aov::StandardError), asked }
     }
+}
 
+impl Layers {
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         let mean = self.mean.iter().flat_map(|(_, names)| names.iter());
         let hits = mean.chain(self.centre.iter().map(|(_, name)| name));
@@ -54,7 +66,8 @@ impl Layers {
 }
 
 /// How a picture is divided, and what its film holds.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Plan {
     pub crop: Crop,
     tile_size: u32,
@@ -94,9 +107,27 @@ impl Plan {
             replicates: division(settings.sampling.count(), settings.replicates, settings.sampling.is_fixed()),
             random,
             alpha: settings.background == Background::Transparent,
-            layers: Layers::new(&settings.aovs),
+            layers: settings.aovs.clone().into(),
             is_fixed: settings.sampling.is_fixed(),
         }
+    }
+
+    /// What makes no sense in a plan that was read from a file.
+    pub fn check(&self) -> Result<(), &'static str> {
+        let Crop { x, y, width, height } = self.crop;
+        let edges = width > 0 && height > 0 && x.checked_add(width).is_some() && y.checked_add(height).is_some();
+        // Places of pixels and numbers of tiles are 32 bits wide.
+        if !edges || u64::from(width) * u64::from(height) > u64::from(u32::MAX) {
+            return Err("size");
+        }
+        if self.tile_size == 0 {
+            return Err("size of tiles");
+        }
+        if self.samples == 0 || self.replicates != division(self.samples, self.asked, self.is_fixed) || self.samples_of(0) > MOST
+        {
+            return Err("number of samples");
+        }
+        Ok(())
     }
 
     /// Samples of a pixel.
@@ -188,7 +219,7 @@ impl Plan {
 
     /// Bytes of the film and of the picture made of it.
     pub fn bytes(&self) -> u64 {
-        self.pixels() as u64 * self.bytes_a_pixel()
+        (self.pixels() as u64).saturating_mul(self.bytes_a_pixel())
     }
 
     /// Bytes of both a pixel. With four replicates and no layers 128: for each replicate

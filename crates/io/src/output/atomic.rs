@@ -26,6 +26,11 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 
 /// An error of kind `AlreadyExists` where something is there that may not be replaced.
 pub(super) fn write(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<()> {
+    write_with(path, replace, |out| out.write_all(bytes))
+}
+
+/// The same for what is too large to be held as bytes: `write` is handed the file.
+pub(super) fn write_with(path: &Path, replace: Replace, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     // A link keeps its place: what it leads to is replaced, or made.
     let target = follow(path)?;
     let there = fs::metadata(&target).ok();
@@ -35,12 +40,12 @@ pub(super) fn write(path: &Path, bytes: &[u8], replace: Replace) -> io::Result<(
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         Some(there) if there.is_dir() => return Err(io::ErrorKind::IsADirectory.into()),
-        Some(there) if !there.is_file() => return fs::OpenOptions::new().write(true).open(path)?.write_all(bytes),
+        Some(there) if !there.is_file() => return write(&mut fs::OpenOptions::new().write(true).open(path)?),
         Some(_) if is_protected => return Err(io::ErrorKind::PermissionDenied.into()),
         _ => {}
     }
     let mut file = new_file_beside(&target)?;
-    file.write_all(bytes)?;
+    write(&mut file)?;
     // Some file systems report a full disk only now.
     file.as_file().sync_all()?;
     let persisted = match replace {

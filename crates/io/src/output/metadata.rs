@@ -1,7 +1,9 @@
 //! What a picture says about its origin, the same in both formats.
 
+use serde::{Deserialize, Serialize};
+
 /// Where a picture comes from. Empty entries are left out of files.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Metadata {
     /// Program and version, such as `Raywright 0.1.0`.
     pub software: String,

@@ -1,7 +1,9 @@
-//! Pictures on disk: PNG for the screen, OpenEXR for the numbers, both written whole or not at all, and read back.
+//! Pictures on disk: PNG for the screen, OpenEXR for the numbers, films for pictures in the making; all written whole or not at all,
+//! and read back.
 
 mod atomic;
 mod exr;
+mod film;
 mod metadata;
 mod own;
 mod place;
@@ -18,6 +20,7 @@ use crate::error::Error;
 use atomic::Replace;
 pub use atomic::write_atomically;
 pub use exr::exr_bytes;
+pub use film::{KeptFilm, read_film, write_film};
 pub use metadata::Metadata;
 pub use own::is_own_picture;
 pub use place::Place;

@@ -37,7 +37,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
     settings.max_memory = Some(args.max_memory.unwrap_or(Limits::default().memory_bytes));
     let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
-    let watch = Watch { progress: None, stop: interrupt::flag()? };
+    let watch = Watch::until(interrupt::flag()?);
     let mut steps = Steps::start(verbosity);
     let threads = Threads::new(args.threads)?;
     let report = threads

@@ -261,7 +261,7 @@ fn a_pass_comes_before_enough() {
     let mut film = ready.film("scene");
     let whole = film.whole();
     in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
-    assert_eq!((film.samples(), film.counters().samples, film.unfinished()), (4..=4, 77 * 4, 77));
+    assert_eq!((film.samples(&whole), film.counters().samples, film.unfinished()), (4..=4, 77 * 4, 77));
     let before = bits(&film.picture());
     in_order(|| ready.render_part(&mut film, &whole, &Modest)).expect("its own film");
     assert!(bits(&film.picture()) == before, "everywhere is something already");

@@ -1,0 +1,49 @@
+//! Arguments of `merge`.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args};
+
+use super::{DisplayArgs, values};
+
+/// Arguments of `merge`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Parts come from `raywright render ... --part K/N --checkpoint FILE`. Together they have the bits of one run, in whatever order \
+they are named; a part may be a union of others. docs/farm.md shows job arrays.
+
+Exit code: 0 done, 2 wrong use, 3 not parts of one picture, or some are missing, 4 a file cannot be read or written.
+
+Examples:
+  raywright merge part*.film -o picture.png -o picture.exr
+  raywright merge part1.film part2.film --checkpoint both.film")]
+pub struct MergeArgs {
+    /// Parts of one picture, in any order
+    #[arg(value_name = "PART", required = true)]
+    pub parts: Vec<PathBuf>,
+
+    /// Picture to write, .png (display) or .exr (linear, with the layers that the parts have); may be repeated; - for PNG on
+    /// standard output
+    #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required_unless_present = "checkpoint")]
+    pub outputs: Vec<PathBuf>,
+
+    /// Keep all the parts together in this file, to merge it with others or to go on from it with --resume
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Write the picture though samples are missing, as of parts that a --budget ended
+    #[arg(long)]
+    pub unfinished: bool,
+
+    /// How a PNG shows it.
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
+
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}

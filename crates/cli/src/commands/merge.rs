@@ -1,0 +1,104 @@
+//! `merge`: parts of one picture become the picture of one run.
+
+use std::path::{Path, PathBuf};
+
+use raywright_core::Rendered;
+use raywright_core::display::Display;
+use raywright_core::film::{Film, PartError};
+use raywright_io::output::{KeptFilm, read_film, write_film};
+use raywright_io::{Error, Inputs, Limits};
+
+use super::render::film::refuse_other_program;
+use super::render::write;
+use crate::args::{DisplayArgs, MergeArgs};
+use crate::clock::{Clock, spoken};
+use crate::console::Verbosity;
+use crate::failure::{Exit, Failure};
+use crate::origin;
+use crate::targets::{self, Outputs};
+
+/// Reads the parts, joins them and writes what is asked for.
+pub fn run(args: &MergeArgs) -> Result<(), Failure> {
+    let clock = Clock::start();
+    let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
+    let targets = targets::pictures(&args.outputs, &mut outputs)?;
+    if let Some(path) = &args.checkpoint {
+        outputs.add(path, "--checkpoint")?;
+    }
+    args.parts.iter().for_each(|part| inputs.read(part));
+    outputs.keep_clear_of(&inputs)?;
+    let mut kept = joined(&args.parts, &limits(args))?;
+    kept.metadata.command = origin::command_line();
+    let missing = kept.film.unfinished();
+    if missing > 0 && !targets.is_empty() && !args.unfinished {
+        return Err(incomplete(&kept.film, missing));
+    }
+    if let Some(path) = &args.checkpoint {
+        write_film(path, &mut kept)?;
+    }
+    let rendered = Rendered::of(&kept.film);
+    let display = shown(&args.display, kept.display);
+    let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
+    written.extend(args.checkpoint.as_ref().map(|path| path.display().to_string()));
+    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+    if !written.is_empty() {
+        let parts = if args.parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", args.parts.len()) };
+        verbosity.say(format_args!("wrote {} ({parts}, {})", written.join(", "), spoken(clock.total())));
+    }
+    Ok(())
+}
+
+fn limits(args: &MergeArgs) -> Limits {
+    let own = Limits::default();
+    Limits { memory_bytes: args.max_memory.unwrap_or(own.memory_bytes), ..own }
+}
+
+/// How it is shown: as the parts say, where nothing else is asked for.
+fn shown(asked: &DisplayArgs, own: Display) -> Display {
+    Display {
+        tone_map: asked.tonemap.unwrap_or(own.tone_map),
+        curve: asked.gamma.unwrap_or(own.curve),
+        exposure_stops: asked.exposure.unwrap_or(own.exposure_stops),
+    }
+}
+
+/// The union of all parts, read one after the other, so that two of them are in memory at a time.
+fn joined(paths: &[PathBuf], limits: &Limits) -> Result<KeptFilm, Failure> {
+    let mut all: Option<KeptFilm> = None;
+    for path in paths {
+        let part = read_film(path, limits)?;
+        refuse_other_program(path, &part.metadata)?;
+        all = Some(match all {
+            None => part,
+            Some(before) => {
+                let film = Film::merge(&[before.film, part.film]).map_err(|error| refused(path, &paths[0], error))?;
+                KeptFilm { film, ..before }
+            }
+        });
+    }
+    all.ok_or_else(|| Error::usage(PartError::Nothing).into())
+}
+
+fn refused(path: &Path, first: &Path, error: PartError) -> Failure {
+    let (path, first) = (path.display(), first.display());
+    match error {
+        PartError::Foreign { what, .. } => {
+            Error::input(path, format_args!("it is not of the picture of {first}: the {what} differs")).into()
+        }
+        PartError::Overlap { .. } => {
+            let error = Error::input(path, "it holds samples that a part before it holds too, and none may count twice");
+            error.with_hint("name each part once").into()
+        }
+        other => Error::input(path, other).into(),
+    }
+}
+
+/// Which share is missing can't be known, but how much.
+fn incomplete(film: &Film, missing: u64) -> Failure {
+    let whole = film.whole();
+    let tiles = film.lacking(&whole);
+    let message =
+        format!("parts are missing, or were not finished: {tiles} of {} tiles ({missing} pixels) lack samples", whole.tiles.end);
+    let advice = "add the others or finish them with --resume; --unfinished makes a picture of what is there";
+    Failure::new(Exit::Input, message).with_hint(advice)
+}

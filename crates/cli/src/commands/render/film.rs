@@ -1,0 +1,227 @@
+//! Renders that are more than one run: kept in a file, gone on with, divided among machines, or as good as a time allows.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use raywright_core::Ready;
+use raywright_core::display::Display;
+use raywright_core::film::{Film, Part, PartError};
+use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
+use raywright_io::{Error, Inputs, Limits};
+
+use crate::args::{FilmArgs, RenderArgs, ReportArgs, Share};
+use crate::clock::{Clock, spoken};
+use crate::failure::Failure;
+use crate::origin;
+use crate::progress::Progress;
+use crate::targets::{Outputs, Target};
+use crate::watch::{Patience, Watch};
+
+/// A long render is kept this often, and less often where keeping takes more than a twentieth of the time.
+const KEEP_EVERY: Duration = Duration::from_secs(60);
+
+/// Mistakes that can be seen before the scene is read.
+pub fn check(args: &FilmArgs, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
+    if args.part.is_some() {
+        if args.checkpoint.is_none() {
+            let error = Error::usage("--part renders a share of a picture, which needs a file of its own");
+            return Err(error
+                .with_hint("name it: --checkpoint part.film; raywright merge makes the picture of all parts")
+                .into());
+        }
+        if !targets.is_empty() {
+            let error = Error::usage("a part of a picture is no picture: -o and --part cannot both be given");
+            return Err(error.with_hint("leave -o away; raywright merge makes the picture of all parts").into());
+        }
+    }
+    let Some(path) = &args.checkpoint else { return Ok(()) };
+    outputs.add(path, "--checkpoint")?;
+    // What is gone on with may be what is kept, since nothing in it is lost.
+    let mut inputs = Inputs::default();
+    args.resume.iter().filter(|earlier| *earlier != path).for_each(|earlier| inputs.read(earlier));
+    outputs.keep_clear_of(&inputs)
+}
+
+/// One run's share of a picture in the making.
+pub struct Session<'a> {
+    kept: KeptFilm,
+    part: Part,
+    args: &'a FilmArgs,
+    /// Whether everything was rendered that was to be.
+    is_done: bool,
+}
+
+impl<'a> Session<'a> {
+    /// An empty film, or the one that is gone on with.
+    pub fn start(
+        args: &'a RenderArgs,
+        ready: &Ready,
+        identity: String,
+        metadata: Metadata,
+        display: Display,
+        limits: Limits,
+    ) -> Result<Self, Failure> {
+        let args = &args.film;
+        let mut film = ready.film(&identity);
+        if let Some(path) = &args.resume {
+            let earlier = read_film(path, &limits)?;
+            refuse_other_program(path, &earlier.metadata)?;
+            film.adopt(earlier.film).map_err(|error| foreign(path, error))?;
+        }
+        let whole = film.whole();
+        let part = match args.part {
+            Some(Share { of, .. }) if of > whole.tiles.end => {
+                let error = Error::usage(format_args!(
+                    "--part divides the picture into {of} shares, and it has {} tiles",
+                    whole.tiles.end
+                ));
+                return Err(error.with_hint("divide it into fewer").into());
+            }
+            Some(Share { number, of }) => whole.share(number - 1, of),
+            None => whole,
+        };
+        Ok(Self { kept: KeptFilm { film, metadata, display }, part, args, is_done: false })
+    }
+
+    /// Renders what is lacking, and keeps it now and then and in the end.
+    pub fn render(&mut self, ready: &Ready, report: &ReportArgs, clock: &Clock, stop: &AtomicBool) -> Result<(), Failure> {
+        let progress = Progress::start(report.progress, report.verbosity());
+        let deadline = self.args.budget.map(|budget| clock.began() + budget);
+        let mut keep_every = KEEP_EVERY;
+        loop {
+            let keep_at = self.args.checkpoint.is_some().then(|| Instant::now() + keep_every);
+            let watch = Watch { progress: Some(&progress), patience: Patience { deadline, keep_at }, began: clock.began(), stop };
+            let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
+            rendered.map_err(|error| Error::usage(error))?;
+            self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
+            let began = Instant::now();
+            if let Some(path) = &self.args.checkpoint {
+                self.kept.metadata.settings = origin::with_samples(&self.kept.metadata.settings, &self.samples());
+                write_film(path, &mut self.kept)?;
+            }
+            if self.is_done || watch.was_stopped() {
+                progress.finish();
+                self.tell_slow(report, clock);
+                return Ok(());
+            }
+            keep_every = KEEP_EVERY.max(20 * began.elapsed());
+        }
+    }
+
+    /// Says so where there was no time for anything but the first pass.
+    fn tell_slow(&self, report: &ReportArgs, clock: &Clock) {
+        if let Some(budget) = self.args.budget.map(|budget| budget.as_secs_f64())
+            && clock.total() > 1.1 * budget
+        {
+            report.verbosity().say(format_args!(
+                "note: {} is not enough for one pass over the picture, which took until {}; a smaller --size takes less",
+                spoken(budget),
+                spoken(clock.total())
+            ));
+        }
+    }
+
+    /// Tiles of the part that lack samples.
+    fn lacks(&self) -> usize {
+        self.kept.film.lacking(&self.part)
+    }
+
+    /// What there is of the picture.
+    pub fn film(&self) -> &Film {
+        &self.kept.film
+    }
+
+    /// What a file of it says.
+    pub fn metadata(&self) -> &Metadata {
+        &self.kept.metadata
+    }
+
+    /// Whether everything was rendered that was to be, or all that the time allowed.
+    pub fn is_done(&self) -> bool {
+        self.is_done
+    }
+
+    /// Samples of each pixel, in words.
+    pub fn samples(&self) -> String {
+        samples(&self.kept.film, &self.part)
+    }
+
+    /// Files that were written, this run's film among them, in words.
+    pub fn with_own(&self, mut written: Vec<String>) -> String {
+        written.extend(self.args.checkpoint.as_ref().map(|path| path.display().to_string()));
+        written.join(", ")
+    }
+
+    /// The end of an interrupted run, with how to go on where it was kept.
+    pub fn explained(&self, failure: Failure) -> Failure {
+        match &self.args.checkpoint {
+            Some(path) => failure.with_hint(format_args!("go on with --resume {}", origin::quoted(&path.to_string_lossy()))),
+            None => failure,
+        }
+    }
+}
+
+/// Samples of each pixel of a part, in words: `16 samples`, `12 to 16 of 64 samples`.
+fn samples(film: &Film, part: &Part) -> String {
+    let (there, all) = (film.samples(part), film.asked());
+    let (least, most) = (*there.start(), *there.end());
+    match (least == most, most == all) {
+        (true, true) if all == 1 => "1 sample".to_owned(),
+        (true, true) => format!("{all} samples"),
+        (true, false) => format!("{least} of {all} samples"),
+        (false, _) => format!("{least} to {most} of {all} samples"),
+    }
+}
+
+/// Another version may take other samples.
+pub fn refuse_other_program(path: &Path, metadata: &Metadata) -> Result<(), Failure> {
+    if metadata.software == origin::SOFTWARE {
+        return Ok(());
+    }
+    let error =
+        Error::input(path.display(), format_args!("it was made by {}, and this is {}", metadata.software, origin::SOFTWARE));
+    Err(error.with_hint("go on with the program that made it, or render it again").into())
+}
+
+/// Why a film cannot be gone on with.
+fn foreign(path: &Path, error: PartError) -> Failure {
+    match error {
+        PartError::Foreign { what, .. } => {
+            let error = Error::input(path.display(), format_args!("it is of another picture: the {what} differs"));
+            error.with_hint("give the scene and flags that it was made with; only --spp may grow").into()
+        }
+        PartError::Samples { has, asked, least } => {
+            let message = format!("{}: its {has} samples a pixel cannot become {asked}", path.display());
+            Error::usage(message).with_hint(format!("--spp {least}, or more")).into()
+        }
+        other => Error::input(path.display(), other).into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use raywright_core::scene::Pattern;
+    use raywright_core::settings::{Crop, Sampling, Settings};
+    use raywright_core::{Scene, prepare};
+
+    use super::*;
+
+    /// Protects: samples are told as they are: one is not several, and what differs from pixel to pixel is a range.
+    #[test]
+    fn samples_are_told_in_words() {
+        let film = |sampling, tiles: u32| {
+            let crop = Some(Crop { x: 0, y: 0, width: 64, height: 32 });
+            let ready =
+                prepare(&Scene::default(), &Settings { crop, sampling, ..Settings::of(&Scene::default()) }, &()).expect("empty");
+            let mut film = ready.film("");
+            let whole = film.whole();
+            ready.render_part(&mut film, &Part { tiles: 0..tiles, ..whole.clone() }, &()).expect("its own");
+            samples(&film, &whole)
+        };
+        assert_eq!(film(Sampling::Pattern(Pattern::Centre), 2), "1 sample");
+        assert_eq!(film(Sampling::Pattern(Pattern::Corners), 2), "4 samples");
+        assert_eq!(film(Sampling::General(9), 1), "0 to 9 of 9 samples");
+        assert_eq!(film(Sampling::General(9), 0), "0 of 9 samples");
+    }
+}

@@ -1,0 +1,118 @@
+//! `render`: a scene becomes pictures.
+
+pub mod film;
+mod tell;
+pub mod write;
+
+use std::io::{self, IsTerminal};
+use std::path::Path;
+
+use raywright_core::Rendered;
+use raywright_core::settings::Settings;
+use raywright_io::output::write_atomically;
+use raywright_io::{Error, Limits};
+
+use crate::args::RenderArgs;
+use crate::clock::{Clock, Seconds, spoken};
+use crate::console;
+use crate::failure::Failure;
+use crate::plan;
+use crate::ready::{framed, prepared};
+use crate::stats::Stats;
+use crate::targets::{self, Outputs, Target};
+use crate::threads::Threads;
+use crate::watch::Watch;
+use crate::{interrupt, origin, scene_input};
+use film::Session;
+
+/// Renders a scene and writes its pictures.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let mut clock = Clock::start();
+    let verbosity = args.report.verbosity();
+    let mut outputs = Outputs::default();
+    let mut targets = targets::pictures(&args.outputs, &mut outputs)?;
+    refuse_terminal(&targets)?;
+    refuse_layers_without_place(args, &targets)?;
+    check_stats_target(args, &mut outputs)?;
+    film::check(&args.film, &targets, &mut outputs)?;
+    let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
+
+    let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
+    let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
+    if targets.is_empty() && args.film.part.is_none() {
+        targets = vec![targets::unnamed(&loaded.source.stem, &mut outputs, &loaded.inputs)?];
+    }
+    outputs.keep_clear_of(&loaded.inputs)?;
+    scene_input::complete(&mut loaded, &args.changes, verbosity);
+    let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded.scene, settings))?;
+    plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
+    let load = clock.lap();
+
+    let ready = threads.run(|| prepared(&loaded, &plan.settings, &Watch::until(stop)))?;
+    let prepare = clock.lap();
+    tell::tell_effects(&loaded, ready.effects(), verbosity);
+    tell::tell_lost(&loaded, &ready, verbosity);
+
+    let metadata = origin::metadata(&loaded, &plan, &args.choices);
+    let mut session = Session::start(args, &ready, origin::identity(&loaded, args), metadata, plan.display, limits(args))?;
+    threads.run(|| session.render(&ready, &args.report, &clock, stop))?;
+    let render = clock.lap();
+
+    let rendered = Rendered::of(session.film());
+    let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
+    if !session.is_done() {
+        let failure = write::interrupted(&rendered, &targets, plan.display, session.metadata(), is_free);
+        return Err(session.explained(failure));
+    }
+    tell::tell_nothing_met(&loaded, &rendered, &plan.settings, verbosity);
+    let written = session.with_own(write::write(&rendered, &targets, plan.display, session.metadata(), is_free)?);
+    let write = clock.lap();
+    let seconds = Seconds { load, prepare, render, write, total: clock.total() };
+    if let Some(path) = &args.report.stats {
+        write_atomically(path, console::json(&Stats::new(&loaded, &ready, &rendered, seconds)).as_bytes())?;
+    }
+    verbosity.detail(tell::details(&ready, &rendered, &seconds).trim_end());
+    if !written.is_empty() {
+        verbosity.say(format_args!("wrote {written} ({}, {})", described(&plan.settings, &session), spoken(seconds.total)));
+    }
+    Ok(())
+}
+
+/// Binary data would garble a terminal.
+fn refuse_terminal(targets: &[Target]) -> Result<(), Failure> {
+    if targets.contains(&Target::Stdout) && io::stdout().is_terminal() {
+        let error = Error::usage("standard output is a terminal, which cannot show a PNG");
+        return Err(error.with_hint("send it to a file or a program: raywright render -o - > picture.png").into());
+    }
+    Ok(())
+}
+
+/// Layers fit into an EXR or a film only.
+fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
+    if args.aov.is_empty() || args.film.checkpoint.is_some() || targets.iter().any(Target::has_layers) {
+        return Ok(());
+    }
+    let error = Error::usage("--aov adds layers to an .exr picture, and none is written");
+    Err(error.with_hint("add one: -o picture.exr").into())
+}
+
+/// The report is JSON in a file of its own.
+fn check_stats_target(args: &RenderArgs, outputs: &mut Outputs) -> Result<(), Failure> {
+    let Some(path) = &args.report.stats else { return Ok(()) };
+    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("json")) {
+        let error = Error::usage(format_args!("--stats {}: the name does not end in .json", path.display()));
+        return Err(error.with_hint(format!("--stats {}", path.with_extension("json").display())).into());
+    }
+    outputs.add(path, "--stats")
+}
+
+fn limits(args: &RenderArgs) -> Limits {
+    let own = Limits::default();
+    Limits { memory_bytes: args.machine.max_memory.unwrap_or(own.memory_bytes), ..own }
+}
+
+/// The picture in a few words.
+fn described(settings: &Settings, session: &Session) -> String {
+    let [width, height] = settings.crop.map_or(settings.size, |crop| [crop.width, crop.height]);
+    format!("{width}x{height}, {}", session.samples())
+}

@@ -1,0 +1,82 @@
+//! What `render` says besides its result: what is left out, lost or not met, and with `-v` where the time went.
+
+use raywright_core::effects::EffectReport;
+use raywright_core::settings::Settings;
+use raywright_core::{Ready, Rendered, extent};
+use raywright_io::Loaded;
+
+use crate::clock::{Seconds, spoken};
+use crate::commands::explain;
+use crate::console::Verbosity;
+use crate::table::lay_out;
+use crate::{memory, origin};
+
+/// What the scene has and the picture will not show; all effects where the user asks for more.
+pub(super) fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
+    if verbosity == Verbosity::Verbose {
+        return verbosity.detail(explain::text(&loaded.source, report));
+    }
+    let names: Vec<&str> = report.left_out().map(|finding| finding.effect.name()).collect();
+    if !names.is_empty() {
+        let name = &loaded.source.name;
+        verbosity.warn(format_args!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));
+    }
+}
+
+/// Objects that vanish without being left out.
+pub(super) fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
+    let [first, others @ ..] = ready.lost() else { return };
+    let object = match loaded.scene.objects.get(*first as usize) {
+        Some(object) if !object.name.is_empty() => format!("object `{}`", object.name),
+        _ => format!("object {first}"),
+    };
+    let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
+    verbosity.warn(format_args!(
+        "nothing is seen of {object}{more}: so far from the origin, single precision takes the corners of such small triangles for \
+         one; move the mesh nearer, or add --precision reference"
+    ));
+}
+
+/// A picture that shows the background alone is seldom what was meant.
+pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, verbosity: Verbosity) {
+    let bounds = extent(&loaded.scene, settings.precision).bounds;
+    if rendered.counters.met > 0 || bounds.is_empty() {
+        return;
+    }
+    let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
+    verbosity.warn(format_args!(
+        "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
+        show(bounds.min.to_array()),
+        show(bounds.max.to_array())
+    ));
+}
+
+/// What `-v` adds: where the time went, what was traced, what was held in memory.
+pub(super) fn details(ready: &Ready, rendered: &Rendered, seconds: &Seconds) -> String {
+    let rays = &rendered.counters;
+    let stages = [("load", seconds.load), ("prepare", seconds.prepare), ("render", seconds.render), ("write", seconds.write)];
+    let kinds = [
+        ("camera", rays.camera),
+        ("reflection", rays.reflection),
+        ("refraction", rays.refraction),
+        ("scatter", rays.scatter),
+        ("shadow", rays.shadow),
+    ];
+    let settings = ready.settings();
+    let rows = [
+        ("time", stages.map(|(name, seconds)| format!("{name} {}", spoken(seconds))).join(", ")),
+        ("rays", kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect::<Vec<_>>().join(", ")),
+        ("memory", memory::listed(&ready.memory().parts())),
+        (
+            "method",
+            format!(
+                "{} primitives, {}, {} precision, {} kernel",
+                ready.tables().primitives,
+                origin::accelerator(settings.accelerator),
+                origin::precision(settings.precision),
+                ready.kernel_name()
+            ),
+        ),
+    ];
+    lay_out(&rows.map(|(name, text)| [name.to_owned(), text]))
+}

@@ -1,0 +1,105 @@
+//! Where the pictures of `render` and `merge` go, finished or not.
+
+use std::path::Path;
+
+use raywright_core::Rendered;
+use raywright_core::display::Display;
+use raywright_io::output::{self, Metadata};
+
+use crate::console;
+use crate::failure::{Exit, Failure};
+use crate::ready::NOTHING_KEPT;
+use crate::targets::Target;
+
+/// Writes the picture everywhere it should go; the files that were written.
+pub fn write(
+    rendered: &Rendered,
+    targets: &[Target],
+    display: Display,
+    metadata: &Metadata,
+    is_free: impl Fn(&Path) -> bool,
+) -> Result<Vec<String>, Failure> {
+    let mut written = Vec::new();
+    for target in targets {
+        match target {
+            Target::Stdout => {
+                let bytes = output::png_bytes(&rendered.picture, display, metadata).map_err(|error| Failure::stdout(&error))?;
+                console::print(bytes)?;
+            }
+            Target::File(path, _) => {
+                output::write_picture(path, &rendered.picture, display, metadata)?;
+                written.push(path.display().to_string());
+            }
+            // Something else may lie there by now; a picture that took an hour is not given up for it.
+            Target::Unnamed(path) => {
+                let is_free = |other: &Path| other == path || is_free(other);
+                let name = output::write_unnamed_picture(path, &rendered.picture, display, metadata, is_free)?;
+                written.push(name.display().to_string());
+            }
+        }
+    }
+    Ok(written)
+}
+
+/// Keeps what there is of a picture that was stopped, under names that nobody chose and that replace nobody's files.
+pub fn interrupted(
+    rendered: &Rendered,
+    targets: &[Target],
+    display: Display,
+    metadata: &Metadata,
+    is_free: impl Fn(&Path) -> bool,
+) -> Failure {
+    let mut kept = Vec::new();
+    let something = rendered.counters.samples > 0;
+    for path in targets.iter().filter_map(Target::path).filter(|_| something) {
+        let partial = output::partial_name(path);
+        match output::write_unnamed_picture(&partial, &rendered.picture, display, metadata, &is_free) {
+            Ok(name) => kept.push(name.display().to_string()),
+            Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
+        }
+    }
+    let message = match kept.is_empty() {
+        true => NOTHING_KEPT.to_owned(),
+        false => format!("interrupted; what was finished is in {}", kept.join(", ")),
+    };
+    Failure::new(Exit::Interrupted, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use raywright_core::settings::Settings;
+    use raywright_core::{Observer, Scene, prepare};
+
+    use super::*;
+
+    struct Stopped;
+
+    impl Observer for Stopped {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+
+    /// Protects: a render that was stopped before its first tile leaves no picture, which would be black; one that was not keeps
+    /// what it has, beside whatever lies under that name.
+    #[test]
+    fn only_what_was_made_is_kept() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let at = |name: &str| folder.path().join(name);
+        let settings = Settings { size: [8, 8], ..Settings::of(&Scene::default()) };
+        let ready = prepare(&Scene::default(), &settings, &()).expect("nothing is wrong with an empty scene");
+        let targets = [Target::File(at("a.png"), output::Format::Png), Target::Stdout];
+        let end = |rendered: &Rendered| {
+            let failure = interrupted(rendered, &targets, Display::default(), &Metadata::default(), |_| true);
+            assert_eq!(failure.exit, Exit::Interrupted);
+            failure.message
+        };
+        assert_eq!(end(&ready.render(&Stopped)), "error: interrupted; nothing was written");
+        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
+        std::fs::write(at("a.partial.png"), "mine").expect("a file");
+        let kept = at("a.partial-2.png");
+        assert_eq!(end(&ready.render(&())), format!("error: interrupted; what was finished is in {}", kept.display()));
+        assert_eq!(std::fs::read(at("a.partial.png")).expect("a file"), b"mine");
+        assert!(kept.exists());
+    }
+}

@@ -1,0 +1,48 @@
+//! What makes films parts of one picture: the scene and every setting that decides a sample, as text that is only ever compared,
+//! so that a film in a file can be told from others without the scene that it shows.
+
+use core::fmt::Debug;
+
+use serde::{Deserialize, Serialize};
+
+use crate::settings::Settings;
+
+/// What decides the samples of a picture. How they are computed (threads, accelerator, kernel, memory) does not, and how many of
+/// them there are is the plan's business.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Identity {
+    /// What tells its scene from others.
+    pub scene: String,
+    /// Each setting with its value.
+    settings: Vec<(String, String)>,
+}
+
+impl Identity {
+    pub fn new(scene: &str, settings: &Settings) -> Self {
+        let settings: [(&str, &dyn Debug); 12] = [
+            ("size", &settings.size),
+            ("camera", &settings.camera),
+            ("pattern of samples", &settings.sampling.pattern()),
+            ("maximum depth", &settings.max_depth),
+            ("integrator", &settings.integrator),
+            ("light sampling", &settings.light_sampling),
+            ("seed", &settings.seed),
+            ("frame", &settings.frame),
+            ("precision", &settings.precision),
+            ("list of effects switched off", &settings.without),
+            ("background", &settings.background),
+            ("list of layers", &settings.aovs),
+        ];
+        let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), format!("{value:?}"))).collect();
+        Self { scene: scene.to_owned(), settings }
+    }
+
+    /// What tells another picture from this one.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let named = |(name, value): &(String, String)| other.settings.iter().any(|(n, v)| n == name && v == value);
+        let foreign = self.settings.iter().find(|setting| !named(setting)).map(|(name, _)| name.clone());
+        foreign
+            .or((self.settings.len() != other.settings.len()).then(|| "list of settings".to_owned()))
+            .or_else(|| (self.scene != other.scene).then(|| "scene".to_owned()))
+    }
+}

@@ -1,0 +1,203 @@
+//! Films on disk, so that a render can be gone on with and divided among machines: a format of our own, since no other keeps the
+//! sums of replicates apart.
+//!
+//! A file is sixteen bytes that say what it is, the version of the format (u32), the length of the header (u64), the header as
+//! JSON, the numbers of the film as [`Film::pass`] gives them, and the SHA-256 of all that; everything is little-endian.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Write};
+use std::path::Path;
+
+use raywright_core::display::Display;
+use raywright_core::film::{Film, FilmHeader, Numbers};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::Metadata;
+use super::atomic::{Replace, write_with};
+use crate::error::Error;
+use crate::limits::{Limits, human_bytes};
+
+const MAGIC: [u8; 16] = *b"\x93raywright film\n";
+const VERSION: u32 = 1;
+
+/// Bytes of the longest header that is read: the list of tiles of a picture with 2³² pixels has a tenth of it.
+const MOST_HEADER: u64 = 256 << 20;
+
+/// A film with what its picture needs to become a file.
+#[derive(Clone, Debug)]
+pub struct KeptFilm {
+    /// The picture in the making.
+    pub film: Film,
+    /// Where it comes from.
+    pub metadata: Metadata,
+    /// How a PNG is to show it.
+    pub display: Display,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Header {
+    film: FilmHeader,
+    metadata: Metadata,
+    display: Display,
+}
+
+/// Writes a film, whole or not at all. It is handed over to be read; nothing in it changes.
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
+pub fn write_film(path: &Path, kept: &mut KeptFilm) -> Result<(), Error> {
+    write_with(path, Replace::Anything, |out| write(out, kept)).map_err(|cause| Error::write(path, &cause))
+}
+
+fn write(out: &mut dyn Write, kept: &mut KeptFilm) -> io::Result<()> {
+    let header = Header { film: kept.film.header(), metadata: kept.metadata.clone(), display: kept.display };
+    let header = serde_json::to_vec(&header)?;
+    let mut out = Writer { out: BufWriter::with_capacity(1 << 20, out), hash: Sha256::new() };
+    out.put(&MAGIC)?;
+    out.put(&VERSION.to_le_bytes())?;
+    out.put(&(header.len() as u64).to_le_bytes())?;
+    out.put(&header)?;
+    kept.film.pass(&mut out)?;
+    let hash = out.hash.finalize();
+    out.out.write_all(&hash)?;
+    out.out.flush()
+}
+
+/// Reads a film. Memory is taken only for what the file's header and the limits agree on.
+///
+/// # Errors
+/// Of kind [`File`](crate::ErrorKind::File) where it can't be read, [`Input`](crate::ErrorKind::Input) where it is no whole film of
+/// this version, [`Limit`](crate::ErrorKind::Limit) where it takes more memory than allowed.
+pub fn read_film(path: &Path, limits: &Limits) -> Result<KeptFilm, Error> {
+    let file = File::open(path).map_err(|cause| Error::read(path, &cause))?;
+    if file.metadata().is_ok_and(|there| there.is_dir()) {
+        return Err(Error::read(path, &io::ErrorKind::IsADirectory.into()));
+    }
+    let mut from = Reader { from: BufReader::with_capacity(1 << 20, file), hash: Sha256::new() };
+    read(&mut from, limits).map_err(|fault| match fault {
+        Fault::Cause(cause) if cause.kind() == io::ErrorKind::UnexpectedEof => {
+            Error::input(path.display(), "it ends in the middle; it was cut off").with_hint("render or copy it again")
+        }
+        Fault::Cause(cause) => Error::read(path, &cause),
+        Fault::Content(message) => Error::input(path.display(), message),
+        Fault::Memory(bytes) => {
+            let allowed = human_bytes(limits.memory_bytes);
+            Error::limit(path.display(), format_args!("its picture needs {}, and the limit is {allowed}", human_bytes(bytes)))
+                .with_hint("raise the limit with --max-memory")
+        }
+    })
+}
+
+/// Why a film can't be read.
+enum Fault {
+    Cause(io::Error),
+    Content(String),
+    Memory(u64),
+}
+
+impl From<io::Error> for Fault {
+    fn from(cause: io::Error) -> Self {
+        Self::Cause(cause)
+    }
+}
+
+fn read(from: &mut Reader<impl Read>, limits: &Limits) -> Result<KeptFilm, Fault> {
+    let content = |message: &str| Fault::Content(message.to_owned());
+    let mut magic = [0; MAGIC.len()];
+    let is_film = from.take(&mut magic).map(|()| magic == MAGIC);
+    if !is_film.or_else(|cause| if cause.kind() == io::ErrorKind::UnexpectedEof { Ok(false) } else { Err(cause) })? {
+        return Err(content("it is not a film, as --checkpoint writes them"));
+    }
+    let version = u32::from_le_bytes(from.array()?);
+    if version != VERSION {
+        return Err(Fault::Content(format!("it has version {version} of the format, and this program reads version {VERSION}")));
+    }
+    let length = u64::from_le_bytes(from.array()?);
+    if length > MOST_HEADER {
+        return Err(content("its header is longer than any that this program writes"));
+    }
+    // As many bytes as there are, not as many as it says.
+    let mut header = Vec::new();
+    from.from.by_ref().take(length).read_to_end(&mut header)?;
+    if (header.len() as u64) < length {
+        return Err(Fault::Cause(io::ErrorKind::UnexpectedEof.into()));
+    }
+    from.hash.update(&header);
+    let header: Header =
+        serde_json::from_slice(&header).map_err(|cause| Fault::Content(format!("its header is wrong: {cause}")))?;
+    let bytes = header.film.bytes().map_err(|cause| Fault::Content(cause.to_string()))?;
+    if bytes > limits.memory_bytes {
+        return Err(Fault::Memory(bytes));
+    }
+    let mut film = Film::with_header(header.film).map_err(|cause| Fault::Content(cause.to_string()))?;
+    film.pass(from)?;
+    let found = from.hash.clone().finalize();
+    let told: [u8; 32] = from.array()?;
+    if told != found[..] {
+        return Err(content("its checksum is wrong: it was damaged or changed"));
+    }
+    if from.from.read(&mut [0])? > 0 {
+        return Err(content("something follows its end"));
+    }
+    Ok(KeptFilm { film, metadata: header.metadata, display: header.display })
+}
+
+struct Writer<W: Write> {
+    out: W,
+    hash: Sha256,
+}
+
+struct Reader<R: Read> {
+    from: R,
+    hash: Sha256,
+}
+
+impl<W: Write> Writer<W> {
+    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.hash.update(bytes);
+        self.out.write_all(bytes)
+    }
+}
+
+impl<R: Read> Reader<R> {
+    fn take(&mut self, bytes: &mut [u8]) -> io::Result<()> {
+        self.from.read_exact(bytes)?;
+        self.hash.update(&*bytes);
+        Ok(())
+    }
+
+    fn array<const N: usize>(&mut self) -> io::Result<[u8; N]> {
+        let mut bytes = [0; N];
+        self.take(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// The methods of both directions for numbers of one type.
+macro_rules! numbers {
+    ($($method:ident: $number:ty),*) => {
+        impl<W: Write> Numbers for Writer<W> {
+            type Error = io::Error;
+            $(fn $method(&mut self, numbers: &mut [$number]) -> io::Result<()> {
+                let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+                self.put(&bytes)
+            })*
+        }
+
+        impl<R: Read> Numbers for Reader<R> {
+            type Error = io::Error;
+            $(fn $method(&mut self, numbers: &mut [$number]) -> io::Result<()> {
+                let mut bytes = vec![0; size_of_val(numbers)];
+                self.take(&mut bytes)?;
+                for (number, bytes) in numbers.iter_mut().zip(bytes.as_chunks().0) {
+                    *number = <$number>::from_le_bytes(*bytes);
+                }
+                Ok(())
+            })*
+        }
+    };
+}
+
+numbers!(doubles: f64, singles: f32, counts: u16);

@@ -1,0 +1,318 @@
+//! Renders of more than one run: kept and gone on with, divided and merged, ended by time. What must come out are the bits of one
+//! run, and no file may do harm.
+
+use std::fs;
+use std::process::Command;
+
+use raywright::core::picture::Picture;
+
+use crate::support::Desk;
+
+/// A lamp, a ball of glass, a rough floor and a lens: everything that draws numbers, in 70 × 50 pixels, which are six tiles.
+const SCENE: &str = r#"
+format = 1
+render = { size = [70, 50], samples = 6 }
+sky.constant = 0.2
+[[cameras]]
+pose.look_at = { eye = [0, 1, 4], target = [0, 0.6, 0] }
+projection.thin_lens = { pinhole = { vertical_fov = 50 }, aperture_radius = 0.1, focus_distance = 3 }
+[[materials]]
+name = "floor"
+model.physical = { base_colour = [0.8, 0.6, 0.4], roughness = 0.4 }
+[[materials]]
+name = "lamp"
+model.physical = { base_colour = 0, emission = [9, 8, 7] }
+[[materials]]
+name = "glass"
+model.physical = { transmission = 1, roughness = 0, ior = 1.5 }
+[[objects]]
+shape.quad = { corner = [-2, 0, 2], edge_u = [4, 0, 0], edge_v = [0, 0, -4] }
+material = "floor"
+[[objects]]
+shape.disk = { centre = [0, 3, 0], normal = [0, -1, 0], radius = 0.7 }
+material = "lamp"
+[[objects]]
+shape.sphere = { centre = [0.5, 0.5, 0], radius = 0.5 }
+material = "glass"
+"#;
+
+const LAYERS: &str = "--aov=albedo,normal,position,depth,object,samples,stderr";
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.write("room.scene.toml", SCENE);
+    desk
+}
+
+/// Renders the scene with these further words.
+fn render(desk: &Desk, words: &str) -> crate::support::Run {
+    let first = ["render", "room.scene.toml", "--integrator", "path", "--progress=none"];
+    desk.run(&first.into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+}
+
+fn merge(desk: &Desk, words: &str) -> crate::support::Run {
+    desk.run(&["merge"].into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+}
+
+/// Colours and layers by name, to the bit.
+fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
+    let colour = ("colour".to_owned(), picture.rgb.iter().flatten().map(|x| x.to_bits()).collect());
+    let layer = |layer: &raywright::core::picture::Layer| {
+        (layer.name.clone(), layer.samples.iter().map(|x| x.to_bits()).collect::<Vec<u32>>())
+    };
+    std::iter::once(colour).chain(picture.layers.iter().map(layer)).collect()
+}
+
+#[track_caller]
+fn same_bits(desk: &Desk, one: &str, other: &str) {
+    let (one_bits, other_bits) = (bits(&desk.picture(one)), bits(&desk.picture(other)));
+    assert_eq!(one_bits.len(), other_bits.len());
+    for (a, b) in one_bits.iter().zip(&other_bits) {
+        assert!(a == b, "{one} and {other} differ in {}", a.0);
+    }
+}
+
+/// Protects: a render that is gone on with, twice and with more samples each time, by other threads and another accelerator, has
+/// the bits of one run, layers and errors included; what is gone on from may be what is kept.
+#[test]
+fn more_samples_later_have_the_bits_of_one_run() {
+    let desk = desk();
+    render(&desk, &format!("--spp 5 {LAYERS} -o few.exr --checkpoint a.film"))
+        .exits_with(0)
+        .says_like("wrote few.exr, a.film (70x50, 5 samples");
+    render(&desk, &format!("--spp 21 {LAYERS} -o more.exr --resume a.film --checkpoint a.film --threads 1")).exits_with(0);
+    render(&desk, &format!("--spp 90 {LAYERS} -o many.exr --resume a.film --accel linear")).exits_with(0);
+    render(&desk, &format!("--spp 21 {LAYERS} -o more-once.exr")).exits_with(0);
+    render(&desk, &format!("--spp 90 {LAYERS} -o many-once.exr")).exits_with(0);
+    same_bits(&desk, "more.exr", "more-once.exr");
+    same_bits(&desk, "many.exr", "many-once.exr");
+    assert_eq!(desk.names().iter().filter(|name| name.starts_with('.')).count(), 0, "{:?}", desk.names());
+}
+
+/// Protects: parts of a picture, each rendered by a run of its own, merge to the bits of one run, in any order and in two steps,
+/// and a crop is divided as a picture is. A merge shows them as they were asked for, or otherwise.
+#[test]
+fn parts_have_the_bits_of_one_run() {
+    let desk = desk();
+    let all = format!("--spp 9 --crop 3,2,66,40 --exposure 1 {LAYERS}");
+    render(&desk, &format!("{all} -o once.exr -o once.png")).exits_with(0);
+    for k in 1..=4 {
+        render(&desk, &format!("{all} --part {k}/4 --checkpoint {k}.film")).exits_with(0);
+    }
+    merge(&desk, "3.film 1.film 4.film 2.film -o all.exr -o all.png").exits_with(0).says_like("wrote all.exr, all.png (4 parts");
+    same_bits(&desk, "all.exr", "once.exr");
+    same_bits(&desk, "all.png", "once.png");
+    merge(&desk, "2.film 4.film --checkpoint even.film").exits_with(0);
+    merge(&desk, "1.film even.film 3.film -o steps.exr").exits_with(0);
+    same_bits(&desk, "steps.exr", "once.exr");
+    // A union is what one run can go on from.
+    merge(&desk, "1.film 3.film even.film --checkpoint whole.film").exits_with(0);
+    render(&desk, &format!("{} -o more.exr --resume whole.film", all.replace("--spp 9", "--spp 20"))).exits_with(0);
+    render(&desk, &format!("{} -o more-once.exr", all.replace("--spp 9", "--spp 20"))).exits_with(0);
+    same_bits(&desk, "more.exr", "more-once.exr");
+    merge(&desk, "whole.film -o dark.png --exposure -3").exits_with(0);
+    let sum = |name: &str| desk.picture(name).rgb.iter().flatten().sum::<f32>();
+    assert!(sum("dark.png") < 0.5 * sum("once.png"));
+}
+
+/// Protects: what is missing, there twice, of another picture or none of ours is refused with the file's name, and no picture is
+/// made of it.
+#[test]
+fn what_is_no_part_is_refused() {
+    let desk = desk();
+    for (name, words) in [
+        ("1", "--part 1/3"),
+        ("2", "--part 2/3"),
+        ("3", "--part 3/3"),
+        ("seed", "--part 2/3 --seed 1"),
+        ("depth", "--max-depth 2"),
+        ("rung", "--rung light-sampling=lights"),
+    ] {
+        render(
+            &desk,
+            &format!("--spp 2 {words} --checkpoint {name}.film {}", if words.contains("part") { "" } else { "-o x.png" }),
+        )
+        .exits_with(0);
+    }
+    let before = desk.names();
+    let missing = merge(&desk, "1.film 3.film -o all.png");
+    missing.exits_with(3).says_like("error: parts are missing, or were not finished: 2 of 6 tiles (");
+    merge(&desk, "1.film 2.film 1.film 3.film -o all.png")
+        .exits_with(3)
+        .says_like("1.film: it holds samples that a part before it holds too");
+    merge(&desk, "1.film seed.film -o all.png")
+        .exits_with(3)
+        .says_like("seed.film: it is not of the picture of 1.film: the seed differs");
+    merge(&desk, "1.film depth.film -o all.png").exits_with(3).says_like("the maximum depth differs");
+    merge(&desk, "1.film rung.film -o all.png").exits_with(3).says_like("the light sampling differs");
+    merge(&desk, "1.film gone.film -o all.png").exits_with(4).says_like("cannot read gone.film: no such file or folder");
+    merge(&desk, "1.film room.scene.toml -o all.png").exits_with(3).says_like("room.scene.toml: it is not a film");
+    merge(&desk, "1.film -o 1.film").exits_with(2);
+    merge(&desk, "1.film 2.film --checkpoint 2.film").exits_with(2).says_like("cannot write 2.film: this run reads it");
+    merge(&desk, "1.film 2.film").exits_with(2);
+    assert_eq!(desk.names(), before);
+    merge(&desk, "1.film 3.film -o some.png --unfinished").exits_with(0);
+    assert!(desk.picture("some.png").rgb.contains(&[0.0; 3]));
+}
+
+/// Protects: a film of another scene, file content or flag, or with more samples than asked for, is not gone on from, and it is
+/// said what differs. Only what changes no sample may differ.
+#[test]
+fn another_picture_is_not_gone_on_from() {
+    let desk = desk();
+    render(&desk, "--spp 40 --checkpoint a.film -o a.png").exits_with(0);
+    let refused = |words: &str, cause: &str| {
+        let run = render(&desk, &format!("{words} --resume a.film -o b.png"));
+        run.exits_with(3).says_like(&format!("a.film: it is of another picture: the {cause} differs"));
+    };
+    refused("--spp 80 --seed 7", "seed");
+    refused("--spp 80 --eye 0,1,5", "camera");
+    refused("--spp 80 --size 71x50", "size");
+    refused("--spp 80 --at 1", "scene");
+    refused("--spp 80 --env default", "scene");
+    refused("--spp 80 --without shadows", "list of effects switched off");
+    refused("--spp 80 --aov depth --checkpoint b.film", "list of layers");
+    refused("--spp 80 --precision fast", "precision");
+    render(&desk, "--spp 64 --resume a.film -o b.png")
+        .exits_with(2)
+        .says_like("its 40 samples a pixel cannot become 64\nhelp: --spp 80, or more");
+    render(&desk, "--spp 20 --resume a.film -o b.png")
+        .exits_with(2)
+        .says_like("its 40 samples a pixel cannot become 20\nhelp: --spp 40, or more");
+    desk.write("room.scene.toml", SCENE.replace("0.2", "0.3"));
+    refused("--spp 80", "scene");
+    assert!(!desk.names().contains(&"b.png".to_owned()));
+    render(&desk, "--spp 4 --part 1/2 -o c.png --checkpoint c.film")
+        .exits_with(2)
+        .says_like("-o and --part cannot both be given");
+    render(&desk, "--spp 4 --part 1/2")
+        .exits_with(2)
+        .says_like("--part renders a share of a picture, which needs a file of its own");
+    render(&desk, "--spp 4 --part 1/7 --checkpoint c.film")
+        .exits_with(2)
+        .says_like("divides the picture into 7 shares, and it has 6 tiles");
+    render(&desk, "--spp 4 --resume a.film --checkpoint room.scene.toml").exits_with(2).says_like("cannot write room.scene.toml");
+}
+
+/// Protects: a film that was cut off, changed in any byte or made up ends with a message and takes no memory that it does not
+/// have: every length, every bit of a header, and numbers at random.
+#[test]
+fn damaged_films_do_no_harm() {
+    let desk = desk();
+    render(&desk, "--spp 1 --size 4x3 --checkpoint a.film -o a.png").exits_with(0);
+    let whole = fs::read(desk.path("a.film")).expect("a film");
+    let read = |bytes: &[u8]| {
+        desk.write("b.film", bytes);
+        raywright::io::output::read_film(&desk.path("b.film"), &raywright::io::Limits::default())
+    };
+    assert!(read(&whole).is_ok());
+    for length in 0..whole.len() {
+        assert!(read(&whole[..length]).is_err(), "{length} of {} bytes", whole.len());
+    }
+    for place in 0..whole.len() {
+        for bit in [0, 3, 7] {
+            let mut changed = whole.clone();
+            changed[place] ^= 1 << bit;
+            assert!(read(&changed).is_err(), "bit {bit} of byte {place}");
+        }
+    }
+    assert!(read(&[&whole[..], b"\0"].concat()).expect_err("too long").to_string().contains("something follows its end"));
+    merge(&desk, "b.film -o b.png").exits_with(3);
+    // As large as numbers can say, in a file of a few hundred bytes.
+    let text = String::from_utf8_lossy(&whole[28..]).into_owned();
+    let header = &text[..text.rfind('}').expect("a header") + 1];
+    for (old, new) in [
+        (r#""width":4,"height":3"#, r#""width":65535,"height":65535"#),
+        (r#""width":4,"height":3"#, r#""width":4294967295,"height":4294967295"#),
+        (r#""tile_size":32"#, r#""tile_size":0"#),
+        (r#""samples":1"#, r#""samples":4294967295"#),
+        (r#""drawn":[1]"#, r#""drawn":[65535]"#),
+        (r#""drawn":[1]"#, r#""drawn":[]"#),
+        (r#""drawn":[1]"#, r#""drawn":[1,1]"#),
+    ] {
+        assert!(header.contains(old), "{old} is not in {header}");
+        let changed = header.replacen(old, new, 1);
+        let bytes = [&whole[..20], &(changed.len() as u64).to_le_bytes(), changed.as_bytes(), &[0; 400]].concat();
+        let run = (read(&bytes).is_err(), merge(&desk, "b.film -o b.png"));
+        assert!(run.0 && matches!(run.1.code, Some(3 | 5)), "{new}: {:?} {}", run.1.code, run.1.stderr);
+    }
+}
+
+/// Protects: a time that is too short for anything still gives every pixel the samples of one pass, which is said, and what it
+/// made can be gone on from to the bits of one run.
+#[test]
+fn a_budget_ends_after_a_pass() {
+    let desk = desk();
+    // Longer than a second: 65,536 samples of 60,000 pixels.
+    let all = "--size 300x200 --aov samples";
+    let run = render(&desk, &format!("{all} --budget 1s -o a.exr --checkpoint a.film"));
+    run.exits_with(0);
+    let taken = desk.picture("a.exr").layer("samples.N").expect("asked for").samples.clone();
+    let (least, most) = taken.iter().fold((f32::MAX, 0.0_f32), |(least, most), &n| (least.min(n), most.max(n)));
+    assert!(least >= 4.0 && most < 65_536.0, "{least} to {most}");
+    let told = if least == most { format!("{least} of 65536 samples") } else { format!("{least} to {most} of 65536 samples") };
+    assert!(run.stderr.contains(&told), "{told}: {}", run.stderr);
+    assert!(desk.stored("a.exr").texts.iter().any(|(_, text)| text.contains(&format!("taken='{told}'"))), "{told}");
+    // A scene's fixed pattern is one pass.
+    let pattern = desk.run(&["render", "preset:whitted", "--size", "64x36", "--budget", "1s", "-o", "w.png"]);
+    pattern.exits_with(0).says_like("64x36, 4 samples");
+}
+
+/// Protects: a render that is interrupted is kept, says how it goes on, and goes on to the bits of one run.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_goes_on() {
+    use std::io::Read;
+    use std::process::Stdio;
+    let desk = desk();
+    let words = [
+        "render",
+        "room.scene.toml",
+        "--integrator",
+        "path",
+        "--spp",
+        "400",
+        "--size",
+        "160x120",
+        "-o",
+        "a.exr",
+        "--checkpoint",
+        "a.film",
+        "--progress=plain",
+    ];
+    let mut child = desk.command(&words).stderr(Stdio::piped()).spawn().expect("starts");
+    let mut stderr = child.stderr.take().expect("piped");
+    stderr.read_exact(&mut [0]).expect("a first line");
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    let code = child.wait().expect("ends").code();
+    let mut text = String::new();
+    stderr.read_to_string(&mut text).expect("text");
+    assert_eq!(code, Some(130), "{text}");
+    assert!(text.contains("what was finished is in a.partial.exr\nhelp: go on with --resume a.film"), "{text}");
+    let (size, spp) = ("--size 160x120", "--spp 400");
+    render(&desk, &format!("{size} {spp} -o a.exr --resume a.film")).exits_with(0);
+    render(&desk, &format!("{size} {spp} -o once.exr")).exits_with(0);
+    same_bits(&desk, "a.exr", "once.exr");
+}
+
+/// Protects: the farm of docs/farm.md that GNU parallel runs makes the picture of one run; where it is installed.
+#[test]
+fn gnu_parallel_is_a_farm() {
+    let installed = Command::new("parallel").arg("--version").output().is_ok_and(|output| output.stdout.starts_with(b"GNU"));
+    if !installed {
+        eprintln!("skipped: GNU parallel is not installed");
+        return;
+    }
+    let desk = desk();
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/farm.md")).expect("the page");
+    let (_, rest) = page.split_once("<!-- test: parallel -->\n```sh\n").expect("the commands");
+    let (commands, _) = rest.split_once("\n```").expect("their end");
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_raywright"));
+    let path = format!("{}:{}", program.parent().expect("a folder").display(), std::env::var("PATH").unwrap_or_default());
+    let small = commands.replace("--spp 256", "--spp 9");
+    assert_ne!(small, commands);
+    let ran = Command::new("sh").args(["-ec", &small]).current_dir(desk.path(".")).env("PATH", path).output().expect("a shell");
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    desk.run(&["render", "room.scene.toml", "--spp", "9", "-o", "once.png"]).exits_with(0);
+    same_bits(&desk, "room.png", "once.png");
+}
