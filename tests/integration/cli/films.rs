@@ -60,7 +60,8 @@ fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
     let layer = |layer: &raywright::core::picture::Layer| {
         (layer.name.clone(), layer.samples.iter().map(|x| x.to_bits()).collect::<Vec<u32>>())
     };
-    std::iter::once(colour).chain(picture.layers.iter().map(layer)).collect()
+    let alpha = picture.alpha.iter().map(|alpha| ("coverage".to_owned(), alpha.iter().map(|x| x.to_bits()).collect()));
+    std::iter::once(colour).chain(alpha).chain(picture.layers.iter().map(layer)).collect()
 }
 
 #[track_caller]
@@ -94,7 +95,7 @@ fn more_samples_later_have_the_bits_of_one_run() {
 #[test]
 fn parts_have_the_bits_of_one_run() {
     let desk = desk();
-    let all = format!("--spp 9 --crop 3,2,66,40 --exposure 1 {LAYERS}");
+    let all = format!("--spp 9 --crop 3,2,66,40 --background transparent --exposure 1 {LAYERS}");
     render(&desk, &format!("{all} -o once.exr -o once.png")).exits_with(0);
     for k in 1..=4 {
         render(&desk, &format!("{all} --part {k}/4 --checkpoint {k}.film")).exits_with(0);
@@ -175,7 +176,7 @@ fn another_picture_is_not_gone_on_from() {
     refused("--spp 80 --precision fast", "precision");
     render(&desk, "--spp 64 --resume a.film -o b.png")
         .exits_with(2)
-        .says_like("its 40 samples a pixel cannot become 64\nhelp: --spp 80, or more");
+        .says_like("its 40 samples a pixel cannot become 64\nhelp: --spp 78, or more");
     render(&desk, "--spp 20 --resume a.film -o b.png")
         .exits_with(2)
         .says_like("its 40 samples a pixel cannot become 20\nhelp: --spp 40, or more");
