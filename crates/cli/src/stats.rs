@@ -3,6 +3,7 @@
 
 use raywright_core::counters::Counters;
 use raywright_core::effects::Finding;
+use raywright_core::film::Uncertainty;
 use raywright_core::{Ready, Rendered};
 use raywright_io::Loaded;
 use serde::Serialize;
@@ -26,6 +27,9 @@ pub struct Stats<'a> {
     effects: &'a [Finding],
     memory: Memory,
     accelerator: &'static str,
+    /// Absent where it can't be told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Uncertainty>,
 }
 
 /// Rays by kind.
@@ -56,7 +60,7 @@ struct Memory {
 
 impl<'a> Stats<'a> {
     /// Gathers what is known after a finished render.
-    pub fn new(loaded: &'a Loaded, ready: &'a Ready, rendered: &Rendered, seconds: Seconds) -> Self {
+    pub fn new(loaded: &'a Loaded, ready: &'a Ready, rendered: &Rendered, error: Option<Uncertainty>, seconds: Seconds) -> Self {
         let held = ready.memory();
         Self {
             format: FORMAT,
@@ -69,6 +73,7 @@ impl<'a> Stats<'a> {
             effects: &ready.effects().effects,
             memory: Memory { peak_bytes: memory::peak_bytes(), geometry_bytes: held.geometry, texture_bytes: held.textures },
             accelerator: origin::accelerator(ready.settings().accelerator),
+            error,
         }
     }
 }

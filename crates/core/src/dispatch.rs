@@ -165,7 +165,12 @@ impl Ready {
     /// lights, or follow paths.
     pub fn is_by_chance(&self) -> bool {
         let drawn = each!(&self.inner, p => p.camera.has_lens() || !p.lights.emitters.is_empty());
-        drawn || matches!(self.kernel, KernelName::Paths) || !self.settings.sampling.is_fixed()
+        drawn || self.follows_paths() || !self.settings.sampling.is_fixed()
+    }
+
+    /// Whether light is followed by chance over all surfaces, so that its error is what a picture has most of.
+    pub fn follows_paths(&self) -> bool {
+        matches!(self.kernel, KernelName::Paths)
     }
 
     /// Name of the kernel that runs.

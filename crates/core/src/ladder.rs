@@ -9,6 +9,7 @@ use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::Serialize;
 
 use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
+use crate::filter::PixelFilter;
 use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
 use crate::settings::{LightSampling, PrecisionChoice, Sampling, Settings};
 use crate::suggest::closest;
@@ -28,6 +29,8 @@ pub enum Ladder {
     TextureFilter,
     /// How many segments a path may have.
     PathLength,
+    /// How much of a pixel's surroundings counts towards it.
+    PixelFilter,
     /// How many samples a pixel takes.
     Samples,
     /// How long the tree is built for how fast it is walked.
@@ -68,6 +71,12 @@ const TEXTURE_FILTER: &[Rung] = &[
     rung("nearest", "the nearest texel: blocks near by, and sparkles far away"),
     rung("bilinear", "the weighted mean of four: smooth near by"),
 ];
+const PIXEL_FILTER: &[Rung] = &[
+    rung("gaussian", "a bell over three pixels: no stairs, and everything softer"),
+    rung("blackman-harris", "a narrower bell over three pixels"),
+    rung("tent", "up to the middles of the neighbours"),
+    rung("box", "the pixel alone: sharp, with stairs at high contrast"),
+];
 const PATH_LENGTH: &[Rung] = &[
     rung("1", "camera rays alone: no reflection, no refraction"),
     rung("2", "one reflection or refraction"),
@@ -104,13 +113,14 @@ const OFFSET: ConstantOffset =
 
 impl Ladder {
     /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Precision,
         Self::RayOffset,
         Self::Shadows,
         Self::LightSampling,
         Self::TextureFilter,
         Self::PathLength,
+        Self::PixelFilter,
         Self::Samples,
         Self::Build,
         Self::Accelerator,
@@ -125,6 +135,7 @@ impl Ladder {
             Self::LightSampling => "light-sampling",
             Self::TextureFilter => "texture-filter",
             Self::PathLength => "path-length",
+            Self::PixelFilter => "pixel-filter",
             Self::Samples => "samples",
             Self::Build => "build",
             Self::Accelerator => "accelerator",
@@ -140,6 +151,7 @@ impl Ladder {
             Self::LightSampling => LIGHT_SAMPLING,
             Self::TextureFilter => TEXTURE_FILTER,
             Self::PathLength => PATH_LENGTH,
+            Self::PixelFilter => PIXEL_FILTER,
             Self::Samples => SAMPLES,
             Self::Build => BUILD,
             Self::Accelerator => ACCELERATOR,
@@ -155,6 +167,7 @@ impl Ladder {
             Self::LightSampling => "both",
             Self::TextureFilter => "bilinear",
             Self::PathLength => "8",
+            Self::PixelFilter => "box",
             Self::Samples => "64",
             Self::Build => "fast",
             Self::Accelerator => "bvh",
@@ -169,6 +182,12 @@ impl Ladder {
     /// Whether the picture depends on it; otherwise only time and memory do.
     pub const fn changes_pictures(self) -> bool {
         !matches!(self, Self::Build | Self::Accelerator)
+    }
+
+    /// Whether its rungs are different pictures of equal right, so that none is the more exact one: what the scene asks for is what
+    /// the others are compared with.
+    pub const fn is_a_matter_of_taste(self) -> bool {
+        matches!(self, Self::PixelFilter)
     }
 
     /// Whether a render on one rung can have the random numbers of a render on another, so that they differ by the choice alone.
@@ -211,6 +230,9 @@ impl Ladder {
                 _ => "bilinear".to_owned(),
             },
             Self::PathLength => settings.max_depth.to_string(),
+            Self::PixelFilter => {
+                place(&PixelFilter::ALL, settings.filter).map_or_else(mixed, |i| PIXEL_FILTER[i].name.to_owned())
+            }
             Self::Samples => settings.sampling.count().to_string(),
             Self::Build => match settings.accelerator {
                 AcceleratorKind::Tree(quality) => {
@@ -297,6 +319,7 @@ impl Choice {
                 scene.textures.iter_mut().for_each(|texture| texture.filter = filter);
             }
             Ladder::PathLength => settings.max_depth = number(),
+            Ladder::PixelFilter => settings.filter = PixelFilter::ALL[at],
             Ladder::Samples => settings.sampling = Sampling::resolve(scene, Some(number())),
             Ladder::Build => settings.accelerator = AcceleratorKind::Tree(BuildQuality::ALL[at]),
             Ladder::Accelerator => match at {
@@ -343,10 +366,12 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
     let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
     // Whitted ray tracing always asks, and meets nothing by chance; paths go on from every surface.
     let paths = chosen(scene, settings) == Integrator::Path;
+    let is_fixed = settings.sampling.is_fixed();
     let called_for = move |ladder: Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
         Ladder::LightSampling => paths && called_for(ladder),
         Ladder::PathLength => paths || called_for(ladder),
+        Ladder::PixelFilter => !is_fixed,
         _ => called_for(ladder),
     })
 }

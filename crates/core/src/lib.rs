@@ -67,6 +67,7 @@ pub mod display;
 pub mod effects;
 pub mod expr;
 pub mod film;
+pub mod filter;
 pub mod generate;
 mod hash;
 mod integrator;

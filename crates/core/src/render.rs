@@ -11,6 +11,7 @@ use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
 use crate::counters::Counters;
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
+use crate::filter::Draws;
 use crate::integrator::{FirstHit, Kernel, Tracer};
 use crate::observer::Observer;
 use crate::picture::Picture;
@@ -49,7 +50,7 @@ pub(crate) fn render<P: Precision, K: Kernel>(
     part: &Part,
     observer: &dyn Observer,
 ) {
-    let plan = film.plan().clone();
+    let (plan, draws) = (film.plan().clone(), settings.filter.draws());
     let queue = Mutex::new(Queue::new(film, part));
     let work = || {
         let mut finished = None;
@@ -58,8 +59,18 @@ pub(crate) fn render<P: Precision, K: Kernel>(
         {
             let Next { tile, replicate, samples, start } = next;
             let area = plan.tile(tile);
-            let job =
-                UnitJob::<P, K> { scene, settings, plan: &plan, area, tile, replicate, samples, observer, kernel: PhantomData };
+            let job = UnitJob::<P, K> {
+                scene,
+                settings,
+                plan: &plan,
+                draws: &draws,
+                area,
+                tile,
+                replicate,
+                samples,
+                observer,
+                kernel: PhantomData,
+            };
             let Some(unit) = job.run(&start) else { return };
             finished = Some(unit);
         }
@@ -142,6 +153,7 @@ struct UnitJob<'a, P: Precision, K: Kernel> {
     scene: &'a Prepared<P>,
     settings: &'a Settings,
     plan: &'a Plan,
+    draws: &'a Draws,
     /// In film coordinates, relative to the crop.
     area: Crop,
     tile: u32,
@@ -348,7 +360,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     #[inline]
     fn sample_ray(&self, [x, y]: [u32; 2], index: u32, places: Option<Sequence>) -> Ray<P::Real> {
         let address = self.address(x, y, index);
-        let [u, v] = places.map_or([0.5; 2], |places| places.pair(index));
+        let [u, v] = places.map_or([0.5; 2], |places| places.pair(index).map(|number| self.draws.place(number)));
         let camera = &self.scene.camera;
         let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
         let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };

@@ -4,6 +4,7 @@ use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::{Deserialize, Serialize};
 
 use crate::effects::EffectSet;
+use crate::filter::PixelFilter;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
 
 /// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
@@ -173,6 +174,8 @@ pub struct Settings {
     pub camera: Option<Camera>,
     /// Samples of a pixel.
     pub sampling: Sampling,
+    /// How much of a pixel's surroundings counts towards it, where samples lie at random places.
+    pub filter: PixelFilter,
     /// Ray segments a path may have, 1 to 64.
     pub max_depth: u32,
     /// How light is computed.
@@ -212,6 +215,7 @@ impl Settings {
             crop: None,
             camera: scene.cameras.first().cloned(),
             sampling: Sampling::resolve(scene, None),
+            filter: scene.render.filter,
             max_depth: scene.render.max_depth,
             integrator: scene.render.integrator,
             light_sampling: LightSampling::default(),

@@ -19,10 +19,11 @@ pub(crate) struct Identity {
 
 impl Identity {
     pub fn new(scene: &str, settings: &Settings) -> Self {
-        let settings: [(&str, &dyn Debug); 12] = [
+        let settings: [(&str, &dyn Debug); 13] = [
             ("size", &settings.size),
             ("camera", &settings.camera),
             ("pattern of samples", &settings.sampling.pattern()),
+            ("pixel filter", &settings.filter),
             ("maximum depth", &settings.max_depth),
             ("integrator", &settings.integrator),
             ("light sampling", &settings.light_sampling),

@@ -22,6 +22,7 @@ mod record;
 mod sums;
 #[cfg(test)]
 mod tests;
+mod uncertainty;
 
 use estimate::{Means, coverage, mean};
 use identity::Identity;
@@ -30,6 +31,7 @@ pub(crate) use plan::Plan;
 pub(crate) use plane::{Plane, Rect};
 pub use record::{FilmHeader, HeaderError, Numbers};
 pub(crate) use sums::{Block, Gather, Moments, Plain, Sums};
+pub use uncertainty::{Estimate, Uncertainty};
 
 use core::ops::{Range, RangeInclusive};
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::input::Colour;
+use crate::filter::PixelFilter;
 
 /// Settings of a picture; flags of the command line override each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -15,6 +16,8 @@ pub struct Render {
     pub samples: u32,
     /// A fixed pattern in place of the general sampler.
     pub pattern: Option<Pattern>,
+    /// How much of a pixel's surroundings counts towards it; ignored where a pattern is given.
+    pub filter: PixelFilter,
     /// Ray segments a path may have, the camera ray included; 1 to 64.
     pub max_depth: u32,
     /// How light is computed.
@@ -37,6 +40,7 @@ impl Default for Render {
             size: [1280, 720],
             samples: 64,
             pattern: None,
+            filter: PixelFilter::Box,
             max_depth: 8,
             integrator: Integrator::Auto,
             seed: 0,

@@ -168,3 +168,31 @@ fn the_first_of_equals_is_seen() {
         assert_eq!(at(&scene), 0.0);
     }
 }
+
+/// Protects: a pixel is what its filter covers. Of light that begins at an edge between two columns the pixels beside it show the
+/// filter's integral beyond their distance: of the box all or nothing, of the tent 1/8 from half a pixel away, of the bell
+/// (Φ(3) − Φ(1)) / (2Φ(3) − 1), of the window's cosines (1 − x)/2 − Σ aₖ sin(kπx)/(kπ)/(2a₀) at a third of its radius.
+#[test]
+fn filters_cover_their_surroundings() {
+    use core::f64::consts::PI;
+    use raywright_core::filter::PixelFilter;
+    let scene = sky("[step(0, o.x), step(o.x, 0), 1]");
+    let shown = |filter| {
+        let all = Settings { filter, ..flat(&scene, [8, 4], Sampling::General(1024)) };
+        rendered(&scene, &all).picture.rgb[8..16].iter().map(|rgb| f64::from(rgb[0])).collect::<Vec<f64>>()
+    };
+    let sine = |k: f64, a: f64| a * (k * PI / 3.0).sin() / (k * PI);
+    let window = |a: f64| 1.0 / 3.0 - (sine(1.0, 0.48829) + sine(2.0, 0.14128) + sine(3.0, 0.01168)) / (2.0 * a);
+    let bell = (0.998_650_101_968_369_9 - 0.841_344_746_068_542_9) / 0.997_300_203_936_739_8;
+    let expected = [
+        (PixelFilter::Box, 0.0),
+        (PixelFilter::Tent, 0.125),
+        (PixelFilter::Gaussian, bell),
+        (PixelFilter::BlackmanHarris, window(0.35875)),
+    ];
+    for (filter, share) in expected {
+        let row = shown(filter);
+        assert!((row[3] - share).abs() < 0.01 && (row[4] - (1.0 - share)).abs() < 0.01, "{filter:?}: {row:?}, {share}");
+        assert_eq!((row[0], row[7]), (0.0, 1.0), "{filter:?}: {row:?}");
+    }
+}

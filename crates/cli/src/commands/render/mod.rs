@@ -1,7 +1,7 @@
 //! `render`: a scene becomes pictures.
 
 pub mod film;
-mod tell;
+pub mod tell;
 pub mod write;
 
 use std::io::{self, IsTerminal};
@@ -69,7 +69,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
     if let Some(path) = &args.report.stats {
-        write_atomically(path, console::json(&Stats::new(&loaded, &ready, &rendered, seconds)).as_bytes())?;
+        write_atomically(
+            path,
+            console::json(&Stats::new(&loaded, &ready, &rendered, session.film().uncertainty(), seconds)).as_bytes(),
+        )?;
+    }
+    if ready.follows_paths() {
+        tell::tell_noise(session.film(), verbosity);
     }
     verbosity.detail(tell::details(&ready, &rendered, &seconds).trim_end());
     if !written.is_empty() {

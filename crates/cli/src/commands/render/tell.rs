@@ -1,6 +1,7 @@
 //! What `render` says besides its result: what is left out, lost or not met, and with `-v` where the time went.
 
 use raywright_core::effects::EffectReport;
+use raywright_core::film::{Estimate, Film, Uncertainty};
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, extent};
 use raywright_io::Loaded;
@@ -8,7 +9,7 @@ use raywright_io::Loaded;
 use crate::clock::{Seconds, spoken};
 use crate::commands::explain;
 use crate::console::Verbosity;
-use crate::table::lay_out;
+use crate::table::{lay_out, significant};
 use crate::{memory, origin};
 
 /// What the scene has and the picture will not show; all effects where the user asks for more.
@@ -48,6 +49,22 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
         "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
         show(bounds.min.to_array()),
         show(bounds.max.to_array())
+    ));
+}
+
+/// How far the picture probably is from the true one.
+pub fn tell_noise(film: &Film, verbosity: Verbosity) {
+    let Some(Uncertainty { rmse, root_relmse, converged }) = film.uncertainty() else { return };
+    let shown =
+        |of: Estimate| format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3));
+    if converged {
+        return verbosity.say(format_args!("noise: root relMSE {}, RMSE {}", shown(root_relmse), shown(rmse)));
+    }
+    verbosity.warn(format_args!(
+        "not converged: a few pixels carry most of the noise (root relMSE {}, RMSE {}), as where light is rarely found; more --spp finds \
+         it more often",
+        shown(root_relmse),
+        shown(rmse)
     ));
 }
 

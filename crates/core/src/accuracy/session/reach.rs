@@ -30,7 +30,8 @@ impl Session<'_> {
         let patience = before.elapsed().mul_f64(PATIENCE).max(LEAST_PATIENCE);
         own.map_err(Unfinished::into_error)?;
         let mut exact = Setting::default();
-        for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples) {
+        for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste())
+        {
             for choice in ladder.choices().rev() {
                 let setting = self.setting(choice);
                 match self.studio(&settings).take(&setting, 0, Instant::now() + patience) {

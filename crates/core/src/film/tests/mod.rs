@@ -3,6 +3,7 @@
 mod parts;
 mod picture;
 mod sums;
+mod uncertainty;
 
 use crate::film::Film;
 use crate::settings::{Aov, Sampling, Settings};

@@ -7,6 +7,7 @@ use proptest::prelude::*;
 use super::{in_order, layers, ready, rendered, settings};
 use crate::effects::Effect;
 use crate::film::{Film, Part, PartError};
+use crate::filter::PixelFilter;
 use crate::picture::Picture;
 use crate::scene::{Integrator, Pattern};
 use crate::settings::{Background, Crop, LightSampling, PrecisionChoice, Sampling, Settings};
@@ -152,6 +153,7 @@ fn what_does_not_belong_together_is_refused() {
     assert_eq!(foreign(other(|s| s.size[0] = 12)), "size");
     assert_eq!(foreign(other(|s| s.crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 }))), "crop");
     assert_eq!(foreign(other(|s| s.camera = None)), "camera");
+    assert_eq!(foreign(other(|s| s.filter = PixelFilter::Tent)), "pixel filter");
     assert_eq!(foreign(other(|s| s.max_depth += 1)), "maximum depth");
     assert_eq!(foreign(other(|s| s.integrator = Integrator::Whitted)), "integrator");
     assert_eq!(foreign(other(|s| s.precision = PrecisionChoice::Fast)), "precision");
