@@ -1,6 +1,7 @@
 //! Arguments of the commands that read a scene and say something about it.
 
 use std::ffi::OsString;
+use std::time::Duration;
 
 use clap::Args;
 use raywright_core::effects::Effect;
@@ -76,6 +77,15 @@ pub struct ExplainArgs {
     /// Rungs and switches.
     #[command(flatten)]
     pub choices: ChoiceArgs,
+
+    /// Render the scene with and without each effect, in turns and at a reduced size, and tell what it costs in time and changes in
+    /// the picture
+    #[arg(long)]
+    pub measure: bool,
+
+    /// Time that measuring may take in all, such as 90s or 5min
+    #[arg(long, value_name = "TIME", default_value = "30s", value_parser = values::duration, requires = "measure")]
+    pub budget: Duration,
 
     /// Print JSON instead of a table
     #[arg(long)]

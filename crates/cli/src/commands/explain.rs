@@ -2,16 +2,22 @@
 //! which rungs of which ladders it would stand.
 
 use raywright_core::Settings;
+use raywright_core::accuracy::{EffectCosts, measure_effects};
 use raywright_core::effects::{EffectReport, Finding, Status, detect};
 use raywright_core::ladder::{Standing, standings};
 use raywright_io::{Limits, Loaded, SourceInfo};
 use serde::Serialize;
 
 use crate::args::ExplainArgs;
+use crate::clock::spoken;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
-use crate::table::lay_out;
-use crate::{plan, scene_input};
+use crate::progress::Steps;
+use crate::ready::failed;
+use crate::table::{lay_out, significant};
+use crate::threads::Threads;
+use crate::watch::Watch;
+use crate::{interrupt, plan, scene_input};
 
 /// Prints the report as a table or as JSON.
 pub fn run(args: &ExplainArgs) -> Result<(), Failure> {
@@ -21,7 +27,38 @@ pub fn run(args: &ExplainArgs) -> Result<(), Failure> {
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
     let report = detect(&loaded.scene, &settings);
     let ladders = standings(&loaded.scene, &settings, &report);
-    console::print(if args.json { json(&loaded, &report, &ladders) } else { text(&loaded.source, &report) + &rungs(&ladders) })
+    let costs = if args.measure { Some(measured(args, &loaded, &settings)?) } else { None };
+    console::print(match args.json {
+        true => json(&loaded, &report, &ladders, costs.as_ref()),
+        false => text(&loaded.source, &report) + &rungs(&ladders) + &costs.map(|costs| dear(&costs)).unwrap_or_default(),
+    })
+}
+
+/// What the effects cost, by rendering.
+fn measured(args: &ExplainArgs, loaded: &Loaded, settings: &Settings) -> Result<EffectCosts, Failure> {
+    let settings = Settings { max_memory: Some(Limits::default().memory_bytes), ..settings.clone() };
+    let watch = Watch::until(interrupt::flag()?);
+    let mut steps = Steps::start(if args.json { Verbosity::Quiet } else { Verbosity::Normal });
+    let costs = Threads::new(None)?.run(|| measure_effects(&loaded.scene, &settings, args.budget, &watch, &mut steps));
+    costs.map_err(|error| failed(&loaded.source.name, error))
+}
+
+/// The costs as a table, dearest first.
+fn dear(costs: &EffectCosts) -> String {
+    let [width, height] = costs.size;
+    let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
+    let mut rows = vec![["  effect", "time", "rays", "changes (RMSE)", "FLIP"].map(str::to_owned)];
+    rows.extend(costs.effects.iter().map(|cost| {
+        let spread = format!("{} ({} to {})", percent(cost.ratio.median), percent(cost.ratio.min), percent(cost.ratio.max));
+        let (rmse, flip) = (significant(cost.rmse, 3), significant(cost.flip, 3));
+        [format!("  {}", cost.effect), spread, percent(cost.rays), rmse, flip]
+    }));
+    let late = if costs.late.is_empty() { String::new() } else { format!("  no time for: {}\n", costs.late.join(", ")) };
+    let whole = spoken(costs.seconds.median);
+    format!(
+        "\nwhat each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)\n{}{late}",
+        lay_out(&rows)
+    )
 }
 
 #[derive(Serialize)]
@@ -31,10 +68,13 @@ struct Explanation<'a> {
     #[serde(flatten)]
     report: &'a EffectReport,
     ladders: &'a [Standing],
+    /// What effects cost, where it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    costs: Option<&'a EffectCosts>,
 }
 
-fn json(loaded: &Loaded, report: &EffectReport, ladders: &[Standing]) -> String {
-    console::json(&Explanation { scene: &loaded.source.name, scene_hash: &loaded.hash, report, ladders })
+fn json(loaded: &Loaded, report: &EffectReport, ladders: &[Standing], costs: Option<&EffectCosts>) -> String {
+    console::json(&Explanation { scene: &loaded.source.name, scene_hash: &loaded.hash, report, ladders, costs })
 }
 
 /// What is simulated first, then what is left out, then what there is none of.

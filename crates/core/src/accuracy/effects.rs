@@ -1,0 +1,212 @@
+//! What each effect of a scene costs in time and what it changes in the picture: rendered with it and without it, in turns.
+
+use core::time::Duration;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::Listener;
+use super::setting::Setting;
+use super::studio::{Stopwatch, Studio, Take, Unfinished, stopwatch};
+use crate::bench::Spread;
+use crate::display::Display;
+use crate::effects::{Effect, EffectSet, SWITCHABLE, detect};
+use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
+use crate::observer::Observer;
+use crate::picture::Picture;
+use crate::prepare::PrepareError;
+use crate::scene::Scene;
+use crate::settings::Settings;
+
+/// Times that each is rendered with and without.
+const ROUNDS: u64 = 3;
+/// Columns of the picture by which the size is chosen.
+const LEAST_WIDTH: f64 = 40.0;
+
+/// What one effect costs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectCost {
+    /// Name of the effect.
+    pub effect: &'static str,
+    /// Seconds of all threads without it, for rendering alone.
+    pub seconds_without: Spread,
+    /// Time with it over time without it, round by round.
+    pub ratio: Spread,
+    /// Rays with it over rays without it.
+    pub rays: f64,
+    /// Root mean squared difference of the pictures with and without it, in radiance. Both are by the same random numbers, and what
+    /// still differs from round to round is subtracted.
+    pub rmse: f64,
+    /// Mean FLIP difference, from 0 to 1, of the first two pictures.
+    pub flip: f64,
+}
+
+/// What the effects of a scene cost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectCosts {
+    /// Width and height of the renders in pixels.
+    pub size: [u32; 2],
+    /// Seconds of all threads with all effects.
+    pub seconds: Spread,
+    /// Those that can be switched off, dearest first.
+    pub effects: Vec<EffectCost>,
+    /// Names of effects for which there was no time.
+    pub late: Vec<&'static str>,
+}
+
+/// Measures every effect that a scene's picture simulates and that can be switched off, in about the time given, on the current
+/// thread pool.
+///
+/// # Errors
+/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped it, or not even one render fits into the time.
+pub fn measure_effects(
+    scene: &Scene,
+    settings: &Settings,
+    budget: Duration,
+    observer: &dyn Observer,
+    listener: &mut dyn Listener,
+) -> Result<EffectCosts, PrepareError> {
+    Bench { scene, observer, stopwatch, start: Instant::now(), budget }.run(settings, listener)
+}
+
+struct Bench<'a> {
+    scene: &'a Scene,
+    observer: &'a dyn Observer,
+    stopwatch: Stopwatch,
+    start: Instant,
+    budget: Duration,
+}
+
+impl Bench<'_> {
+    fn run(&self, settings: &Settings, listener: &mut dyn Listener) -> Result<EffectCosts, PrepareError> {
+        let simulated = detect(self.scene, settings).simulated();
+        let measured: Vec<Effect> = Effect::ALL.iter().copied().filter(|&e| simulated.has(e) && SWITCHABLE.has(e)).collect();
+        listener.step("looking how fast it renders", 0.0);
+        let settings =
+            Settings { size: self.affordable(settings, measured.len())?, crop: None, aovs: Vec::new(), ..settings.clone() };
+        let (mut own, mut costs, mut late) = (Vec::new(), Vec::new(), Vec::new());
+        for effect in measured {
+            let (mut with, mut without) = (Vec::new(), Vec::new());
+            for round in 0..ROUNDS {
+                listener.step(effect.name(), self.start.elapsed().as_secs_f64() / self.budget.as_secs_f64());
+                let off = Settings { without: settings.without.or(EffectSet::of(&[effect])), ..settings.clone() };
+                match (self.take(&settings, round), self.take(&off, round)) {
+                    (Ok(all), Ok(less)) => {
+                        own.push(all.seconds);
+                        with.push(all);
+                        without.push(less);
+                    }
+                    (Err(Unfinished::Failed(error)), _) | (_, Err(Unfinished::Failed(error))) => return Err(error),
+                    _ => break,
+                }
+            }
+            match with.is_empty() {
+                true => late.push(effect.name()),
+                false => costs.push(self.cost(effect, &with, &without)),
+            }
+        }
+        if own.is_empty() {
+            own.push(self.take(&settings, 0).map_err(Unfinished::into_error)?.seconds);
+        }
+        costs.sort_by(|a, b| b.ratio.median.total_cmp(&a.ratio.median));
+        Ok(EffectCosts { size: settings.size, seconds: Spread::of(&own), effects: costs, late })
+    }
+
+    fn take(&self, settings: &Settings, round: u64) -> Result<Take, Unfinished> {
+        let studio = Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch };
+        studio.take(&Setting::default(), round, self.start + self.budget)
+    }
+
+    /// Size at which all renders take four fifths of the time, by what the smallest takes; at most the scene's.
+    fn affordable(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
+        let least = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
+        let scaled = |factor: f64| settings.size.map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32);
+        let before = Instant::now();
+        self.take(&Settings { size: scaled(least), ..settings.clone() }, 0).map_err(Unfinished::into_error)?;
+        let all = before.elapsed().as_secs_f64() * 2.0 * ROUNDS as f64 * effects.max(1) as f64;
+        Ok(scaled(least * (0.8 * self.budget.as_secs_f64() / all).sqrt().clamp(1.0, 1.0 / least)))
+    }
+
+    fn cost(&self, effect: Effect, with: &[Take], without: &[Take]) -> EffectCost {
+        let seconds: Vec<f64> = without.iter().map(|take| take.seconds).collect();
+        let ratios: Vec<f64> = with.iter().zip(without).map(|(a, b)| a.seconds / b.seconds.max(1e-9)).collect();
+        let pairs: Vec<(&Picture, &Picture)> = with.iter().zip(without).map(|(a, b)| (&a.picture, &b.picture)).collect();
+        let display = Display::of(&self.scene.render);
+        let [shown, other] = [&with[0].picture, &without[0].picture].map(|picture| display.to_values(picture));
+        EffectCost {
+            effect: effect.name(),
+            seconds_without: Spread::of(&seconds),
+            ratio: Spread::of(&ratios),
+            rays: with[0].rays as f64 / (without[0].rays as f64).max(1.0),
+            rmse: root_mean_square(&pairs),
+            // Both have one size, which is not zero.
+            flip: statistics(&flip(&shown, &other, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default()).mean,
+        }
+    }
+}
+
+/// Root of the mean square of the mean difference, less what its rounds say is noise of that mean.
+fn root_mean_square(pairs: &[(&Picture, &Picture)]) -> f64 {
+    let (n, numbers) = (pairs.len() as f64, 3 * pairs[0].0.pixels());
+    let mut square = 0.0;
+    for i in 0..numbers {
+        let apart = |(a, b): &(&Picture, &Picture)| f64::from(a.rgb[i / 3][i % 3]) - f64::from(b.rgb[i / 3][i % 3]);
+        let mean = pairs.iter().map(apart).sum::<f64>() / n;
+        let variance = pairs.iter().map(|pair| (apart(pair) - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0) / n;
+        square += mean * mean - variance;
+    }
+    (square / numbers as f64).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measured(text: &str, budget: Duration) -> Result<EffectCosts, PrepareError> {
+        let scene: Scene = serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
+        let settings = Settings::of(&scene);
+        let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+        Bench { scene: &scene, observer: &(), stopwatch, start: Instant::now(), budget }.run(&settings, &mut ())
+    }
+
+    const MIRROR: &str = r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4}, "sky": {"constant": 0.5},
+        "cameras": [{"pose": {"look_at": {"eye": [0, 2, 0], "target": [0, 0, 0], "up": [0, 0, 1]}},
+            "projection": {"pinhole": {"vertical_fov": 20}}}],
+        "materials": [{"name": "m", "model": {"classic": {"local": 0, "emission": 1, "reflection": {"weight": 0.5}}}}],
+        "objects": [{"shape": {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, "material": "m"}]}"#;
+
+    /// Protects: costs are told by a clock that counts rays. A mirror that fills the picture and shows a sky of 0.5 by half doubles the
+    /// rays and adds 0.25; the sky itself costs no ray and adds as much; what glows adds 1 and costs none.
+    #[test]
+    fn effects_cost_what_the_clock_says() {
+        let costs = measured(MIRROR, Duration::from_secs(600)).expect("a small picture");
+        assert_eq!((costs.size, costs.seconds.median, costs.late.len()), ([4, 2], 16e-6, 0));
+        let of = |name: &str| costs.effects.iter().find(|cost| cost.effect == name).unwrap_or_else(|| panic!("no {name}"));
+        let (mirror, sky, glow) = (of("mirror reflection"), of("sky"), of("emission"));
+        assert_eq!((mirror.seconds_without.median, mirror.ratio.median, mirror.rays), (8e-6, 2.0, 2.0));
+        assert_eq!((sky.ratio.median, glow.ratio.median), (1.0, 1.0));
+        assert!((mirror.rmse - 0.25).abs() < 1e-6 && (sky.rmse - 0.25).abs() < 1e-6 && (glow.rmse - 1.0).abs() < 1e-6);
+        assert!(mirror.flip > 0.0 && costs.effects[0].effect == "mirror reflection");
+        assert!(costs.effects.iter().all(|cost| cost.effect != "shadows"), "it has none");
+    }
+
+    /// Protects: where there is no time for anything it is said, and a scene without effects has no costs.
+    #[test]
+    fn nothing_costs_nothing() {
+        assert!(matches!(measured(MIRROR, Duration::ZERO), Err(PrepareError::Cancelled)));
+        let bare = measured(r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre"}}"#, Duration::from_secs(600))
+            .expect("empty");
+        assert!(bare.effects.is_empty() && bare.late.is_empty());
+    }
+
+    /// Protects: noise that rounds share is the effect's, noise that they do not share is none: of differences 1, 2, 3 in one number
+    /// the mean is 2 and its variance 1/3.
+    #[test]
+    fn noise_is_no_change() {
+        let picture = |value: f32| Picture { rgb: vec![[value; 3]], ..Picture::new(1, 1) };
+        let (zero, others) = (picture(0.0), [1.0, 2.0, 3.0].map(picture));
+        let pairs: Vec<(&Picture, &Picture)> = others.iter().map(|other| (other, &zero)).collect();
+        assert!((root_mean_square(&pairs) - (4.0_f64 - 1.0 / 3.0).sqrt()).abs() < 1e-12);
+        assert_eq!(root_mean_square(&pairs[..1]), 1.0);
+    }
+}
