@@ -72,7 +72,7 @@ impl<P: Precision> Geometry<P> {
     ) -> bool {
         match &self.accelerator {
             Accelerator::Wide(wide, _) => {
-                let unbounded = self.unbounded > 0 && self.any_unbounded(ray, range, ask, tally);
+                let unbounded = self.unbounded > self.planes && self.any_unbounded(ray, range, ask, tally);
                 unbounded || self.any_wide(wide, ray, range, ask, tally)
             }
             Accelerator::Walked(walked) => self.any_walked(walked, ray, range, ask, tally),
@@ -101,10 +101,10 @@ impl<P: Precision> Geometry<P> {
         blocked
     }
 
-    /// The slots that every query tests.
+    /// The slots that every query tests one by one.
     #[inline(always)]
     fn unbounded(&self) -> impl Iterator<Item = (u32, &Slot)> {
-        (0..).zip(&self.group.slots[..self.unbounded])
+        (self.planes as u32..).zip(&self.group.slots[self.planes..self.unbounded])
     }
 
     /// The slots of the accelerator's places.

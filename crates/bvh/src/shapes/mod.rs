@@ -42,6 +42,7 @@ pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;
 pub use placed::Placed;
 pub use plane::Plane;
+pub(crate) use probe::FAR;
 pub use probe::Probe;
 pub use quad::Quad;
 pub use sample::SampleArea;
