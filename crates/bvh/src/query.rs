@@ -3,7 +3,10 @@
 //! Queries are functions of their own, one set a precision, so that whoever asks has a call in its loop and not a copy of every
 //! primitive's test. While they look, a hit is known by its slot; it gets its names once it is the answer.
 
+mod pencil;
 mod wide;
+
+pub use pencil::FromOnePoint;
 
 use core::ops::{ControlFlow, Range};
 

@@ -10,6 +10,9 @@ pub(super) trait Doubles: Simd {
     fn spread(self, value: f64) -> Self::Doubles;
     /// From f32, exactly.
     fn widen(self, values: &[f32; WIDTH]) -> Self::Doubles;
+    fn take(self, values: &[f64; WIDTH]) -> Self::Doubles;
+    /// Each without its sign.
+    fn size(self, a: Self::Doubles) -> Self::Doubles;
     fn plus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn minus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn times(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
@@ -23,6 +26,11 @@ pub(super) trait Doubles: Simd {
     fn narrow(self, a: Self::Doubles) -> Self::Floats;
     /// Of the second where the bit of a lane is set, of the first elsewhere.
     fn chosen(self, mask: u32, unset: Self::Floats, set: Self::Floats) -> Self::Floats;
+    /// Eight numbers from a place on; zeros where there are not so many.
+    #[inline(always)]
+    fn load_from(self, values: &[f32], first: usize) -> Self::Floats {
+        self.load(values[first..].first_chunk().unwrap_or(&[0.0; WIDTH]))
+    }
     /// The numbers of all lanes.
     fn row(self, a: Self::Floats) -> [f32; WIDTH];
 }

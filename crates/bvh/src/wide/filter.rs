@@ -61,12 +61,12 @@ fn dot<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> S::Floats {
 }
 
 #[inline(always)]
-fn cross<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::Floats; 3] {
+pub(super) fn cross<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::Floats; 3] {
     [s.mul_sub(a[1], b[2], s.mul(a[2], b[1])), s.mul_sub(a[2], b[0], s.mul(a[0], b[2])), s.mul_sub(a[0], b[1], s.mul(a[1], b[0]))]
 }
 
 #[inline(always)]
-fn sub3<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::Floats; 3] {
+pub(super) fn sub3<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::Floats; 3] {
     [s.sub(a[0], b[0]), s.sub(a[1], b[1]), s.sub(a[2], b[2])]
 }
 

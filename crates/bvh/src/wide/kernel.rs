@@ -4,6 +4,7 @@ use core::hint::black_box;
 
 use super::Wide;
 use super::flat::{blocks, rows};
+use super::pencil::{self, Meets, Pencil};
 use super::portable::Portable;
 use super::row::Line;
 use super::setup::Setup;
@@ -172,4 +173,18 @@ fn walk_portable<A: Answer>(
 #[expect(clippy::too_many_arguments, reason = "in registers")]
 fn rows_portable<A: Answer>(wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
     rows(Portable, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer)
+}
+
+impl Wide {
+    /// Asks `meets` about what rays from one point meet. False where they differ too much for that, and nothing was done.
+    #[inline(never)]
+    pub(crate) fn ask_pencil<M: Meets>(&self, pencil: &mut Pencil, meets: &mut M) -> bool {
+        match self.kernel {
+            Chosen::Portable => pencil::walk(Portable, self, pencil, meets),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx2(avx2) => avx2.pencil(self, pencil, meets),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx512(avx512) => avx512.pencil(self, pencil, meets),
+        }
+    }
 }

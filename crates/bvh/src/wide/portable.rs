@@ -126,6 +126,14 @@ impl Doubles for Portable {
         core::array::from_fn(|i| values[i].into())
     }
     #[inline(always)]
+    fn take(self, values: &[f64; WIDTH]) -> Self::Doubles {
+        *values
+    }
+    #[inline(always)]
+    fn size(self, a: Self::Doubles) -> Self::Doubles {
+        a.map(f64::abs)
+    }
+    #[inline(always)]
     fn plus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         core::array::from_fn(|i| a[i] + b[i])
     }

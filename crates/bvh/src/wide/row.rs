@@ -166,15 +166,8 @@ impl Row {
         while lanes != 0 {
             let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
             lanes &= lanes - 1;
-            let at = |axis: usize| self.places[axis][lane];
-            let sphere = Sphere::<f32> { centre: Vec3::new(at(0), at(1), at(2)), radius: self.rest[0][lane] };
-            let side = match () {
-                () if self.facts.outside & bit != 0 => Side::Outside,
-                () if self.facts.inside & bit != 0 => Side::Inside,
-                () => Side::Both,
-            };
             (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
-            if let Some(hit) = sphere.intersect(&probe, range, side) {
+            if let Some(hit) = self.sphere(lane).intersect(&probe, range, self.side(lane)) {
                 roots.hits |= bit;
                 roots.leaving |= if hit.leaves() { bit } else { 0 };
                 roots.t[lane] = hit.t;
@@ -208,4 +201,112 @@ impl Row {
 #[inline(always)]
 fn spread<S: Doubles>(s: S, v: DVec3) -> [S::Doubles; 3] {
     [s.spread(v.x), s.spread(v.y), s.spread(v.z)]
+}
+
+/// Eight rays from one point, as [`Line`] has one.
+pub(super) struct Lines<S: Doubles> {
+    origin: DVec3,
+    direction: [S::Doubles; 3],
+    length_squared: S::Doubles,
+    shortened: S::Doubles,
+    inverse_length_squared: S::Doubles,
+    rows: [[f32; WIDTH]; 3],
+}
+
+impl<S: Doubles> Lines<S> {
+    /// By the operations of a probe, in lanes.
+    #[inline(always)]
+    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3]) -> Self {
+        let direction = [s.widen(x), s.widen(y), s.widen(z)];
+        let length_squared = dot(s, direction, direction);
+        let inverse_length_squared = s.over(s.spread(1.0), length_squared);
+        let shortened = s.times(length_squared, s.spread(Probe::<Robust>::SHORTER));
+        Self { origin, direction, length_squared, shortened, inverse_length_squared, rows: [*x, *y, *z] }
+    }
+
+    fn probe(&self, ray: usize) -> Probe<Robust> {
+        let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
+        Probe::of(Ray::new(self.origin.as_vec3(), d), false)
+    }
+}
+
+impl Row {
+    /// Where eight rays hit one of them, up to `far`: a bit a ray.
+    #[inline(always)]
+    pub(super) fn lane<S: Doubles>(&self, s: S, lane: usize, lines: &Lines<S>, near: f32, far: S::Floats) -> Hits<S> {
+        let (lane, first) = (lane & (WIDTH - 1), s.splat(near));
+        let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        let (bit, place, rest) = (1 << lane, of(&self.places).as_dvec3(), of(&self.rest));
+        let only = |side: u8| if side & bit != 0 { 0xff } else { 0 };
+        let (outside, inside) = (only(self.facts.outside), only(self.facts.inside));
+        if self.kind == Kind::Planes {
+            let normal = rest.as_dvec3();
+            let slope = dot(s, spread(s, normal), lines.direction);
+            let t = s.narrow(s.over(s.spread(normal.dot(place - lines.origin)), slope));
+            let counts =
+                s.less(first, t) & s.at_most(t, far) & s.less(t, s.splat(f32::INFINITY)) & s.less(s.splat(f32::NEG_INFINITY), t);
+            let against = s.above(s.spread(0.0), slope);
+            return Hits { hits: counts & !(outside & !against) & !(inside & against), leaving: 0, t };
+        }
+        let (f, r) = (lines.origin - place, f64::from(rest.x));
+        let room = r * r;
+        let beyond = f.dot(f) - room;
+        let b = dot(s, spread(s, f), lines.direction);
+        let squared = s.times(b, b);
+        let may_meet = s.at_least(s.minus(squared, s.times(s.spread(beyond), lines.shortened)), s.spread(0.0));
+        if may_meet == 0 {
+            return Hits { hits: 0, leaving: 0, t: first };
+        }
+        if beyond > room * (FAR * FAR) {
+            return self.lane_far_away(s, lane, lines, may_meet, near, far);
+        }
+        let discriminant = s.minus(squared, s.times(s.spread(beyond), lines.length_squared));
+        let met = s.at_least(discriminant, s.spread(0.0));
+        let root = s.root(discriminant);
+        let turned = s.minus(s.spread(-0.0), b);
+        let enter = s.narrow(s.times(s.minus(turned, root), lines.inverse_length_squared));
+        let leave = s.narrow(s.times(s.minus(root, b), lines.inverse_length_squared));
+        let entering = met & s.less(first, enter) & s.at_most(enter, far) & !inside;
+        let leaving = met & s.less(first, leave) & s.at_most(leave, far) & !outside & !entering;
+        Hits { hits: entering | leaving, leaving, t: s.chosen(leaving, enter, leave) }
+    }
+
+    /// Rays from so far away that their test takes another form: one by one.
+    #[cold]
+    #[inline(never)]
+    fn lane_far_away<S: Doubles>(
+        &self,
+        s: S,
+        lane: usize,
+        lines: &Lines<S>,
+        mut asked: u32,
+        near: f32,
+        far: S::Floats,
+    ) -> Hits<S> {
+        let (mut roots, far) = (Roots { hits: 0, leaving: 0, t: [0.0; WIDTH] }, s.row(far));
+        while asked != 0 {
+            let ray = asked.trailing_zeros() as usize & (WIDTH - 1);
+            asked &= asked - 1;
+            let range = Interval { min: near, max: far[ray].next_up() };
+            if let Some(hit) = self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane)) {
+                roots.hits |= 1 << ray;
+                roots.leaving |= u8::from(hit.leaves()) << ray;
+                roots.t[ray] = hit.t;
+            }
+        }
+        Hits { hits: roots.hits.into(), leaving: roots.leaving.into(), t: s.load(&roots.t) }
+    }
+
+    fn sphere(&self, lane: usize) -> Sphere<f32> {
+        let at = |axis: usize| self.places[axis][lane];
+        Sphere { centre: Vec3::new(at(0), at(1), at(2)), radius: self.rest[0][lane] }
+    }
+
+    fn side(&self, lane: usize) -> Side {
+        match 1 << lane {
+            bit if self.facts.outside & bit != 0 => Side::Outside,
+            bit if self.facts.inside & bit != 0 => Side::Inside,
+            _ => Side::Both,
+        }
+    }
 }

@@ -12,6 +12,7 @@ use core::arch::x86_64::*;
 
 use super::block::Block;
 use super::flat::{blocks, rows};
+use super::pencil::{self, Meets, Pencil};
 use super::row::Line;
 use super::setup::Setup;
 use super::simd::{Exact, Simd};
@@ -83,6 +84,13 @@ impl Avx2 {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { blocks_avx2(self, wide, setup, probe, answer) }
     }
+
+    /// Rays from one point.
+    #[inline(always)]
+    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { pencil_avx2(self, wide, pencil, meets) }
+    }
 }
 
 /// Proof that the processor has AVX-512 with vectors of all lengths, besides AVX2.
@@ -144,6 +152,13 @@ impl Avx512 {
     pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { blocks_avx512(self, wide, setup, probe, answer) }
+    }
+
+    /// Rays from one point.
+    #[inline(always)]
+    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { pencil_avx512(self, wide, pencil, meets) }
     }
 }
 
@@ -231,6 +246,18 @@ fn rows_mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, line: &Line, answer: &m
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
     blocks(s, wide, setup, probe, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn pencil_avx2<M: Meets>(s: Avx2, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+    pencil::walk(s, wide, pencil, meets)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn pencil_avx512<M: Meets>(s: Avx512, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+    pencil::walk(s, wide, pencil, meets)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.

@@ -20,6 +20,16 @@ impl Doubles for Avx2 {
         unsafe { [_mm256_cvtps_pd(_mm_loadu_ps(values.as_ptr())), _mm256_cvtps_pd(_mm_loadu_ps(values.as_ptr().add(4)))] }
     }
     #[inline(always)]
+    fn take(self, values: &[f64; WIDTH]) -> Self::Doubles {
+        // SAFETY: `self` says that the processor has AVX, and there are four numbers to read from places 0 and 4 of eight.
+        unsafe { [_mm256_loadu_pd(values.as_ptr()), _mm256_loadu_pd(values.as_ptr().add(4))] }
+    }
+    #[inline(always)]
+    fn size(self, a: Self::Doubles) -> Self::Doubles {
+        // SAFETY: `self` says that the processor has AVX.
+        unsafe { [_mm256_andnot_pd(_mm256_set1_pd(-0.0), a[0]), _mm256_andnot_pd(_mm256_set1_pd(-0.0), a[1])] }
+    }
+    #[inline(always)]
     fn plus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         // SAFETY: `self` says that the processor has AVX.
         unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
@@ -93,6 +103,16 @@ impl Doubles for Avx512 {
     fn widen(self, values: &[f32; WIDTH]) -> __m512d {
         // SAFETY: `self` says that the processor has AVX-512F, and there are eight numbers to read, at any address.
         unsafe { _mm512_cvtps_pd(_mm256_loadu_ps(values.as_ptr())) }
+    }
+    #[inline(always)]
+    fn take(self, values: &[f64; WIDTH]) -> __m512d {
+        // SAFETY: `self` says that the processor has AVX-512F, and there are eight numbers to read, at any address.
+        unsafe { _mm512_loadu_pd(values.as_ptr()) }
+    }
+    #[inline(always)]
+    fn size(self, a: __m512d) -> __m512d {
+        // SAFETY: `self` says that the processor has AVX-512F.
+        unsafe { _mm512_abs_pd(a) }
     }
     #[inline(always)]
     fn plus(self, a: __m512d, b: __m512d) -> __m512d {
