@@ -5,8 +5,9 @@
 //! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
 //! operations of that test ([`crate::shapes::Triangle`]). So every kernel finds what a scan finds, to the bit.
 //!
-//! One case is argued by measurement alone, here as in any tree: of a triangle that a ray sees edge-on to within the rounding of f64,
-//! the exact test's distance may lie before its box, and then what was met before could decide. No ray is known that does so.
+//! Of a triangle that a ray sees edge-on to within the rounding of f64, the distance could lie before its box, and then what was met
+//! before would decide. So the exact test moves such a distance to where the ray enters the triangle's own box, for scan and tree
+//! alike ([`crate::shapes::EDGE_ON`]).
 
 mod block;
 mod collapse;

@@ -1,5 +1,7 @@
 //! Rendering: tiles over threads, samples over pixels. Nothing here allocates or locks per ray.
 
+mod ahead;
+
 use core::cell::Cell;
 use core::marker::PhantomData;
 use core::ops::Range;
@@ -8,6 +10,7 @@ use std::sync::Mutex;
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
+use self::ahead::Ahead;
 use crate::counters::Counters;
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
 use crate::integrator::{FirstHit, Kernel, Tracer};
@@ -160,18 +163,15 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 let samples = self.plan.samples_of(self.replicate);
                 let mut firsts = FirstHits::new(self.plan);
-                let mut pixel = Gather::<P::Real, B>::default();
+                let (mut pixel, mut ahead) = (Gather::<P::Real, B>::default(), Ahead::default());
                 for y in self.rows() {
                     // A tile of many samples may take seconds.
                     if self.observer.cancelled() {
                         return None;
                     }
                     for x in self.columns() {
-                        // A replicate has no more samples than a sequence has points.
-                        let places =
-                            (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(x, y, 0), Purpose::Pixel));
                         for index in 0..samples {
-                            let ray = self.sample_ray([x, y], index, places);
+                            let Some(ray) = ahead.next(&tracer, self.sample_rays([x, y], index, 0..samples)) else { break };
                             let brought = tracer.camera_ray(ray, self.address(x, y, index));
                             dropped += u64::from(!pixel.add(brought.radiance, brought.hit));
                             firsts.add(tracer.first());
@@ -244,10 +244,12 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let count = columns.len() * rows.len();
         let asked = !self.plan.layers.mean.is_empty();
         let (mut corners, mut hits) = (Vec::with_capacity(count), Vec::with_capacity(if asked { count } else { 0 }));
+        let mut ahead = Ahead::default();
         for y in rows {
             for x in columns.clone() {
                 let at = |v: u32| P::Real::from_f64(f64::from(v));
-                let ray = self.scene.camera.ray(at(x), at(y), [0.5; 2]);
+                let rays = (x..columns.end).map(|x| self.scene.camera.ray(at(x), at(y), [0.5; 2]));
+                let Some(ray) = ahead.next(tracer, rays) else { break };
                 let brought = tracer.camera_ray(ray, self.address(x, y, 0));
                 corners.push((brought.radiance, brought.hit));
                 if asked {
@@ -261,6 +263,16 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     fn address(&self, x: u32, y: u32, index: u32) -> Address {
         let Settings { seed, frame, .. } = *self.settings;
         Address { seed, frame, pixel: [x, y], replicate: self.replicate, index, ..Address::default() }
+    }
+
+    /// The camera rays of a row from one sample of a pixel on: those of this pixel, then of the next ones.
+    fn sample_rays(&self, [x, y]: [u32; 2], index: u32, samples: Range<u32>) -> impl Iterator<Item = Ray<P::Real>> + '_ {
+        (x..self.columns().end).flat_map(move |column| {
+            // A replicate has no more samples than a sequence has points.
+            let places = (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(column, y, 0), Purpose::Pixel));
+            let from = if column == x { index } else { samples.start };
+            (from..samples.end).map(move |index| self.sample_ray([column, y], index, places))
+        })
     }
 
     /// The camera ray of one sample of a pixel: at its place, or in the middle.

@@ -13,6 +13,9 @@ pub(super) trait Doubles: Simd {
     fn take(self, values: &[f64; WIDTH]) -> Self::Doubles;
     /// Each without its sign.
     fn size(self, a: Self::Doubles) -> Self::Doubles;
+    /// Of numbers, the greater one and the lesser one.
+    fn greatest(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn least(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn plus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn minus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
     fn times(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;

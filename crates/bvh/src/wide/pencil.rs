@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 
 use super::block::Block;
 use super::doubles::{Doubles, dot};
-use super::filter::{cross, sub3};
+use super::filter::{TOLD, cross, sub3};
 use super::row::Lines;
 use super::setup::Setup;
 use super::simd::Simd;
@@ -21,7 +21,7 @@ use super::stack::Stack;
 use super::{Child, Node, WIDTH, Wide};
 use crate::ray::Ray;
 use crate::scalar::Robust;
-use crate::shapes::{Probe, Triangle};
+use crate::shapes::{EDGE_ON, Probe, Triangle};
 
 /// Vectors of rays in a pencil.
 const GROUPS: usize = 2;
@@ -233,7 +233,7 @@ struct Crossed<S: Simd> {
 }
 
 /// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for which rounding could have taken the
-/// sign of an edge function are to go through that test itself.
+/// sign of an edge function are to go through that test itself, and those that see it edge-on.
 #[inline(always)]
 fn crossed<S: Doubles>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays) -> Crossed<S> {
     let zero = s.spread(0.0);
@@ -260,6 +260,12 @@ fn crossed<S: Doubles>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays) ->
     let below = s.above(zero, u) | s.above(zero, v) | s.above(zero, w);
     let above = s.above(u, zero) | s.above(v, zero) | s.above(w, zero);
     let determinant = s.plus(s.plus(u, v), w);
+    let mut sizes = s.size(x[0]);
+    for one in [y[0], x[1], y[1], x[2], y[2]] {
+        sizes = s.plus(sizes, s.size(one));
+    }
+    let depth = s.minus(s.greatest(s.greatest(z[0], z[1]), z[2]), s.least(s.least(z[0], z[1]), z[2]));
+    let told = s.at_least(s.size(determinant), s.times(s.times(sizes, depth), s.spread(EDGE_ON)));
     let hits = s.above(s.size(determinant), zero) & !(below & above);
     let inverse = s.over(s.spread(1.0), determinant);
     let (u, v, w) = (s.times(u, inverse), s.times(v, inverse), s.times(w, inverse));
@@ -267,7 +273,7 @@ fn crossed<S: Doubles>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays) ->
     Crossed {
         hits,
         outside: s.above(determinant, zero),
-        unsure: !sure & 0xff,
+        unsure: !(sure & told) & 0xff,
         t: s.narrow(s.times(along, s.take(&rays.inverse_length_squared))),
         weights: [s.narrow(v), s.narrow(w)],
     }
@@ -354,7 +360,8 @@ impl Seen {
         let (determinant, distance) = (s.abs(along), s.signed_by(s.splat(self.distance[lane]), along));
         let before = s.less(distance, s.mul_sub(near, determinant, s.splat(self.before_error[lane])));
         let beyond = s.less(s.mul_add(far, determinant, s.splat(self.beyond_error[lane])), distance);
-        !(missed | (before | beyond) & s.less(s.splat(self.determinant_error[lane]), determinant)) & 0xff
+        let told = s.less(s.splat(self.determinant_error[lane] * TOLD), determinant);
+        !(missed | (before | beyond) & told) & 0xff
     }
 }
 

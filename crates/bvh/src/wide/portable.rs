@@ -134,6 +134,14 @@ impl Doubles for Portable {
         a.map(f64::abs)
     }
     #[inline(always)]
+    fn greatest(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
+    }
+    #[inline(always)]
+    fn least(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
+    }
+    #[inline(always)]
     fn plus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         core::array::from_fn(|i| a[i] + b[i])
     }

@@ -1,5 +1,6 @@
 //! Every kernel of the wide tree answers as the scan does, bit for bit, and no closed mesh leaks in any of them.
 
+mod edge_on;
 mod meshes;
 mod pencils;
 mod rows;

@@ -30,6 +30,16 @@ impl Doubles for Avx2 {
         unsafe { [_mm256_andnot_pd(_mm256_set1_pd(-0.0), a[0]), _mm256_andnot_pd(_mm256_set1_pd(-0.0), a[1])] }
     }
     #[inline(always)]
+    fn greatest(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: `self` says that the processor has AVX.
+        unsafe { [_mm256_max_pd(a[0], b[0]), _mm256_max_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
+    fn least(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        // SAFETY: `self` says that the processor has AVX.
+        unsafe { [_mm256_min_pd(a[0], b[0]), _mm256_min_pd(a[1], b[1])] }
+    }
+    #[inline(always)]
     fn plus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
         // SAFETY: `self` says that the processor has AVX.
         unsafe { [_mm256_add_pd(a[0], b[0]), _mm256_add_pd(a[1], b[1])] }
@@ -113,6 +123,16 @@ impl Doubles for Avx512 {
     fn size(self, a: __m512d) -> __m512d {
         // SAFETY: `self` says that the processor has AVX-512F.
         unsafe { _mm512_abs_pd(a) }
+    }
+    #[inline(always)]
+    fn greatest(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: `self` says that the processor has AVX-512F.
+        unsafe { _mm512_max_pd(a, b) }
+    }
+    #[inline(always)]
+    fn least(self, a: __m512d, b: __m512d) -> __m512d {
+        // SAFETY: `self` says that the processor has AVX-512F.
+        unsafe { _mm512_min_pd(a, b) }
     }
     #[inline(always)]
     fn plus(self, a: __m512d, b: __m512d) -> __m512d {
