@@ -1,14 +1,16 @@
 //! Raywright's tree as one of the peers of a harness that traces the same rays with several kernels: the four functions that such a
 //! harness loads from a shared library. `benches/README.md` says how to run it.
 //!
-//! A variant is a precision, `robust` or `fast`, and after a colon the name of a kernel or of a build preset, in any order.
+//! A variant is a precision, `robust` or `fast`, and after a colon the name of a kernel or of a build preset, in any order. With
+//! `together` those rays that follow one another from one point, with one range, are asked together.
 #![expect(unsafe_code, reason = "a C interface: pointers come from the harness")]
 
 use std::ffi::{CStr, c_char};
 
 use glam::Vec3;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Fast, Geometry, Group, Interval, Kernel, Precision, Ray, Real, Robust, Vector, Visibility,
+    AcceleratorKind, BuildQuality, Fast, FromOnePoint, Geometry, Group, Interval, Kernel, Precision, Ray, Real, Robust, Vector,
+    Visibility,
 };
 
 /// A ray of the harness.
@@ -57,6 +59,33 @@ impl<P: Precision> Peer for Geometry<P> {
     }
 }
 
+/// Asks rays from one point together.
+struct Together<P: Precision>(Geometry<P>);
+
+impl<P: Precision> Peer for Together<P> {
+    fn closest(&self, rays: &[RayIn], mut hits: &mut [HitOut]) {
+        let alike = |a: &RayIn, b: &RayIn| (a.origin, a.min, a.max) == (b.origin, b.min, b.max);
+        let (mut directions, mut found) = (Vec::new(), Vec::new());
+        for rays in rays.chunk_by(alike) {
+            let (first, range) = ray::<P>(&rays[0]);
+            directions.clear();
+            directions.extend(rays.iter().map(|asked| ray::<P>(asked).0.direction));
+            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: first.time, range };
+            self.0.closest_from(&asked, &mut found);
+            let (these, rest) = hits.split_at_mut(rays.len());
+            for (hit, found) in these.iter_mut().zip(&found) {
+                *hit =
+                    found.map_or(HitOut { t: 0.0, primitive: u32::MAX }, |h| HitOut { t: h.t.to_f32(), primitive: h.primitive });
+            }
+            hits = rest;
+        }
+    }
+
+    fn any(&self, rays: &[RayIn], hits: &mut [u8]) {
+        Peer::any(&self.0, rays, hits);
+    }
+}
+
 fn build<P: Precision + 'static>(
     triangles: impl Iterator<Item = [Vec3; 3]>,
     variant: &str,
@@ -73,7 +102,7 @@ fn build<P: Precision + 'static>(
         geometry.set_kernel(kernel);
     }
     *bytes = geometry.bytes() as u64;
-    Some(Box::new(geometry))
+    if named("together") { Some(Box::new(Together(geometry))) } else { Some(Box::new(geometry)) }
 }
 
 /// Builds over a mesh; nothing where that is refused.

@@ -11,7 +11,7 @@ use crate::build::BuildWork;
 use crate::group::{Group, Kind, Slot};
 use crate::scalar::{Precision, Vector};
 use crate::shapes::Triangle;
-use crate::wide::Kernel;
+use crate::wide::{Kernel, Wide};
 
 /// A group with its accelerator.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct Geometry<P: Precision> {
     /// instances of nothing, which none does.
     pub(crate) group: Group<P>,
     pub(crate) unbounded: usize,
+    /// How many of the first are planes in rows of the accelerator.
+    pub(crate) planes: usize,
     pub(crate) accelerator: Accelerator,
     /// Whether some primitive is tested in the plane across the ray.
     pub(crate) faces: bool,
@@ -54,12 +56,23 @@ impl<P: Precision> Geometry<P> {
                 Some((_, None)) | None => slots.push(slot),
             }
         }
-        let unbounded = slots.len();
-        let few = group.few(unbounded + bounded.len() + nothing.len());
-        let is_triangle = |place: u32| bounded[place as usize].kind == Kind::Triangle;
-        let triangles: Option<&dyn Fn(u32) -> bool> = if P::WIDE { Some(&is_triangle) } else { None };
-        let (mut accelerator, order) = Accelerator::new(kind, &boxes, few, triangles, stop)?;
+        let (unbounded, count) = (slots.len(), |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count());
+        let (spheres, triangles) = (count(Kind::Sphere), count(Kind::Triangle));
+        let wide = P::WIDE && matches!(kind, AcceleratorKind::Tree(_));
+        let others = bounded.len() - spheres - triangles;
+        let (mut accelerator, order) = if wide && Wide::is_flat(spheres as u64, triangles as u64, others as u64) {
+            bounded.sort_by_key(|slot| {
+                [Kind::Triangle, Kind::Sphere].iter().position(|&kind| kind == slot.kind).map_or(2, |i| 1 - i)
+            });
+            (Accelerator::Wide(Wide::flat(spheres, triangles, others), BuildWork::default()), None)
+        } else {
+            let few = group.few(unbounded + bounded.len() + nothing.len());
+            let is_triangle = |place: u32| bounded[place as usize].kind == Kind::Triangle;
+            let triangles: Option<&dyn Fn(u32) -> bool> = if P::WIDE { Some(&is_triangle) } else { None };
+            Accelerator::new(kind, &boxes, few, triangles, stop)?
+        };
         drop(boxes);
+        let planes = if matches!(accelerator, Accelerator::Wide(..)) { planes_first(&mut slots) } else { 0 };
         slots.reserve_exact(bounded.len() + nothing.len());
         match order {
             Some(order) => slots.extend(order.iter().map(|&place| bounded[place as usize])),
@@ -70,8 +83,10 @@ impl<P: Precision> Geometry<P> {
         group.follow(slots);
         if let Accelerator::Wide(wide, _) = &mut accelerator {
             group.move_triangles(wide, unbounded);
+            let spheres = if wide.has_nodes() { 0 } else { spheres };
+            group.make_rows(wide, planes, unbounded..unbounded + spheres);
         }
-        Some(Self { faces, group, unbounded, accelerator, bounds })
+        Some(Self { faces, group, unbounded, planes, accelerator, bounds })
     }
 
     /// The box around everything bounded; none when something is without bounds.
@@ -141,4 +156,10 @@ impl<P: Precision> Geometry<P> {
     pub fn build_work(&self) -> Option<BuildWork> {
         self.accelerator.work()
     }
+}
+
+/// Puts planes before what else has no bounds. How many there are.
+fn planes_first(slots: &mut [Slot]) -> usize {
+    slots.sort_by_key(|slot| slot.kind != Kind::Plane);
+    slots.iter().take_while(|slot| slot.kind == Kind::Plane).count()
 }

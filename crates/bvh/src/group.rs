@@ -1,6 +1,7 @@
 //! Primitives as they are collected, object by object.
 
 use core::mem::take;
+use core::ops::Range;
 
 use glam::DAffine3;
 
@@ -10,10 +11,10 @@ use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::motion::Motion;
 use crate::ray::Visibility;
-use crate::scalar::{Precision, Vec3Of, Vector};
+use crate::scalar::{Precision, Real, Vec3Of, Vector};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
 use crate::tree::MAX_PRIMITIVES;
-use crate::wide::Wide;
+use crate::wide::{Row, WIDTH, Wide};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -289,6 +290,21 @@ impl<P: Precision> Group<P> {
             slot.index = number;
             (Triangle { vertices: triangle.vertices.map(Vector::to_f32) }, slot.visibility)
         });
+    }
+
+    /// Lets every query test the first slots, which are planes, and those of some spheres, in rows.
+    pub(crate) fn make_rows(&self, wide: &mut Wide, planes: usize, spheres: Range<usize>) {
+        let plane = |slot: &Slot| {
+            let Plane { point, normal, tangent } = self.planes[slot.index as usize];
+            (Plane { point: point.to_f32(), normal: normal.to_f32(), tangent: tangent.to_f32() }, slot.visibility)
+        };
+        let sphere = |slot: &Slot| {
+            let Sphere { centre, radius } = self.spheres[slot.index as usize];
+            (Sphere { centre: centre.to_f32(), radius: radius.to_f32() }, slot.visibility)
+        };
+        let firsts = |range: Range<usize>| range.clone().step_by(WIDTH).map(move |first| first..range.end.min(first + WIDTH));
+        wide.test_always(firsts(0..planes).map(|row| Row::of_planes(row.start, self.slots[row].iter().map(plane))));
+        wide.test_always(firsts(spheres).map(|row| Row::of_spheres(row.start, self.slots[row].iter().map(sphere))));
     }
 }
 

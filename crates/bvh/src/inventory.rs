@@ -6,6 +6,7 @@ use crate::instance::Instance;
 use crate::motion::Motion;
 use crate::scalar::{Precision, Real};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
+use crate::wide::Wide;
 
 /// Counts of primitives, by what a [`Group`] stores for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,8 +66,14 @@ impl Inventory {
     pub fn most_bytes<P: Precision>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
-        let wide = P::WIDE && matches!(kind, AcceleratorKind::Tree(_)) && bounded > few as u64;
-        self.bytes::<P>(wide).saturating_add(Accelerator::most_bytes(
+        let wide = P::WIDE && matches!(kind, AcceleratorKind::Tree(_));
+        let planes = if wide { Wide::bytes_of_rows(self.planes) } else { 0 };
+        let others = bounded.saturating_sub(self.spheres).saturating_sub(self.triangles);
+        if wide && Wide::is_flat(self.spheres, self.triangles, others) {
+            let flat = Wide::bytes_of_rows(self.spheres).saturating_add(Wide::bytes_of_full_blocks(self.triangles));
+            return self.bytes::<P>(wide).saturating_add(planes).saturating_add(flat);
+        }
+        self.bytes::<P>(wide).saturating_add(planes).saturating_add(Accelerator::most_bytes(
             kind,
             bounded,
             few as u64,

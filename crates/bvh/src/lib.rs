@@ -26,7 +26,9 @@
 //! [`Robust`] has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
 //! run; the other precisions have one of four-wide nodes.
 //!
-//! Not here yet: SIMD tests of primitives other than triangles, packets of rays, compressed nodes, spatial splits, refitting,
+//! [`Geometry::closest_from`] asks rays that leave one point together.
+//!
+//! Not here yet: SIMD tests of primitives other than triangles, spheres and planes, packets of other rays, compressed nodes, spatial splits, refitting,
 //! motion other than of instances along straight lines.
 #![deny(unsafe_code)]
 
@@ -61,6 +63,7 @@ pub use geometry::Geometry;
 pub use group::Group;
 pub use inventory::Inventory;
 pub use motion::Motion;
+pub use query::FromOnePoint;
 pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};
 pub use shapes::{Located, Parameters, Probe, Shape, ShapeHit, Surface, Transform};

@@ -10,7 +10,13 @@ impl<P: Precision> Geometry<P> {
     /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
     #[inline]
     pub fn located(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Located<P::Core> {
-        self.locate(&self.probe(*ray), own(hit), hit.slots, None)
+        // Spheres and planes are asked here, where what their answer does not need of a probe is not made.
+        let slot = &self.group.slots[hit.slots[0] as usize];
+        match slot.kind {
+            Kind::Sphere => self.group.spheres[slot.index as usize].locate(&self.probe(*ray), own(hit)),
+            Kind::Plane => self.group.planes[slot.index as usize].locate(&self.probe(*ray), own(hit)),
+            _ => self.locate(&self.probe(*ray), own(hit), hit.slots, None),
+        }
     }
 
     /// The surface at a hit that this geometry returned for the same ray.
@@ -38,6 +44,7 @@ impl<P: Precision> Geometry<P> {
     }
 
     /// For a probe of this geometry's own space, which is under these maps.
+    #[inline(never)]
     fn locate(&self, probe: &Probe<P>, hit: ShapeHit<P::Real>, [slot, inner]: [u32; 2], maps: Under<'_, P>) -> Located<P::Core> {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;

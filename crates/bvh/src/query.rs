@@ -3,7 +3,10 @@
 //! Queries are functions of their own, one set a precision, so that whoever asks has a call in its loop and not a copy of every
 //! primitive's test. While they look, a hit is known by its slot; it gets its names once it is the answer.
 
+mod pencil;
 mod wide;
+
+pub use pencil::FromOnePoint;
 
 use core::ops::{ControlFlow, Range};
 
@@ -72,7 +75,7 @@ impl<P: Precision> Geometry<P> {
     ) -> bool {
         match &self.accelerator {
             Accelerator::Wide(wide, _) => {
-                let unbounded = self.unbounded > 0 && self.any_unbounded(ray, range, ask, tally);
+                let unbounded = self.unbounded > self.planes && self.any_unbounded(ray, range, ask, tally);
                 unbounded || self.any_wide(wide, ray, range, ask, tally)
             }
             Accelerator::Walked(walked) => self.any_walked(walked, ray, range, ask, tally),
@@ -101,10 +104,10 @@ impl<P: Precision> Geometry<P> {
         blocked
     }
 
-    /// The slots that every query tests.
+    /// The slots that every query tests one by one.
     #[inline(always)]
     fn unbounded(&self) -> impl Iterator<Item = (u32, &Slot)> {
-        (0..).zip(&self.group.slots[..self.unbounded])
+        (self.planes as u32..).zip(&self.group.slots[self.planes..self.unbounded])
     }
 
     /// The slots of the accelerator's places.

@@ -104,13 +104,22 @@ pub trait Real:
     /// This base to a whole exponent, by repeated squaring: the same operations in the same order on every machine.
     #[inline(always)]
     fn powi(self, mut exponent: u32) -> Self {
-        let (mut base, mut result) = (self, Self::ONE);
-        while exponent != 0 {
+        if exponent == 0 {
+            return Self::ONE;
+        }
+        // Most exponents are powers of two: up to the lowest bit there is nothing but to square, and no branch to guess.
+        let mut base = self;
+        for _ in 0..exponent.trailing_zeros() {
+            base *= base;
+        }
+        exponent >>= exponent.trailing_zeros();
+        let mut result = base;
+        while exponent > 1 {
+            base *= base;
+            exponent >>= 1;
             if exponent & 1 == 1 {
                 result *= base;
             }
-            base *= base;
-            exponent >>= 1;
         }
         result
     }

@@ -5,15 +5,20 @@
 //! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
 //! operations of that test ([`crate::shapes::Triangle`]). So every kernel finds what a scan finds, to the bit.
 //!
-//! One case is argued by measurement alone, here as in any tree: of a triangle that a ray sees edge-on to within the rounding of f64,
-//! the exact test's distance may lie before its box, and then what was met before could decide. No ray is known that does so.
+//! Of a triangle that a ray sees edge-on to within the rounding of f64, the distance could lie before its box, and then what was met
+//! before would decide. So the exact test moves such a distance to where the ray enters the triangle's own box, for scan and tree
+//! alike ([`crate::shapes::EDGE_ON`]).
 
 mod block;
 mod collapse;
+mod doubles;
 mod filter;
+mod flat;
 mod kernel;
+mod pencil;
 mod portable;
 mod rebase;
+mod row;
 mod setup;
 mod simd;
 mod stack;
@@ -21,14 +26,19 @@ mod walk;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use core::ops::Range;
+
 use crate::aabb::PaddedBox;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
-use self::block::{Block, Facts};
+use self::block::Block;
+pub(crate) use self::block::Facts;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
+pub(crate) use self::pencil::{Meets, Pencil, RAYS};
 pub(crate) use self::rebase::Rebase;
+pub(crate) use self::row::{Roots, Row};
 pub(crate) use self::setup::Setup;
 pub(crate) use self::simd::Exact;
 pub(crate) use self::walk::Answer;
@@ -116,11 +126,16 @@ impl Node {
 /// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wide {
-    /// Root first.
+    /// Root first; none where everything is tested.
     nodes: Vec<Node>,
     blocks: Vec<Block>,
     /// Of each block.
     facts: Vec<Facts>,
+    /// First those that every query tests.
+    rows: Vec<Row>,
+    always: usize,
+    /// Without nodes: the places of what is in no row and in no block.
+    others: Range<usize>,
     kernel: Chosen,
 }
 
@@ -138,6 +153,21 @@ impl Wide {
         }
     }
 
+    /// No nodes: rows of so many spheres, then blocks of so many triangles and others one by one, in this order of places. Rows and
+    /// blocks are still to be filled.
+    pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
+        let end = spheres + triangles;
+        let block = |first: usize| Facts { first: first as u32, count: (end - first).min(WIDTH) as u8, ..Facts::default() };
+        let facts: Vec<Facts> = (spheres..end).step_by(WIDTH).map(block).collect();
+        Self { blocks: vec![Block::EMPTY; facts.len()], facts, others: end..end + others, ..Self::default() }
+    }
+
+    /// Adds rows that every query tests, before anything else.
+    pub fn test_always(&mut self, rows: impl IntoIterator<Item = Row>) {
+        self.rows.splice(self.always..self.always, rows);
+        self.always = self.rows.len();
+    }
+
     /// A triangle by its number.
     #[inline]
     pub fn triangle(&self, number: u32) -> Triangle<f32> {
@@ -148,6 +178,11 @@ impl Wide {
     #[inline(always)]
     pub fn facts(&self, block: usize) -> &Facts {
         &self.facts[block]
+    }
+
+    /// Whether there are nodes; otherwise everything is tested.
+    pub fn has_nodes(&self) -> bool {
+        !self.nodes.is_empty()
     }
 
     /// Which code walks it.
@@ -162,7 +197,20 @@ impl Wide {
 
     /// Bytes of nodes and blocks.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice()) + size_of_val(self.facts.as_slice())
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.blocks.as_slice())
+            + size_of_val(self.facts.as_slice())
+            + size_of_val(self.rows.as_slice())
+    }
+
+    /// Bytes of the rows of so many spheres or planes.
+    pub fn bytes_of_rows(count: u64) -> u64 {
+        count.div_ceil(WIDTH as u64).saturating_mul(size_of::<Row>() as u64)
+    }
+
+    /// Bytes of the blocks of so many triangles where they are filled one after the other.
+    pub fn bytes_of_full_blocks(triangles: u64) -> u64 {
+        triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Block>() + size_of::<Facts>()) as u64)
     }
 
     /// The most bytes that the tree over so many triangles and other primitives takes.

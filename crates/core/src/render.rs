@@ -1,5 +1,7 @@
 //! Rendering: tiles over threads, samples over pixels. Nothing here allocates or locks per ray.
 
+mod ahead;
+
 use core::cell::Cell;
 use core::marker::PhantomData;
 use core::ops::Range;
@@ -9,6 +11,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
+use self::ahead::Ahead;
 use crate::counters::Counters;
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
 use crate::filter::Draws;
@@ -246,7 +249,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
             Sampling::Pattern(Pattern::Corners) => dropped += self.corners::<B>(&mut tracer, &mut plane, finish),
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 let mut firsts = FirstHits::new(self.plan);
-                let mut pixel = Gather::<P::Real, B>::default();
+                let (mut pixel, mut ahead) = (Gather::<P::Real, B>::default(), Ahead::default());
                 let mut place = 0;
                 for y in self.rows() {
                     // A tile of many samples may take seconds.
@@ -254,16 +257,13 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                         return None;
                     }
                     for x in self.columns() {
-                        // A replicate has no more samples than a sequence has points.
-                        let places =
-                            (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(x, y, 0), Purpose::Pixel));
                         if self.samples.start > 0 {
                             pixel.resume(start.pixel(place, self.samples.start), self.samples.start);
                             firsts.resume(start, place);
                         }
                         place += 1;
                         for index in self.samples.clone() {
-                            let ray = self.sample_ray([x, y], index, places);
+                            let Some(ray) = ahead.next(&tracer, self.sample_rays([x, y], index)) else { break };
                             let brought = tracer.camera_ray(ray, self.address(x, y, index));
                             dropped += u64::from(!pixel.add(brought.radiance, brought.hit));
                             firsts.add(tracer.first());
@@ -337,10 +337,12 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let count = columns.len() * rows.len();
         let asked = !self.plan.layers.mean.is_empty();
         let (mut corners, mut hits) = (Vec::with_capacity(count), Vec::with_capacity(if asked { count } else { 0 }));
+        let mut ahead = Ahead::default();
         for y in rows {
             for x in columns.clone() {
                 let at = |v: u32| P::Real::from_f64(f64::from(v));
-                let ray = self.scene.camera.ray(at(x), at(y), [0.5; 2]);
+                let rays = (x..columns.end).map(|x| self.scene.camera.ray(at(x), at(y), [0.5; 2]));
+                let Some(ray) = ahead.next(tracer, rays) else { break };
                 let brought = tracer.camera_ray(ray, self.address(x, y, 0));
                 corners.push((brought.radiance, brought.hit));
                 if asked {
@@ -354,6 +356,16 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     fn address(&self, x: u32, y: u32, index: u32) -> Address {
         let Settings { seed, frame, .. } = *self.settings;
         Address { seed, frame, pixel: [x, y], replicate: self.replicate, index, ..Address::default() }
+    }
+
+    /// The camera rays of a row from one sample of a pixel on: those of this pixel, then of the next ones.
+    fn sample_rays(&self, [x, y]: [u32; 2], index: u32) -> impl Iterator<Item = Ray<P::Real>> + '_ {
+        (x..self.columns().end).flat_map(move |column| {
+            // A replicate has no more samples than a sequence has points.
+            let places = (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(column, y, 0), Purpose::Pixel));
+            let from = if column == x { index } else { self.samples.start };
+            (from..self.samples.end).map(move |index| self.sample_ray([column, y], index, places))
+        })
     }
 
     /// The camera ray of one sample of a pixel: at its place, or in the middle.

@@ -6,7 +6,7 @@ use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Precision, Real};
 use crate::shapes::Probe;
 use crate::tally::Tally;
-use crate::wide::{Answer, Exact, Rebase, Setup, Wide};
+use crate::wide::{Answer, Exact, Facts, Rebase, Roots, Setup, Wide};
 
 impl<P: Precision> Geometry<P> {
     /// The nearest hit.
@@ -22,7 +22,7 @@ impl<P: Precision> Geometry<P> {
         let best = Nearest { range, found: None };
         let mut closest =
             Closest::<_, _, false> { geometry: self, wide, ray, best, probe: None, rebase: Rebase::default(), tally };
-        if self.unbounded > 0 {
+        if self.unbounded > self.planes {
             self.nearest_unbounded(ray, &mut closest.best, closest.tally);
         }
         wide.ask(ray, closest.best.range, &mut closest);
@@ -107,6 +107,19 @@ fn found<R: Real>(exact: &Exact, lane: usize, first: u32) -> Found<R> {
     Found { t: number(exact.t[lane]), u: number(u[lane]), v: number(v[lane]), slot: first + lane as u32, inner: NO_PART }
 }
 
+/// A hit of a row's lane.
+#[inline(always)]
+fn root<R: Real>(roots: &Roots, lane: usize, first: u32) -> Found<R> {
+    let v = if roots.leaving >> lane & 1 == 0 { R::ZERO } else { R::ONE };
+    Found { t: R::from_f32(roots.t[lane]), u: R::ZERO, v, slot: first + lane as u32, inner: NO_PART }
+}
+
+/// A range in the scalar that this tree's rays are stored in.
+#[inline(always)]
+fn stored<R: Real>(range: Interval<R>) -> Interval<f32> {
+    Interval { min: range.min.to_f32(), max: range.max.to_f32() }
+}
+
 /// The nearest hit. `INNER`: in an instance.
 struct Closest<'a, P: Precision, T, const INNER: bool> {
     geometry: &'a Geometry<P>,
@@ -130,8 +143,18 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
     }
 
     #[inline(always)]
+    fn range(&self) -> Interval<f32> {
+        stored(self.best.range)
+    }
+
+    #[inline(always)]
     fn node(&mut self) {
         self.tally.node();
+    }
+
+    #[inline(always)]
+    fn several(&mut self, count: u64) {
+        self.tally.primitives(|| count);
     }
 
     #[inline(always)]
@@ -142,6 +165,17 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
     #[inline(always)]
     fn lanes(&self, _: usize) -> [u32; 2] {
         [u32::MAX, 0]
+    }
+
+    #[inline(always)]
+    fn row(&mut self, facts: &Facts, roots: &Roots) -> bool {
+        let mut hits = roots.hits;
+        while hits != 0 {
+            let found = root(roots, hits.trailing_zeros() as usize & 7, facts.first);
+            hits &= hits - 1;
+            self.best.consider(self.geometry, Some(found));
+        }
+        false
     }
 
     #[inline(always)]
@@ -188,8 +222,18 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
     }
 
     #[inline(always)]
+    fn range(&self) -> Interval<f32> {
+        stored(self.range)
+    }
+
+    #[inline(always)]
     fn node(&mut self) {
         self.tally.node();
+    }
+
+    #[inline(always)]
+    fn several(&mut self, count: u64) {
+        self.tally.primitives(|| count);
     }
 
     #[inline(always)]
@@ -201,6 +245,22 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
     fn lanes(&self, block: usize) -> [u32; 2] {
         let facts = self.wide.facts(block);
         [(facts.opaque | facts.asks).into(), (facts.opaque & facts.two_sided()).into()]
+    }
+
+    #[inline(always)]
+    fn row(&mut self, facts: &Facts, roots: &Roots) -> bool {
+        if roots.hits & facts.opaque != 0 {
+            return true;
+        }
+        let mut asks = roots.hits & facts.asks;
+        while asks != 0 {
+            let found = root(roots, asks.trailing_zeros() as usize & 7, facts.first);
+            asks &= asks - 1;
+            if (self.ask)(&self.geometry.named(&found)) {
+                return true;
+            }
+        }
+        false
     }
 
     #[inline(always)]
@@ -247,8 +307,18 @@ impl<P: Precision, T: Tally> Answer for Each<'_, '_, P, T> {
     }
 
     #[inline(always)]
+    fn range(&self) -> Interval<f32> {
+        stored(self.range)
+    }
+
+    #[inline(always)]
     fn node(&mut self) {
         self.tally.node();
+    }
+
+    #[inline(always)]
+    fn several(&mut self, count: u64) {
+        self.tally.primitives(|| count);
     }
 
     #[inline(always)]
@@ -259,6 +329,19 @@ impl<P: Precision, T: Tally> Answer for Each<'_, '_, P, T> {
     #[inline(always)]
     fn lanes(&self, _: usize) -> [u32; 2] {
         [u32::MAX, 0]
+    }
+
+    #[inline(always)]
+    fn row(&mut self, facts: &Facts, roots: &Roots) -> bool {
+        let mut hits = roots.hits;
+        while hits != 0 {
+            let found = root(roots, hits.trailing_zeros() as usize & 7, facts.first);
+            hits &= hits - 1;
+            if (self.counts)(found) {
+                return true;
+            }
+        }
+        false
     }
 
     #[inline(always)]

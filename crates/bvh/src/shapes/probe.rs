@@ -32,6 +32,11 @@ pub struct Probe<P: Precision> {
     pub across: [CoreVec<P>; 2],
 }
 
+impl Probe<crate::scalar::Robust> {
+    /// What [`Probe::shortened`] is of the squared length.
+    pub(crate) const SHORTER: f64 = 1.0 - f64::EPSILON * 0.5 * 64.0;
+}
+
 impl<P: Precision> Probe<P> {
     /// Prepares a ray.
     #[inline(always)]

@@ -3,7 +3,10 @@
 use core::hint::black_box;
 
 use super::Wide;
+use super::flat::{blocks, rows};
+use super::pencil::{self, Meets, Pencil};
 use super::portable::Portable;
+use super::row::Line;
 use super::setup::Setup;
 use super::walk::{Answer, walk};
 #[cfg(target_arch = "x86_64")]
@@ -80,6 +83,24 @@ impl Wide {
         // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
         let one = |axis: usize| (black_box(ray).origin.axis(axis).to_f32(), black_box(ray).direction.axis(axis).to_f32());
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
+        if self.always > 0 {
+            let over = match self.kernel {
+                Chosen::Portable => rows_portable(self, ox, oy, oz, dx, dy, dz, answer),
+                #[cfg(target_arch = "x86_64")]
+                Chosen::Avx2(avx2) => avx2.rows(self, ox, oy, oz, dx, dy, dz, answer),
+                #[cfg(target_arch = "x86_64")]
+                Chosen::Avx512(avx512) => avx512.rows(self, ox, oy, oz, dx, dy, dz, answer),
+            };
+            if over {
+                return true;
+            }
+        }
+        if self.nodes.is_empty() {
+            if self.blocks.is_empty() && self.others.is_empty() {
+                return false;
+            }
+            return self.ask_flat(&Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer);
+        }
         match self.kernel {
             Chosen::Portable => walk_portable(self, ox, oy, oz, dx, dy, dz, near, answer),
             #[cfg(target_arch = "x86_64")]
@@ -88,12 +109,40 @@ impl Wide {
             Chosen::Avx512(avx512) => avx512.walk(self, ox, oy, oz, dx, dy, dz, near, answer),
         }
     }
+
+    /// The same of blocks and of the rest, one after the other, where there are no nodes.
+    #[inline(never)]
+    fn ask_flat<A: Answer>(&self, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+        match self.kernel {
+            Chosen::Portable => blocks(Portable, self, setup, probe, answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx2(avx2) => avx2.blocks(self, setup, probe, answer),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx512(avx512) => avx512.blocks(self, setup, probe, answer),
+        }
+    }
 }
 
 impl Wide {
     /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`Setup::mapped`].
     #[inline(never)]
     pub(crate) fn ask_mapped<A: Answer>(&self, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+        if self.always > 0 {
+            let line = Line::from(&probe);
+            let over = match self.kernel {
+                Chosen::Portable => rows(Portable, self, &line, answer),
+                #[cfg(target_arch = "x86_64")]
+                Chosen::Avx2(avx2) => avx2.rows_mapped(self, &line, answer),
+                #[cfg(target_arch = "x86_64")]
+                Chosen::Avx512(avx512) => avx512.rows_mapped(self, &line, answer),
+            };
+            if over {
+                return true;
+            }
+        }
+        if self.nodes.is_empty() {
+            return self.ask_flat(setup, Some(probe), answer);
+        }
         match self.kernel {
             Chosen::Portable => walk::<_, _, true>(Portable, self, setup, Some(probe), answer),
             #[cfg(target_arch = "x86_64")]
@@ -118,4 +167,24 @@ fn walk_portable<A: Answer>(
     answer: &mut A,
 ) -> bool {
     walk::<_, _, false>(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+}
+
+#[inline(never)]
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn rows_portable<A: Answer>(wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
+    rows(Portable, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer)
+}
+
+impl Wide {
+    /// Asks `meets` about what rays from one point meet. False where they differ too much for that, and nothing was done.
+    #[inline(never)]
+    pub(crate) fn ask_pencil<M: Meets>(&self, pencil: &mut Pencil, meets: &mut M) -> bool {
+        match self.kernel {
+            Chosen::Portable => pencil::walk(Portable, self, pencil, meets),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx2(avx2) => avx2.pencil(self, pencil, meets),
+            #[cfg(target_arch = "x86_64")]
+            Chosen::Avx512(avx512) => avx512.pencil(self, pencil, meets),
+        }
+    }
 }

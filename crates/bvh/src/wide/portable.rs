@@ -4,6 +4,7 @@
 use glam::Vec4;
 
 use super::block::Block;
+use super::doubles::Doubles;
 use super::simd::{Exact, Simd};
 use super::stack::{Stack, Waiting, two};
 use super::{Child, WIDTH};
@@ -110,5 +111,76 @@ impl Simd for Portable {
             lanes &= lanes - 1;
         }
         exact
+    }
+}
+
+impl Doubles for Portable {
+    type Doubles = [f64; WIDTH];
+
+    #[inline(always)]
+    fn spread(self, value: f64) -> Self::Doubles {
+        [value; WIDTH]
+    }
+    #[inline(always)]
+    fn widen(self, values: &[f32; WIDTH]) -> Self::Doubles {
+        core::array::from_fn(|i| values[i].into())
+    }
+    #[inline(always)]
+    fn take(self, values: &[f64; WIDTH]) -> Self::Doubles {
+        *values
+    }
+    #[inline(always)]
+    fn size(self, a: Self::Doubles) -> Self::Doubles {
+        a.map(f64::abs)
+    }
+    #[inline(always)]
+    fn greatest(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
+    }
+    #[inline(always)]
+    fn least(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
+    }
+    #[inline(always)]
+    fn plus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| a[i] + b[i])
+    }
+    #[inline(always)]
+    fn minus(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| a[i] - b[i])
+    }
+    #[inline(always)]
+    fn times(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| a[i] * b[i])
+    }
+    #[inline(always)]
+    fn over(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles {
+        core::array::from_fn(|i| a[i] / b[i])
+    }
+    #[inline(always)]
+    fn root(self, a: Self::Doubles) -> Self::Doubles {
+        a.map(f64::sqrt)
+    }
+    #[inline(always)]
+    fn above(self, a: Self::Doubles, b: Self::Doubles) -> u32 {
+        (0..WIDTH).fold(0, |mask, i| mask | u32::from(a[i] > b[i]) << i)
+    }
+    #[inline(always)]
+    fn at_least(self, a: Self::Doubles, b: Self::Doubles) -> u32 {
+        (0..WIDTH).fold(0, |mask, i| mask | u32::from(a[i] >= b[i]) << i)
+    }
+    #[inline(always)]
+    fn narrow(self, a: Self::Doubles) -> Self::Floats {
+        halves(&a.map(|x| x as f32))
+    }
+    #[inline(always)]
+    fn chosen(self, mask: u32, unset: Self::Floats, set: Self::Floats) -> Self::Floats {
+        let (unset, set) = (self.row(unset), self.row(set));
+        halves(&core::array::from_fn(|i| if mask >> i & 1 == 0 { unset[i] } else { set[i] }))
+    }
+    #[inline(always)]
+    fn row(self, a: Self::Floats) -> [f32; WIDTH] {
+        let (low, high) = (a[0].to_array(), a[1].to_array());
+        [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
     }
 }

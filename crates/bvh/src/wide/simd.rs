@@ -87,14 +87,15 @@ mod tests {
     }
 
     /// A triangle whose projection by [`probe`] has an edge that passes the ray by less than the rounding of a product, or by
-    /// nothing.
+    /// nothing; one in four has its third corner there too, so that it is seen edge-on.
     fn triangle(state: &mut u64) -> [Vec3; 3] {
         let mut corner = || (next(state) >> 17) as i64 - (1 << 46);
         let (xa, xc) = (corner(), corner());
         let mut level = || (next(state) >> 41) as i64 + 1;
         let (ya, yb, yc) = (level(), -level(), level());
         let jitter = (next(state) % 5) as i64 - 2;
-        let xb = (i128::from(xa) * i128::from(yb) / i128::from(ya)) as i64 + jitter;
+        let beside = |y: i64| (i128::from(xa) * i128::from(y) / i128::from(ya)) as i64 + jitter;
+        let (xb, xc) = (beside(yb), if next(state).is_multiple_of(4) { beside(yc).clamp(-(1 << 47), 1 << 47) } else { xc });
         [(xa, ya), (xb.clamp(-(1 << 47), 1 << 47), yb), (xc, yc)].map(|(x, y)| {
             let (high, low) = (x >> 24, x & ((1 << 24) - 1));
             Vec3::new(low as f32, high as f32, y as f32)
@@ -112,7 +113,7 @@ mod tests {
     #[test]
     fn lanes_are_as_exact_as_single_triangles() {
         let (state, probe) = (&mut 88_172_645_463_325_252, probe());
-        let (mut hits, mut missed) = (0, 0);
+        let (mut hits, mut missed, mut edge_on) = (0, 0, 0);
         for _ in 0..20_000 {
             let mut block = Block::EMPTY;
             (0..WIDTH).for_each(|lane| block.set(lane, triangle(state)));
@@ -133,7 +134,8 @@ mod tests {
             }
             hits += one_by_one.hits.count_ones();
             missed += one_by_one.hits.count_zeros();
+            edge_on += (0..WIDTH).filter_map(|lane| block.triangle(lane).crossing(&probe)).filter(|met| met.edge_on).count();
         }
-        assert!(hits > 1000 && missed > 1000, "{hits} hits, {missed} missed");
+        assert!(hits > 1000 && missed > 1000 && edge_on > 1000, "{hits} hits, {missed} missed, {edge_on} edge-on");
     }
 }

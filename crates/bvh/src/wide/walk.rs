@@ -5,11 +5,14 @@
 
 use core::hint::black_box;
 
+use super::block::Facts;
 use super::filter;
+use super::row::Roots;
 use super::setup::Setup;
 use super::simd::{Exact, Simd};
 use super::stack::{Stack, Waiting};
 use super::{Child, Wide};
+use crate::ray::Interval;
 use crate::scalar::Robust;
 use crate::shapes::Probe;
 
@@ -19,14 +22,20 @@ pub(crate) trait Answer {
     const ANY: bool;
     /// The greatest distance that still counts.
     fn far(&self) -> f32;
+    /// Where hits count.
+    fn range(&self) -> Interval<f32>;
     /// A node is tested.
     fn node(&mut self);
+    /// So many of a row are tested.
+    fn several(&mut self, count: u64);
     /// A block is tested.
     fn block(&mut self, block: usize);
     /// The lanes that matter, and those of which a hit ends the walk whatever it is.
     fn lanes(&self, block: usize) -> [u32; 2];
     /// These triangles are hit at some distance. True ends the walk.
     fn triangles(&mut self, block: usize, exact: &Exact) -> bool;
+    /// These of a row are hit within the range. True ends the walk.
+    fn row(&mut self, facts: &Facts, roots: &Roots) -> bool;
     /// Another primitive is met. True ends the walk.
     fn other(&mut self, place: usize) -> bool;
 }
@@ -87,7 +96,7 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
 /// The exact test of what the filter left and what the answer makes of it, apart from the walk, whose registers it would
 /// take. The first one of a ray makes what it needs of that. Whether the walk is over.
 #[inline(never)]
-fn settle<S: Simd, A: Answer>(
+pub(super) fn settle<S: Simd, A: Answer>(
     s: S,
     wide: &Wide,
     [block, lanes]: [usize; 2],

@@ -5,11 +5,15 @@
 //! through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
 #![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
 
+mod doubles;
 mod exact;
 
 use core::arch::x86_64::*;
 
 use super::block::Block;
+use super::flat::{blocks, rows};
+use super::pencil::{self, Meets, Pencil};
+use super::row::Line;
 use super::setup::Setup;
 use super::simd::{Exact, Simd};
 use super::stack::{Stack, Waiting, two};
@@ -58,6 +62,35 @@ impl Avx2 {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { mapped_avx2(self, wide, setup, probe, answer) }
     }
+
+    /// The rows that every query tests.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    pub fn rows<A: Answer>(self, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { rows_avx2(self, wide, ox, oy, oz, dx, dy, dz, answer) }
+    }
+
+    /// The same for a ray in the space of an instance.
+    #[inline(always)]
+    pub fn rows_mapped<A: Answer>(self, wide: &Wide, line: &Line, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { rows_mapped_avx2(self, wide, line, answer) }
+    }
+
+    /// Blocks and the rest where there are no nodes.
+    #[inline(always)]
+    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { blocks_avx2(self, wide, setup, probe, answer) }
+    }
+
+    /// Rays from one point.
+    #[inline(always)]
+    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { pencil_avx2(self, wide, pencil, meets) }
+    }
 }
 
 /// Proof that the processor has AVX-512 with vectors of all lengths, besides AVX2.
@@ -97,6 +130,35 @@ impl Avx512 {
     pub fn walk_mapped<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { mapped_avx512(self, wide, setup, probe, answer) }
+    }
+
+    /// The rows that every query tests.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "in registers")]
+    pub fn rows<A: Answer>(self, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { rows_avx512(self, wide, ox, oy, oz, dx, dy, dz, answer) }
+    }
+
+    /// The same for a ray in the space of an instance.
+    #[inline(always)]
+    pub fn rows_mapped<A: Answer>(self, wide: &Wide, line: &Line, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { rows_mapped_avx512(self, wide, line, answer) }
+    }
+
+    /// Blocks and the rest where there are no nodes.
+    #[inline(always)]
+    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { blocks_avx512(self, wide, setup, probe, answer) }
+    }
+
+    /// Rays from one point.
+    #[inline(always)]
+    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+        // SAFETY: `self` exists, so the processor has what the function needs.
+        unsafe { pencil_avx512(self, wide, pencil, meets) }
     }
 }
 
@@ -146,6 +208,56 @@ fn mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Probe<Robu
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
     walk::<_, _, true>(s, wide, setup, Some(probe), answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn rows_avx2<A: Answer>(s: Avx2, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
+    rows(s, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn rows_mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, line: &Line, answer: &mut A) -> bool {
+    rows(s, wide, line, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn blocks_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+    blocks(s, wide, setup, probe, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+#[expect(clippy::too_many_arguments, reason = "in registers")]
+fn rows_avx512<A: Answer>(s: Avx512, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
+    rows(s, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn rows_mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, line: &Line, answer: &mut A) -> bool {
+    rows(s, wide, line, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+    blocks(s, wide, setup, probe, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn pencil_avx2<M: Meets>(s: Avx2, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+    pencil::walk(s, wide, pencil, meets)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn pencil_avx512<M: Meets>(s: Avx512, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+    pencil::walk(s, wide, pencil, meets)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.

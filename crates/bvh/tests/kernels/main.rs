@@ -1,6 +1,9 @@
 //! Every kernel of the wide tree answers as the scan does, bit for bit, and no closed mesh leaks in any of them.
 
+mod edge_on;
 mod meshes;
+mod pencils;
+mod rows;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::Sphere;

@@ -20,7 +20,7 @@ pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;
 
-use raywright_bvh::{Hit, Interval, Precision, Query, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{FromOnePoint, Hit, Interval, Precision, Query, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
 use crate::interaction::Interaction;
@@ -36,6 +36,41 @@ pub(crate) struct Brought<R: Real> {
     pub radiance: R::Vec3,
     /// Whether the first segment hit something.
     pub hit: bool,
+}
+
+/// A camera ray, with what it hits where that was asked before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraRay<'a, R: Real> {
+    pub ray: Ray<R>,
+    pub met: Option<&'a Option<Hit<R>>>,
+}
+
+impl<R: Real> CameraRay<'_, R> {
+    /// The ray alone.
+    #[cfg(test)]
+    pub fn unasked(ray: Ray<R>) -> Self {
+        Self { ray, met: None }
+    }
+}
+
+/// What some camera rays hit, where they were asked together.
+pub(crate) struct FirstHits<P: Precision> {
+    directions: Vec<Vec3Of<P>>,
+    hits: Vec<Option<Hit<P::Real>>>,
+}
+
+impl<P: Precision> Default for FirstHits<P> {
+    fn default() -> Self {
+        Self { directions: Vec::new(), hits: Vec::new() }
+    }
+}
+
+impl<P: Precision> FirstHits<P> {
+    /// What one of them hits; none where it was not asked.
+    #[inline(always)]
+    pub fn get(&self, ray: usize) -> Option<&Option<Hit<P::Real>>> {
+        self.hits.get(ray)
+    }
 }
 
 /// Follows rays through a prepared scene; one a worker.
@@ -94,14 +129,29 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 
     /// Radiance that arrives along a camera ray.
     #[inline]
-    pub fn camera_ray(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
+    pub fn camera_ray(&mut self, asked: CameraRay<'_, P::Real>, address: Address) -> Brought<P::Real> {
         if K::PATHS {
-            let brought = self.trace(ray, address);
+            let brought = self.trace(asked, address);
             return Brought { radiance: brought.radiance + self.scene.veil, ..brought };
         }
-        let mut path = self.camera_path(ray, address);
-        self.follow(&mut path);
+        let mut path = self.camera_path(asked.ray, address);
+        self.follow(&mut path, asked.met);
         Brought { radiance: path.radiance + self.scene.veil, hit: path.hit }
+    }
+
+    /// What camera rays hit, where they leave one point at one time, which is asked for them together; nothing otherwise.
+    pub fn meet(&self, rays: &[Ray<P::Real>], hits: &mut FirstHits<P>) {
+        let FirstHits { directions, hits } = hits;
+        hits.clear();
+        let Some(first) = rays.first() else { return };
+        if !rays.iter().all(|ray| ray.origin == first.origin && ray.time == first.time) {
+            return;
+        }
+        directions.clear();
+        directions.extend(rays.iter().map(|ray| ray.direction));
+        let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: P::Real::INFINITY };
+        let asked = FromOnePoint { origin: first.origin, directions, time: first.time, range };
+        self.scene.geometry.closest_from(&asked, hits);
     }
 
     /// The path of a camera ray before its first segment.

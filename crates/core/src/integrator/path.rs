@@ -121,13 +121,16 @@ impl<R: Real> Path<R> {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// Follows a path to its end, its side branches included.
-    pub(super) fn follow(&mut self, path: &mut Path<P::Real>) {
+    /// Follows a path to its end, its side branches included. What its first ray hits may be known.
+    pub(super) fn follow(&mut self, path: &mut Path<P::Real>, mut known: Option<&Option<Hit<P::Real>>>) {
         while path.segments > 0 || self.resume(path) {
-            let hit = path.met.or_else(|| {
-                let Query { ray, range } = self.query(path);
-                self.scene.geometry.closest(&ray, range, &mut ())
-            });
+            let hit = match known.take() {
+                Some(hit) => *hit,
+                None => path.met.or_else(|| {
+                    let Query { ray, range } = self.query(path);
+                    self.scene.geometry.closest(&ray, range, &mut ())
+                }),
+            };
             match self.advance(path, hit.as_ref()) {
                 Step::Onward => {}
                 Step::Aside(aside) => self.wait(path, aside),

@@ -16,7 +16,7 @@ use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 pub(crate) use media::Media;
 use media::absorbed;
 
-use super::{Brought, Kernel, Leg, MAX_CUTOUTS, Tracer};
+use super::{Brought, CameraRay, Kernel, Leg, MAX_CUTOUTS, Tracer};
 use crate::interaction::Interaction;
 use crate::light::{LightId, Target};
 use crate::material::Sampled;
@@ -74,7 +74,8 @@ fn weight(own: f64, other: f64) -> f64 {
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Radiance that arrives along a camera ray.
-    pub(super) fn trace(&mut self, ray: Ray<P::Real>, address: Address) -> Brought<P::Real> {
+    pub(super) fn trace(&mut self, asked: CameraRay<'_, P::Real>, address: Address) -> Brought<P::Real> {
+        let CameraRay { ray, met: mut known } = asked;
         self.first = None;
         self.counters.camera += 1;
         let mut walk = Walk {
@@ -90,7 +91,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         };
         loop {
             let min = if walk.traced == 0 { self.camera_min - walk.leg.ahead } else { self.secondary_min };
-            let hit = self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: P::Real::INFINITY }, &mut ());
+            let hit = known
+                .take()
+                .copied()
+                .unwrap_or_else(|| self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: P::Real::INFINITY }, &mut ()));
             if !self.step(&mut walk, hit.as_ref()) {
                 return Brought { radiance: walk.radiance, hit: walk.hit };
             }

@@ -183,7 +183,7 @@ fn ladders_are_told_where_they_matter() {
     let always = ["precision", "pixel-filter", "samples", "build", "accelerator"];
     assert_eq!(told(classic(json!({})), 8), always);
     let mirror = || classic(json!({ "reflection": { "weight": 1 } }));
-    let further = ["precision", "ray-offset", "path-length", "samples", "build", "accelerator"];
+    let further = ["precision", "ray-offset", "path-length", "pixel-filter", "samples", "build", "accelerator"];
     assert_eq!((told(mirror(), 8).as_slice(), told(mirror(), 1).as_slice()), (&further[..], &further[..]));
 
     let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));

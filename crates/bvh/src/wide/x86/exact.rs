@@ -6,7 +6,7 @@ use super::super::WIDTH;
 use super::super::block::Block;
 use super::super::simd::Exact;
 use crate::scalar::Robust;
-use crate::shapes::Probe;
+use crate::shapes::{EDGE_ON, Probe};
 
 /// Four lanes of a row in f64.
 #[inline]
@@ -33,8 +33,22 @@ fn dot(p: [__m256d; 3], d: glam::DVec3) -> __m256d {
     _mm256_add_pd(_mm256_add_pd(x, y), z)
 }
 
+/// Below which a determinant is that of a triangle seen edge-on, by the operations of its test.
+#[inline]
+#[target_feature(enable = "avx2,fma")]
+fn edge_on([x, y, z]: [[__m256d; 3]; 3]) -> __m256d {
+    let sign = _mm256_set1_pd(-0.0);
+    let mut sizes = _mm256_andnot_pd(sign, x[0]);
+    for one in [y[0], x[1], y[1], x[2], y[2]] {
+        sizes = _mm256_add_pd(sizes, _mm256_andnot_pd(sign, one));
+    }
+    let most = _mm256_max_pd(_mm256_max_pd(z[0], z[1]), z[2]);
+    let depth = _mm256_sub_pd(most, _mm256_min_pd(_mm256_min_pd(z[0], z[1]), z[2]));
+    _mm256_mul_pd(_mm256_mul_pd(sizes, depth), _mm256_set1_pd(EDGE_ON))
+}
+
 /// The operations of [`crate::shapes::Triangle`]'s test in their order, four lanes at once. A lane in which rounding could have
-/// taken the sign of an edge function goes through that test itself.
+/// taken the sign of an edge function goes through that test itself, as does one that is seen edge-on.
 #[inline(never)]
 #[target_feature(enable = "avx2,fma")]
 pub(super) fn exact(block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact {
@@ -75,6 +89,8 @@ pub(super) fn exact(block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact {
             above = _mm256_or_pd(above, _mm256_cmp_pd::<_CMP_GT_OQ>(edge, zero));
         }
         let determinant = _mm256_add_pd(_mm256_add_pd(u, v), w);
+        let size = _mm256_andnot_pd(sign, determinant);
+        unsure = _mm256_or_pd(unsure, _mm256_cmp_pd::<_CMP_NGE_UQ>(size, edge_on([x, y, z])));
         let seen = _mm256_cmp_pd::<_CMP_GT_OQ>(_mm256_andnot_pd(sign, determinant), zero);
         let hits = _mm256_andnot_pd(_mm256_and_pd(below, above), seen);
         let inverse = _mm256_div_pd(_mm256_set1_pd(1.0), determinant);

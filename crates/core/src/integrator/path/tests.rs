@@ -5,7 +5,7 @@ use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Group, Hit, Occlusion, Robust, Visibility};
 use serde_json::json;
 
-use super::super::General;
+use super::super::{CameraRay, General};
 use super::*;
 use crate::effects::EffectSet;
 use crate::prepare::Prepared;
@@ -62,7 +62,7 @@ fn together_or_one_by_one() {
     let single: Vec<_> = pixels()
         .map(|pixel| {
             let mut path = begin(&mut tracer, pixel);
-            tracer.follow(&mut path);
+            tracer.follow(&mut path, None);
             path.radiance
         })
         .collect();
@@ -140,7 +140,7 @@ fn rays_keep_their_time() {
         let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false, &());
         let mut pixel = |i: u32| {
             let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);
-            tracer.camera_ray(ray, Address { pixel: [i % 24, i / 24], ..Address::default() }).radiance
+            tracer.camera_ray(CameraRay::unasked(ray), Address { pixel: [i % 24, i / 24], ..Address::default() }).radiance
         };
         ((0..24 * 16).map(&mut pixel).collect::<Vec<_>>(), tracer.counters)
     };

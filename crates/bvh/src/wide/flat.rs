@@ -1,0 +1,71 @@
+//! What is tested without nodes: rows that every query meets, and all there is where that is so little that nodes would cost more than
+//! they spare.
+
+use super::doubles::Doubles;
+use super::filter;
+use super::row::Line;
+use super::setup::Setup;
+use super::simd::Simd;
+use super::walk::{Answer, settle};
+use super::{WIDTH, Wide};
+use crate::scalar::Robust;
+use crate::shapes::Probe;
+
+/// What a scan may take before a tree takes over, and what it takes for a row and for a block: nanoseconds as they were measured, of
+/// which only the ratios matter (`../../../../benches/README.md`). What comes in neither is asked one by one: two of those are
+/// slower than their boxes.
+const LIMIT: u64 = 100;
+const ROW: u64 = 5;
+const BLOCK: u64 = 11;
+
+impl Wide {
+    /// Whether so many spheres, triangles and other primitives are tested one after the other as fast as by way of nodes.
+    pub fn is_flat(spheres: u64, triangles: u64, others: u64) -> bool {
+        let eights = |count: u64, each: u64| count.div_ceil(WIDTH as u64).saturating_mul(each);
+        others <= 1 && eights(spheres, ROW).saturating_add(eights(triangles, BLOCK)) <= LIMIT
+    }
+}
+
+/// Asks about the rows that every query meets. Whether some answer ended it.
+#[inline(always)]
+pub(super) fn rows<S: Doubles, A: Answer>(s: S, wide: &Wide, line: &Line, answer: &mut A) -> bool {
+    for row in &wide.rows[..wide.always] {
+        answer.several(u64::from(row.facts.count));
+        let found = row.hits(s, line, answer.range());
+        if found.hits == 0 {
+            continue;
+        }
+        if answer.row(&row.facts, &found.roots(s)) {
+            return true;
+        }
+    }
+    false
+}
+
+/// Asks about each block, and then about what comes in no block. Whether some answer ended it.
+#[inline(always)]
+pub(super) fn blocks<S: Simd, A: Answer>(
+    s: S,
+    wide: &Wide,
+    setup: &Setup,
+    mut probe: Option<Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    for (number, block) in wide.blocks.iter().enumerate() {
+        answer.block(number);
+        let far = answer.far();
+        let left = filter::left(s, setup, block, Setup::last(far));
+        if left.lanes == 0 {
+            continue;
+        }
+        let [wanted, ends] = answer.lanes(number);
+        if A::ANY && ends & filter::certain(s, &left, setup.near, far) != 0 {
+            return true;
+        }
+        let lanes = left.lanes & wanted;
+        if lanes != 0 && settle(s, wide, [number, lanes as usize], setup, &mut probe, answer) {
+            return true;
+        }
+    }
+    wide.others.clone().any(|place| answer.other(place))
+}

@@ -1,0 +1,555 @@
+//! Rays from one point, up to sixteen at a time: a pencil, as the rays of a pinhole camera are.
+//!
+//! Boxes are tested once for all of them, by the interval of their inverse directions: rounding keeps order, so where the box test of
+//! any of them passes, this one does, and no later. What a triangle has to do with the common origin is worked out once, eight
+//! triangles side by side; then each triangle that the interval of directions may hit meets eight rays at a time. What [`super::filter`]
+//! says of bounds holds here as it stands: U = e₂·(C × d) is (e₂ × C)·d, with as many roundings. W is also taken for the interval as
+//! (N − A − B)·d, of components that are wrong by 23 u E R, so by 42 u E R |d|, of the same 46. What the filter leaves goes through
+//! the exact test's own operations, eight rays at once in f64, so that a hit has the bits that the ray alone would find.
+
+#![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
+
+use glam::{DVec3, Vec3};
+
+use super::block::Block;
+use super::doubles::{Doubles, dot};
+use super::filter::{TOLD, cross, sub3};
+use super::row::Lines;
+use super::setup::Setup;
+use super::simd::Simd;
+use super::stack::Stack;
+use super::{Child, Node, WIDTH, Wide};
+use crate::ray::Ray;
+use crate::scalar::Robust;
+use crate::shapes::{EDGE_ON, Probe, Triangle};
+
+/// Vectors of rays in a pencil.
+const GROUPS: usize = 2;
+/// Rays of a pencil.
+pub(crate) const RAYS: usize = GROUPS * WIDTH;
+/// A direction that is nearer to a plane across an axis is not known to leave on one side of it.
+const LEAST: f32 = 1e-30;
+
+/// What a pencil asks, with what it has found so far.
+pub(crate) struct Pencil {
+    origin: [f32; 3],
+    /// One array an axis; where there is no ray, the direction of the first.
+    directions: [[f32; RAYS]; 3],
+    /// How many rays there are.
+    count: usize,
+    /// The excluded lower end of distances.
+    near: f32,
+    /// The greatest distance that still counts of each ray: that of its hit where it has one.
+    far: [f32; RAYS],
+    /// The other numbers of its hit, and the slots.
+    rest: [[f32; RAYS]; 2],
+    slots: [[u32; RAYS]; 2],
+}
+
+impl Pencil {
+    /// No slot: nothing found.
+    const NOTHING: u32 = u32::MAX;
+
+    /// Of so many directions at most. `last`: the greatest distance that counts.
+    #[inline(always)]
+    pub fn new(origin: Vec3, directions: &[Vec3], near: f32, last: f32) -> Self {
+        let mut lanes = [[0.0; RAYS]; 3];
+        let count = directions.len().min(RAYS);
+        for ray in 0..RAYS {
+            let Vec3 { x, y, z } = directions.get(ray).or(directions.first()).copied().unwrap_or(Vec3::ONE);
+            (lanes[0][ray], lanes[1][ray], lanes[2][ray]) = (x, y, z);
+        }
+        let (mut far, slots) = ([f32::NEG_INFINITY; RAYS], [[Self::NOTHING; RAYS]; 2]);
+        far[..count].fill(last);
+        Self { origin: origin.to_array(), directions: lanes, count, near, far, rest: [[0.0; RAYS]; 2], slots }
+    }
+
+    /// How many rays there are.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// What a ray has hit: the distance and the hit's other numbers, and both slots.
+    #[inline(always)]
+    pub fn hit(&self, ray: usize) -> Option<([f32; 3], [u32; 2])> {
+        let ray = ray & (RAYS - 1);
+        let found = self.slots[0][ray] != Self::NOTHING;
+        found.then(|| ([self.far[ray], self.rest[0][ray], self.rest[1][ray]], [self.slots[0][ray], self.slots[1][ray]]))
+    }
+
+    /// The greatest distance of a ray that still counts.
+    pub fn far(&self, ray: usize) -> f32 {
+        self.far[ray & (RAYS - 1)]
+    }
+
+    /// A ray, at no time.
+    pub fn ray(&self, ray: usize) -> Ray<f32> {
+        let d = |axis: usize| self.directions[axis][ray & (RAYS - 1)];
+        Ray::new(self.origin.into(), [d(0), d(1), d(2)].into())
+    }
+
+    /// Takes a hit within the range where it is nearer than what was found, or as near and lower in the order of ties.
+    #[inline(always)]
+    pub fn consider(&mut self, ray: usize, [t, u, v]: [f32; 3], [slot, inner]: [u32; 2], lower: impl FnOnce(u32, u32) -> bool) {
+        let ray = ray & (RAYS - 1);
+        let (best, found) = (self.far[ray], self.slots[0][ray]);
+        if t < best || t == best && (found == Self::NOTHING || lower(slot, found)) {
+            self.far[ray] = t;
+            (self.rest[0][ray], self.rest[1][ray]) = (u, v);
+            (self.slots[0][ray], self.slots[1][ray]) = (slot, inner);
+        }
+    }
+
+    /// The lanes of a group that are rays.
+    #[inline(always)]
+    fn asked(&self, group: usize) -> u32 {
+        let count = self.count.saturating_sub(group * WIDTH).min(WIDTH);
+        (1 << count) - 1
+    }
+
+    /// The least and the greatest size of directions in each axis, with their sign; none where that is not one.
+    #[inline(always)]
+    fn spans(&self) -> Option<[[f32; 3]; 2]> {
+        let mut spans = [[0.0; 3]; 2];
+        for axis in 0..3 {
+            let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
+            for &d in &self.directions[axis] {
+                least = if d < least { d } else { least };
+                greatest = if d > greatest { d } else { greatest };
+            }
+            (spans[0][axis], spans[1][axis]) = match () {
+                () if least > LEAST => (least, greatest),
+                () if greatest < -LEAST => (greatest, least),
+                () => return None,
+            };
+        }
+        Some(spans)
+    }
+}
+
+/// What whoever asks makes of what a pencil meets.
+pub(crate) trait Meets {
+    /// Whether the first slot comes before the second where both are hit at one distance.
+    fn lower(&self, slot: u32, than: u32) -> bool;
+    /// Another primitive is met.
+    fn other(&mut self, place: usize, pencil: &mut Pencil);
+}
+
+/// The rays as boxes and filters need them: those of the least and of the greatest components.
+struct Bundle<S: Simd> {
+    origin: [S::Floats; 3],
+    inverse: [[S::Floats; 2]; 3],
+    widened: [[S::Floats; 2]; 3],
+    late: S::Floats,
+    near: S::Floats,
+    side: [usize; 3],
+    /// Least and greatest directions.
+    spans: [[S::Floats; 2]; 3],
+    /// Bounds of the filter that hold for each of the rays.
+    bounds: Setup,
+}
+
+#[inline(always)]
+fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
+    [[s.splat(a[0]), s.splat(b[0])], [s.splat(a[1]), s.splat(b[1])], [s.splat(a[2]), s.splat(b[2])]]
+}
+
+impl<S: Doubles> Bundle<S> {
+    #[inline(always)]
+    fn new(s: S, pencil: &Pencil) -> Option<Self> {
+        let [least, most] = pencil.spans()?;
+        let (short, long) = (Setup::new(pencil.origin, least, pencil.near), Setup::new(pencil.origin, most, pencil.near));
+        let [x, y, z] = pencil.origin;
+        Some(Self {
+            origin: [s.splat(x), s.splat(y), s.splat(z)],
+            inverse: both(s, short.inverse, long.inverse),
+            widened: both(s, short.widened, long.widened),
+            late: s.splat(long.late[0]),
+            near: s.splat(pencil.near),
+            side: long.side,
+            spans: both(s, least, most),
+            bounds: Setup { distance: short.distance, reach: short.reach.max(long.reach), ..long },
+        })
+    }
+
+    /// Which children some ray may enter before `far`, and no later than where.
+    #[inline(always)]
+    fn enter(&self, s: S, node: &Node, far: S::Floats) -> (u32, S::Floats) {
+        let (mut entry, mut exit) = (self.near, far);
+        for axis in 0..3 {
+            let side = self.side[axis] & 1;
+            let (in_, out) = (&node.planes[axis][side], &node.planes[axis][1 - side]);
+            let (a, b) = (s.sub(s.load(in_), self.origin[axis]), s.sub(s.load(out), self.origin[axis]));
+            let ([i, j], [k, l]) = (self.inverse[axis], self.widened[axis]);
+            entry = s.max(s.min(s.mul(a, i), s.mul(a, j)), entry);
+            exit = s.min(s.max(s.mul_add(b, k, self.late), s.mul_add(b, l, self.late)), exit);
+        }
+        (s.at_most(entry, exit), entry)
+    }
+
+    /// The least and the greatest product of vectors with any of the directions.
+    #[inline(always)]
+    fn products(&self, s: S, v: [S::Floats; 3]) -> [S::Floats; 2] {
+        let [[xa, xb], [ya, yb], [za, zb]] = self.spans;
+        let (xa, xb) = (s.mul(v[0], xa), s.mul(v[0], xb));
+        let (ya, yb) = (s.mul(v[1], ya), s.mul(v[1], yb));
+        let (za, zb) = (s.mul(v[2], za), s.mul(v[2], zb));
+        [s.add(s.add(s.min(xa, xb), s.min(ya, yb)), s.min(za, zb)), s.add(s.add(s.max(xa, xb), s.max(ya, yb)), s.max(za, zb))]
+    }
+}
+
+/// Eight rays as the exact test needs them: what a probe has of each, side by side.
+struct Rays {
+    across: [[[f64; WIDTH]; 3]; 2],
+    direction: [[f64; WIDTH]; 3],
+    inverse_length_squared: [f64; WIDTH],
+}
+
+/// Made when the first triangle asks.
+#[inline(never)]
+fn rays(pencil: &Pencil) -> [Rays; GROUPS] {
+    let none = || Rays { across: [[[0.0; WIDTH]; 3]; 2], direction: [[0.0; WIDTH]; 3], inverse_length_squared: [0.0; WIDTH] };
+    let mut rays = [none(), none()];
+    for ray in 0..RAYS {
+        let probe = Probe::<Robust>::new(pencil.ray(ray));
+        let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
+        for axis in 0..3 {
+            to.across[0][axis][lane] = probe.across[0][axis];
+            to.across[1][axis][lane] = probe.across[1][axis];
+            to.direction[axis][lane] = probe.direction[axis];
+        }
+        to.inverse_length_squared[lane] = probe.inverse_length_squared;
+    }
+    rays
+}
+
+/// What the exact test says of a triangle and eight rays.
+struct Crossed<S: Simd> {
+    hits: u32,
+    outside: u32,
+    unsure: u32,
+    t: S::Floats,
+    weights: [S::Floats; 2],
+}
+
+/// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for which rounding could have taken the
+/// sign of an edge function are to go through that test itself, and those that see it edge-on.
+#[inline(always)]
+fn crossed<S: Doubles>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays) -> Crossed<S> {
+    let zero = s.spread(0.0);
+    let [[ax, ay, az], [bx, by, bz]] = &rays.across;
+    let (across, beside) = ([s.take(ax), s.take(ay), s.take(az)], [s.take(bx), s.take(by), s.take(bz)]);
+    let [dx, dy, dz] = &rays.direction;
+    let direction = [s.take(dx), s.take(dy), s.take(dz)];
+    let (mut x, mut y, mut z) = ([zero; 3], [zero; 3], [zero; 3]);
+    for corner in 0..3 {
+        let offset = corners[corner].as_dvec3() - origin;
+        let offset = [s.spread(offset.x), s.spread(offset.y), s.spread(offset.z)];
+        x[corner] = dot(s, offset, across);
+        y[corner] = dot(s, offset, beside);
+        z[corner] = dot(s, offset, direction);
+    }
+    let products = [s.times(x[2], y[1]), s.times(x[0], y[2]), s.times(x[1], y[0])];
+    let u = s.minus(products[0], s.times(y[2], x[1]));
+    let v = s.minus(products[1], s.times(y[0], x[2]));
+    let w = s.minus(products[2], s.times(y[1], x[0]));
+    let tiny = s.spread(f64::EPSILON * 0.5 * 8.0);
+    let sure = s.at_least(s.size(u), s.times(s.size(products[0]), tiny))
+        & s.at_least(s.size(v), s.times(s.size(products[1]), tiny))
+        & s.at_least(s.size(w), s.times(s.size(products[2]), tiny));
+    let below = s.above(zero, u) | s.above(zero, v) | s.above(zero, w);
+    let above = s.above(u, zero) | s.above(v, zero) | s.above(w, zero);
+    let determinant = s.plus(s.plus(u, v), w);
+    let mut sizes = s.size(x[0]);
+    for one in [y[0], x[1], y[1], x[2], y[2]] {
+        sizes = s.plus(sizes, s.size(one));
+    }
+    let depth = s.minus(s.greatest(s.greatest(z[0], z[1]), z[2]), s.least(s.least(z[0], z[1]), z[2]));
+    let told = s.at_least(s.size(determinant), s.times(s.times(sizes, depth), s.spread(EDGE_ON)));
+    let hits = s.above(s.size(determinant), zero) & !(below & above);
+    let inverse = s.over(s.spread(1.0), determinant);
+    let (u, v, w) = (s.times(u, inverse), s.times(v, inverse), s.times(w, inverse));
+    let along = s.plus(s.plus(s.times(z[0], u), s.times(z[1], v)), s.times(z[2], w));
+    Crossed {
+        hits,
+        outside: s.above(determinant, zero),
+        unsure: !(sure & told) & 0xff,
+        t: s.narrow(s.times(along, s.take(&rays.inverse_length_squared))),
+        weights: [s.narrow(v), s.narrow(w)],
+    }
+}
+
+/// What eight triangles have to do with the common origin, a number of each triangle side by side.
+struct Seen {
+    u: [[f32; WIDTH]; 3],
+    v: [[f32; WIDTH]; 3],
+    normal: [[f32; WIDTH]; 3],
+    distance: [f32; WIDTH],
+    error: [f32; WIDTH],
+    determinant_error: [f32; WIDTH],
+    before_error: [f32; WIDTH],
+    beyond_error: [f32; WIDTH],
+    /// Those that some ray may hit.
+    lanes: u32,
+}
+
+#[inline(always)]
+fn spread<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
+    [s.splat(v[0][lane]), s.splat(v[1][lane]), s.splat(v[2][lane])]
+}
+
+#[inline(always)]
+fn rows<S: Doubles>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
+    [s.row(v[0]), s.row(v[1]), s.row(v[2])]
+}
+
+#[inline(always)]
+fn see<S: Doubles>(s: S, bundle: &Bundle<S>, block: &Block, far: f32) -> Seen {
+    let bounds = &bundle.bounds;
+    let [x, y, z] = &block.corners;
+    let a = [s.load(&x[0]), s.load(&y[0]), s.load(&z[0])];
+    let ab = sub3(s, [s.load(&x[1]), s.load(&y[1]), s.load(&z[1])], a);
+    let ac = sub3(s, [s.load(&x[2]), s.load(&y[2]), s.load(&z[2])], a);
+    let from = sub3(s, a, bundle.origin);
+    let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
+    let w = sub3(s, sub3(s, normal, u), v);
+
+    let longest = s.load(&block.longest);
+    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(bounds.reach)));
+    let reach = s.add(sum, s.max(longest, s.splat(0.0)));
+    let least_error = s.splat(bounds.least);
+    let small = s.mul_add(s.mul(reach, reach), s.splat(bounds.core), least_error);
+    let error = s.mul_add(s.mul(longest, reach), s.splat(bounds.weight), small);
+    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(bounds.determinant), small);
+    let reached = s.mul(reach, s.splat(bounds.distance));
+    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(bounds.near.abs())), least_error);
+    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
+
+    let ([ul, ug], [vl, vg], [wl, wg]) = (bundle.products(s, u), bundle.products(s, v), bundle.products(s, w));
+    let below = s.less(s.min(s.min(ug, vg), wg), s.negate(error));
+    let above = s.less(error, s.max(s.max(ul, vl), wl));
+    let distance = s.mul_add(normal[0], from[0], s.mul_add(normal[1], from[1], s.mul(normal[2], from[2])));
+    Seen {
+        u: rows(s, u),
+        v: rows(s, v),
+        normal: rows(s, normal),
+        distance: s.row(distance),
+        error: s.row(error),
+        determinant_error: s.row(determinant_error),
+        before_error: s.row(before_error),
+        beyond_error: s.row(beyond_error),
+        lanes: !(below & above) & 0xff,
+    }
+}
+
+impl Seen {
+    /// The rays of a group that the exact test may say hit a triangle within the range, as [`super::filter::left`] has it.
+    #[inline(always)]
+    fn left<S: Simd>(&self, s: S, lane: usize, directions: [S::Floats; 3], near: S::Floats, far: S::Floats) -> u32 {
+        let [ux, uy, uz] = spread(s, &self.u, lane);
+        let [vx, vy, vz] = spread(s, &self.v, lane);
+        let [nx, ny, nz] = spread(s, &self.normal, lane);
+        let [dx, dy, dz] = directions;
+        let u = s.mul_add(dx, ux, s.mul_add(dy, uy, s.mul(dz, uz)));
+        let v = s.mul_add(dx, vx, s.mul_add(dy, vy, s.mul(dz, vz)));
+        let along = s.mul_add(dx, nx, s.mul_add(dy, ny, s.mul(dz, nz)));
+        let w = s.sub(s.sub(along, u), v);
+        let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
+        let error = s.splat(self.error[lane]);
+        let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
+        let (determinant, distance) = (s.abs(along), s.signed_by(s.splat(self.distance[lane]), along));
+        let before = s.less(distance, s.mul_sub(near, determinant, s.splat(self.before_error[lane])));
+        let beyond = s.less(s.mul_add(far, determinant, s.splat(self.beyond_error[lane])), distance);
+        let told = s.less(s.splat(self.determinant_error[lane] * TOLD), determinant);
+        !(missed | (before | beyond) & told) & 0xff
+    }
+}
+
+/// Asks about all that the rays may meet. False where it is not for rays that differ so much, and nothing was done.
+#[inline(always)]
+pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+    let bundle = if wide.nodes.is_empty() && wide.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
+    if bundle.is_none() && !(wide.nodes.is_empty() && wide.blocks.is_empty()) {
+        return false;
+    }
+    if wide.always > 0 {
+        always(s, wide, pencil, meets);
+    }
+    if let Some(bundle) = bundle {
+        let mut exact = None;
+        if wide.nodes.is_empty() {
+            for number in 0..wide.blocks.len() {
+                block(s, wide, number, &bundle, pencil, &mut exact, meets);
+            }
+        } else {
+            down(s, wide, &bundle, pencil, &mut exact, meets);
+        }
+    }
+    wide.others.clone().for_each(|place| meets.other(place, pencil));
+    true
+}
+
+/// The rows that every query tests.
+#[inline(always)]
+fn always<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &M) {
+    let origin = Vec3::from(pencil.origin).as_dvec3();
+    for group in 0..GROUPS {
+        let first = group * WIDTH;
+        if first >= pencil.count {
+            return;
+        }
+        let row = |axis: usize| -> [f32; WIDTH] { core::array::from_fn(|lane| pencil.directions[axis][first + lane]) };
+        let lines = Lines::new(s, origin, [&row(0), &row(1), &row(2)]);
+        for row in &wide.rows[..wide.always] {
+            for lane in 0..usize::from(row.facts.count) {
+                let far: [f32; WIDTH] = core::array::from_fn(|lane| pencil.far[first + lane]);
+                let found = row.lane(s, lane, &lines, pencil.near, s.load(&far));
+                if found.hits == 0 {
+                    continue;
+                }
+                let roots = found.roots(s);
+                let mut hits = roots.hits;
+                while hits != 0 {
+                    let ray = hits.trailing_zeros() as usize & (WIDTH - 1);
+                    hits &= hits - 1;
+                    let v = if roots.leaving >> ray & 1 == 0 { 0.0 } else { 1.0 };
+                    let slots = [row.facts.first + lane as u32, u32::MAX];
+                    pencil.consider(first + ray, [roots.t[ray], 0.0, v], slots, |a, b| meets.lower(a, b));
+                }
+            }
+        }
+    }
+}
+
+/// The greatest distance that still counts of any ray, as boxes use it.
+#[inline(always)]
+fn last(pencil: &Pencil) -> f32 {
+    let mut far = f32::NEG_INFINITY;
+    for &one in &pencil.far {
+        far = if one > far { one } else { far };
+    }
+    Setup::last(far)
+}
+
+/// Down the tree.
+#[inline(always)]
+fn down<S: Doubles, M: Meets>(
+    s: S,
+    wide: &Wide,
+    bundle: &Bundle<S>,
+    pencil: &mut Pencil,
+    exact: &mut Option<[Rays; GROUPS]>,
+    meets: &mut M,
+) {
+    let mut far = last(pencil);
+    let (mut stack, mut top, mut current) = (Stack::new(), 0, Child(0));
+    loop {
+        if !current.is_leaf() {
+            let node = &wide.nodes[current.node()];
+            let (entered, entry) = bundle.enter(s, node, s.splat(far));
+            if entered != 0 {
+                if entered & (entered - 1) == 0 {
+                    current = node.children[entered.trailing_zeros() as usize & 7];
+                    continue;
+                }
+                let base = top;
+                top = s.push(&mut stack, base, &node.children, entry, entered);
+                // SAFETY: all of them were just written.
+                unsafe { s.sort(&mut stack, base, top) };
+            }
+        } else if current.is_block() {
+            block(s, wide, current.index(), bundle, pencil, exact, meets);
+            far = last(pencil);
+        } else if current != Child::NONE {
+            meets.other(current.index(), pencil);
+            far = last(pencil);
+        }
+        current = loop {
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            // SAFETY: everything below the top was written.
+            let waiting = unsafe { stack.get(top) };
+            if waiting.entry() <= far {
+                break waiting.child();
+            }
+        };
+    }
+}
+
+/// The triangles of a block.
+#[inline(always)]
+fn block<S: Doubles, M: Meets>(
+    s: S,
+    wide: &Wide,
+    number: usize,
+    bundle: &Bundle<S>,
+    pencil: &mut Pencil,
+    exact: &mut Option<[Rays; GROUPS]>,
+    meets: &mut M,
+) {
+    let triangles = &wide.blocks[number];
+    let seen = see(s, bundle, triangles, last(pencil));
+    let mut lanes = seen.lanes;
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+        lanes &= lanes - 1;
+        for group in 0..GROUPS {
+            let first = group * WIDTH;
+            let [x, y, z] = &pencil.directions;
+            let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
+            let far = s.load_from(&pencil.far, first);
+            // Moved outwards as that of a single ray is.
+            let outwards = s.mul_add(s.abs(far), s.splat(Setup::last(1.0) - 1.0), far);
+            let left = seen.left(s, lane, directions, bundle.near, outwards) & pencil.asked(group);
+            if left != 0 {
+                let rays = exact.get_or_insert_with(|| rays(pencil));
+                settle(s, wide, [number, lane, group], left, &rays[group], pencil, meets);
+            }
+        }
+    }
+}
+
+/// The exact test of a triangle for some rays of a group.
+#[inline(always)]
+fn settle<S: Doubles, M: Meets>(
+    s: S,
+    wide: &Wide,
+    [number, lane, group]: [usize; 3],
+    left: u32,
+    rays: &Rays,
+    pencil: &mut Pencil,
+    meets: &M,
+) {
+    let triangle: Triangle<f32> = wide.blocks[number].triangle(lane);
+    let facts = wide.facts(number);
+    let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
+    let (mut outside, mut hits) = (found.outside, found.hits & left);
+    let (mut t, [mut u, mut v]) = (s.row(found.t), [s.row(found.weights[0]), s.row(found.weights[1])]);
+    let mut unsure = found.unsure & left;
+    while unsure != 0 {
+        let (ray, bit) = (unsure.trailing_zeros() as usize & (WIDTH - 1), unsure & unsure.wrapping_neg());
+        (unsure, hits, outside) = (unsure & !bit, hits & !bit, outside & !bit);
+        if let Some(crossing) = triangle.crossing(&Probe::<Robust>::new(pencil.ray(group * WIDTH + ray))) {
+            hits |= bit;
+            outside |= if crossing.from_outside { bit } else { 0 };
+            (t[ray], u[ray], v[ray]) = (crossing.t, crossing.weights[0] as f32, crossing.weights[1] as f32);
+        }
+    }
+    let bit = 1 << lane;
+    if facts.outside & bit != 0 {
+        hits &= outside;
+    }
+    if facts.inside & bit != 0 {
+        hits &= !outside;
+    }
+    while hits != 0 {
+        let ray = hits.trailing_zeros() as usize & (WIDTH - 1);
+        hits &= hits - 1;
+        if pencil.near < t[ray] {
+            let slots = [facts.first + lane as u32, u32::MAX];
+            pencil.consider(group * WIDTH + ray, [t[ray], u[ray], v[ray]], slots, |a, b| meets.lower(a, b));
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! Spheres and planes eight at a time, by the operations of their own tests ([`crate::shapes::Sphere`], [`crate::shapes::Plane`]) in
+//! lanes of f64. One of them alone costs less than a filter in front of it would; eight cost about as much as one.
+
+use glam::{DVec3, Vec3};
+
+use super::WIDTH;
+use super::block::Facts;
+use super::doubles::{Doubles, dot};
+use super::simd::Simd;
+use crate::ray::{Interval, Ray, Side, Visibility};
+use crate::scalar::Robust;
+use crate::shapes::{FAR, Plane, Probe, Shape, Sphere};
+
+/// A ray with what these tests need of a [`Probe`], by its operations.
+#[derive(Clone, Copy)]
+pub(super) struct Line {
+    origin: DVec3,
+    direction: DVec3,
+    length_squared: f64,
+    shortened: f64,
+    inverse_length_squared: f64,
+}
+
+impl From<&Probe<Robust>> for Line {
+    #[inline(always)]
+    fn from(probe: &Probe<Robust>) -> Self {
+        let Probe { origin, direction, length_squared, shortened, inverse_length_squared, .. } = *probe;
+        Self { origin, direction, length_squared, shortened, inverse_length_squared }
+    }
+}
+
+impl Line {
+    /// Of a ray in the world.
+    #[inline(always)]
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        Self::from(&Probe::of(Ray::new(origin.into(), direction.into()), false))
+    }
+
+    /// What a probe of the same ray says to a sphere.
+    fn probe(self) -> Probe<Robust> {
+        let Self { origin, direction, length_squared, shortened, inverse_length_squared } = self;
+        let ray = Ray::new(origin.as_vec3(), direction.as_vec3());
+        Probe { origin, direction, length_squared, shortened, inverse_length_squared, ..Probe::of(ray, false) }
+    }
+}
+
+/// Up to eight spheres or planes. What is not there is no number, and is never hit.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    kind: Kind,
+    pub facts: Facts,
+    /// Of a sphere the centre, of a plane the point; `places[axis][lane]`.
+    places: [[f32; WIDTH]; 3],
+    /// Of a sphere the radius first, of a plane the normal.
+    rest: [[f32; WIDTH]; 3],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Spheres,
+    Planes,
+}
+
+/// What a row says of a ray: which lanes it hits within the range, on an accepted side, which of those as it leaves a body, and where.
+#[derive(Clone, Copy)]
+pub(super) struct Hits<S: Simd> {
+    pub hits: u32,
+    pub leaving: u32,
+    pub t: S::Floats,
+}
+
+/// The same in memory.
+#[derive(Clone, Copy)]
+pub(crate) struct Roots {
+    pub hits: u8,
+    pub leaving: u8,
+    pub t: [f32; WIDTH],
+}
+
+impl<S: Doubles> Hits<S> {
+    #[inline(always)]
+    pub fn roots(&self, s: S) -> Roots {
+        Roots { hits: self.hits as u8, leaving: self.leaving as u8, t: s.row(self.t) }
+    }
+}
+
+impl Row {
+    /// Of spheres, whose slots follow the first one.
+    pub fn of_spheres(first: usize, spheres: impl Iterator<Item = (Sphere<f32>, Visibility)>) -> Self {
+        let mut row = Self::empty(Kind::Spheres, first);
+        for (lane, (sphere, visibility)) in spheres.take(WIDTH).enumerate() {
+            row.set(lane, sphere.centre, visibility);
+            row.rest[0][lane] = sphere.radius;
+        }
+        row
+    }
+
+    /// Of planes, whose slots follow the first one.
+    pub fn of_planes(first: usize, planes: impl Iterator<Item = (Plane<f32>, Visibility)>) -> Self {
+        let mut row = Self::empty(Kind::Planes, first);
+        for (lane, (plane, visibility)) in planes.take(WIDTH).enumerate() {
+            row.set(lane, plane.point, visibility);
+            (0..3).for_each(|axis| row.rest[axis][lane] = plane.normal[axis]);
+        }
+        row
+    }
+
+    fn empty(kind: Kind, first: usize) -> Self {
+        let facts = Facts { first: first as u32, ..Facts::default() };
+        Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
+    }
+
+    fn set(&mut self, lane: usize, place: Vec3, visibility: Visibility) {
+        (0..3).for_each(|axis| self.places[axis][lane] = place[axis]);
+        self.facts.set(lane, visibility);
+        self.facts.count += 1;
+    }
+
+    /// Where a ray hits them.
+    #[inline(always)]
+    pub(super) fn hits<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>) -> Hits<S> {
+        match self.kind {
+            Kind::Spheres => self.spheres(s, line, range),
+            Kind::Planes => self.planes(s, line, range),
+        }
+    }
+
+    #[inline(always)]
+    fn spheres<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>) -> Hits<S> {
+        let [x, y, z] = spread(s, line.origin);
+        let [cx, cy, cz] = self.widened_places(s);
+        let f = [s.minus(x, cx), s.minus(y, cy), s.minus(z, cz)];
+        let r = s.widen(&self.rest[0]);
+        let (b, room) = (dot(s, f, spread(s, line.direction)), s.times(r, r));
+        let (outside, squared) = (s.minus(dot(s, f, f), room), s.times(b, b));
+        let zero = s.spread(0.0);
+        let may_meet = s.at_least(s.minus(squared, s.times(outside, s.spread(line.shortened))), zero);
+        if may_meet == 0 {
+            return Hits { hits: 0, leaving: 0, t: s.splat(0.0) };
+        }
+        let discriminant = s.minus(squared, s.times(outside, s.spread(line.length_squared)));
+        let met = s.at_least(discriminant, zero);
+        let (root, inverse) = (s.root(discriminant), s.spread(line.inverse_length_squared));
+        // Taken from −0, every number has its sign turned, zero too.
+        let turned = s.minus(s.spread(-0.0), b);
+        let near = s.narrow(s.times(s.minus(turned, root), inverse));
+        let far = s.narrow(s.times(s.minus(root, b), inverse));
+        let (first, last) = (s.splat(range.min), s.splat(range.max));
+        let entering = met & s.less(first, near) & s.less(near, last) & !u32::from(self.facts.inside);
+        let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.outside) & !entering;
+        let hits = Hits { hits: entering | leaving, leaving, t: s.chosen(leaving, near, far) };
+        let far_away = may_meet & s.above(outside, s.times(room, s.spread(FAR * FAR)));
+        if far_away == 0 {
+            return hits;
+        }
+        let Roots { hits, leaving, t } = self.far_away(far_away, *line, range, hits.roots(s));
+        Hits { hits: hits.into(), leaving: leaving.into(), t: s.load(&t) }
+    }
+
+    /// Spheres so far away that their test takes another form: one by one.
+    #[cold]
+    #[inline(never)]
+    fn far_away(&self, mut lanes: u32, line: Line, range: Interval<f32>, mut roots: Roots) -> Roots {
+        let probe = line.probe();
+        while lanes != 0 {
+            let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
+            lanes &= lanes - 1;
+            (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
+            if let Some(hit) = self.sphere(lane).intersect(&probe, range, self.side(lane)) {
+                roots.hits |= bit;
+                roots.leaving |= if hit.leaves() { bit } else { 0 };
+                roots.t[lane] = hit.t;
+            }
+        }
+        roots
+    }
+
+    #[inline(always)]
+    fn planes<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>) -> Hits<S> {
+        let normal = [s.widen(&self.rest[0]), s.widen(&self.rest[1]), s.widen(&self.rest[2])];
+        let slope = dot(s, normal, spread(s, line.direction));
+        let [x, y, z] = spread(s, line.origin);
+        let [px, py, pz] = self.widened_places(s);
+        let way = [s.minus(px, x), s.minus(py, y), s.minus(pz, z)];
+        let t = s.narrow(s.over(dot(s, normal, way), slope));
+        // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
+        let within = s.less(s.splat(range.min), t) & s.less(t, s.splat(range.max)) & s.less(t, s.splat(f32::INFINITY));
+        let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
+        let against = s.above(s.spread(0.0), slope) as u8;
+        Hits { hits: self.facts.accepted(finite as u8, against).into(), leaving: 0, t }
+    }
+
+    /// One by one: a closure would not have the instructions of the function that it is in.
+    #[inline(always)]
+    fn widened_places<S: Doubles>(&self, s: S) -> [S::Doubles; 3] {
+        [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])]
+    }
+}
+
+#[inline(always)]
+fn spread<S: Doubles>(s: S, v: DVec3) -> [S::Doubles; 3] {
+    [s.spread(v.x), s.spread(v.y), s.spread(v.z)]
+}
+
+/// Eight rays from one point, as [`Line`] has one.
+pub(super) struct Lines<S: Doubles> {
+    origin: DVec3,
+    direction: [S::Doubles; 3],
+    length_squared: S::Doubles,
+    shortened: S::Doubles,
+    inverse_length_squared: S::Doubles,
+    rows: [[f32; WIDTH]; 3],
+}
+
+impl<S: Doubles> Lines<S> {
+    /// By the operations of a probe, in lanes.
+    #[inline(always)]
+    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3]) -> Self {
+        let direction = [s.widen(x), s.widen(y), s.widen(z)];
+        let length_squared = dot(s, direction, direction);
+        let inverse_length_squared = s.over(s.spread(1.0), length_squared);
+        let shortened = s.times(length_squared, s.spread(Probe::<Robust>::SHORTER));
+        Self { origin, direction, length_squared, shortened, inverse_length_squared, rows: [*x, *y, *z] }
+    }
+
+    fn probe(&self, ray: usize) -> Probe<Robust> {
+        let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
+        Probe::of(Ray::new(self.origin.as_vec3(), d), false)
+    }
+}
+
+impl Row {
+    /// Where eight rays hit one of them, up to `far`: a bit a ray.
+    #[inline(always)]
+    pub(super) fn lane<S: Doubles>(&self, s: S, lane: usize, lines: &Lines<S>, near: f32, far: S::Floats) -> Hits<S> {
+        let (lane, first) = (lane & (WIDTH - 1), s.splat(near));
+        let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        let (bit, place, rest) = (1 << lane, of(&self.places).as_dvec3(), of(&self.rest));
+        let only = |side: u8| if side & bit != 0 { 0xff } else { 0 };
+        let (outside, inside) = (only(self.facts.outside), only(self.facts.inside));
+        if self.kind == Kind::Planes {
+            let normal = rest.as_dvec3();
+            let slope = dot(s, spread(s, normal), lines.direction);
+            let t = s.narrow(s.over(s.spread(normal.dot(place - lines.origin)), slope));
+            let counts =
+                s.less(first, t) & s.at_most(t, far) & s.less(t, s.splat(f32::INFINITY)) & s.less(s.splat(f32::NEG_INFINITY), t);
+            let against = s.above(s.spread(0.0), slope);
+            return Hits { hits: counts & !(outside & !against) & !(inside & against), leaving: 0, t };
+        }
+        let (f, r) = (lines.origin - place, f64::from(rest.x));
+        let room = r * r;
+        let beyond = f.dot(f) - room;
+        let b = dot(s, spread(s, f), lines.direction);
+        let squared = s.times(b, b);
+        let may_meet = s.at_least(s.minus(squared, s.times(s.spread(beyond), lines.shortened)), s.spread(0.0));
+        if may_meet == 0 {
+            return Hits { hits: 0, leaving: 0, t: first };
+        }
+        if beyond > room * (FAR * FAR) {
+            return self.lane_far_away(s, lane, lines, may_meet, near, far);
+        }
+        let discriminant = s.minus(squared, s.times(s.spread(beyond), lines.length_squared));
+        let met = s.at_least(discriminant, s.spread(0.0));
+        let root = s.root(discriminant);
+        let turned = s.minus(s.spread(-0.0), b);
+        let enter = s.narrow(s.times(s.minus(turned, root), lines.inverse_length_squared));
+        let leave = s.narrow(s.times(s.minus(root, b), lines.inverse_length_squared));
+        let entering = met & s.less(first, enter) & s.at_most(enter, far) & !inside;
+        let leaving = met & s.less(first, leave) & s.at_most(leave, far) & !outside & !entering;
+        Hits { hits: entering | leaving, leaving, t: s.chosen(leaving, enter, leave) }
+    }
+
+    /// Rays from so far away that their test takes another form: one by one.
+    #[cold]
+    #[inline(never)]
+    fn lane_far_away<S: Doubles>(
+        &self,
+        s: S,
+        lane: usize,
+        lines: &Lines<S>,
+        mut asked: u32,
+        near: f32,
+        far: S::Floats,
+    ) -> Hits<S> {
+        let (mut roots, far) = (Roots { hits: 0, leaving: 0, t: [0.0; WIDTH] }, s.row(far));
+        while asked != 0 {
+            let ray = asked.trailing_zeros() as usize & (WIDTH - 1);
+            asked &= asked - 1;
+            let range = Interval { min: near, max: far[ray].next_up() };
+            if let Some(hit) = self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane)) {
+                roots.hits |= 1 << ray;
+                roots.leaving |= u8::from(hit.leaves()) << ray;
+                roots.t[ray] = hit.t;
+            }
+        }
+        Hits { hits: roots.hits.into(), leaving: roots.leaving.into(), t: s.load(&roots.t) }
+    }
+
+    fn sphere(&self, lane: usize) -> Sphere<f32> {
+        let at = |axis: usize| self.places[axis][lane];
+        Sphere { centre: Vec3::new(at(0), at(1), at(2)), radius: self.rest[0][lane] }
+    }
+
+    fn side(&self, lane: usize) -> Side {
+        match 1 << lane {
+            bit if self.facts.outside & bit != 0 => Side::Outside,
+            bit if self.facts.inside & bit != 0 => Side::Inside,
+            _ => Side::Both,
+        }
+    }
+}

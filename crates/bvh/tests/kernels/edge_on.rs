@@ -1,0 +1,74 @@
+//! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along the way.
+
+use glam::Vec3;
+use raywright_bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Ray, Robust, Visibility};
+
+use super::bits;
+use super::meshes::Random;
+
+const GROUPS: usize = 1500;
+const RAYS: usize = 40;
+
+/// One of a few numbers that f32 holds in few digits, or in all of them.
+fn step(random: &mut Random) -> f32 {
+    let whole = [1.0, 2.0, 3.0, 5.0, 7.0, -2.0, -3.0][random.below(7)];
+    if random.below(2) == 0 { whole } else { whole * (1.0 + random.unit()) }
+}
+
+/// Moves some coordinates by a unit in the last place, or not.
+fn nudged(random: &mut Random, v: Vec3) -> Vec3 {
+    let mut one = |x: f32| match random.below(4) {
+        0 => x.next_up(),
+        1 => x.next_down(),
+        _ => x,
+    };
+    Vec3::new(one(v.x), one(v.y), one(v.z))
+}
+
+/// Protects: traversal order never decides. Triangles that lie along a ray, from before other faces to behind them, are hit at the same
+/// distance by scan and tree in every kernel, alone and from one point, before the origin too.
+#[test]
+fn order_does_not_decide() {
+    let (random, mut hits) = (&mut Random(41), 0);
+    for _ in 0..GROUPS {
+        let origin = random.point() * [0.0, 1.0, 1e3][random.below(3)];
+        let direction = Vec3::new(step(random), step(random), step(random)) * [1.0, 1e-3][random.below(2)];
+        let mut triangles = vec![];
+        for _ in 0..8 {
+            let along = |random: &mut Random| origin + direction * (1 << random.below(11)) as f32;
+            let corners = [along(random), along(random), along(random)];
+            triangles.push(corners.map(|corner| nudged(random, corner)));
+            let (at, size) = (along(random), direction.length() * (0.1 + random.unit()));
+            triangles.push([at + random.point() * size, at + random.point() * size, at + random.point() * size]);
+        }
+        // So many that there is a tree.
+        for _ in 0..80 {
+            let at = origin + random.point() * (direction.length() * 2000.0);
+            triangles.push([at, at + random.point() * direction.length(), at + random.point() * direction.length()]);
+        }
+        let built = |kind: AcceleratorKind| {
+            let mut group = Group::<Robust>::default();
+            group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
+            Geometry::new(group, kind)
+        };
+        let (scan, mut tree) = (built(AcceleratorKind::Linear), built(AcceleratorKind::default()));
+        assert!(tree.build_work().is_some_and(|work| work.depth > 0));
+        let directions: Vec<Vec3> = (0..RAYS).map(|_| nudged(random, direction)).collect();
+        for min in [0.0, f32::NEG_INFINITY] {
+            let range = Interval { min, max: f32::INFINITY };
+            let expected: Vec<_> = directions.iter().map(|&d| bits(scan.closest(&Ray::new(origin, d), range, &mut ()))).collect();
+            hits += expected.iter().flatten().count();
+            for kernel in Kernel::available() {
+                tree.set_kernel(kernel);
+                let alone: Vec<_> =
+                    directions.iter().map(|&d| bits(tree.closest(&Ray::new(origin, d), range, &mut ()))).collect();
+                assert_eq!(alone, expected, "{kernel:?}, from {origin:?} along {direction:?}: {triangles:?}");
+                let mut together = vec![];
+                tree.closest_from(&FromOnePoint { origin, directions: &directions, time: 0.0, range }, &mut together);
+                let together: Vec<_> = together.into_iter().map(bits).collect();
+                assert_eq!(together, expected, "{kernel:?}, from {origin:?} along {direction:?}: {triangles:?}");
+            }
+        }
+    }
+    assert!(hits > GROUPS * RAYS / 4, "{hits} hits");
+}

@@ -1,0 +1,124 @@
+//! Rays that leave one point find together what each finds alone, to the bit.
+
+use glam::{DAffine3, DVec3, Vec3};
+use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
+use raywright_bvh::{
+    AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Occlusion, Precision, Ray, Real, Reference, Robust, Vector,
+    Visibility,
+};
+
+use super::meshes::{Mesh, Random, families, range, ray};
+use super::{bits, group};
+
+/// So many rays: fewer than are asked together, one short of a vector, more than a pencil.
+const COUNTS: [usize; 6] = [1, 4, 7, 16, 17, 40];
+
+/// Directions around one: next to one another as samples of a pixel, as pixels, far apart, to all sides, and all the same.
+fn around(random: &mut Random, direction: Vec3, count: usize) -> Vec<Vec3> {
+    let width = [1e-7, 1e-3, 0.05, 2.0, 0.0][random.below(5)];
+    let one = |random: &mut Random| direction + random.point() * (width * direction.length());
+    (0..count).map(|_| one(random)).collect()
+}
+
+fn agree(name: &str, geometry: &mut Geometry<Robust>, mesh: &Mesh, scan: Option<&Geometry<Robust>>) -> [usize; 2] {
+    let mut all = [0; 2];
+    for kernel in Kernel::available() {
+        geometry.set_kernel(kernel);
+        let (random, mut hits) = (&mut Random(31), vec![]);
+        for i in 0..150 {
+            let first = ray(random, mesh);
+            let directions = around(random, first.direction, COUNTS[i % COUNTS.len()]);
+            let t = geometry.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
+            let range = if i % 3 == 0 { range(random, t) } else { Interval { min: [0.0, -1.0][i % 2], max: f32::INFINITY } };
+            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, range };
+            geometry.closest_from(&asked, &mut hits);
+            assert_eq!(hits.len(), directions.len());
+            for (&direction, hit) in directions.iter().zip(&hits) {
+                let ray = Ray::new(first.origin, direction);
+                let alone = scan.unwrap_or(geometry).closest(&ray, range, &mut ());
+                assert_eq!(bits(*hit), bits(alone), "{name}, {kernel:?}, {i}: {ray:?} {range:?}");
+                all[0] += usize::from(hit.is_some());
+                all[1] += 1;
+            }
+        }
+    }
+    all
+}
+
+/// Protects: what rays from one point find together has the bits of what a scan finds for each alone: needles, slivers seen edge-on,
+/// doubles, corners and edges met head on, very small and very large things; directions next to one another, to all sides and
+/// the same; ranges that begin before the rays or end at a hit; each kernel.
+#[test]
+fn together_is_as_alone() {
+    let mut all = [0; 2];
+    for ((name, mesh), balls) in families().into_iter().zip([false, true].into_iter().cycle()) {
+        let scan = Geometry::new(group(&mesh, balls), AcceleratorKind::Linear);
+        let mut tree = Geometry::new(group(&mesh, balls), AcceleratorKind::default());
+        let [hits, rays] = agree(name, &mut tree, &mesh, Some(&scan));
+        all = [all[0] + hits, all[1] + rays];
+    }
+    assert!(all[0] > 10_000 && all[1] > all[0], "{all:?}");
+}
+
+/// A plane without end, a cylinder's worth of other shapes, balls, and a mesh that is shown under two maps.
+fn mixed<P: Precision>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<P> {
+    let v = |p: Vec3| <P::Real as Real>::Vec3::from_f64(p.as_dvec3());
+    let mut part = Group::<P>::default();
+    part.mesh(mesh.iter().map(|corners| corners.map(v)), Visibility::default()).unwrap();
+    let mut group = Group::<P>::default();
+    let part = group.part(Geometry::new(part, kind)).unwrap();
+    let ask = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
+    for shift in [DVec3::ZERO, DVec3::new(0.3, -0.1, 0.2)] {
+        group.instance(part, DAffine3::from_translation(shift), ask).unwrap();
+    }
+    group.plane(Plane::new(v(Vec3::new(0.0, -0.4, 0.0)), v(Vec3::Y)), Visibility::default()).unwrap();
+    for i in 0..12 {
+        let at = Vec3::new(i as f32 / 6.0 - 1.0, 0.1, 0.2);
+        group.sphere(Sphere { centre: v(at), radius: P::Real::from_f32(0.1) }, ask).unwrap();
+        group.shape(AnyShape::Disk(Disk::new(at.as_dvec3(), DVec3::Z, 0.12)), ask).unwrap();
+    }
+    let endless = raywright_bvh::shapes::Cylinder {
+        base: v(Vec3::ZERO),
+        axis: v(Vec3::new(0.0, 0.0, 1.0)),
+        radius: P::Real::from_f32(0.05),
+        ends: raywright_bvh::shapes::Ends::None,
+    };
+    group.shape(AnyShape::Cylinder(endless), ask).unwrap();
+    Geometry::new(group, kind)
+}
+
+/// Protects: the same where planes, spheres, other shapes and instances are met, and in a precision without a wide tree.
+#[test]
+fn whatever_is_met() {
+    let (_, mesh) = families().swap_remove(2);
+    let mut tree = mixed::<Robust>(AcceleratorKind::default(), &mesh);
+    let scan = mixed::<Robust>(AcceleratorKind::Linear, &mesh);
+    let [hits, rays] = agree("mixed", &mut tree, &mesh, Some(&scan));
+    assert!(2 * hits > rays, "{hits} of {rays}");
+    let exact = mixed::<Reference>(AcceleratorKind::default(), &mesh);
+    let directions = [DVec3::X, DVec3::new(0.8, 0.6, 0.0), DVec3::Z, DVec3::NEG_Y, DVec3::Y];
+    let asked =
+        FromOnePoint { origin: DVec3::new(0.1, 0.2, 0.05), directions: &directions, time: 0.0, range: Interval::positive() };
+    let mut hits = vec![None; 3];
+    exact.closest_from(&asked, &mut hits);
+    let alone = |&d: &DVec3| exact.closest(&Ray::new(asked.origin, d), asked.range, &mut ());
+    assert_eq!(hits, directions.iter().map(alone).collect::<Vec<_>>());
+    assert!(hits.iter().flatten().count() > 1);
+}
+
+/// Protects: no rays, and rays that are no numbers, are answered.
+#[test]
+fn nothing_asked_and_nothing_said() {
+    let (_, mesh) = families().swap_remove(2);
+    let tree = mixed::<Robust>(AcceleratorKind::default(), &mesh);
+    let mut hits = vec![None];
+    let mut from = |directions: &[Vec3]| {
+        let asked = FromOnePoint { origin: Vec3::X, directions, time: 0.0, range: Interval::positive() };
+        tree.closest_from(&asked, &mut hits);
+        hits.len()
+    };
+    assert_eq!(from(&[]), 0);
+    assert_eq!(from(&[Vec3::NAN; 20]), 20);
+    assert_eq!(from(&[Vec3::ZERO; 16]), 16);
+    assert_eq!(from(&[Vec3::splat(f32::INFINITY); 16]), 16);
+}

@@ -1,0 +1,165 @@
+//! Spheres and planes in rows, alone and beside triangles and other shapes, against the scan that asks one by one.
+
+use glam::{DAffine3, DVec3, Vec3};
+use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility};
+
+use super::meshes::{Random, range};
+use super::{asked, bits};
+
+/// So many of each: spheres, planes, triangles, disks.
+const SETS: [[usize; 4]; 12] = [
+    [1, 0, 0, 0],
+    [5, 1, 0, 0],
+    [8, 0, 0, 0],
+    [9, 9, 0, 0],
+    [0, 1, 0, 0],
+    [0, 3, 11, 0],
+    [3, 0, 5, 1],
+    [0, 0, 0, 1],
+    [40, 2, 20, 1],
+    [100, 1, 0, 0],
+    [6, 1, 300, 4],
+    [400, 10, 0, 0],
+];
+
+/// How spheres lie: scattered, in one another, one place for all, one in a billion times the others' size, very small, very large, and
+/// far from the origin.
+const FAMILIES: [(&str, f32, f32, f32); 7] = [
+    ("scattered", 1.0, 0.4, 0.0),
+    ("nested", 0.01, 1.0, 0.0),
+    ("in one place", 0.0, 1.0, 0.0),
+    ("of all sizes", 1.0, -1.0, 0.0),
+    ("of micrometres", 1e-6, 0.4e-6, 0.0),
+    ("of gigametres", 1e9, 0.4e9, 0.0),
+    ("far from the origin", 1.0, 0.4, 1e4),
+];
+
+fn visibility(i: usize) -> Visibility {
+    let side = [Side::Both, Side::Outside, Side::Inside][i % 3];
+    let occlusion = [Occlusion::Ask, Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i / 3 % 4];
+    Visibility { side, occlusion }
+}
+
+/// The group, and its spheres to aim at.
+fn group(
+    [spheres, planes, triangles, disks]: [usize; 4],
+    (_, spread, size, away): (&str, f32, f32, f32),
+) -> (Group<Robust>, Vec<Sphere<f32>>) {
+    let (random, mut group, mut aims) = (&mut Random(3), Group::default(), vec![]);
+    let unit = spread.max(size);
+    // Of each kind in turn, so that the order of objects is not that of rows.
+    for i in 0..spheres.max(planes).max(triangles).max(disks) {
+        let centre = random.point() * spread + away;
+        let radius = if size < 0.0 { 1e-9_f32.powf(random.unit()) } else { size * (0.1 + random.unit()) };
+        if i < disks {
+            let disk = Disk::new(centre.as_dvec3(), random.point().as_dvec3().normalize(), f64::from(unit));
+            group.shape(AnyShape::Disk(disk), visibility(i + 1)).unwrap();
+        }
+        if i < triangles {
+            let corner = |random: &mut Random| centre + random.point() * unit;
+            let corners = [corner(random), corner(random), corner(random)];
+            group.mesh([corners], visibility(i + 2)).unwrap();
+        }
+        if i < planes {
+            let normal = if i.is_multiple_of(2) { Vec3::Y } else { random.point().normalize() };
+            group.plane(Plane::new(centre, normal), visibility(i)).unwrap();
+        }
+        if i < spheres {
+            group.sphere(Sphere { centre, radius }, visibility(i)).unwrap();
+            aims.push(Sphere { centre, radius });
+        }
+        if aims.is_empty() {
+            aims.push(Sphere { centre, radius: unit });
+        }
+    }
+    (group, aims)
+}
+
+/// A ray at a sphere: anywhere in it, past its border by a hair, from within, from near and from so far that its test takes another form;
+/// some along axes, some in a plane, some with the spheres behind them, some of no unit length.
+fn ray(random: &mut Random, aims: &[Sphere<f32>]) -> Ray<f32> {
+    let Sphere { centre, radius } = aims[random.below(aims.len())];
+    let mut direction = random.point();
+    match random.below(6) {
+        0 => direction *= [Vec3::X, -Vec3::Y, Vec3::Z][random.below(3)],
+        1 => direction *= [Vec3::new(1.0, -0.0, 1.0), Vec3::new(0.0, 1.0, 1.0)][random.below(2)],
+        _ => {}
+    }
+    let direction = direction.as_dvec3().normalize_or(DVec3::X);
+    let across = random.point().as_dvec3().cross(direction).normalize_or(DVec3::ZERO);
+    let beside = match random.below(3) {
+        0 => f64::from(random.unit()),
+        1 => 1.0 + 1e-7 * f64::from(random.unit() - 0.5),
+        _ => 1.0,
+    };
+    let away = [0.3, 3.0, 1e3, 2e3, 1e6][random.below(5)] * f64::from(radius);
+    let ahead = if random.below(5) == 0 { -1.0 } else { 1.0 };
+    let origin = centre.as_dvec3() + across * (f64::from(radius) * beside) - direction * (away * ahead);
+    let length = [1.0, 1.0, 1.0, 1e-3, 1e5][random.below(5)];
+    Ray::new(origin.as_vec3(), (direction * length).as_vec3())
+}
+
+fn agree(name: &str, scan: &Geometry<Robust>, rows: &mut Geometry<Robust>, aims: &[Sphere<f32>], map: DAffine3) -> usize {
+    let mut hits = 0;
+    for kernel in Kernel::available() {
+        rows.set_kernel(kernel);
+        let random = &mut Random(23);
+        for i in 0..300 {
+            let there = ray(random, aims);
+            let to_world = |p: DVec3| map.transform_point3(p).as_vec3();
+            let direction = map.transform_vector3(there.direction.as_dvec3()).as_vec3();
+            let ray = Ray::new(to_world(there.origin.as_dvec3()), direction);
+            let what = format!("{name}, {kernel:?}, ray {i}: {ray:?}");
+            let all = Interval { min: [0.0, f32::NEG_INFINITY][i % 2], max: f32::INFINITY };
+            let first = scan.closest(&ray, all, &mut ());
+            assert_eq!(bits(rows.closest(&ray, all, &mut ())), bits(first), "{what}");
+            hits += usize::from(first.is_some());
+            let range = range(random, first.map(|hit| hit.t));
+            assert_eq!(bits(rows.closest(&ray, range, &mut ())), bits(scan.closest(&ray, range, &mut ())), "{what}, {range:?}");
+            assert_eq!(asked(rows, &ray, range), asked(scan, &ray, range), "{what}, {range:?}");
+        }
+    }
+    hits
+}
+
+/// Protects: what is tested in rows is hit with the bits of one test after the other, in every kernel: distances, the end of a body, who
+/// wins of equals, sides, what is asked about; of few primitives without nodes, of many beside a tree, and in the space of an
+/// instance.
+#[test]
+fn rows_find_what_the_scan_finds() {
+    let mut hits = 0;
+    let turned = DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0) * DAffine3::from_scale(DVec3::new(2.0, -0.5, 1.0));
+    for (set, family) in SETS.into_iter().flat_map(|set| FAMILIES.map(|family| (set, family))) {
+        let (one, aims) = group(set, family);
+        let name = format!("{set:?} {}", family.0);
+        let built = |kind: AcceleratorKind| Geometry::new(one.clone(), kind);
+        let (scan, mut rows) = (built(AcceleratorKind::Linear), built(AcceleratorKind::default()));
+        assert!(rows.kernel().is_some(), "{name}");
+        hits += agree(&name, &scan, &mut rows, &aims, DAffine3::IDENTITY);
+        let shown = |kind: AcceleratorKind| {
+            let mut outer = Group::<Robust>::default();
+            let part = outer.part(built(kind)).unwrap();
+            let shown = outer.instance(part, turned, Visibility { occlusion: Occlusion::Ask, ..Visibility::default() });
+            shown.ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
+        };
+        if let (Some(scan), Some(mut rows)) = (shown(AcceleratorKind::Linear), shown(AcceleratorKind::default())) {
+            hits += agree(&format!("{name}, shown"), &scan, &mut rows, &aims, turned);
+        }
+    }
+    assert!(hits > 30_000, "{hits} hits");
+}
+
+/// Protects: a set of nothing, and one of a plane alone, answer.
+#[test]
+fn nothing_and_next_to_nothing() {
+    let down = Ray::new(Vec3::Y, Vec3::NEG_Y);
+    let empty = Geometry::<Robust>::new(Group::default(), AcceleratorKind::default());
+    assert_eq!(empty.closest(&down, Interval::positive(), &mut ()), None);
+    assert!(!empty.any(&down, Interval::positive(), &mut |_| true, &mut ()));
+    let mut group = Group::<Robust>::default();
+    group.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()).unwrap();
+    let plane = Geometry::new(group, AcceleratorKind::default());
+    assert_eq!(plane.closest(&down, Interval::positive(), &mut ()).map(|hit| hit.t), Some(1.0));
+    assert!(plane.any(&down, Interval::positive(), &mut |_| false, &mut ()));
+}
