@@ -178,7 +178,7 @@ fn white_metal_in_a_white_furnace() {
     for roughness in [0.0, 0.02, 0.05, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0] {
         for height in [1.0, 0.8, 0.5, 0.3, 0.12, 0.05] {
             let wo = towards(NORMAL, height, 0.4);
-            let (sent, deviation) = mean(&metal(roughness).transport(NORMAL, wo, true), wo);
+            let (sent, deviation) = mean(&metal(roughness).transport(NORMAL, wo, true, true), wo);
             assert!((sent - 1.0).abs() <= 0.005 + 3.0 * deviation, "roughness {roughness} at {height}: {sent} ± {deviation}");
             for eta in [1.5, 1.0 / 1.5] {
                 let (sent, deviation) = mean(&frosted(eta, roughness.max(0.05)), wo);
