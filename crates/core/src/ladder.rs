@@ -9,8 +9,8 @@ use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::Serialize;
 
 use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
-use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
 use crate::material::FresnelRule;
+use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
 use crate::settings::{LightSampling, Microfacets, PrecisionChoice, Sampling, Settings};
 use crate::suggest::closest;
 

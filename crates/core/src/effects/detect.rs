@@ -263,18 +263,37 @@ fn layers(list: &mut List, f: &Layers, paths: bool) {
     list.plain(
         Effect::ThinWalls,
         &f.thin_walls,
-        if paths { "walls let light through that they do not bend" } else { "light goes straight through walls, which reflect none" },
+        if paths {
+            "walls let light through that they do not bend"
+        } else {
+            "light goes straight through walls, which reflect none"
+        },
         "no wall is thin and clear",
     );
     let further = [
-        (Effect::TintedReflection, &f.tinted_reflection, "a surface reflects more or less than its index says", "what reflects goes by its index"),
+        (
+            Effect::TintedReflection,
+            &f.tinted_reflection,
+            "a surface reflects more or less than its index says",
+            "what reflects goes by its index",
+        ),
         (Effect::Conductors, &f.conductor, "a metal reflects by its complex index", "no metal has a complex index"),
         (Effect::Clearcoat, &f.clearcoat, "a clear coat lies over a surface", "no surface has a clear coat"),
         (Effect::Sheen, &f.sheen, "fibres catch light at grazing angles", "no surface has fibres"),
         (Effect::Anisotropy, &f.anisotropy, "facets are rougher one way", "facets are as rough along every direction"),
         (Effect::Iridescence, &f.iridescence, "light interferes in a thin film", "no surface has a thin film"),
-        (Effect::Dispersion, &f.dispersion, "short waves bend more than long ones: paths take one each", "glass bends all light alike"),
-        (Effect::DiffuseTransmission, &f.diffuse_transmission, "light is diffused to the other side", "nothing diffuses light to its other side"),
+        (
+            Effect::Dispersion,
+            &f.dispersion,
+            "short waves bend more than long ones: paths take one each",
+            "glass bends all light alike",
+        ),
+        (
+            Effect::DiffuseTransmission,
+            &f.diffuse_transmission,
+            "light is diffused to the other side",
+            "nothing diffuses light to its other side",
+        ),
     ];
     for (effect, source, present, absent) in further {
         if paths {

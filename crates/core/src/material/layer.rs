@@ -36,7 +36,11 @@ impl<N: Number> Coat<N> {
         let cosine = self.normal.dot(towards).max(N::ZERO);
         let share = N::of_lanes(|lane| {
             let (cosine, roughness) = (cosine.lane(lane), self.roughness.lane(lane));
-            if roughness > LEAST_ROUGHNESS { sent_back(COAT, roughness, cosine) } else { COAT + (1.0 - COAT) * super::towards_grazing(cosine) }
+            if roughness > LEAST_ROUGHNESS {
+                sent_back(COAT, roughness, cosine)
+            } else {
+                COAT + (1.0 - COAT) * super::towards_grazing(cosine)
+            }
         });
         self.weight * share
     }
@@ -195,7 +199,9 @@ impl<N: Number> Scatters<N> for Layer<N> {
 
     fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         let own = match &self.way {
-            Way::Diffuse { through, f0, both: true, .. } => *through * (Self::below(*f0, Self::folded(pair).tilt) / N::from_f64(PI)),
+            Way::Diffuse { through, f0, both: true, .. } => {
+                *through * (Self::below(*f0, Self::folded(pair).tilt) / N::from_f64(PI))
+            }
             Way::Boundary(boundary) => boundary.value_through(pair),
             Way::Sheet(sheet) => sheet.value_through(&Self::folded(pair)),
             _ => return N::Vec3::ZERO,

@@ -142,7 +142,9 @@ impl<N: Number> Layered<N> {
             // Combed facets are as rough as the rougher way even where the other is smooth.
             let combed = self.combed.map_or(N::ZERO, |combed| combed.strength);
             let roughness = N::select(combed.above(N::ZERO), facets.roughness(), self.base.roughness);
-            let gain = if self.compensated { given_back(reflectance.bare(), roughness, normal.dot(wo)) } else { N::Vec3::ONE };
+            // Combed facets give back what those would that are as rough as they are across: less than they lose, never more.
+            let back = |f0: N::Vec3| given_back(f0, self.base.roughness, normal.dot(wo));
+            let gain = if self.compensated { back(reflectance.bare()) } else { N::Vec3::ONE };
             list.facets(facets, reflectance, roughness, gain);
         }
         if self.base.glass.is_some() && glassy.any() {

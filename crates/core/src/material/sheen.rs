@@ -21,9 +21,7 @@ pub struct Sheen<N: Number> {
 impl<N: Number> Sheen<N> {
     /// Its bidirectional reflectance by the cosines to the normal, of the half vector too.
     pub(super) fn value(&self, [out, into, half]: [N; 3]) -> N::Vec3 {
-        let value = N::of_lanes(|lane| {
-            charlie(self.roughness.lane(lane), [out.lane(lane), into.lane(lane), half.lane(lane)])
-        });
+        let value = N::of_lanes(|lane| charlie(self.roughness.lane(lane), [out.lane(lane), into.lane(lane), half.lane(lane)]));
         self.colour * value
     }
 

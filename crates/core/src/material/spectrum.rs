@@ -70,7 +70,10 @@ impl Hero {
         let before = if step == 0 { 0.0 } else { chances[step - 1] };
         let (chance, shares) = (chances[step] - before, WITHIN[step]);
         let within = if chance > 0.0 { ((u - before) / chance).clamp(0.0, 1.0) } else { 0.5 };
-        Self { nanometres: FIRST + step as f64 + within, weight: shares.map(|share| if chance > 0.0 { share / chance } else { 0.0 }) }
+        Self {
+            nanometres: FIRST + step as f64 + within,
+            weight: shares.map(|share| if chance > 0.0 { share / chance } else { 0.0 }),
+        }
     }
 }
 

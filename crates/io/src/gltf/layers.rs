@@ -63,7 +63,7 @@ extension!(IridescenceData {
     iridescence_thickness_maximum: f64 = 400.0,
     iridescence_thickness_texture: Option<Info> = None,
 });
-extension!(DispersionData { dispersion: f64 = 0.0, });
+extension!(DispersionData { dispersion: f64 = 0.0 });
 extension!(DiffuseTransmissionData {
     diffuse_transmission_factor: f64 = 0.0,
     diffuse_transmission_texture: Option<Info> = None,

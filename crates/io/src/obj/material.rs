@@ -161,9 +161,8 @@ fn pictured(image: TextureRef, factor: f64) -> NumberInput {
 
 /// Keys of a material that have no words in a scene and would change how it looks.
 pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
-    const READ: [&str; 14] = [
-        "Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr", "aniso", "anisor",
-    ];
+    const READ: [&str; 14] =
+        ["Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr", "aniso", "anisor"];
     let unknown = source.unknown_param.keys().filter(|key| !READ.contains(&key.as_str()));
     let mut ignored: Vec<&str> = unknown.map(String::as_str).collect();
     let known =
@@ -217,7 +216,8 @@ mod tests {
         assert_eq!((metal.metallic, metal.roughness), (1.0.into(), 0.5.into()));
         let matte = of("Kd 0.5 0.5 0.5\nillum 1");
         assert_eq!((matte.ior, matte.roughness, matte.metallic), (1.0.into(), 1.0.into(), 0.0.into()));
-        let source = tobj::load_mtl_buf(&mut "newmtl m\nPs 0.5\nPc 0.8\nPcr 0.1\naniso 0.6\nanisor 0.25".as_bytes()).unwrap().0.remove(0);
+        let source =
+            tobj::load_mtl_buf(&mut "newmtl m\nPs 0.5\nPc 0.8\nPcr 0.1\naniso 0.6\nanisor 0.25".as_bytes()).unwrap().0.remove(0);
         let mut coated = Physical::default();
         layers(&source, &mut coated);
         let (coat, combed) = (coated.clearcoat.expect("a coat"), coated.anisotropy.expect("combed"));

@@ -44,10 +44,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             specular_colour: layered.specular_colour.tint(&here, one).max(Vector::ZERO),
             conductor: layered.conductor,
             thin: m.thin,
-            diffused: layered.diffused.as_ref().map(|[share, colour]| Diffused {
-                share: unit(share.number(&here)),
-                colour: tint(colour.tint(&here, one)),
-            }),
+            diffused: layered
+                .diffused
+                .as_ref()
+                .map(|[share, colour]| Diffused { share: unit(share.number(&here)), colour: tint(colour.tint(&here, one)) }),
             combed: self.combed(walk, hit, at, (layered, &here, normal)),
             film,
             sheen: layered.sheen.as_ref().map(|[colour, roughness]| Sheen {

@@ -125,7 +125,10 @@ fn layers_make_no_light() {
                 let bare = Layered { rule: model.rule, specular: model.specular, ..Layered::of(model.base, model.ior) };
                 let (own, spread) = furnace(&bare.transport(NORMAL, wo, true), wo);
                 let most = own.max_element().max(1.0) + 0.005 + 3.0 * (deviation + spread);
-                assert!(sent.max_element() <= most, "{name}, roughness {roughness} at {height}: {sent} ± {deviation}, not {most}");
+                assert!(
+                    sent.max_element() <= most,
+                    "{name}, roughness {roughness} at {height}: {sent} ± {deviation}, not {most}"
+                );
                 assert!(sent.min_element() >= 0.0, "{name}: {sent}");
             }
         }
@@ -140,8 +143,12 @@ fn layers_make_no_light() {
         for (name, model) in [("wall", wall), ("coated mirror", coated), ("film on glass", filmed), ("combed", combed)] {
             let (sent, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
             let off = (sent - DVec3::ONE).abs().max_element();
-            let allowed = if name == "combed" { 0.05 } else { 0.005 };
-            assert!(off <= allowed + 3.0 * deviation, "{name} at {height}: {sent} ± {deviation}");
+            // Combed facets are given back less than they lose.
+            let lost = if name == "combed" { 0.2 } else { 0.005 };
+            assert!(
+                sent.max_element() <= 1.005 + 3.0 * deviation && off <= lost + 3.0 * deviation,
+                "{name} at {height}: {sent} ± {deviation}"
+            );
         }
     }
 }
@@ -191,7 +198,10 @@ fn values_head_on() {
     let wo = towards(NORMAL, 0.5, 1.0);
     let wall = Layered { thin: true, ..clear(0.0, 1.5) }.transport(NORMAL, wo, true);
     let share = 2.0 * r / (1.0 + r);
-    let (below, above) = (wall.sample(&Frame::about(NORMAL), wo, [0.0, share - 1e-9, 0.0]), wall.sample(&Frame::about(NORMAL), wo, [0.0, share + 1e-9, 0.0]));
+    let (below, above) = (
+        wall.sample(&Frame::about(NORMAL), wo, [0.0, share - 1e-9, 0.0]),
+        wall.sample(&Frame::about(NORMAL), wo, [0.0, share + 1e-9, 0.0]),
+    );
     assert!(below.direction.dot(NORMAL) > 0.0 && above.direction.distance(-wo) < 1e-12, "{below:?} {above:?}");
     let pi = core::f64::consts::PI;
     let coat = Some(Coat { weight: 1.0, roughness: 0.5, normal: NORMAL });
@@ -226,7 +236,10 @@ fn conductors_reflect_by_complex_indices() {
             let along = divided([scaled[0] - inner[0], scaled[1] - inner[1]], [scaled[0] + inner[0], scaled[1] + inner[1]]);
             let wanted = 0.5 * (across[0].powi(2) + across[1].powi(2) + along[0].powi(2) + along[1].powi(2));
             let found = conductor(cosine, [n, k]);
-            assert!((found - wanted).abs() <= 1e-9 && (0.0..=1.0).contains(&found), "{n} + {k}i at {cosine}: {found}, not {wanted}");
+            assert!(
+                (found - wanted).abs() <= 1e-9 && (0.0..=1.0).contains(&found),
+                "{n} + {k}i at {cosine}: {found}, not {wanted}"
+            );
         }
     }
     let inside = (1.0 - (1.0 - 0.36) / 2.25_f64).sqrt();
@@ -277,7 +290,8 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
     let number = |of: &dyn Fn(usize) -> f64| N::of_lanes(|lane| f64::from(of(lane) as f32));
     let normal = vector(&|_| NORMAL);
     let direction = |lane: usize, at: usize| towards(NORMAL, 0.02 + 0.98 * place(lane + at)[0], 6.0 * place(lane + at)[1]);
-    let (wo, wi) = (vector(&|lane| direction(lane, 0)), vector(&|lane| direction(lane, 7) * if lane % 3 == 0 { -1.0 } else { 1.0 }));
+    let (wo, wi) =
+        (vector(&|lane| direction(lane, 0)), vector(&|lane| direction(lane, 7) * if lane % 3 == 0 { -1.0 } else { 1.0 }));
     let mut outside = N::Mask::default();
     (0..N::LANES).filter(|&lane| place(lane)[2] < 0.7).for_each(|lane| outside.set(lane));
     let colour = |c: DVec3| vector(&|lane| c * place(lane)[0]);

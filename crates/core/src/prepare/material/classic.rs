@@ -87,7 +87,11 @@ impl<R: Real> Mixture<R> {
     }
 }
 
-pub(super) fn classic<R: Real>(m: &ClassicData, ambient: Colour, inputs: &mut Compiler<'_, R>) -> Result<Classic<R>, PrepareError> {
+pub(super) fn classic<R: Real>(
+    m: &ClassicData,
+    ambient: Colour,
+    inputs: &mut Compiler<'_, R>,
+) -> Result<Classic<R>, PrepareError> {
     let specular = m.specular.as_ref().map(|s| {
         Ok(Specular {
             model: s.model,
