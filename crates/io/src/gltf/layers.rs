@@ -16,7 +16,7 @@ use crate::import::{Fault, Outcome};
 
 /// A type for an extension with its keys, their types and the values that they have where nothing is said.
 macro_rules! extension {
-    ($name:ident { $($key:ident: $type:ty = $default:expr,)* }) => {
+    ($name:ident { $($key:ident: $type:ty = $default:expr),* $(,)? }) => {
         #[derive(Debug, Deserialize)]
         #[serde(default, rename_all = "camelCase")]
         struct $name {
