@@ -10,8 +10,9 @@ use serde::Serialize;
 
 use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
 use crate::filter::PixelFilter;
+use crate::material::FresnelRule;
 use crate::scene::{ConstantOffset, Filter, Integrator, OffsetDirection, Scene, SpawnRule};
-use crate::settings::{LightSampling, PrecisionChoice, Sampling, Settings};
+use crate::settings::{LightSampling, Microfacets, PrecisionChoice, Sampling, Settings};
 use crate::suggest::closest;
 
 /// One ladder.
@@ -25,6 +26,10 @@ pub enum Ladder {
     Shadows,
     /// How a path tracer finds light that has a size.
     LightSampling,
+    /// By which formulas a path tracer's surfaces reflect.
+    Fresnel,
+    /// What becomes of light that microfacets send to each other.
+    Microfacets,
     /// How texels are combined.
     TextureFilter,
     /// How many segments a path may have.
@@ -66,6 +71,15 @@ const LIGHT_SAMPLING: &[Rung] = &[
     rung("scattering", "paths meet light by chance: noise where lights are small"),
     rung("lights", "each vertex asks one light: noise where surfaces are glossy and lights large"),
     rung("both", "each in the share in which it is the better one"),
+];
+const FRESNEL: &[Rung] = &[
+    rung("schlick", "Schlick's formula for all: up to 0.08 off at grazing angles, of glass too"),
+    rung("model", "Schlick's for metallic-roughness, which is defined by it; exact for glass and complex indices"),
+    rung("exact", "Fresnel's equations for whatever has an index; metals with a colour alone keep Schlick's"),
+];
+const MICROFACETS: &[Rung] = &[
+    rung("single", "what facets send to each other is lost: rough metal is up to 60 % too dark"),
+    rung("compensated", "given back: white metal sends back all, to half a per cent"),
 ];
 const TEXTURE_FILTER: &[Rung] = &[
     rung("nearest", "the nearest texel: blocks near by, and sparkles far away"),
@@ -113,11 +127,13 @@ const OFFSET: ConstantOffset =
 
 impl Ladder {
     /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Precision,
         Self::RayOffset,
         Self::Shadows,
         Self::LightSampling,
+        Self::Fresnel,
+        Self::Microfacets,
         Self::TextureFilter,
         Self::PathLength,
         Self::PixelFilter,
@@ -133,6 +149,8 @@ impl Ladder {
             Self::RayOffset => "ray-offset",
             Self::Shadows => "shadows",
             Self::LightSampling => "light-sampling",
+            Self::Fresnel => "fresnel",
+            Self::Microfacets => "microfacets",
             Self::TextureFilter => "texture-filter",
             Self::PathLength => "path-length",
             Self::PixelFilter => "pixel-filter",
@@ -149,6 +167,8 @@ impl Ladder {
             Self::RayOffset => RAY_OFFSET,
             Self::Shadows => SHADOWS,
             Self::LightSampling => LIGHT_SAMPLING,
+            Self::Fresnel => FRESNEL,
+            Self::Microfacets => MICROFACETS,
             Self::TextureFilter => TEXTURE_FILTER,
             Self::PathLength => PATH_LENGTH,
             Self::PixelFilter => PIXEL_FILTER,
@@ -165,6 +185,8 @@ impl Ladder {
             Self::RayOffset => "error-bound",
             Self::Shadows => "on",
             Self::LightSampling => "both",
+            Self::Fresnel => "model",
+            Self::Microfacets => "compensated",
             Self::TextureFilter => "bilinear",
             Self::PathLength => "8",
             Self::PixelFilter => "box",
@@ -207,6 +229,7 @@ impl Ladder {
             ]),
             Self::Shadows => EffectSet::of(&[Effect::Shadows]),
             Self::LightSampling => EffectSet::of(&[Effect::SoftShadows, Effect::SkyLight]),
+            Self::Fresnel | Self::Microfacets => EffectSet::of(&[Effect::PhysicalMaterials]),
             Self::TextureFilter => EffectSet::of(&[Effect::ImageTextures]),
             Self::PathLength => EffectSet::of(&[Effect::MirrorReflection, Effect::Refraction, Effect::Transparency]),
             _ => EffectSet::EMPTY,
@@ -224,6 +247,8 @@ impl Ladder {
             },
             Self::Shadows => if settings.without.has(Effect::Shadows) { "off" } else { "on" }.to_owned(),
             Self::LightSampling => LIGHT_SAMPLING[settings.light_sampling as usize].name.to_owned(),
+            Self::Fresnel => FRESNEL[settings.fresnel as usize].name.to_owned(),
+            Self::Microfacets => MICROFACETS[settings.microfacets as usize].name.to_owned(),
             Self::TextureFilter => match scene.textures.first() {
                 Some(first) if scene.textures.iter().any(|t| t.filter != first.filter) => mixed(),
                 Some(first) if first.filter == Filter::Nearest => "nearest".to_owned(),
@@ -314,6 +339,8 @@ impl Choice {
             Ladder::LightSampling => {
                 settings.light_sampling = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both][at];
             }
+            Ladder::Fresnel => settings.fresnel = [FresnelRule::Schlick, FresnelRule::Model, FresnelRule::Exact][at],
+            Ladder::Microfacets => settings.microfacets = [Microfacets::Single, Microfacets::Compensated][at],
             Ladder::TextureFilter => {
                 let filter = [Filter::Nearest, Filter::Bilinear][at];
                 scene.textures.iter_mut().for_each(|texture| texture.filter = filter);
@@ -369,7 +396,7 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
     let is_fixed = settings.sampling.is_fixed();
     let called_for = move |ladder: Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
-        Ladder::LightSampling => paths && called_for(ladder),
+        Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets => paths && called_for(ladder),
         Ladder::PathLength => paths || called_for(ladder),
         Ladder::PixelFilter => !is_fixed,
         _ => called_for(ladder),

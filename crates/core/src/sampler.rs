@@ -31,6 +31,8 @@ pub enum Purpose {
     Scatter = 6,
     /// Whether a surface that covers a share of what is behind it is there.
     Coverage = 7,
+    /// The one wavelength of a path that was bent apart.
+    Wavelength = 8,
 }
 
 /// Points that one scramble of the sequence holds.
@@ -151,6 +153,7 @@ mod tests {
             Purpose::Light,
             Purpose::Scatter,
             Purpose::Coverage,
+            Purpose::Wavelength,
         ];
         let numbers = others.iter().map(|&at| pair(at, Purpose::Pixel)).chain(purposes.map(|purpose| pair(base, purpose)));
         let distinct: BTreeSet<_> = numbers.map(|p| p.map(f32::to_bits)).collect();

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effects::EffectSet;
 use crate::filter::PixelFilter;
+use crate::material::FresnelRule;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
 
 /// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
@@ -101,6 +102,16 @@ impl Sampling {
     }
 }
 
+/// What becomes of light that microfacets send to each other, under path tracing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Microfacets {
+    /// It is lost.
+    Single,
+    /// It is given back, so that white metal sends back all.
+    #[default]
+    Compensated,
+}
+
 /// A part of the picture in pixels, counted from the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crop {
@@ -182,6 +193,10 @@ pub struct Settings {
     pub integrator: Integrator,
     /// How a path tracer finds light that has a size.
     pub light_sampling: LightSampling,
+    /// By which formulas surfaces reflect.
+    pub fresnel: FresnelRule,
+    /// What becomes of light that microfacets send to each other.
+    pub microfacets: Microfacets,
     /// Seed of the general sampler.
     pub seed: u64,
     /// Number of the picture in a sequence, so that neighbours in it do not share their noise.
@@ -219,6 +234,8 @@ impl Settings {
             max_depth: scene.render.max_depth,
             integrator: scene.render.integrator,
             light_sampling: LightSampling::default(),
+            fresnel: FresnelRule::default(),
+            microfacets: Microfacets::default(),
             seed: scene.render.seed,
             frame: 0,
             replicates: None,

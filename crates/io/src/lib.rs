@@ -17,8 +17,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Not here yet: most material extensions of glTF (each is named in [`Scene::unread`](raywright_core::Scene::unread), and so an
-//! effect that is left out), points and lines (a warning), KTX2 textures (refused with a message where a file has no others).
+//! Not here yet: subsurface scattering and vendors' extensions of glTF's materials (each is named in
+//! [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points and lines (a warning), KTX2 textures (refused with a message where a file has no others).
 #![forbid(unsafe_code)]
 
 mod diagnostic;

@@ -1,5 +1,6 @@
 //! Pictures against pictures that other programs computed from the same scenes.
 
+mod gltf;
 mod kinderpainter;
 mod noise;
 mod path;

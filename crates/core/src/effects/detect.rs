@@ -1,6 +1,6 @@
 //! The one function from scene and settings to the report.
 
-use super::facts::Facts;
+use super::facts::{Facts, Layers};
 use super::{Effect, EffectReport, EffectSet, Finding, Status, switched_off};
 use crate::scene::{Integrator, Scene};
 use crate::settings::{Sampling, Settings};
@@ -34,7 +34,8 @@ pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
         Integrator::Auto => {
             let facts = Facts::gather(scene, None);
-            if facts.mixture.is_some() || facts.absorption.is_some() { Integrator::Path } else { Integrator::Whitted }
+            let says_nothing = facts.mixture.is_some() || facts.absorption.is_some() || facts.layers.calls_for_paths();
+            if says_nothing { Integrator::Path } else { Integrator::Whitted }
         }
         asked => asked,
     }
@@ -49,6 +50,7 @@ fn found(scene: &Scene, settings: &Settings, paths: bool) -> Vec<Finding> {
     looks_of_surfaces(&mut list, &facts);
     geometry_and_sky(&mut list, &facts);
     sky_light(&mut list, &facts, paths);
+    layers(&mut list, &facts.layers, paths);
     what_files_say_more(&mut list, &facts);
     list.lens(&facts.lens, settings);
     list.motion(&facts, settings);
@@ -115,14 +117,18 @@ fn light_at_a_surface(list: &mut List, f: &Facts, paths: bool) {
 
 /// What takes a path beyond its first hit.
 fn further_segments(list: &mut List, f: &Facts, settings: &Settings, paths: bool) {
-    list.traced(Effect::MirrorReflection, &f.reflection, settings, "a smooth surface reflects", "no smooth surface reflects");
+    // A smooth coat mirrors, and what is diffused to the other side goes through: for paths alone.
+    let further = |own: &Option<String>, layer: &Option<String>| own.clone().or(layer.clone().filter(|_| paths));
+    let mirrors = further(&f.reflection, &f.layers.clearcoat);
+    list.traced(Effect::MirrorReflection, &mirrors, settings, "a smooth surface reflects", "no smooth surface reflects");
     let absent = "no reflection is disturbed";
     if paths {
         list.missing(Effect::FuzzyReflection, &f.fuzz, "a pattern that disturbs directions is no surface", absent, LOOKS);
     } else {
         list.traced(Effect::FuzzyReflection, &f.fuzz, settings, "a reflection is disturbed by a fixed pattern", absent);
     }
-    list.traced(Effect::Refraction, &f.refraction, settings, "a surface transmits light", "no surface transmits light");
+    let clear = further(&f.refraction, &f.layers.diffuse_transmission);
+    list.traced(Effect::Refraction, &clear, settings, "a surface transmits light", "no surface transmits light");
     list.plain(Effect::Transparency, &f.alpha, "a material has an alpha", "every material is opaque");
 }
 
@@ -249,6 +255,52 @@ fn what_paths_find(list: &mut List, f: &Facts) {
         );
     } else {
         list.plain(Effect::Caustics, &caustics, "light reaches matte surfaces over mirrors or through glass", absent);
+    }
+}
+
+/// What lies over, under and in surfaces. Whitted's rules read of it that thin walls bend nothing; the rest is left out there.
+fn layers(list: &mut List, f: &Layers, paths: bool) {
+    list.plain(
+        Effect::ThinWalls,
+        &f.thin_walls,
+        if paths {
+            "walls let light through that they do not bend"
+        } else {
+            "light goes straight through walls, which reflect none"
+        },
+        "no wall is thin and clear",
+    );
+    let further = [
+        (
+            Effect::TintedReflection,
+            &f.tinted_reflection,
+            "a surface reflects more or less than its index says",
+            "what reflects goes by its index",
+        ),
+        (Effect::Conductors, &f.conductor, "a metal reflects by its complex index", "no metal has a complex index"),
+        (Effect::Clearcoat, &f.clearcoat, "a clear coat lies over a surface", "no surface has a clear coat"),
+        (Effect::Sheen, &f.sheen, "fibres catch light at grazing angles", "no surface has fibres"),
+        (Effect::Anisotropy, &f.anisotropy, "facets are rougher one way", "facets are as rough along every direction"),
+        (Effect::Iridescence, &f.iridescence, "light interferes in a thin film", "no surface has a thin film"),
+        (
+            Effect::Dispersion,
+            &f.dispersion,
+            "short waves bend more than long ones: paths take one each",
+            "glass bends all light alike",
+        ),
+        (
+            Effect::DiffuseTransmission,
+            &f.diffuse_transmission,
+            "light is diffused to the other side",
+            "nothing diffuses light to its other side",
+        ),
+    ];
+    for (effect, source, present, absent) in further {
+        if paths {
+            list.plain(effect, source, present, absent);
+        } else {
+            list.missing(effect, source, present, absent, "--integrator path");
+        }
     }
 }
 

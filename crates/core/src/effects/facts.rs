@@ -34,6 +34,8 @@ pub(super) struct Facts {
     pub absorption: Source,
     pub rough_reflection: Source,
     pub rough_refraction: Source,
+    /// What lies over, under and in surfaces.
+    pub layers: Layers,
     /// Physical surfaces that light reaches.
     pub lit_physical: Source,
     pub diffuse_physical: Source,
@@ -64,6 +66,43 @@ pub(super) struct Facts {
     pub exposure: Source,
     /// A shutter that opens and closes at once: what moves is seen as it is then, and nothing is missed.
     pub instant: bool,
+}
+
+/// What glTF's extensions add to the metallic-roughness model.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Layers {
+    pub thin_walls: Source,
+    pub tinted_reflection: Source,
+    pub conductor: Source,
+    pub clearcoat: Source,
+    pub sheen: Source,
+    pub anisotropy: Source,
+    pub iridescence: Source,
+    pub dispersion: Source,
+    pub diffuse_transmission: Source,
+}
+
+impl Layers {
+    /// Whether there is something of it that Whitted's rules have no reading of.
+    pub fn calls_for_paths(&self) -> bool {
+        let Self { tinted_reflection, conductor, clearcoat, sheen, anisotropy, .. } = self;
+        let Self { iridescence, dispersion, diffuse_transmission, .. } = self;
+        let first = [tinted_reflection, conductor, clearcoat, sheen, anisotropy];
+        first.into_iter().chain([iridescence, dispersion, diffuse_transmission]).any(Option::is_some)
+    }
+
+    /// Whether surfaces of a material may have them, which is neither all metal nor all glass.
+    fn gather(&mut self, m: &Physical, [plain, metal, clear]: [bool; 3], at: &dyn Fn(&str) -> String) {
+        note(&mut self.thin_walls, m.thin_walled && clear, || at("thin_walled"));
+        note(&mut self.tinted_reflection, m.tints_reflections() && plain, || at("specular"));
+        note(&mut self.conductor, m.conductor.is_some() && metal, || at("conductor"));
+        note(&mut self.clearcoat, m.coat().is_some(), || at("clearcoat"));
+        note(&mut self.sheen, m.fibres().is_some(), || at("sheen"));
+        note(&mut self.anisotropy, m.combed().is_some(), || at("anisotropy"));
+        note(&mut self.iridescence, m.film().is_some(), || at("iridescence"));
+        note(&mut self.dispersion, m.dispersion > 0.0 && clear && !m.thin_walled, || at("dispersion"));
+        note(&mut self.diffuse_transmission, m.may_diffuse_through() && plain, || at("diffuse_transmission"));
+    }
 }
 
 fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
@@ -236,6 +275,8 @@ impl Facts {
         note(&mut self.refraction, clear, || at("transmission"));
         note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
         note(&mut self.absorption, m.absorption().is_some(), || at("attenuation_distance"));
+        let metal = textured || m.metallic.constant().is_none_or(|metallic| metallic > 0.0);
+        self.layers.gather(m, [plain, metal, clear], &at);
         note(&mut self.diffuse_physical, plain && !all_passes, || at("base_colour"));
     }
 }

@@ -92,11 +92,42 @@ effects! {
     MixedScattering = "mixed scattering",
     /// What light passes through takes some of it.
     Absorption = "absorption",
+    /// Walls too thin to bend the light that they let through.
+    ThinWalls = "thin walls",
+    /// A dielectric reflects more, less or another colour than its index says.
+    TintedReflection = "tinted reflection",
+    /// Metals by their complex index.
+    Conductors = "conductors",
+    /// A clear coat over a surface.
+    Clearcoat = "clearcoat",
+    /// Fibres that catch light at grazing angles.
+    Sheen = "sheen",
+    /// Facets that are rougher one way.
+    Anisotropy = "anisotropy",
+    /// Films as thin as light's waves.
+    Iridescence = "iridescence",
+    /// Short waves bend more than long ones.
+    Dispersion = "dispersion",
+    /// Light is diffused to the other side of a surface.
+    DiffuseTransmission = "diffuse transmission",
     /// What a model's file says of its materials beyond what scenes have.
     MaterialExtensions = "material extensions",
     /// Light reaches matte surfaces over mirrors or through glass.
     Caustics = "caustics",
 }
+
+/// Effects of what lies over, under and in the metallic-roughness model: surfaces that have one are prepared as layered.
+pub const LAYERS: EffectSet = EffectSet::of(&[
+    Effect::ThinWalls,
+    Effect::TintedReflection,
+    Effect::Conductors,
+    Effect::Clearcoat,
+    Effect::Sheen,
+    Effect::Anisotropy,
+    Effect::Iridescence,
+    Effect::Dispersion,
+    Effect::DiffuseTransmission,
+]);
 
 impl Effect {
     /// The effect of a name.

@@ -16,7 +16,7 @@ mod switch;
 pub(crate) use detect::chosen;
 pub use detect::detect;
 pub(crate) use facts::MIRROR_ROUGHNESS;
-pub use kind::{Effect, EffectSet};
+pub use kind::{Effect, EffectSet, LAYERS};
 pub use lit::{has_light, is_lit, neutral_sky};
 pub use switch::SWITCHABLE;
 pub(crate) use switch::switched_off;

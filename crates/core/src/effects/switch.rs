@@ -28,6 +28,16 @@ pub const SWITCHABLE: EffectSet = EffectSet::of(&[
     Effect::DepthOfField,
     Effect::Motion,
     Effect::SoftShadows,
+    Effect::Absorption,
+    Effect::ThinWalls,
+    Effect::TintedReflection,
+    Effect::Conductors,
+    Effect::Clearcoat,
+    Effect::Sheen,
+    Effect::Anisotropy,
+    Effect::Iridescence,
+    Effect::Dispersion,
+    Effect::DiffuseTransmission,
 ]);
 
 /// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows`, `Motion` and the mirror reflection of physical
@@ -79,6 +89,9 @@ fn classic(m: &mut Classic, off: EffectSet) {
     clear(&mut m.emission, off.has(Effect::Emission));
     clear(&mut m.reflection, off.has(Effect::MirrorReflection));
     clear(&mut m.transmission, off.has(Effect::Refraction));
+    if let Some(mixture) = m.mixture.as_mut().filter(|_| off.has(Effect::Absorption)) {
+        mixture.absorption = Colour::BLACK;
+    }
     clear(&mut m.ambient, off.has(Effect::AmbientLight));
     if let Some(reflection) = &mut m.reflection {
         clear(&mut reflection.fuzz, off.has(Effect::FuzzyReflection));
@@ -95,6 +108,23 @@ fn physical(m: &mut Physical, off: EffectSet) {
         m.transmission = 0.0.into();
         m.transmission_texture = None;
     }
+    if off.has(Effect::Absorption) {
+        m.attenuation_distance = None;
+    }
+    if off.has(Effect::TintedReflection) {
+        (m.specular, m.specular_colour) = (1.0.into(), Colour::WHITE.into());
+        (m.specular_texture, m.specular_colour_texture) = (None, None);
+    }
+    if off.has(Effect::Dispersion) {
+        m.dispersion = 0.0;
+    }
+    m.thin_walled &= !off.has(Effect::ThinWalls);
+    clear(&mut m.conductor, off.has(Effect::Conductors));
+    clear(&mut m.clearcoat, off.has(Effect::Clearcoat));
+    clear(&mut m.sheen, off.has(Effect::Sheen));
+    clear(&mut m.anisotropy, off.has(Effect::Anisotropy));
+    clear(&mut m.iridescence, off.has(Effect::Iridescence));
+    clear(&mut m.diffuse_transmission, off.has(Effect::DiffuseTransmission));
     if off.has(Effect::Transparency) {
         m.alpha = AlphaMode::Opaque;
     }

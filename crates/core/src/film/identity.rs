@@ -19,20 +19,46 @@ pub(crate) struct Identity {
 
 impl Identity {
     pub fn new(scene: &str, settings: &Settings) -> Self {
-        let settings: [(&str, &dyn Debug); 13] = [
-            ("size", &settings.size),
-            ("camera", &settings.camera),
-            ("pattern of samples", &settings.sampling.pattern()),
-            ("pixel filter", &settings.filter),
-            ("maximum depth", &settings.max_depth),
-            ("integrator", &settings.integrator),
-            ("light sampling", &settings.light_sampling),
-            ("seed", &settings.seed),
-            ("frame", &settings.frame),
-            ("precision", &settings.precision),
-            ("list of effects switched off", &settings.without),
-            ("background", &settings.background),
-            ("list of layers", &settings.aovs),
+        // Every setting is named, so that a new one cannot be forgotten. Crop, tiles and replicates are the plan's.
+        let Settings {
+            size,
+            camera,
+            sampling,
+            filter,
+            max_depth,
+            integrator,
+            light_sampling,
+            fresnel,
+            microfacets,
+            seed,
+            frame,
+            precision,
+            without,
+            background,
+            aovs,
+            crop: _,
+            replicates: _,
+            tile_size: _,
+            accelerator: _,
+            kernel: _,
+            max_memory: _,
+        } = settings;
+        let settings: [(&str, &dyn Debug); 15] = [
+            ("size", size),
+            ("camera", camera),
+            ("pattern of samples", &sampling.pattern()),
+            ("pixel filter", filter),
+            ("maximum depth", max_depth),
+            ("integrator", integrator),
+            ("light sampling", light_sampling),
+            ("Fresnel rule", fresnel),
+            ("rule of microfacets", microfacets),
+            ("seed", seed),
+            ("frame", frame),
+            ("precision", precision),
+            ("list of effects switched off", without),
+            ("background", background),
+            ("list of layers", aovs),
         ];
         let settings = settings.into_iter().map(|(name, value)| (name.to_owned(), format!("{value:?}"))).collect();
         Self { scene: scene.to_owned(), settings }

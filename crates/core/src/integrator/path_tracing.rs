@@ -6,6 +6,7 @@
 //! A path's state is numbers alone ([`Walk`]), and what one more segment makes of it does not know who asks.
 
 mod classic;
+mod layered;
 mod lights;
 mod media;
 mod mixture;
@@ -48,6 +49,8 @@ struct Walk<R: Real> {
     media: Media,
     /// Where the ray left, and how.
     left: Left<R>,
+    /// The one wavelength, in nanometres, by which a path goes on that was bent apart; none: it is white.
+    wavelength: Option<f64>,
 }
 
 /// How a ray left its vertex: what it takes to know how else the light at its end could have been found.
@@ -88,6 +91,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             hit: false,
             media: self.media,
             left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
+            wavelength: None,
         };
         loop {
             let min = if walk.traced == 0 { self.camera_min - walk.leg.ahead } else { self.secondary_min };
@@ -193,7 +197,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
         walk.left = Left { from: at.surface.point, normal: onward.lit, density };
         if self.scene.absorbs && onward.through {
-            walk.media = walk.media.beyond(at.material, at.outside);
+            walk.media = self.beyond(&walk.media, at);
         }
         true
     }

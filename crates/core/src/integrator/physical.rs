@@ -28,23 +28,30 @@ impl<R: Real> Physical<R> {
         if self.vertex_colours { colour * R::Vec3::new(r, g, b) } else { colour }
     }
 
-    /// What the model's inputs are at a point.
+    /// Its index of refraction at a point.
     #[inline(always)]
-    pub fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
-        let boundary = match &self.index {
+    pub fn boundary_at(&self, here: &Here<'_, R>) -> Boundary<R> {
+        match &self.index {
             Index::Even(boundary) => *boundary,
             Index::Varying(index) => {
                 let [least, most] = PhysicalData::IOR;
                 Boundary::new(Real::clamp(index.number(here).to_f64(), least, most))
             }
-        };
+        }
+    }
+
+    /// What the model's inputs are at a point.
+    #[inline(always)]
+    pub fn model_at(&self, here: &Here<'_, R>) -> MetallicRoughness<R> {
+        let (boundary, base) = (self.boundary_at(here), self.base_at(here));
         let glass = |passage: &Passage<R>| {
             let share = passage.share_at(here);
-            let glass = || Glass { ior: boundary.ior, reflected: Vector::ONE, transmitted: passage.tint * share };
-            (share > R::ZERO).then(glass)
+            // Nothing bends in a thin wall; Whitted's rules have it reflect nothing either.
+            let ior = if self.thin { 1.0 } else { boundary.ior };
+            (share > R::ZERO).then(|| Glass { ior, reflected: Vector::ONE, transmitted: base * share })
         };
         MetallicRoughness {
-            base: self.base_at(here),
+            base,
             metallic: self.metallic.number(here),
             roughness: self.roughness.number(here),
             dielectric: boundary.f0,

@@ -40,6 +40,16 @@ impl<R: Real> Interaction<R> {
     /// Where a ray met what it hit.
     #[inline(always)]
     pub fn of<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+        let mut at = Self::smooth::<P, K>(scene, leg, hit);
+        if K::PHYSICAL && scene.objects[at.object as usize].bumpy {
+            at.bend(scene, leg, hit);
+        }
+        at
+    }
+
+    /// The same before an image bends the normal.
+    #[inline(always)]
+    pub fn smooth<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
         let ray = &leg.ray;
         let surface = scene.geometry.surface(ray, hit);
         let object = hit.outermost();
@@ -75,9 +85,6 @@ impl<R: Real> Interaction<R> {
         }
         if K::MESHES && record.mesh.is_some() {
             at.normal = towards_viewer::<R>(at.normal, surface.normal, outside, direction);
-        }
-        if K::PHYSICAL && record.bumpy {
-            at.bend(scene, leg, hit);
         }
         at
     }

@@ -1,18 +1,18 @@
-//! The answer to light of a surface at a point: a list of lobes, evaluated, sampled and weighed together.
+//! The answer to light of a surface at a point: a list of lobes, evaluated, sampled and weighed together. Which kinds of lobes is a
+//! parameter, so that surfaces of the common ones carry no code of the others.
 
 use super::frame::Frame;
-use super::interface::Interface;
-use super::lobe::{Lobe, Pair};
+use super::lobe::{Lobe, Pair, Scatters};
 use crate::number::{Mask, Number, Vector3};
 
-/// Lobes that a surface may have.
+/// Lobes that a surface of the common kinds may have.
 pub const MOST_LOBES: usize = 5;
 
-/// The answer to light of a surface at a point.
+/// The answer to light of a surface at a point, by at most `MOST` lobes of a family of kinds.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf<N: Number> {
+pub struct Bsdf<N: Number, L: Scatters<N> = Lobe<N>, const MOST: usize = MOST_LOBES> {
     normal: N::Vec3,
-    lobes: [Lobe<N>; MOST_LOBES],
+    lobes: [L; MOST],
     count: usize,
 }
 
@@ -35,14 +35,21 @@ impl<N: Number> Bsdf<N> {
     /// A surface without lobes, which is black.
     #[inline(always)]
     pub fn new(normal: N::Vec3) -> Self {
-        let nothing = Lobe::Mirror { f0: N::Vec3::ZERO, f90: N::Vec3::ZERO };
-        Self { normal, lobes: [nothing; MOST_LOBES], count: 0 }
+        Self::of_kind(normal)
+    }
+}
+
+impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
+    /// A surface without lobes, of whichever family.
+    #[inline(always)]
+    pub fn of_kind(normal: N::Vec3) -> Self {
+        Self { normal, lobes: [L::NOTHING; MOST], count: 0 }
     }
 
-    /// Adds a lobe; beyond [`MOST_LOBES`] none is taken.
+    /// Adds a lobe; beyond `MOST` none is taken.
     #[inline(always)]
     #[must_use]
-    pub fn with(mut self, lobe: Lobe<N>) -> Self {
+    pub fn with(mut self, lobe: L) -> Self {
         if let Some(slot) = self.lobes.get_mut(self.count) {
             *slot = lobe;
             self.count += 1;
@@ -58,18 +65,18 @@ impl<N: Number> Bsdf<N> {
 
     /// Its lobes.
     #[inline(always)]
-    pub fn lobes(&self) -> &[Lobe<N>] {
+    pub fn lobes(&self) -> &[L] {
         &self.lobes[..self.count]
     }
 
     /// Whether it answers to no light that could be drawn: all its lobes are delta lobes.
     #[inline(always)]
     pub fn is_delta(&self) -> bool {
-        self.lobes().iter().all(Lobe::is_delta)
+        self.lobes().iter().all(L::is_delta)
     }
 
     #[inline(always)]
-    fn sum(&self, wo: N::Vec3, wi: N::Vec3, counts: impl Fn(&Lobe<N>) -> bool) -> N::Vec3 {
+    fn sum(&self, wo: N::Vec3, wi: N::Vec3, counts: impl Fn(&L) -> bool) -> N::Vec3 {
         let pair = Pair::new(self.normal, wo, wi);
         let mut sum = N::Vec3::ZERO;
         for lobe in self.lobes() {
@@ -89,7 +96,7 @@ impl<N: Number> Bsdf<N> {
     /// Whether some lobe lets light through that could have been drawn.
     #[inline(always)]
     pub fn lets_through(&self) -> bool {
-        self.lobes().iter().any(Lobe::lets_through)
+        self.lobes().iter().any(L::lets_through)
     }
 
     /// [`Self::eval`] for a light on any side of the surface.
@@ -108,7 +115,7 @@ impl<N: Number> Bsdf<N> {
     /// [`Self::eval`] of the diffuse lobes alone, for a light that makes no highlights.
     #[inline(always)]
     pub fn diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, |lobe| matches!(lobe, Lobe::Diffuse { .. } | Lobe::Lambert { .. }))
+        self.sum(wo, wi, L::is_diffuse)
     }
 
     /// Sum of what the choice among lobes goes by.
@@ -155,14 +162,14 @@ impl<N: Number> Bsdf<N> {
                 continue;
             }
             if lobe.is_delta() {
-                let (direction, weight) = self.sample_delta(lobe, wo, u);
+                let (direction, weight) = lobe.drawn_delta(self.normal, wo, u);
                 out.direction = N::Vec3::select(chosen, direction, out.direction);
                 out.weight = N::Vec3::select(chosen, weight / (lobe.importance(cosine) / total), out.weight);
                 (out.some, out.delta) = (out.some | chosen, out.delta | chosen);
             } else {
                 // How far into the lobe's share the choice lies is a number in [0, 1) too.
                 let rest = ((choice * total - start) / importance).max(N::ZERO);
-                out.direction = N::Vec3::select(chosen, frame.to_world(lobe.drawn(local, rest, [u, v])), out.direction);
+                out.direction = N::Vec3::select(chosen, lobe.drawn_world(frame, wo, local, rest, [u, v]), out.direction);
             }
         }
         let (density, facing) = (self.pdf(wo, out.direction), self.normal.dot(out.direction));
@@ -187,10 +194,10 @@ impl<N: Number> Bsdf<N> {
     /// From which lobe each able lane draws: the last one whose importance is above zero and before which the others' sum is not
     /// above `target`. Asked from the last one on, so that rounding leaves no rest behind it.
     #[inline(always)]
-    fn chosen(&self, cosine: N, target: N, able: N::Mask) -> [N::Mask; MOST_LOBES] {
-        let (mut chosen, mut left) = ([N::Mask::default(); MOST_LOBES], able);
-        let mut before = [N::ZERO; MOST_LOBES];
-        for (i, lobe) in self.lobes().iter().enumerate().take(MOST_LOBES - 1) {
+    fn chosen(&self, cosine: N, target: N, able: N::Mask) -> [N::Mask; MOST] {
+        let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);
+        let mut before = [N::ZERO; MOST];
+        for (i, lobe) in self.lobes().iter().enumerate().take(MOST - 1) {
             before[i + 1] = before[i] + lobe.importance(cosine);
         }
         for (i, lobe) in self.lobes().iter().enumerate().rev() {
@@ -198,27 +205,5 @@ impl<N: Number> Bsdf<N> {
             left = left & !chosen[i];
         }
         chosen
-    }
-
-    /// Direction and weight of a delta lobe; a dielectric divides its light by a number in [0, 1).
-    #[inline(always)]
-    fn sample_delta(&self, lobe: &Lobe<N>, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
-        let Lobe::Dielectric { eta, share, reflected, transmitted } = *lobe else {
-            let cosine = self.normal.dot(wo);
-            return (self.normal * (N::from_f64(2.0) * cosine) - wo, lobe.reflectance(cosine));
-        };
-        let mut through = N::Mask::default();
-        let direction = N::Vec3::of_lanes(|lane| {
-            let interface = Interface::new(-wo.lane(lane), self.normal.lane(lane), N::exact_lane(eta, lane));
-            // Chosen by the share itself, so the weight is the tint.
-            match interface.refracted {
-                Some(direction) if u.lane(lane) >= interface.fresnel() => {
-                    through.set(lane);
-                    direction
-                }
-                _ => interface.reflected,
-            }
-        });
-        (direction, N::Vec3::select(through, transmitted, reflected) * share)
     }
 }

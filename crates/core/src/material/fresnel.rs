@@ -42,3 +42,37 @@ pub fn dielectric(incident: f64, transmitted: Option<f64>, eta: f64) -> f64 {
     let parallel = (eta * ct - ci) / (eta * ct + ci);
     (0.5 * (perpendicular * perpendicular + parallel * parallel)).clamp(0.0, 1.0)
 }
+
+/// Exact unpolarised reflectance of a conductor in air with the complex index n + ik, by the cosine of the angle of incidence (Born, Wolf,
+/// "Principles of Optics", 1999, §14.4).
+pub fn conductor(cosine: f64, [n, k]: [f64; 2]) -> f64 {
+    let c = cosine.clamp(0.0, 1.0);
+    let (c2, s2) = (c * c, 1.0 - c * c);
+    // The square of p + iq = √((n + ik)² − sin²): its parts without a difference of nearly equal numbers.
+    let real = n * n - k * k - s2;
+    let length = real.hypot(2.0 * n * k);
+    let p = (0.5 * (length + real)).max(0.0).sqrt();
+    let across = (length + c2 - 2.0 * p * c) / (length + c2 + 2.0 * p * c);
+    let along = across * (length * c2 + s2 * s2 - 2.0 * p * c * s2) / (length * c2 + s2 * s2 + 2.0 * p * c * s2);
+    let both = 0.5 * (across + along);
+    // All is reflected where nothing is above the surface's plane.
+    if both.is_finite() { both.clamp(0.0, 1.0) } else { 1.0 }
+}
+
+/// Exact unpolarised reflectance of a dielectric in air, by its index and the cosine of the angle of incidence outside.
+pub fn dielectric_in_air(cosine: f64, ior: f64) -> f64 {
+    let c = cosine.clamp(0.0, 1.0);
+    dielectric(c, Some((1.0 - (1.0 - c * c) / (ior * ior)).max(0.0).sqrt()), 1.0 / ior)
+}
+
+/// Which formulas tell how much surfaces reflect.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FresnelRule {
+    /// Schlick's for everything, for glass and conductors with a complex index too.
+    Schlick,
+    /// Schlick's for the metallic-roughness model, which is defined by it; the exact ones for glass and for complex indices.
+    #[default]
+    Model,
+    /// The exact ones for whatever has an index; metals that have a colour alone keep Schlick's.
+    Exact,
+}

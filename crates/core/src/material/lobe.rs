@@ -2,9 +2,11 @@
 
 use core::f64::consts::PI;
 
+use super::frame::Frame;
 use super::fresnel::{schlick, towards_grazing};
+use super::interface::Interface;
 use super::rough_glass::RoughGlass;
-use crate::number::{Number, Vector3};
+use crate::number::{Mask, Number, Vector3};
 
 /// Least perceptual roughness of a glossy lobe: below it the highlight of a light without size is a spike.
 pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
@@ -65,29 +67,29 @@ pub enum Lobe<N: Number> {
 
 /// Two unit directions away from a surface and what the lobes ask of them.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pair<N: Number> {
-    pub normal: N::Vec3,
-    pub wo: N::Vec3,
-    pub wi: N::Vec3,
+pub struct Pair<N: Number> {
+    pub(super) normal: N::Vec3,
+    pub(super) wo: N::Vec3,
+    pub(super) wi: N::Vec3,
     /// Unit, halfway between them.
     half: N::Vec3,
     /// Cosines to the normal: of the way back, and of the light.
-    pub out: N,
-    pub into: N,
+    pub(super) out: N,
+    pub(super) into: N,
     /// Cosine between the light and `half`.
-    pub tilt: N,
+    pub(super) tilt: N,
 }
 
 impl<N: Number> Pair<N> {
     #[inline(always)]
-    pub fn new(normal: N::Vec3, wo: N::Vec3, wi: N::Vec3) -> Self {
+    pub(super) fn new(normal: N::Vec3, wo: N::Vec3, wi: N::Vec3) -> Self {
         let half = (wi + wo).normalize();
         Self { normal, wo, wi, half, out: normal.dot(wo), into: normal.dot(wi), tilt: half.dot(wi).max(N::ZERO) }
     }
 
     /// What facets of such a reflectance send back, by GGX's density of them and Smith's height-correlated shadowing. Takes α².
     #[inline(always)]
-    pub fn reflected(&self, reflectance: N::Vec3, a2: N) -> N::Vec3 {
+    pub(super) fn reflected(&self, reflectance: N::Vec3, a2: N) -> N::Vec3 {
         let visibility = N::from_f64(0.5) / (self.into * smith(a2, self.out) + self.out * smith(a2, self.into));
         let value = reflectance * (self.facets(a2) * visibility);
         N::Vec3::select(self.out.above(N::ZERO), value, N::Vec3::ZERO)
@@ -95,7 +97,7 @@ impl<N: Number> Pair<N> {
 
     /// The density of visible facets D·G₁·(o·h)/cosₒ over 4·(o·h), with G₁ = 2·cosₒ / (cosₒ + smith(cosₒ)). Takes α².
     #[inline(always)]
-    pub fn density_reflected(&self, a2: N) -> N {
+    pub(super) fn density_reflected(&self, a2: N) -> N {
         self.facets(a2) / (N::from_f64(2.0) * (self.out + smith(a2, self.out)))
     }
 
@@ -122,16 +124,56 @@ pub(super) fn smith<N: Number>(a2: N, cosine: N) -> N {
     (a2 + (N::ONE - a2) * cosine * cosine).sqrt()
 }
 
-impl<N: Number> Lobe<N> {
+/// What a [`Bsdf`](super::Bsdf) asks of a lobe.
+pub trait Scatters<N: Number>: Copy + core::fmt::Debug {
+    /// A lobe that sends nothing.
+    const NOTHING: Self;
+    /// Whether there are mirrors about other normals than the surface's.
+    const COATED: bool;
     /// Whether it answers in single directions only, so that it has neither a value nor a density.
+    fn is_delta(&self) -> bool;
+    /// Whether it diffuses, so that it answers to lights that make no highlights.
+    fn is_diffuse(&self) -> bool;
+    /// Whether it lets light through that could have been drawn.
+    fn lets_through(&self) -> bool;
+    /// Its bidirectional reflectance, for a light above the surface.
+    fn value(&self, pair: &Pair<N>) -> N::Vec3;
+    /// What it lets through of a light below the surface, over the cosine there.
+    fn value_through(&self, pair: &Pair<N>) -> N::Vec3;
+    /// Density by solid angle with which [`Self::drawn_world`] gives the light's direction, both above the surface.
+    fn density(&self, pair: &Pair<N>) -> N;
+    /// The same of a light's direction below the surface.
+    fn density_through(&self, pair: &Pair<N>) -> N;
+    /// A direction for the way back, in the world and in the frame about the surface's normal, and three numbers in [0, 1). Of a
+    /// lobe that is not delta.
+    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3;
+    /// Direction and weight of a delta lobe; one that divides its light does so by a number in [0, 1).
+    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3);
+    /// How much it may send back to a direction with this cosine to the normal: what choosing among lobes goes by.
+    fn importance(&self, cosine: N) -> N;
+}
+
+impl<N: Number> Scatters<N> for Lobe<N> {
+    const NOTHING: Self = Self::Mirror { f0: <N::Vec3 as Vector3<N>>::ZERO, f90: <N::Vec3 as Vector3<N>>::ZERO };
+    const COATED: bool = false;
+
     #[inline(always)]
-    pub fn is_delta(&self) -> bool {
+    fn is_delta(&self) -> bool {
         matches!(self, Self::Mirror { .. } | Self::Dielectric { .. })
     }
 
-    /// Its bidirectional reflectance, for a light above the surface.
     #[inline(always)]
-    pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Diffuse { .. } | Self::Lambert { .. })
+    }
+
+    #[inline(always)]
+    fn lets_through(&self) -> bool {
+        matches!(self, Self::RoughGlass(_))
+    }
+
+    #[inline(always)]
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
             Self::Diffuse { albedo, f0 } => albedo * (N::Vec3::ONE - schlick(f0, pair.tilt)) / N::from_f64(PI),
             Self::Lambert { albedo } => albedo / N::from_f64(PI),
@@ -146,27 +188,18 @@ impl<N: Number> Lobe<N> {
         }
     }
 
-    /// Whether it lets light through that could have been drawn.
     #[inline(always)]
-    pub fn lets_through(&self) -> bool {
-        matches!(self, Self::RoughGlass(_))
-    }
-
-    /// What it lets through of a light below the surface, over the cosine there.
-    #[inline(always)]
-    pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         if let Self::RoughGlass(glass) = self { glass.value_through(pair) } else { N::Vec3::ZERO }
     }
 
-    /// Density by solid angle with which [`Self::drawn`] gives a light's direction below the surface.
     #[inline(always)]
-    pub(super) fn density_through(&self, pair: &Pair<N>) -> N {
+    fn density_through(&self, pair: &Pair<N>) -> N {
         if let Self::RoughGlass(glass) = self { glass.density_through(pair) } else { N::ZERO }
     }
 
-    /// Density by solid angle with which [`Self::drawn`] gives the light's direction, both above the surface.
     #[inline(always)]
-    pub(super) fn density(&self, pair: &Pair<N>) -> N {
+    fn density(&self, pair: &Pair<N>) -> N {
         match *self {
             Self::Diffuse { .. } | Self::Lambert { .. } => pair.into / N::from_f64(PI),
             Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => pair.density_reflected(squared_alpha(roughness)),
@@ -175,31 +208,44 @@ impl<N: Number> Lobe<N> {
         }
     }
 
-    /// A direction in the frame whose third axis is the normal, for the way back in that frame and three numbers in [0, 1). Of a
-    /// lobe that is not delta.
     #[inline(always)]
-    pub(super) fn drawn(&self, wo: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
-        match *self {
-            Self::RoughGlass(glass) => glass.drawn(wo, choice, [u, v]),
+    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, local: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
+        frame.to_world(match *self {
+            Self::RoughGlass(glass) => glass.drawn(local, choice, [u, v]),
             Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => {
-                let facet = visible_facet::<N>(wo, squared_alpha(roughness).sqrt(), on_disk([u, v]));
-                facet * (N::from_f64(2.0) * wo.dot(facet)) - wo
+                let alpha = squared_alpha(roughness).sqrt();
+                let facet = visible_facet::<N>(local, [alpha; 2], on_disk([u, v]));
+                let mirrored = facet * (N::from_f64(2.0) * local.dot(facet)) - local;
+                // What a facet sends below meets another one, and is lost: no other lobe may take it for light that goes through.
+                N::Vec3::select(mirrored.z().above(N::ZERO), mirrored, N::Vec3::ZERO)
             }
             _ => Self::cosine([u, v]),
-        }
+        })
     }
 
-    /// A direction about the third axis, drawn by the cosine for two numbers in [0, 1): a point of the disk, raised to the
-    /// hemisphere (Malley).
     #[inline(always)]
-    pub(crate) fn cosine([u, v]: [N; 2]) -> N::Vec3 {
-        let [x, y] = on_disk([u, v]);
-        N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
+    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let Self::Dielectric { eta, share, reflected, transmitted } = *self else {
+            let cosine = normal.dot(wo);
+            return (normal * (N::from_f64(2.0) * cosine) - wo, self.reflectance(cosine));
+        };
+        let mut through = N::Mask::default();
+        let direction = N::Vec3::of_lanes(|lane| {
+            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(eta, lane));
+            // Chosen by the share itself, so the weight is the tint.
+            match interface.refracted {
+                Some(direction) if u.lane(lane) >= interface.fresnel() => {
+                    through.set(lane);
+                    direction
+                }
+                _ => interface.reflected,
+            }
+        });
+        (direction, N::Vec3::select(through, transmitted, reflected) * share)
     }
 
-    /// How much it may send back to a direction with this cosine to the normal: what choosing among lobes goes by.
     #[inline(always)]
-    pub(super) fn importance(&self, cosine: N) -> N {
+    fn importance(&self, cosine: N) -> N {
         match *self {
             Self::Diffuse { albedo, .. } | Self::Lambert { albedo } => albedo.max_element(),
             Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))).max_element(),
@@ -208,6 +254,16 @@ impl<N: Number> Lobe<N> {
             Self::RoughGlass(RoughGlass { share, reflected, transmitted, .. })
             | Self::Dielectric { share, reflected, transmitted, .. } => share * reflected.max(transmitted).max_element(),
         }
+    }
+}
+
+impl<N: Number> Lobe<N> {
+    /// A direction about the third axis, drawn by the cosine for two numbers in [0, 1): a point of the disk, raised to the
+    /// hemisphere (Malley).
+    #[inline(always)]
+    pub(crate) fn cosine([u, v]: [N; 2]) -> N::Vec3 {
+        let [x, y] = on_disk([u, v]);
+        N::Vec3::new(x, y, (N::ONE - u).max(N::ZERO).sqrt())
     }
 
     /// Share that a mirror reflects at this cosine to the normal; of other lobes nothing.
@@ -225,10 +281,10 @@ pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
     [u.sqrt() * angle.cos(), u.sqrt() * angle.sin()]
 }
 
-/// The normal of a facet that is seen along `wo`, for a point of the unit disk ("Sampling the GGX Distribution of Visible
+/// The normal of a facet that is seen along `wo`, for the α along both axes and a point of the unit disk ("Sampling the GGX Distribution of Visible
 /// Normals", Heitz 2018): the half-ellipsoid of facets is stretched to a half-sphere, whose outline is a disk and half a disk.
-pub(super) fn visible_facet<N: Number>(wo: N::Vec3, alpha: N, [a, b]: [N; 2]) -> N::Vec3 {
-    let seen = N::Vec3::new(alpha * wo.x(), alpha * wo.y(), wo.z()).normalize();
+pub(super) fn visible_facet<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]) -> N::Vec3 {
+    let seen = N::Vec3::new(ax * wo.x(), ay * wo.y(), wo.z()).normalize();
     let across = (seen.x() * seen.x() + seen.y() * seen.y()).sqrt();
     let slanted = N::Vec3::new(-seen.y() / across, seen.x() / across, N::ZERO);
     let first = N::Vec3::select(across.above(N::ZERO), slanted, N::Vec3::new(N::ONE, N::ZERO, N::ZERO));
@@ -237,5 +293,5 @@ pub(super) fn visible_facet<N: Number>(wo: N::Vec3, alpha: N, [a, b]: [N; 2]) ->
     let b = (N::ONE - half) * (N::ONE - a * a).max(N::ZERO).sqrt() + half * b;
     let up = (N::ONE - a * a - b * b).max(N::ZERO).sqrt();
     let facet = first * a + second * b + seen * up;
-    N::Vec3::new(alpha * facet.x(), alpha * facet.y(), facet.z().max(N::ZERO)).normalize()
+    N::Vec3::new(ax * facet.x(), ay * facet.y(), facet.z().max(N::ZERO)).normalize()
 }

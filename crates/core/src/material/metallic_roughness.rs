@@ -42,7 +42,7 @@ pub struct MetallicRoughness<N: Number> {
 }
 
 /// Least difference of an index from one at which a rough boundary scatters; below, it is smooth.
-const LEAST_BEND: f64 = 5e-3;
+pub(super) const LEAST_BEND: f64 = 5e-3;
 
 impl<N: Number> MetallicRoughness<N> {
     /// Share of the surface that is a boundary of glass.
@@ -80,10 +80,10 @@ impl<N: Number> MetallicRoughness<N> {
     }
 
     /// Its lobes for light that goes any way, seen from `wo`: as [`Self::bsdf`], but next to smooth surfaces are mirrors, rough ones
-    /// give back what their facets send to each other, and a boundary of glass, smooth or rough, reflects by itself, so that of the
+    /// give back what their facets send to each other (where `compensated`), and a boundary of glass, smooth or rough, reflects by itself, so that of the
     /// rest only what is metal does.
     #[inline(always)]
-    pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> Bsdf<N> {
+    pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask, compensated: bool) -> Bsdf<N> {
         let zero = N::Vec3::ZERO;
         let (through, whole) = (self.through(), self.f0());
         let glassy = through.above(N::ZERO);
@@ -97,7 +97,7 @@ impl<N: Number> MetallicRoughness<N> {
         let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
         if f90.max_element().above(N::ZERO).any() {
             if rough.any() {
-                let gain = given_back(f0, self.roughness, normal.dot(wo));
+                let gain = if compensated { given_back(f0, self.roughness, normal.dot(wo)) } else { N::Vec3::ONE };
                 let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f * gain, zero));
                 bsdf = bsdf.with(Lobe::Rough { f0, f90, roughness: self.roughness });
             }

@@ -17,19 +17,32 @@
 
 mod bsdf;
 mod energy;
+mod facets;
+mod film;
 mod frame;
 mod fresnel;
+mod glass_layer;
 mod interface;
+mod layer;
+mod layered;
 mod lobe;
 mod metallic_roughness;
+mod reflectance;
 mod rough_glass;
+mod sheen;
+mod spectrum;
 #[cfg(test)]
 mod tests;
 
 pub use bsdf::{Bsdf, MOST_LOBES, Sampled};
+pub use film::Film;
 pub use frame::Frame;
-pub use fresnel::{dielectric, environment_reflectance, schlick, towards_grazing};
+pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, towards_grazing};
 pub(crate) use interface::Interface;
-pub use lobe::Lobe;
+pub use layer::{Coat, Layer};
+pub use layered::{Combed, Diffused, Layered, LayeredBsdf, MOST_LAYERS};
+pub use lobe::{Lobe, Pair, Scatters};
 pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use rough_glass::RoughGlass;
+pub use sheen::Sheen;
+pub(crate) use spectrum::{Hero, index_at};

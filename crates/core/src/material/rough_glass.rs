@@ -89,6 +89,11 @@ impl<N: Number> RoughGlass<N> {
         N::Vec3::select(able & pair.out.above(N::ZERO) & below.above(N::ZERO), value, N::Vec3::ZERO)
     }
 
+    /// The cosine of the way back to the facet that refracts between both directions.
+    pub(super) fn tilt_through(&self, pair: &Pair<N>) -> N {
+        self.between(pair).1
+    }
+
     /// Density below the surface.
     #[inline(always)]
     pub(super) fn density_through(&self, pair: &Pair<N>) -> N {
@@ -106,7 +111,7 @@ impl<N: Number> RoughGlass<N> {
     /// facet reflects or refracts. Zero where that is lost.
     #[inline(always)]
     pub(super) fn drawn(&self, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        let facet = visible_facet::<N>(wo, squared_alpha(self.roughness).sqrt(), on_disk(point));
+        let facet = visible_facet::<N>(wo, [squared_alpha(self.roughness).sqrt(); 2], on_disk(point));
         let cosine = wo.dot(facet);
         let (reflectance, beyond) = fresnel(cosine, self.eta);
         let mirrored = facet * (N::from_f64(2.0) * cosine) - wo;

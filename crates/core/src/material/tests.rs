@@ -1,6 +1,7 @@
 //! Sampling against the density that it claims, densities against one, values against reciprocity and the energy that came in.
 
 mod lanes;
+mod layers;
 
 use super::*;
 use glam::DVec3;
@@ -57,6 +58,7 @@ fn boundaries() -> Vec<(&'static str, Bsdf<f64>)> {
         ("into glass", frosted(1.0 / 1.5, 0.6)),
         ("out of glass", frosted(1.5, 0.6)),
         ("out of diamond", frosted(2.42, 0.8)),
+        ("metal and glass", frosted(1.0 / 1.5, 0.6).with(Lobe::Rough { f0: WHITE * 0.5, f90: WHITE, roughness: 0.9 })),
         ("into water with paint", frosted(1.0 / 1.33, 0.9).with(Lobe::Lambert { albedo: WHITE * 0.5 })),
     ]
 }
@@ -65,9 +67,12 @@ const HEIGHTS: [f64; 3] = [1.0, 0.7, 0.2];
 
 /// Sums the density over cells of the sphere, `rows` of equal height and `columns`, each by a midpoint
 /// rule of its own.
-fn expected(bsdf: &Bsdf<f64>, wo: DVec3, [rows, columns]: [usize; 2]) -> Vec<f64> {
-    // What passes a boundary head-on is a narrow peak.
-    let count = if bsdf.lets_through() { 40 } else { 12 };
+fn expected<L: Scatters<f64>, const MOST: usize>(
+    bsdf: &Bsdf<f64, L, MOST>,
+    wo: DVec3,
+    [rows, columns]: [usize; 2],
+    count: usize,
+) -> Vec<f64> {
     let cell = 2.0 * core::f64::consts::TAU / (rows * columns * count * count) as f64;
     let part = |cell: usize, step: usize, cells: usize| (cell as f64 + (step as f64 + 0.5) / count as f64) / cells as f64;
     let sum = |row: usize, column: usize| -> f64 {
@@ -78,49 +83,64 @@ fn expected(bsdf: &Bsdf<f64>, wo: DVec3, [rows, columns]: [usize; 2]) -> Vec<f64
     (0..rows * columns).map(|index| sum(index / columns, index % columns)).collect()
 }
 
-/// Protects: directions are drawn with the density that `pdf` states, by χ² over cells of the sphere; what the cells lack of
+/// Directions are drawn with the density that `pdf` states, by χ² over cells of the sphere; what the cells lack of
 /// all samples is what facets lose or comes from a delta lobe.
-#[test]
-fn samples_follow_their_density() {
+fn chi_squared<L: Scatters<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) {
     const COUNT: u64 = 60_000;
     const CELLS: [usize; 2] = [40, 24];
+    let height = wo.dot(NORMAL);
+    // What passes a boundary head-on is a narrow peak.
+    let expected = expected(bsdf, wo, CELLS, if bsdf.lets_through() && MOST == MOST_LOBES { 40 } else { 12 });
+    let total: f64 = expected.iter().sum();
+    assert!(total <= 1.0 + 2e-3, "{name} at {height}: the density sums to {total}");
+    let mut found = vec![0.0; expected.len()];
+    let frame = Frame::<f64>::about(NORMAL);
+    let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
+    for sampled in drawn.filter(|sampled| sampled.some && !sampled.delta) {
+        let d = sampled.direction;
+        assert!((d.length() - 1.0).abs() < 1e-12 && (sampled.density / bsdf.pdf(wo, d) - 1.0).abs() < 1e-12);
+        let turn = (libm::atan2(d.dot(frame.bitangent), d.dot(frame.tangent)) / core::f64::consts::TAU).rem_euclid(1.0);
+        let place = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
+        found[place(0.5 * (1.0 + d.dot(NORMAL)), CELLS[0]) * CELLS[1] + place(turn, CELLS[1])] += 1.0;
+    }
+    // Cells in which less than five are expected count together.
+    let (mut statistic, mut freedom, mut rest) = (0.0, 0.0, [0.0; 2]);
+    let mut count = |found: f64, expected: f64| {
+        statistic += (found - expected) * (found - expected) / expected;
+        freedom += 1.0;
+    };
+    for (&found, expected) in found.iter().zip(expected.iter().map(|share| share * COUNT as f64)) {
+        if expected >= 5.0 {
+            count(found, expected);
+        } else {
+            rest = [rest[0] + found, rest[1] + expected];
+        }
+    }
+    if rest[1] >= 5.0 {
+        count(rest[0], rest[1]);
+    }
+    // Mean and deviation of χ² are its freedom and √(2·freedom); four of them.
+    assert!(statistic <= freedom + 4.0 * (2.0_f64 * freedom).sqrt(), "{name} at {height}: χ² {statistic} for {freedom} cells");
+}
+
+/// The mean of what a surface sends of white light, and its greatest standard deviation.
+fn furnace<L: Scatters<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) -> (DVec3, f64) {
+    const COUNT: u64 = 20_000;
+    let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
+    for weight in (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight) {
+        (sum, squares) = (sum + weight, squares + weight * weight);
+    }
+    let mean = sum / COUNT as f64;
+    let variance = (squares / COUNT as f64 - mean * mean).max(DVec3::ZERO) / COUNT as f64;
+    (mean, variance.max_element().sqrt())
+}
+
+/// Protects: directions are drawn with the density that `pdf` states.
+#[test]
+fn samples_follow_their_density() {
     for (name, bsdf) in surfaces().into_iter().chain(boundaries()) {
         for height in HEIGHTS {
-            let wo = towards(NORMAL, height, 0.4);
-            let expected = expected(&bsdf, wo, CELLS);
-            let total: f64 = expected.iter().sum();
-            assert!(total <= 1.0 + 2e-3, "{name} at {height}: the density sums to {total}");
-            let mut found = vec![0.0; expected.len()];
-            let frame = Frame::<f64>::about(NORMAL);
-            let drawn = (0..COUNT).map(|i| bsdf.sample(&frame, wo, numbers(i)));
-            for sampled in drawn.filter(|sampled| sampled.some && !sampled.delta) {
-                let d = sampled.direction;
-                assert!((d.length() - 1.0).abs() < 1e-12 && (sampled.density / bsdf.pdf(wo, d) - 1.0).abs() < 1e-12);
-                let turn = (libm::atan2(d.dot(frame.bitangent), d.dot(frame.tangent)) / core::f64::consts::TAU).rem_euclid(1.0);
-                let place = |share: f64, cells: usize| ((share * cells as f64) as usize).min(cells - 1);
-                found[place(0.5 * (1.0 + d.dot(NORMAL)), CELLS[0]) * CELLS[1] + place(turn, CELLS[1])] += 1.0;
-            }
-            // Cells in which less than five are expected count together.
-            let (mut statistic, mut freedom, mut rest) = (0.0, 0.0, [0.0; 2]);
-            let mut count = |found: f64, expected: f64| {
-                statistic += (found - expected) * (found - expected) / expected;
-                freedom += 1.0;
-            };
-            for (&found, expected) in found.iter().zip(expected.iter().map(|share| share * COUNT as f64)) {
-                if expected >= 5.0 {
-                    count(found, expected);
-                } else {
-                    rest = [rest[0] + found, rest[1] + expected];
-                }
-            }
-            if rest[1] >= 5.0 {
-                count(rest[0], rest[1]);
-            }
-            // Mean and deviation of χ² are its freedom and √(2·freedom); four of them.
-            assert!(
-                statistic <= freedom + 4.0 * (2.0_f64 * freedom).sqrt(),
-                "{name} at {height}: χ² {statistic} for {freedom} cells"
-            );
+            chi_squared(name, &bsdf, towards(NORMAL, height, 0.4));
         }
     }
 }
@@ -165,20 +185,15 @@ fn rough_boundaries_are_reciprocal() {
 /// Protects (M08): white metal of any roughness sends back all that comes, ± 0.5 %, at every angle; rough glass sends on at most all.
 #[test]
 fn white_metal_in_a_white_furnace() {
-    const COUNT: u64 = 20_000;
     let metal = |roughness| MetallicRoughness { base: WHITE, metallic: 1.0, roughness, dielectric: 0.04, glass: None };
     let mean = |bsdf: &Bsdf<f64>, wo: DVec3| {
-        let (mut sum, mut squares) = (0.0, 0.0);
-        for weight in (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight.x) {
-            (sum, squares) = (sum + weight, squares + weight * weight);
-        }
-        let mean = sum / COUNT as f64;
-        (mean, ((squares / COUNT as f64 - mean * mean).max(0.0) / COUNT as f64).sqrt())
+        let (mean, deviation) = furnace(bsdf, wo);
+        (mean.x, deviation)
     };
     for roughness in [0.0, 0.02, 0.05, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0] {
         for height in [1.0, 0.8, 0.5, 0.3, 0.12, 0.05] {
             let wo = towards(NORMAL, height, 0.4);
-            let (sent, deviation) = mean(&metal(roughness).transport(NORMAL, wo, true), wo);
+            let (sent, deviation) = mean(&metal(roughness).transport(NORMAL, wo, true, true), wo);
             assert!((sent - 1.0).abs() <= 0.005 + 3.0 * deviation, "roughness {roughness} at {height}: {sent} ± {deviation}");
             for eta in [1.5, 1.0 / 1.5] {
                 let (sent, deviation) = mean(&frosted(eta, roughness.max(0.05)), wo);

@@ -25,15 +25,15 @@ use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
 use crate::scene::{self, ClassicRules, DepthLimit, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
-use crate::settings::{Background, LightSampling, Settings};
+use crate::settings::{Background, LightSampling, Microfacets, Settings};
 
 pub(crate) use estimate::estimate;
 pub use extent::Extent;
 pub(crate) use extent::extent;
 use geometry::Facet;
 pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
-pub(crate) use input::{Here, Sources};
-pub(crate) use material::{Alpha, Boundary, Classic, Index, Material, Mixture, Passage, Physical, Specular};
+pub(crate) use input::{Here, Input, Sources};
+pub(crate) use material::{Alpha, Boundary, Bump, Classic, Index, Layered, Material, Mixture, Passage, Physical, Specular};
 pub(crate) use shape::any_shape;
 pub(crate) use tangents::Corners;
 
@@ -148,8 +148,12 @@ pub struct Prepared<P: Precision> {
     pub(crate) rules: Rules<P::Real>,
     /// Whether some material absorbs what passes through it.
     pub(crate) absorbs: bool,
+    /// What lies over, under and in materials that have such.
+    pub(crate) layers: Vec<Layered<P::Real>>,
     /// How a path tracer finds light with a size.
     pub(crate) light_sampling: LightSampling,
+    /// Whether rough surfaces give back what their facets send to each other.
+    pub(crate) compensates: bool,
     pub(crate) veil: <P::Real as Real>::Vec3,
     /// Objects of whose mesh storing leaves nothing, ascending.
     pub(crate) lost: Vec<u32>,
@@ -172,6 +176,8 @@ pub struct Tables {
     pub emitters: usize,
     /// Materials that something shows.
     pub materials: usize,
+    /// Those of them that are layered.
+    pub layered: usize,
     /// Whether the sky's cosine-weighted average was computed.
     pub irradiance: bool,
     /// Bytes of decoded images.
@@ -201,18 +207,19 @@ impl<P: Precision> Prepared<P> {
         let shown = geometry::materials(scene, &lookup)?;
         let mut used = vec![false; scene.materials.len()];
         shown.iter().for_each(|&material| used[material as usize] = true);
+        let paths = settings.integrator == Integrator::Path;
+        let mut context = material::Context { layers: Vec::new(), paths, without: settings.without, fresnel: settings.fresnel };
         let mut inputs = input::Compiler::new(&names, &lookup);
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
             go_on(observer)?;
             materials.push(if used[index] {
-                material::prepare(material, index, scene, &mut inputs, settings.without)?
+                material::prepare(material, index, scene, &mut inputs, &mut context)?
             } else {
                 Material::Unused
             });
         }
-        let paths = settings.integrator == Integrator::Path;
-        let facets = facets(scene, &materials, &inputs.sources, paths);
+        let facets = facets(scene, (&materials, &context.layers), &inputs.sources, paths);
         let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
@@ -260,7 +267,9 @@ impl<P: Precision> Prepared<P> {
             irradiance,
             camera,
             rules: Rules::new(&scene.classic),
+            layers: context.layers,
             light_sampling: settings.light_sampling,
+            compensates: settings.microfacets == Microfacets::Compensated,
             veil: Vector::from_f64(scene.render.veil.0.into()),
         })
     }
@@ -269,6 +278,7 @@ impl<P: Precision> Prepared<P> {
     pub(crate) fn memory(&self) -> Memory {
         let tables = size_of_val(self.objects.as_slice())
             + size_of_val(self.materials.as_slice())
+            + size_of_val(self.layers.as_slice())
             + size_of_val(self.sources.textures.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
@@ -297,6 +307,7 @@ impl<P: Precision> Prepared<P> {
             lights: self.lights.delta.len(),
             emitters: self.lights.emitters.lit(),
             materials: self.materials.iter().filter(|m| !matches!(m, Material::Unused)).count(),
+            layered: self.layers.len(),
             irradiance: self.irradiance.is_some(),
             texture_bytes: self.texture_bytes(),
         }
@@ -305,10 +316,15 @@ impl<P: Precision> Prepared<P> {
 
 /// What geometry asks of each material. An occluder that lets nothing through needs no question, unless somewhere more is
 /// asked than whether light arrives: which occluder is the first, or how far away the nearest is.
-fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R>, paths: bool) -> Vec<Facet> {
+fn facets<R: Real>(
+    scene: &Scene,
+    (materials, layers): (&[Material<R>], &[Layered<R>]),
+    sources: &Sources<R>,
+    paths: bool,
+) -> Vec<Facet> {
     let asks = scene.classic.shadow == ShadowRule::FirstInOrder || materials.iter().any(Material::asks_how_far);
     let facet = |(material, data): (&Material<R>, &scene::Material)| {
-        let coordinates = material.reads_coordinates(sources);
+        let coordinates = material.reads_coordinates(sources, layers);
         let sets = data.uv_sets().into_iter().filter(|&set| (set as usize) < scene::MOST_UV_SETS);
         let solid = if paths { material.covers() } else { material.is_opaque() && !asks };
         Facet {
@@ -316,7 +332,7 @@ fn facets<R: Real>(scene: &Scene, materials: &[Material<R>], sources: &Sources<R
             // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing that rays meet.
             without_shadow: if paths { Occlusion::Ask } else { Occlusion::None },
             coordinates,
-            bumpy: material.is_bumpy(),
+            bumpy: material.is_bumpy(layers),
             sets: sets.fold(u8::from(coordinates), |bits, set| bits | 1 << set),
         }
     };

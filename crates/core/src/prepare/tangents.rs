@@ -1,4 +1,4 @@
-//! Tangents of meshes whose normals an image bends and whose file has none: MikkTSpace, by which the programs that bake such images
+//! Tangents of meshes whose normals an image bends, or whose facets are combed, and whose file has none: MikkTSpace, by which the programs that bake such images
 //! make theirs (Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008).
 
 use std::collections::HashMap;
@@ -23,9 +23,12 @@ pub(super) type Way = (u32, [u64; 4]);
 /// The way of the tangents that must be made for a mesh of a material; none where it has its own, or where nothing asks for any.
 pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<Way> {
     let Model::Physical(model) = &material?.model else { return None };
-    let image = model.bent_by().filter(|_| data.tangents.is_empty())?;
-    let [[a, b, _], [c, d, _]] = image.uv_transform.unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-    Some((image.uv_set, [a, b, c, d].map(f64::to_bits)))
+    let image = model.directed_by();
+    // Combed facets without an image go along the first set of coordinates.
+    let asked = data.tangents.is_empty() && (image.is_some() || model.combed().is_some());
+    let map = image.and_then(|image| image.uv_transform).unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+    let [[a, b, _], [c, d, _]] = map;
+    asked.then(|| (image.map_or(0, |image| image.uv_set), [a, b, c, d].map(f64::to_bits)))
 }
 
 /// Makes what tangents are missing, each once, and tells the objects where they are.

@@ -1,5 +1,6 @@
 //! Materials in two families: classic (a local lighting model made of terms) and physical (metallic-roughness).
 
+mod layers;
 mod mixture;
 mod physical;
 
@@ -7,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::input::{Colour, ColourInput, TextureRef, Varying, Weight, white};
+pub use layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, Iridescence, Sheen};
 pub use mixture::Mixture;
 pub use physical::{AlphaMode, Physical};
 

@@ -22,8 +22,8 @@ pub use input::{
 };
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Sun};
 pub use material::{
-    AlphaMode, Classic, Fuzz, Material, Mixture, Model, Physical, Reflection, Rim, Specular, SpecularModel, Transmission,
-    TransmissionChoice,
+    AlphaMode, Anisotropy, Classic, Clearcoat, Conductor, DiffuseTransmission, Fuzz, Iridescence, Material, Mixture, Model,
+    Physical, Reflection, Rim, Sheen, Specular, SpecularModel, Transmission, TransmissionChoice,
 };
 pub use mesh::{
     ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart, Pixels, Texture, Wrap,

@@ -3,7 +3,8 @@
 use super::check::Check;
 use crate::expr::Scope;
 use crate::scene::{
-    AlphaMode, Classic, ColourInput, MOST_UV_SETS, Mixture, Model, Physical, TextureRef, TransmissionChoice, Varying, Weight,
+    AlphaMode, Classic, Colour, ColourInput, MOST_UV_SETS, Mixture, Model, NumberInput, Physical, TextureRef, TransmissionChoice,
+    Varying, Weight,
 };
 
 pub(super) fn model(check: &mut Check<'_>, model: &Model) {
@@ -118,9 +119,72 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
     if let Some(distance) = material.attenuation_distance {
         check.length("attenuation_distance", distance);
     }
+    layers(check, material);
     check.finite("normal_scale", material.normal_scale);
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
+    }
+}
+
+/// What the factors of further layers may be.
+fn layers(check: &mut Check<'_>, material: &Physical) {
+    check.within("dispersion", material.dispersion, 0.0, 400.0);
+    if let Some(number) = material.specular.constant() {
+        check.within("specular", number, 0.0, 1.0);
+    }
+    if let Some(colour) = material.specular_colour.constant() {
+        check.light("specular_colour", colour);
+    }
+    let share = |check: &mut Check<'_>, key: &str, number: &NumberInput| {
+        if let Some(number) = number.constant() {
+            check.within(key, number, 0.0, 1.0);
+        }
+    };
+    let tint = |check: &mut Check<'_>, colour: &ColourInput| {
+        if let Some(Colour(colour)) = colour.constant() {
+            check.each("colour", &colour, |check, channel| check.within("", *channel, 0.0, 1.0));
+        }
+    };
+    if let Some(conductor) = material.conductor {
+        check.inside("conductor", |check| {
+            check.each("n", &conductor.n.0, |check, n| check.within("", *n, 1e-3, 1e3));
+            check.each("k", &conductor.k.0, |check, k| check.within("", *k, 0.0, 1e3));
+        });
+    }
+    if let Some(layer) = &material.diffuse_transmission {
+        check.inside("diffuse_transmission", |check| {
+            share(check, "factor", &layer.factor);
+            tint(check, &layer.colour);
+        });
+    }
+    if let Some(layer) = &material.anisotropy {
+        check.inside("anisotropy", |check| {
+            share(check, "strength", &layer.strength);
+            check.finite("rotation", layer.rotation);
+        });
+    }
+    if let Some(layer) = &material.iridescence {
+        check.inside("iridescence", |check| {
+            share(check, "factor", &layer.factor);
+            check.within("ior", layer.ior, Physical::IOR[0], Physical::IOR[1]);
+            check.within("thinnest", layer.thinnest, 0.0, 1e6);
+            if let Some(thickness) = layer.thickness.constant() {
+                check.within("thickness", thickness, 0.0, 1e6);
+            }
+        });
+    }
+    if let Some(layer) = &material.sheen {
+        check.inside("sheen", |check| {
+            share(check, "roughness", &layer.roughness);
+            tint(check, &layer.colour);
+        });
+    }
+    if let Some(layer) = &material.clearcoat {
+        check.inside("clearcoat", |check| {
+            share(check, "factor", &layer.factor);
+            share(check, "roughness", &layer.roughness);
+            check.finite("normal_scale", layer.normal_scale);
+        });
     }
 }
 

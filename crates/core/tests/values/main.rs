@@ -18,6 +18,7 @@ mod glass;
 mod highlights;
 mod inputs;
 mod interfaces;
+mod layers;
 mod lights;
 mod meshes;
 mod motion;

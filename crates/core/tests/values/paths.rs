@@ -14,7 +14,7 @@ use crate::support::{View, ball, classic, floor, near, physical, pixel, rendered
 const WAYS: [LightSampling; 3] = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both];
 
 /// Onto the origin of the floor, slanted.
-const AT: View = [[0.3, 0.4, 0.1], [0.0, 0.0, 0.0]];
+pub const AT: View = [[0.3, 0.4, 0.1], [0.0, 0.0, 0.0]];
 
 /// Paths of so many segments along one ray.
 pub fn paths(scene: &Scene, view: View, depth: u32) -> Settings {
@@ -44,7 +44,7 @@ pub fn mean(scene: &Scene, settings: &Settings) -> ([f64; 3], [f64; 3]) {
 
 /// Every way of finding light sees this within three standard errors and 0.2 %, and knows it to 3 %.
 #[track_caller]
-fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: &str) {
+pub fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: &str) {
     for light_sampling in WAYS {
         let (found, error) = mean(scene, &Settings { light_sampling, ..paths(scene, view, depth) });
         for k in 0..3 {
@@ -56,7 +56,7 @@ fn all_see(scene: &Scene, view: View, depth: u32, expected: [f64; 3], what: &str
     }
 }
 
-fn lamp(radiance: f64) -> Value {
+pub fn lamp(radiance: f64) -> Value {
     json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": radiance } } })
 }
 

@@ -5,18 +5,26 @@ use serde_json::Value;
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// Extensions that are read, or whose absence changes nothing in the picture of the default state.
-const READ: [&str; 16] = [
+const READ: [&str; 24] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_variants",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_texture_transform",
@@ -51,35 +59,15 @@ pub(super) fn warn_ignored<'a>(named: impl Iterator<Item = &'a String>, warnings
     }
 }
 
-/// Extensions of materials that are not read, with the keys whose values make them do nothing: programs write these for
+/// Extensions of materials that are not read, with the key whose zero makes them do nothing: programs write these for
 /// materials that have none of it.
-const IDLE: [(&str, &[(&str, f64)]); 9] = [
-    ("KHR_materials_anisotropy", &[("anisotropyStrength", 0.0)]),
-    ("KHR_materials_clearcoat", &[("clearcoatFactor", 0.0)]),
-    ("KHR_materials_diffuse_transmission", &[("diffuseTransmissionFactor", 0.0)]),
-    ("KHR_materials_dispersion", &[("dispersion", 0.0)]),
-    ("KHR_materials_iridescence", &[("iridescenceFactor", 0.0)]),
-    ("KHR_materials_sheen", &[("sheenColorFactor", 0.0)]),
-    ("KHR_materials_specular", &[("specularFactor", 1.0), ("specularColorFactor", 1.0)]),
-    ("KHR_materials_subsurface", &[("scatterDistance", 0.0)]),
-    ("KHR_materials_volume", &[("thicknessFactor", 0.0)]),
-];
+const IDLE: [(&str, &str); 1] = [("KHR_materials_subsurface", "scatterDistance")];
 
 /// Names of a material's extensions that are not read and would change how it looks.
 pub(super) fn unread(extensions: &serde_json::Map<String, Value>) -> impl Iterator<Item = &String> {
     let counts = |(name, value): &(&String, &Value)| {
-        let idle = IDLE.iter().find(|(known, _)| known == name);
-        let is = |key: &str, number: f64| match &value[key] {
-            Value::Null => true,
-            Value::Array(list) => list.iter().all(|part| part.as_f64() == Some(number)),
-            other => other.as_f64() == Some(number),
-        };
-        let at_rest = |keys: &[(&str, f64)]| keys.iter().all(|(key, number)| is(key, *number));
-        // Of what is multiplied by one, an image is still there.
-        let pictured = |keys: &[(&str, f64)]| {
-            keys[0].1 != 0.0 && value.as_object().is_some_and(|v| v.keys().any(|key| key.ends_with("Texture")))
-        };
-        !READ.contains(&name.as_str()) && idle.is_none_or(|(_, keys)| !at_rest(keys) || pictured(keys))
+        let idle = IDLE.iter().any(|(known, key)| known == name && value[key].as_f64().unwrap_or(0.0) == 0.0);
+        !READ.contains(&name.as_str()) && !idle
     };
     extensions.iter().filter(counts).map(|(name, _)| name)
 }
@@ -88,7 +76,7 @@ pub(super) fn unread(extensions: &serde_json::Map<String, Value>) -> impl Iterat
 mod tests {
     use super::*;
 
-    /// Protects: what extensions say that does nothing is not missed, and what does something is, an image too.
+    /// Protects: what extensions say that does nothing is not missed, and what does something is.
     #[test]
     fn idle_extensions_are_told() {
         let counts = |text: &str| {
@@ -96,22 +84,14 @@ mod tests {
             unread(&extensions).cloned().collect::<Vec<_>>()
         };
         for idle in [
-            r#"{"KHR_materials_sheen":{}}"#,
-            r#"{"KHR_materials_sheen":{"sheenColorFactor":[0,0,0],"sheenRoughnessFactor":0.5}}"#,
-            r#"{"KHR_materials_clearcoat":{"clearcoatFactor":0,"clearcoatTexture":{"index":0}}}"#,
-            r#"{"KHR_materials_specular":{"specularFactor":1,"specularColorFactor":[1,1,1]}}"#,
-            r#"{"KHR_materials_volume":{"thicknessFactor":0.0,"attenuationDistance":2}}"#,
+            r#"{"KHR_materials_subsurface":{}}"#,
+            r#"{"KHR_materials_subsurface":{"scatterDistance":0}}"#,
+            r#"{"KHR_materials_sheen":{"sheenColorFactor":[0,0,0.1]}}"#,
             r#"{"KHR_materials_unlit":{}}"#,
         ] {
             assert!(counts(idle).is_empty(), "{idle}");
         }
-        for counted in [
-            r#"{"KHR_materials_sheen":{"sheenColorFactor":[0,0,0.1]}}"#,
-            r#"{"KHR_materials_clearcoat":{"clearcoatFactor":0.5}}"#,
-            r#"{"KHR_materials_specular":{"specularFactor":0.5}}"#,
-            r#"{"KHR_materials_specular":{"specularColorTexture":{"index":0}}}"#,
-            r#"{"EXT_of_someone":{}}"#,
-        ] {
+        for counted in [r#"{"KHR_materials_subsurface":{"scatterDistance":0.5}}"#, r#"{"EXT_of_someone":{}}"#] {
             assert_eq!(counts(counted).len(), 1, "{counted}");
         }
     }

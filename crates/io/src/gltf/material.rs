@@ -20,7 +20,7 @@ pub(super) struct UsedMaterial {
     place: usize,
     /// Whether its surfaces can be seen from behind.
     pub two_sided: bool,
-    /// Whether an image bends its normals.
+    /// Whether directions on it count, by an image that bends normals or because it is combed.
     pub bumpy: bool,
     /// Sets of texture coordinates that its textures use.
     pub uv_sets: Vec<u32>,
@@ -45,8 +45,8 @@ impl Import<'_> {
             name: self.names.materials.unique(source.name.as_deref().unwrap_or("default")),
             place: self.scene.materials.len(),
             // Rays must be able to leave what they entered.
-            two_sided: source.double_sided || model.may_transmit(),
-            bumpy: model.bent_by().is_some(),
+            two_sided: source.double_sided || model.may_transmit() || model.may_diffuse_through(),
+            bumpy: model.directed_by().is_some() || model.combed().is_some(),
             uv_sets: textures.map(|(_, texture)| texture.uv_set).collect(),
         };
         self.note_unread(source, &used.name);
@@ -73,7 +73,7 @@ impl Import<'_> {
             metallic: self.unit(pbr.metallic_factor.0.into(), label, "metallicFactor").into(),
             roughness: self.unit(pbr.roughness_factor.0.into(), label, "roughnessFactor").into(),
             metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
-            normal_texture: self.normal_texture(source)?,
+            normal_texture: self.normal_texture(source.normal_texture.as_ref())?,
             normal_scale: source.normal_texture.as_ref().map_or(1.0, |normal| f64::from(normal.scale)),
             emission: self.emission(source, label).into(),
             emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
@@ -99,6 +99,7 @@ impl Import<'_> {
             out.transmission = self.unit(transmission.transmission_factor.0.into(), label, "transmissionFactor").into();
             out.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
         }
+        self.layers(&extensions.others, label, &mut out)?;
         if let Some(glossy) = &extensions.pbr_specular_glossiness {
             self.warnings.add(format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"));
             specular_glossiness::convert(glossy, &mut out);
@@ -108,9 +109,9 @@ impl Import<'_> {
         Ok(out)
     }
 
-    /// The image that bends the material's normals.
-    fn normal_texture(&mut self, source: &json::Material) -> Outcome<Option<TextureRef>> {
-        let Some(normal) = &source.normal_texture else { return Ok(None) };
+    /// An image that bends the material's normals.
+    pub(super) fn normal_texture(&mut self, normal: Option<&json::material::NormalTexture>) -> Outcome<Option<TextureRef>> {
+        let Some(normal) = normal else { return Ok(None) };
         // Of this one use of a texture, `gltf::json` leaves the extensions as they are.
         let extensions = normal.extensions.as_ref().map(|extensions| serde_json::Value::Object(extensions.others.clone()));
         let extensions = extensions.map(serde_json::from_value).transpose();
@@ -151,7 +152,7 @@ impl Import<'_> {
     }
 
     /// An index of refraction of at least 1. The extension's 0, "reflects everything", belongs to the specular-glossiness model.
-    fn ior(&mut self, value: f64, label: &str) -> f64 {
+    pub(super) fn ior(&mut self, value: f64, label: &str) -> f64 {
         if value.is_finite() && value >= 1.0 {
             return value;
         }
@@ -160,7 +161,7 @@ impl Import<'_> {
     }
 
     /// A factor that must lie between 0 and 1; others would make energy.
-    fn unit(&mut self, value: f64, label: &str, what: &str) -> f64 {
+    pub(super) fn unit(&mut self, value: f64, label: &str, what: &str) -> f64 {
         if (0.0..=1.0).contains(&value) {
             return value;
         }

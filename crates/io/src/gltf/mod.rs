@@ -20,6 +20,7 @@ mod deform;
 mod document;
 mod extensions;
 mod glb;
+mod layers;
 mod light;
 mod material;
 mod mesh;

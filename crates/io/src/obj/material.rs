@@ -12,11 +12,13 @@
 //! | anything else | a dielectric of index 1.5 over `Kd`, as rough as `Ns` says |
 //!
 //! Mirrors are physical metals and not classic ones, so that every integrator can trace all materials of a file. `d` or `Tr`
-//! below opaque is coverage; `Ke` is radiance; `Pr`, `Pm`, their images and `norm` of the PBR extension go before what is derived. `Ka` means
-//! nothing where light is simulated.
+//! below opaque is coverage; `Ke` is radiance; `Pr`, `Pm`, their images and `norm` of the PBR extension go before what is derived, and its
+//! `Ps`, `Pc`, `Pcr`, `aniso` and `anisor` lie over it. `Ka` means nothing where light is simulated.
 
 use raywright_core::Scene;
-use raywright_core::scene::{AlphaMode, Channel, Colour, ColourSpace, NumberInput, Physical, TextureInput, TextureRef};
+use raywright_core::scene::{
+    AlphaMode, Anisotropy, Channel, Clearcoat, Colour, ColourSpace, NumberInput, Physical, Sheen, TextureInput, TextureRef,
+};
 
 use super::texture::{Map, Textures};
 use crate::import::{Budget, Outcome, Warnings, shown};
@@ -54,6 +56,7 @@ pub(super) fn convert(
             None => *input = value.map_or(input.clone(), NumberInput::from),
         }
     }
+    layers(source, &mut out);
     if let Some(statement) = unknown("norm") {
         out.normal_texture = texture(Some(statement), ColourSpace::Linear, warnings)?;
         out.normal_scale = Map::parse(statement).bump;
@@ -116,6 +119,23 @@ fn surface(source: &tobj::Material) -> Physical {
     }
 }
 
+/// What the PBR extension's keys lay over a surface: `Ps` fibres, `Pc` and `Pcr` a coat, `aniso` and `anisor` (in turns) combed facets.
+fn layers(source: &tobj::Material, out: &mut Physical) {
+    let number = |key: &str| source.unknown_param.get(key).and_then(|text| parsed(text)).map(unit);
+    let some = |key: &str| number(key).filter(|value| *value > 0.0);
+    out.sheen = some("Ps").map(|strength| Sheen { colour: Colour([strength; 3]).into(), ..Sheen::default() });
+    out.clearcoat = some("Pc").map(|factor| Clearcoat {
+        factor: factor.into(),
+        roughness: number("Pcr").unwrap_or(0.0).into(),
+        ..Clearcoat::default()
+    });
+    out.anisotropy = some("aniso").map(|strength| Anisotropy {
+        strength: strength.into(),
+        rotation: 360.0 * number("anisor").unwrap_or(0.0),
+        texture: None,
+    });
+}
+
 /// `d`, or 1 − `Tr` where that is all there is.
 fn opacity(source: &tobj::Material, warnings: &mut Warnings) -> f64 {
     if let Some(dissolve) = source.dissolve {
@@ -141,12 +161,10 @@ fn pictured(image: TextureRef, factor: f64) -> NumberInput {
 
 /// Keys of a material that have no words in a scene and would change how it looks.
 pub(super) fn unread(source: &tobj::Material) -> Vec<String> {
-    const READ: [&str; 9] = ["Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt"];
-    // Their zeros say that there is none of it; of anisotropy the angle says nothing without a strength.
-    const IDLE: [&str; 5] = ["Ps", "Pc", "Pcr", "aniso", "anisor"];
-    let idle = |key: &str, value: &str| key == "anisor" || key == "Pcr" || IDLE.contains(&key) && parsed(value) == Some(0.0);
-    let unknown = source.unknown_param.iter().filter(|(key, value)| !READ.contains(&key.as_str()) && !idle(key, value));
-    let mut ignored: Vec<&str> = unknown.map(|(key, _)| key.as_str()).collect();
+    const READ: [&str; 14] =
+        ["Tf", "Tr", "Pr", "Pm", "map_Pr", "map_Pm", "map_Ke", "norm", "Kt", "Ps", "Pc", "Pcr", "aniso", "anisor"];
+    let unknown = source.unknown_param.keys().filter(|key| !READ.contains(&key.as_str()));
+    let mut ignored: Vec<&str> = unknown.map(String::as_str).collect();
     let known =
         [("map_Ks", &source.specular_texture), ("map_Ns", &source.shininess_texture), ("map_bump", &source.normal_texture)];
     ignored.extend(known.iter().filter(|(_, texture)| texture.is_some()).map(|(name, _)| *name));
@@ -198,6 +216,15 @@ mod tests {
         assert_eq!((metal.metallic, metal.roughness), (1.0.into(), 0.5.into()));
         let matte = of("Kd 0.5 0.5 0.5\nillum 1");
         assert_eq!((matte.ior, matte.roughness, matte.metallic), (1.0.into(), 1.0.into(), 0.0.into()));
+        let source =
+            tobj::load_mtl_buf(&mut "newmtl m\nPs 0.5\nPc 0.8\nPcr 0.1\naniso 0.6\nanisor 0.25".as_bytes()).unwrap().0.remove(0);
+        let mut coated = Physical::default();
+        layers(&source, &mut coated);
+        let (coat, combed) = (coated.clearcoat.expect("a coat"), coated.anisotropy.expect("combed"));
+        assert_eq!((coat.factor, coat.roughness), (0.8.into(), 0.1.into()));
+        assert_eq!((combed.strength, combed.rotation), (0.6.into(), 90.0));
+        assert_eq!(coated.sheen.expect("fibres").colour, Colour([0.5; 3]).into());
+        assert!(unread(&source).is_empty());
         let shiny = of("Kd 0.5 0.5 0.5\nKs 0.3 0.3 0.3\nNs 30\nillum 2");
         assert_eq!((shiny.ior, shiny.roughness, shiny.metallic), (1.5.into(), 0.5.into(), 0.0.into()));
     }

@@ -140,7 +140,10 @@ fn each_factor_of_gltf_has_its_meaning() {
         (r#""alphaMode": "MASK", "alphaCutoff": 0.25"#.to_owned(), masked(0.25)),
         (extension("ior", r#""ior": 1.25"#), Physical { ior: 1.25.into(), ..default() }),
         (extension("ior", ""), default()),
-        (extension("transmission", r#""transmissionFactor": 0.25"#), Physical { transmission: 0.25.into(), ..default() }),
+        (
+            extension("transmission", r#""transmissionFactor": 0.25"#),
+            Physical { transmission: 0.25.into(), thin_walled: true, ..default() },
+        ),
         (extension("unlit", ""), Physical { unlit: true, ..default() }),
         // A dielectric reflects 4 %; what reflects in one channel fully leaves nothing to be diffused.
         (
@@ -297,4 +300,41 @@ fn pictures_that_are_none() {
     assert!(inside.contains("images[0]") && inside.contains("no picture"), "{inside}");
     let beside = textured("text.png".to_owned()).unwrap_or_else(|e| panic!("{e}"));
     assert!(beside.warnings.iter().any(|warning| warning.message.contains("no picture")), "{:?}", beside.warnings);
+}
+
+/// Protects: what glTF's extensions lay over, under and into a material, each key where it belongs, and what a factor of zero means.
+#[test]
+fn layers_of_materials() {
+    let of = |extensions: &str| first(&gltf(&format!(r#""extensions": {{ {extensions} }}"#)));
+    let coat = of(r#""KHR_materials_clearcoat": { "clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25 }"#)
+        .clearcoat
+        .expect("a coat");
+    assert_eq!((coat.factor, coat.roughness, coat.normal_texture), (0.5.into(), 0.25.into(), None));
+    assert_eq!(of(r#""KHR_materials_clearcoat": { "clearcoatRoughnessFactor": 0.25 }"#).clearcoat, None);
+    let sheen = of(r#""KHR_materials_sheen": { "sheenColorFactor": [0.5, 1, 0.25], "sheenRoughnessFactor": 0.75 }"#)
+        .sheen
+        .expect("fibres");
+    assert_eq!((sheen.colour, sheen.roughness), (Colour([0.5, 1.0, 0.25]).into(), 0.75.into()));
+    let combed = of(r#""KHR_materials_anisotropy": { "anisotropyStrength": 0.5, "anisotropyRotation": 1.5707963267948966 }"#);
+    let combed = combed.anisotropy.expect("combed");
+    assert_eq!((combed.strength, combed.rotation), (0.5.into(), 90.0));
+    let film = of(r#""KHR_materials_iridescence": { "iridescenceFactor": 1, "iridescenceThicknessMaximum": 500 }"#);
+    let film = film.iridescence.expect("a film");
+    assert_eq!((film.factor, film.ior, film.thickness, film.thinnest), (1.0.into(), 1.3, 500.0.into(), 100.0));
+    let tinted = of(r#""KHR_materials_specular": { "specularFactor": 0.5, "specularColorFactor": [2, 1, 0.5] }"#);
+    assert_eq!((tinted.specular, tinted.specular_colour), (0.5.into(), Colour([2.0, 1.0, 0.5]).into()));
+    let glass = r#""KHR_materials_transmission": { "transmissionFactor": 1 }"#;
+    let body = of(&format!(
+        r#"{glass}, "KHR_materials_volume": {{ "thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0] }},
+        "KHR_materials_dispersion": {{ "dispersion": 0.3 }}"#
+    ));
+    assert_eq!((body.thin_walled, body.dispersion, body.attenuation_distance), (false, 0.3, Some(2.0)));
+    assert_eq!(body.attenuation_colour, Colour([1.0, 0.5, 0.0]));
+    let wall = of(&format!(r#"{glass}, "KHR_materials_volume": {{ "attenuationDistance": 2 }}"#));
+    assert_eq!((wall.thin_walled, wall.attenuation_distance), (true, None));
+    let leaf = of(
+        r#""KHR_materials_diffuse_transmission": { "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [1, 0.5, 0] }"#,
+    );
+    let through = leaf.diffuse_transmission.expect("it lets light through");
+    assert_eq!((through.factor, through.colour, leaf.thin_walled), (0.5.into(), Colour([1.0, 0.5, 0.0]).into(), true));
 }

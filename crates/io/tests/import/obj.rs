@@ -214,7 +214,9 @@ fn images_of_the_pbr_keys() {
     assert_eq!((image(&material.opacity), material.alpha), (("a.png".to_owned(), 0.75), AlphaMode::Blend));
     assert!(material.normal_texture.is_some() && material.normal_scale == 0.25);
     let left_out: Vec<&str> = file.scene.unread.iter().map(|part| part.what.as_str()).collect();
-    assert_eq!(left_out, ["MTL Pc", "MTL map_bump"]);
+    assert_eq!(left_out, ["MTL map_bump"]);
+    let coat = material.clearcoat.as_ref().expect("a coat");
+    assert_eq!((&coat.factor, &coat.roughness, material.sheen.is_none()), (&0.5.into(), &0.1.into(), true));
 }
 
 /// Protects: `d` is how much there is of a surface, `Tr` how much is not, `d` counts where both are there, and `Tr 1` alone, which old

@@ -7,7 +7,7 @@ use super::super::{Kernel, Leg, Tracer};
 use super::{Walk, weight};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightId, LightSample, Target};
-use crate::material::Bsdf;
+use crate::material::{Bsdf, Scatters};
 use crate::prepare::{Alpha, Material};
 use crate::sampler::{Purpose, four};
 use crate::settings::LightSampling;
@@ -16,11 +16,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Light of one light, drawn by chance, that a surface sends back along a path. `gain`: factor on lights without size, whose
     /// unit is not the same to both families of materials.
     #[inline(always)]
-    pub(super) fn asked(
+    pub(super) fn asked<L: Scatters<P::Real>, const MOST: usize>(
         &mut self,
         walk: &Walk<P::Real>,
         at: &Interaction<P::Real>,
-        bsdf: &Bsdf<P::Real>,
+        bsdf: &Bsdf<P::Real, L, MOST>,
         gain: P::Real,
     ) -> Vec3Of<P> {
         let scene = self.scene;
@@ -69,7 +69,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return Vector::ZERO;
         }
         if scene.absorbs {
-            let media = if through { walk.media.beyond(at.material, at.outside) } else { walk.media };
+            let media = if through { self.beyond(&walk.media, at) } else { walk.media };
             let distance = match &seen.target {
                 Target::Infinity => P::Real::INFINITY,
                 Target::Point(target) => (*target - point).length(),

@@ -70,6 +70,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         around
     }
 
+    /// The bodies that a path is in beyond a surface: the same beyond a thin wall.
+    #[inline]
+    pub(super) fn beyond(&self, media: &Media, at: &Interaction<P::Real>) -> Media {
+        let bounds = self.scene.materials[at.material as usize].bounds_body();
+        if bounds { media.beyond(at.material, at.outside) } else { *media }
+    }
+
     /// What a metre of the way to a hit absorbs; none where nothing does.
     pub(super) fn absorption(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Vec3Of<P>> {
         // Also where a path got in by a way that it was not seen to take.

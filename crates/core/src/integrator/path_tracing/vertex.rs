@@ -8,7 +8,7 @@ use super::super::{Kernel, Tracer};
 use super::{Onward, Walk, classic};
 use crate::interaction::Interaction;
 use crate::light::{LightId, Target};
-use crate::material::{Bsdf, Frame, Glass, Interface, Sampled};
+use crate::material::{Bsdf, Frame, Glass, Interface, Sampled, Scatters};
 use crate::prepare::Material;
 use crate::sampler::{Purpose, four};
 
@@ -46,9 +46,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 if walk.traced >= self.max_depth {
                     return false;
                 }
+                if let Some(place) = m.layered {
+                    return self.layered(walk, hit, at, (m, &scene.layers[place as usize]));
+                }
                 let model = m.model_at(&here);
                 let normal = if model.glass.is_some() { at.towards() } else { at.normal };
-                let bsdf = model.transport(normal, -at.direction, at.outside);
+                let bsdf = model.transport(normal, -at.direction, at.outside, scene.compensates);
                 self.scatter(walk, hit, at, &bsdf, (model.glass.as_ref(), P::Real::ONE))
             }
             Material::Unused => false,
@@ -66,12 +69,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Asks a light and draws the direction in which the path goes on.
     #[inline(always)]
-    fn scatter(
+    pub(super) fn scatter<L: Scatters<P::Real>, const MOST: usize>(
         &mut self,
         walk: &mut Walk<P::Real>,
         hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
-        bsdf: &Bsdf<P::Real>,
+        bsdf: &Bsdf<P::Real, L, MOST>,
         (glass, gain): (Option<&Glass<P::Real>>, P::Real),
     ) -> bool {
         let sent = self.asked(walk, at, bsdf, gain);
@@ -94,7 +97,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             (false, false) => self.counters.scatter += 1,
         }
         let (direction, rest) = match glass {
-            Some(glass) if drawn.delta => self.known(walk, hit, at, (glass, through), &drawn),
+            // A coat may mirror about a normal of its own.
+            Some(glass) if drawn.delta && (through || !L::COATED) => self.known(walk, hit, at, (glass, through), &drawn),
             _ => (drawn.direction, Vector::ZERO),
         };
         // Starts of rays count from the normal that the object has.

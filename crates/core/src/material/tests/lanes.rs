@@ -111,7 +111,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let mut lists = vec![list, model.bsdf(normal, outside), model.answer(normal)];
     if set < 2 {
         // What does not depend on the set but for whether there is glass.
-        lists.extend([further, model.transport(normal, wo, outside)]);
+        lists.extend([further, model.transport(normal, wo, outside, true)]);
         vectors.push(further.eval_either(wo, wi));
     }
     for bsdf in lists {

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, Varying, early};
+use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, Iridescence, Sheen};
 
-/// The metallic-roughness model of glTF 2.0. Every factor multiplies its texture.
+/// The metallic-roughness model of glTF 2.0 with its extensions. Every factor multiplies its texture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Physical {
@@ -40,6 +41,31 @@ pub struct Physical {
     pub attenuation_colour: Colour,
     /// Distance in metres after which light inside has the `attenuation_colour`, above zero; none: nothing is absorbed.
     pub attenuation_distance: Option<f64>,
+    /// Whether the surface is a wall too thin to bend light, without an inside; else it bounds a body.
+    pub thin_walled: bool,
+    /// How much more short waves bend than long ones: 20 over the Abbe number, from 0, as none, to 400.
+    pub dispersion: f64,
+    /// Factor of what the dielectric part reflects, 0 to 1.
+    #[serde(deserialize_with = "early")]
+    pub specular: NumberInput,
+    /// Image that multiplies it, by its red channel where it names no other.
+    pub specular_texture: Option<TextureRef>,
+    /// Colour of what the dielectric part reflects at normal incidence; may be above one.
+    pub specular_colour: ColourInput,
+    /// Image that multiplies that colour.
+    pub specular_colour_texture: Option<TextureRef>,
+    /// Complex index of the metallic part, in place of the base colour.
+    pub conductor: Option<Conductor>,
+    /// Light that is diffused to the other side.
+    pub diffuse_transmission: Option<DiffuseTransmission>,
+    /// Facets that are rougher one way.
+    pub anisotropy: Option<Anisotropy>,
+    /// A thin film on the facets.
+    pub iridescence: Option<Iridescence>,
+    /// Fibres over all this.
+    pub sheen: Option<Sheen>,
+    /// A clear coat over everything.
+    pub clearcoat: Option<Clearcoat>,
     /// Radiance given off.
     #[serde(deserialize_with = "early")]
     pub emission: ColourInput,
@@ -70,6 +96,18 @@ impl Default for Physical {
             transmission_texture: None,
             attenuation_colour: Colour([1.0; 3]),
             attenuation_distance: None,
+            thin_walled: false,
+            dispersion: 0.0,
+            specular: 1.0.into(),
+            specular_texture: None,
+            specular_colour: Colour::WHITE.into(),
+            specular_colour_texture: None,
+            conductor: None,
+            diffuse_transmission: None,
+            anisotropy: None,
+            iridescence: None,
+            sheen: None,
+            clearcoat: None,
             emission: Colour::BLACK.into(),
             emission_texture: None,
             alpha: AlphaMode::Opaque,
@@ -81,33 +119,52 @@ impl Default for Physical {
 
 /// The inputs by their keys, for whatever is asked of all of them.
 macro_rules! inputs {
-    ($($key:ident),*) => {
+    ([$($key:ident),*], $({$layer:ident: $($part:ident),*}),*) => {
         impl Physical {
             /// Every input, and every image that multiplies one, with its key.
             pub fn inputs(&self) -> Vec<(&'static str, &dyn Varying)> {
-                vec![$((stringify!($key), &self.$key)),*]
+                let mut list: Vec<(&'static str, &dyn Varying)> = vec![$((stringify!($key), &self.$key)),*];
+                $(if let Some(layer) = &self.$layer {
+                    list.extend([$((concat!(stringify!($layer), ".", stringify!($part)), &layer.$part as &dyn Varying)),*]);
+                })*
+                list
             }
 
             /// The same, to be changed.
             pub fn inputs_mut(&mut self) -> Vec<&mut dyn Varying> {
-                vec![$(&mut self.$key),*]
+                let mut list: Vec<&mut dyn Varying> = vec![$(&mut self.$key),*];
+                $(if let Some(layer) = &mut self.$layer {
+                    list.extend([$(&mut layer.$part as &mut dyn Varying),*]);
+                })*
+                list
             }
         }
     };
 }
 inputs!(
-    base_colour,
-    base_colour_texture,
-    metallic,
-    roughness,
-    metallic_roughness_texture,
-    normal_texture,
-    ior,
-    transmission,
-    transmission_texture,
-    emission,
-    emission_texture,
-    opacity
+    [
+        base_colour,
+        base_colour_texture,
+        metallic,
+        roughness,
+        metallic_roughness_texture,
+        normal_texture,
+        ior,
+        transmission,
+        transmission_texture,
+        specular,
+        specular_texture,
+        specular_colour,
+        specular_colour_texture,
+        emission,
+        emission_texture,
+        opacity
+    ],
+    { diffuse_transmission: factor, factor_texture, colour, colour_texture },
+    { anisotropy: strength, texture },
+    { iridescence: factor, factor_texture, thickness, thickness_texture },
+    { sheen: colour, colour_texture, roughness, roughness_texture },
+    { clearcoat: factor, factor_texture, roughness, roughness_texture, normal_texture }
 );
 
 impl Physical {
@@ -116,8 +173,8 @@ impl Physical {
 
     /// What it absorbs of light that passes through it, per metre; none where it absorbs nothing.
     pub fn absorption(&self) -> Option<[f64; 3]> {
-        let distance =
-            self.attenuation_distance.filter(|_| self.may_transmit() && self.attenuation_colour != Colour([1.0; 3]))?;
+        let body = (self.may_transmit() || self.may_diffuse_through()) && !self.thin_walled;
+        let distance = self.attenuation_distance.filter(|_| body && self.attenuation_colour != Colour([1.0; 3]))?;
         Some(self.attenuation_colour.0.map(|colour| -libm::log(colour) / distance))
     }
 
@@ -126,9 +183,54 @@ impl Physical {
         self.normal_texture.as_ref().filter(|_| self.normal_scale != 0.0 && !self.unlit)
     }
 
-    /// Whether light may pass through it somewhere.
+    /// Whether light may pass through it undiffused somewhere.
     pub fn may_transmit(&self) -> bool {
         self.transmission != 0.0.into()
+    }
+
+    /// Whether light may be diffused to its other side somewhere.
+    pub fn may_diffuse_through(&self) -> bool {
+        self.diffuse_transmission.as_ref().is_some_and(|layer| layer.factor != 0.0.into())
+    }
+
+    /// Whether what its dielectric part reflects is not what its index says.
+    pub fn tints_reflections(&self) -> bool {
+        self.specular != 1.0.into() || self.specular_texture.is_some() || self.colours_reflections()
+    }
+
+    fn colours_reflections(&self) -> bool {
+        self.specular_colour != Colour::WHITE.into() || self.specular_colour_texture.is_some()
+    }
+
+    /// The layers that something is of: what a file names with a factor of zero is not there.
+    pub fn coat(&self) -> Option<&Clearcoat> {
+        self.clearcoat.as_ref().filter(|layer| layer.factor != 0.0.into())
+    }
+
+    /// As [`Self::coat`].
+    pub fn fibres(&self) -> Option<&Sheen> {
+        self.sheen.as_ref().filter(|layer| layer.colour != Colour::BLACK.into())
+    }
+
+    /// As [`Self::coat`].
+    pub fn combed(&self) -> Option<&Anisotropy> {
+        self.anisotropy.as_ref().filter(|layer| layer.strength != 0.0.into())
+    }
+
+    /// As [`Self::coat`].
+    pub fn film(&self) -> Option<&Iridescence> {
+        let thick = |layer: &&Iridescence| {
+            let images = layer.thickness_texture.is_some() && layer.thinnest > 0.0;
+            layer.factor != 0.0.into() && (layer.thickness != 0.0.into() || images)
+        };
+        self.iridescence.as_ref().filter(thick)
+    }
+
+    /// The image along which tangents go, where directions on the surface count.
+    pub fn directed_by(&self) -> Option<&TextureRef> {
+        let coat = || self.coat().and_then(|coat| coat.normal_texture.as_ref()).filter(|_| !self.unlit);
+        let combed = || self.combed().and_then(|layer| layer.texture.as_ref()).filter(|_| !self.unlit);
+        self.bent_by().or_else(coat).or_else(combed)
     }
 }
 

@@ -1,0 +1,123 @@
+//! Vertices on layered surfaces. Out of line, with all that only they ask: surfaces without layers have one question more.
+
+use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
+
+use super::super::{Kernel, Tracer};
+use super::Walk;
+use crate::interaction::Interaction;
+use crate::material::{Coat, Combed, Diffused, Film, Frame, Glass, Hero, Layered as Layers, MetallicRoughness, Sheen, index_at};
+use crate::prepare::{Here, Input, Layered, Physical};
+use crate::sampler::{Address, Purpose, pair};
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Sends a path on from a layered surface; whether it goes on.
+    #[inline(never)]
+    pub(super) fn layered(
+        &mut self,
+        walk: &mut Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        (m, layered): (&Physical<P::Real>, &Layered<P::Real>),
+    ) -> bool {
+        let here = self.scene.sources.at(at);
+        let (mut base, boundary) = (m.model_at(&here), m.boundary_at(&here));
+        let mut ior = boundary.ior;
+        if let Some(glass) = &mut base.glass {
+            if layered.dispersion > 0.0 {
+                ior = index_at(ior, layered.dispersion, wavelength::<P>(walk));
+            }
+            glass.ior = ior;
+        }
+        let two_sided = base.glass.is_some() || layered.diffused.is_some();
+        let normal = if two_sided { at.towards() } else { at.normal };
+        let unit = |x: P::Real| Real::clamp(x.max(P::Real::ZERO), P::Real::ZERO, P::Real::ONE);
+        let tint = |c: Vec3Of<P>| c.max(Vector::ZERO).min(Vector::ONE);
+        let one = Vec3Of::<P>::ONE;
+        let film = layered.film.as_ref().map(|film| {
+            let thickest = film.thickness.number(&here).max(P::Real::ZERO);
+            let between = |image: &Input<P::Real>| film.thinnest + (thickest - film.thinnest) * image.number(&here);
+            let thickness = film.image.as_ref().map_or(thickest, between);
+            Film { share: unit(film.factor.number(&here)), ior: film.ior, thickness }
+        });
+        let model = Layers {
+            specular: unit(layered.specular.number(&here)),
+            specular_colour: layered.specular_colour.tint(&here, one).max(Vector::ZERO),
+            conductor: layered.conductor,
+            thin: m.thin,
+            diffused: layered
+                .diffused
+                .as_ref()
+                .map(|[share, colour]| Diffused { share: unit(share.number(&here)), colour: tint(colour.tint(&here, one)) }),
+            combed: self.combed(walk, hit, at, (layered, &here, normal)),
+            film,
+            sheen: layered.sheen.as_ref().map(|[colour, roughness]| Sheen {
+                colour: tint(colour.tint(&here, one)),
+                roughness: unit(roughness.number(&here)),
+            }),
+            coat: self.coat(walk, hit, at, (m, layered, &here, normal)),
+            rule: layered.rule,
+            compensated: self.scene.compensates,
+            ..Layers::of(MetallicRoughness { dielectric: boundary.f0, ..base }, ior)
+        };
+        let bsdf = model.transport(normal, -at.direction, at.outside);
+        let bent: Option<&Glass<P::Real>> = model.base.glass.as_ref().filter(|_| !m.thin);
+        self.scatter(walk, hit, at, &bsdf, (bent, P::Real::ONE))
+    }
+
+    /// The frame along which facets are combed.
+    fn combed(
+        &self,
+        walk: &Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        (layered, here, normal): (&Layered<P::Real>, &Here<'_, P::Real>, Vec3Of<P>),
+    ) -> Option<Combed<P::Real>> {
+        let combed = layered.combed.as_ref()?;
+        let frame = at.frame(self.scene, &walk.leg, hit);
+        let [cos, sin] = combed.turn;
+        let (x, y) = match &combed.image {
+            None => (P::Real::ONE, P::Real::ZERO),
+            Some(image) => {
+                let code = image.colour(here);
+                let one = P::Real::ONE;
+                (code.x() + code.x() - one, code.y() + code.y() - one)
+            }
+        };
+        let along = frame.tangent * (x * cos - y * sin) + frame.bitangent * (x * sin + y * cos);
+        let strength = Real::clamp(combed.strength.number(here).max(P::Real::ZERO), P::Real::ZERO, P::Real::ONE);
+        Some(Combed { strength, frame: Frame::along(normal, along, false) })
+    }
+
+    /// The coat at a point, whose normal is the surface's own before anything bends it, bent by the coat's image.
+    fn coat(
+        &self,
+        walk: &Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        (m, layered, here, normal): (&Physical<P::Real>, &Layered<P::Real>, &Here<'_, P::Real>, Vec3Of<P>),
+    ) -> Option<Coat<P::Real>> {
+        let coat = layered.coat.as_ref()?;
+        let unit = |x: P::Real| Real::clamp(x.max(P::Real::ZERO), P::Real::ZERO, P::Real::ONE);
+        let weight = unit(coat.factor.number(here));
+        let own = if m.bump.is_some() || coat.bump.is_some() {
+            let smooth = Interaction::smooth::<P, K>(self.scene, &walk.leg, hit);
+            let bent = coat.bump.as_ref().and_then(|bump| smooth.bent(bump, self.scene, &walk.leg, hit));
+            Interaction { normal: bent.unwrap_or(smooth.normal), ..smooth }
+        } else {
+            *at
+        };
+        // On the side of the surface's normal.
+        let own = if normal == at.normal { own.normal } else { -own.normal };
+        Some(Coat { weight, roughness: unit(coat.roughness.number(here)), normal: own })
+    }
+}
+
+/// The path's one wavelength; white ones become one here.
+fn wavelength<P: Precision>(walk: &mut Walk<P::Real>) -> f64 {
+    *walk.wavelength.get_or_insert_with(|| {
+        let [u, _] = pair(Address { bounce: 0, ..walk.address }, Purpose::Wavelength);
+        let hero = Hero::drawn(f64::from(u));
+        walk.throughput *= Vec3Of::<P>::from_f64(hero.weight.into());
+        hero.nanometres
+    })
+}

@@ -1,0 +1,220 @@
+//! Boundaries of glass under a coat, a film or a tint of what they reflect: of bodies, which bend light, and of walls too thin to.
+
+use glam::DVec3;
+
+use super::facets::{Facets, mirrored};
+use super::film::Film;
+use super::frame::Frame;
+use super::fresnel::{FresnelRule, dielectric, towards_grazing};
+use super::interface::Interface;
+use super::lobe::Pair;
+use super::rough_glass::RoughGlass;
+use crate::number::{Mask, Number, Vector3};
+
+/// What a boundary reflects beside Fresnel's share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tinted<N: Number> {
+    /// Factor of the share that is reflected; what it takes away goes through.
+    pub reflected: N::Vec3,
+    /// A film on it.
+    pub film: Option<Film<N>>,
+    /// By which formula.
+    pub rule: FresnelRule,
+    /// Index of the inside over the outside.
+    pub ior: N::Exact,
+}
+
+impl<N: Number> Tinted<N> {
+    /// Whether Fresnel's exact share is all there is to it.
+    fn is_plain(&self) -> bool {
+        self.film.is_none() && self.reflected == N::Vec3::ONE && self.rule != FresnelRule::Schlick
+    }
+
+    /// What is reflected of a lane, by the cosines outside and inside; none of them where all is reflected.
+    fn reflectance(&self, lane: usize, cosines: Option<[f64; 2]>) -> [f64; 3] {
+        let Some([outside, inside]) = cosines else { return [1.0; 3] };
+        let ior = N::exact_lane(self.ior, lane);
+        let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
+        let share = match self.rule {
+            FresnelRule::Schlick => f0 + (1.0 - f0) * towards_grazing(outside),
+            _ => dielectric(outside, Some(inside), 1.0 / ior),
+        };
+        let bare = self.reflected.lane(lane) * share;
+        let Some(film) = self.film else { return bare.to_array() };
+        let at_normal = (self.reflected.lane(lane) * f0).to_array();
+        let filmed = super::film::reflectance(outside, N::exact_lane(film.ior, lane), film.thickness.lane(lane), at_normal);
+        let share = film.share.lane(lane);
+        bare.lerp(filmed.into(), share).to_array()
+    }
+}
+
+/// A boundary of a body that light enters and leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Boundary<N: Number> {
+    pub(super) tinted: Tinted<N>,
+    /// Index on the side that the ray comes from over the one beyond.
+    pub(super) eta: N::Exact,
+    /// Share of the surface that is one, what it lets through, and its roughness.
+    pub(super) rough: RoughGlass<N>,
+    pub(super) smooth: bool,
+    /// Where the ray comes from outside.
+    pub(super) outside: N::Mask,
+}
+
+impl<N: Number> Boundary<N> {
+    pub(super) fn is_smooth(&self) -> bool {
+        self.smooth
+    }
+
+    pub(super) fn importance(&self) -> N {
+        self.rough.share * self.tinted.reflected.max(self.rough.transmitted).max_element()
+    }
+
+    /// What is reflected at a lane's facet, by the cosine on the ray's side.
+    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
+        let eta = N::exact_lane(self.eta, lane);
+        let c = cosine.clamp(0.0, 1.0);
+        let beyond = 1.0 - eta * eta * (1.0 - c * c);
+        let cosines = (beyond > 0.0).then(|| {
+            let t = beyond.sqrt();
+            if self.outside.lane(lane) { [c, t] } else { [t, c] }
+        });
+        self.tinted.reflectance(lane, cosines)
+    }
+
+    /// Factors that turn what exact Fresnel's share reflects and lets through at a facet into what is.
+    fn factors(&self, cosine: N) -> [N::Vec3; 2] {
+        let exact = |lane: usize| {
+            let (eta, c) = (N::exact_lane(self.eta, lane), cosine.lane(lane).clamp(0.0, 1.0));
+            let beyond = 1.0 - eta * eta * (1.0 - c * c);
+            dielectric(c, (beyond > 0.0).then(|| beyond.sqrt()), eta)
+        };
+        let factor = |of: fn([f64; 2]) -> f64| {
+            <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
+                let exact = exact(lane);
+                DVec3::from(self.at(lane, cosine.lane(lane)).map(|found| of([found, exact])))
+            })
+        };
+        let reflected = factor(|[found, exact]| if exact > 0.0 { found / exact } else { 0.0 });
+        let through = factor(|[found, exact]| if exact < 1.0 { (1.0 - found) / (1.0 - exact) } else { 0.0 });
+        [reflected, through]
+    }
+
+    pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        let own = self.rough.value(pair);
+        if self.tinted.is_plain() { own } else { own * self.factors(pair.tilt)[0] }
+    }
+
+    pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        let own = self.rough.value_through(pair);
+        if self.tinted.is_plain() { own } else { own * self.factors(self.rough.tilt_through(pair))[1] }
+    }
+
+    pub(super) fn density(&self, pair: &Pair<N>) -> N {
+        self.rough.density(pair)
+    }
+
+    pub(super) fn density_through(&self, pair: &Pair<N>) -> N {
+        self.rough.density_through(pair)
+    }
+
+    pub(super) fn drawn(&self, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        self.rough.drawn(wo, choice, point)
+    }
+
+    /// A smooth one sends a ray by chance to where it reflects or refracts.
+    pub(super) fn drawn_smooth(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let drawn = |lane: usize| {
+            let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.eta, lane));
+            let found = DVec3::from(self.at(lane, interface.cos_incident));
+            // By the strongest channel, so that no weight is above one.
+            let chance = found.max_element();
+            match interface.refracted {
+                Some(direction) if u.lane(lane) >= chance => {
+                    (direction, self.rough.transmitted.lane(lane) * (DVec3::ONE - found) / (1.0 - chance))
+                }
+                _ => (interface.reflected, if chance > 0.0 { found / chance } else { DVec3::ZERO }),
+            }
+        };
+        (N::Vec3::of_lanes(|lane| drawn(lane).0), <N::Vec3 as Vector3<N>>::of_lanes(|lane| drawn(lane).1) * self.rough.share)
+    }
+}
+
+/// A wall too thin to bend anything: two boundaries side by side, between which light goes back and forth. What such a wall reflects is
+/// 2R/(1 + R) of a boundary's R, and (1 − R)/(1 + R) goes straight on, or, where it is rough, as facets would mirror it, below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheet<N: Number> {
+    pub(super) tinted: Tinted<N>,
+    /// Share of the surface that is one.
+    pub(super) share: N,
+    /// Factor of what goes through.
+    pub(super) transmitted: N::Vec3,
+    /// None: it is smooth.
+    pub(super) facets: Option<Facets<N>>,
+}
+
+impl<N: Number> Sheet<N> {
+    pub(super) fn is_smooth(&self) -> bool {
+        self.facets.is_none()
+    }
+
+    pub(super) fn importance(&self) -> N {
+        self.share * self.tinted.reflected.max(self.transmitted).max_element()
+    }
+
+    /// What the wall reflects of a lane at a cosine of incidence, in each channel.
+    fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
+        let (ior, c) = (N::exact_lane(self.tinted.ior, lane), cosine.clamp(0.0, 1.0));
+        let inside = (1.0 - (1.0 - c * c) / (ior * ior)).max(0.0).sqrt();
+        self.tinted.reflectance(lane, Some([c, inside])).map(|r| 2.0 * r / (1.0 + r))
+    }
+
+    fn reflectance(&self, cosine: N) -> N::Vec3 {
+        <N::Vec3 as Vector3<N>>::of_lanes(|lane| self.at(lane, cosine.lane(lane)).into())
+    }
+
+    pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        let Some(facets) = &self.facets else { return N::Vec3::ZERO };
+        self.reflectance(pair.tilt) * (self.share * facets.value(pair.wo, pair.wi))
+    }
+
+    /// The value below, for a light mirrored to above.
+    pub(super) fn value_through(&self, folded: &Pair<N>) -> N::Vec3 {
+        let Some(facets) = &self.facets else { return N::Vec3::ZERO };
+        let rest = N::Vec3::ONE - self.reflectance(folded.tilt);
+        self.transmitted * rest * (self.share * facets.value(folded.wo, folded.wi))
+    }
+
+    pub(super) fn density(&self, pair: &Pair<N>) -> N {
+        let chance = self.reflectance(pair.tilt).max_element();
+        self.facets.map_or(N::ZERO, |facets| chance * facets.density(pair.wo, pair.wi))
+    }
+
+    pub(super) fn density_through(&self, folded: &Pair<N>) -> N {
+        let chance = N::ONE - self.reflectance(folded.tilt).max_element();
+        self.facets.map_or(N::ZERO, |facets| chance * facets.density(folded.wo, folded.wi))
+    }
+
+    pub(super) fn drawn(&self, frame: &Frame<N>, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        let Some(facets) = &self.facets else { return N::Vec3::ZERO };
+        let facet = facets.drawn(wo, point);
+        let up = mirrored::<N>(wo, facet);
+        let height = frame.normal.dot(up);
+        // What a facet sends to the wrong side meets another one, and is lost.
+        let up = N::Vec3::select(height.above(N::ZERO), up, N::Vec3::ZERO);
+        let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
+        let chance = self.reflectance(facet.dot(wo)).max_element();
+        N::Vec3::select(chance.above(choice), up, down)
+    }
+
+    pub(super) fn drawn_smooth(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let cosine = normal.dot(wo);
+        let found = self.reflectance(cosine);
+        let chance = found.max_element();
+        let mirror = normal * (N::from_f64(2.0) * cosine) - wo;
+        let on = self.transmitted * (N::Vec3::ONE - found) / (N::ONE - chance);
+        let reflects = chance.above(u);
+        let weight = N::Vec3::select(reflects, found / chance, on);
+        (N::Vec3::select(reflects, mirror, -wo), weight * self.share)
+    }
+}

@@ -1,0 +1,291 @@
+//! The lobes of layered surfaces: those that the metallic-roughness model alone has no use for, and its own where something lies over
+//! them. They are rarer and dearer than [`Lobe`](super::Lobe)s, and compiled apart from them.
+//!
+//! What lies below a coat or a fleece gets the light that those leave: min(1 − E(out), 1 − E(in)) of what would come, by the share E that the
+//! cover sends back to a direction. That is the same both ways, exact for mirrors, and with the cover's own lobe never more than all.
+
+use core::f64::consts::PI;
+
+use super::energy::sent_back;
+use super::facets::{Facets, mirrored};
+use super::frame::Frame;
+use super::fresnel::schlick;
+use super::glass_layer::{Boundary, Sheet};
+use super::lobe::{LEAST_ROUGHNESS, Lobe, Pair, Scatters, on_disk};
+use super::reflectance::Reflectance;
+use super::sheen::Sheen;
+use crate::number::{Mask, Number, Vector3};
+
+/// Reflectance of a coat at normal incidence: its index is 1.5.
+pub(super) const COAT: f64 = 0.04;
+
+/// A clear coat over a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat<N: Number> {
+    /// Share of the surface that it covers.
+    pub weight: N,
+    /// Perceptual roughness.
+    pub roughness: N,
+    /// Its normal, which a map may bend as it does not bend what is below.
+    pub normal: N::Vec3,
+}
+
+impl<N: Number> Coat<N> {
+    /// Share that it sends back to a direction.
+    fn sent(&self, towards: N::Vec3) -> N {
+        let cosine = self.normal.dot(towards).max(N::ZERO);
+        let share = N::of_lanes(|lane| {
+            let (cosine, roughness) = (cosine.lane(lane), self.roughness.lane(lane));
+            if roughness > LEAST_ROUGHNESS {
+                sent_back(COAT, roughness, cosine)
+            } else {
+                COAT + (1.0 - COAT) * super::towards_grazing(cosine)
+            }
+        });
+        self.weight * share
+    }
+}
+
+/// What lies over a lobe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cover<N: Number> {
+    pub(super) coat: Option<Coat<N>>,
+    pub(super) sheen: Option<Sheen<N>>,
+}
+
+impl<N: Number> Cover<N> {
+    /// Nothing.
+    pub(super) const NONE: Self = Self { coat: None, sheen: None };
+
+    /// Share of light that gets past it on its way in or out, in a direction above the surface.
+    pub(super) fn once(&self, normal: N::Vec3, towards: N::Vec3) -> N {
+        let coat = self.coat.map_or(N::ONE, |coat| N::ONE - coat.sent(towards));
+        self.sheen.map_or(coat, |sheen| coat * (N::ONE - sheen.sent(normal.dot(towards).max(N::ZERO))))
+    }
+
+    /// Share of what a lobe sends from one direction to the other. What goes through the surface passes once.
+    fn passes(&self, pair: &Pair<N>) -> N {
+        if self.coat.is_none() && self.sheen.is_none() {
+            return N::ONE;
+        }
+        let out = self.once(pair.normal, pair.wo);
+        N::select(pair.into.above(N::ZERO), out.min(self.once(pair.normal, pair.wi)), out)
+    }
+}
+
+/// One way in which a layered surface sends light back or on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Way<N: Number> {
+    /// Lambert's below what reflects.
+    Diffuse {
+        /// Share that is diffused back, and what is let through diffusely.
+        back: N::Vec3,
+        through: N::Vec3,
+        /// Reflectance of the layer at normal incidence.
+        f0: N::Vec3,
+        /// Whether something is let through.
+        both: bool,
+    },
+    /// Fibres.
+    Sheen(Sheen<N>),
+    /// Rough facets.
+    Facets {
+        facets: Facets<N>,
+        reflectance: Reflectance<N>,
+        /// Factor that gives back what facets send to each other.
+        gain: N::Vec3,
+    },
+    /// A smooth mirror about a normal.
+    Mirror { normal: N::Vec3, reflectance: Reflectance<N> },
+    /// A boundary of a body that light enters.
+    Boundary(Boundary<N>),
+    /// A wall too thin to bend anything.
+    Sheet(Sheet<N>),
+}
+
+/// A lobe with what lies over it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layer<N: Number> {
+    pub(super) way: Way<N>,
+    pub(super) cover: Cover<N>,
+    /// What the choice among lobes goes by, for the direction that the surface is seen from.
+    pub(super) importance: N,
+}
+
+impl<N: Number> Layer<N> {
+    /// The lobe of a way under a cover, seen along `wo` about a normal.
+    pub(super) fn new(way: Way<N>, cover: Cover<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
+        let cosine = normal.dot(wo).max(N::ZERO);
+        let own = match way {
+            Way::Diffuse { back, through, .. } => (back + through).max_element(),
+            Way::Sheen(sheen) => sheen.sent(cosine),
+            Way::Facets { facets, reflectance, gain } => (reflectance.at(facets.normal().dot(wo)) * gain).max_element(),
+            Way::Mirror { normal, reflectance } => reflectance.at(normal.dot(wo)).max_element(),
+            Way::Boundary(boundary) => boundary.importance(),
+            Way::Sheet(sheet) => sheet.importance(),
+        };
+        Self { way, cover, importance: own * cover.once(normal, wo) }
+    }
+
+    /// Below the layer's facets: what they let pass on their way in and out, by the half vector.
+    fn below(f0: N::Vec3, tilt: N) -> N {
+        N::ONE - schlick(f0, tilt).max_element()
+    }
+
+    /// The pair with the light above the surface, mirrored there if it was below.
+    fn folded(pair: &Pair<N>) -> Pair<N> {
+        let up = pair.wi - pair.normal * (N::from_f64(2.0) * pair.into);
+        Pair::new(pair.normal, pair.wo, N::Vec3::select(pair.into.above(N::ZERO), pair.wi, up))
+    }
+}
+
+impl<N: Number> Scatters<N> for Layer<N> {
+    const NOTHING: Self = Self {
+        way: Way::Diffuse {
+            back: <N::Vec3 as Vector3<N>>::ZERO,
+            through: <N::Vec3 as Vector3<N>>::ZERO,
+            f0: <N::Vec3 as Vector3<N>>::ZERO,
+            both: false,
+        },
+        cover: Cover::NONE,
+        importance: N::ZERO,
+    };
+    const COATED: bool = true;
+
+    fn is_delta(&self) -> bool {
+        match &self.way {
+            Way::Mirror { .. } => true,
+            Way::Boundary(boundary) => boundary.is_smooth(),
+            Way::Sheet(sheet) => sheet.is_smooth(),
+            _ => false,
+        }
+    }
+
+    fn is_diffuse(&self) -> bool {
+        matches!(self.way, Way::Diffuse { .. } | Way::Sheen(_))
+    }
+
+    fn lets_through(&self) -> bool {
+        match &self.way {
+            Way::Diffuse { both, .. } => *both,
+            Way::Boundary(boundary) => !boundary.is_smooth(),
+            Way::Sheet(sheet) => !sheet.is_smooth(),
+            _ => false,
+        }
+    }
+
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        if !self.importance.above(N::ZERO).any() {
+            return N::Vec3::ZERO;
+        }
+        let own = match &self.way {
+            Way::Diffuse { back, f0, .. } => *back * (Self::below(*f0, pair.tilt) / N::from_f64(PI)),
+            Way::Sheen(sheen) => {
+                let half = (pair.wo + pair.wi).normalize();
+                sheen.value([pair.out, pair.into, pair.normal.dot(half).min(N::ONE)])
+            }
+            Way::Facets { facets, reflectance, gain } => {
+                // Cosines are those to the surface's normal, and a coat may have one of its own.
+                let turned = facets.normal().dot(pair.wi) / pair.into;
+                reflectance.at(pair.tilt) * *gain * (facets.value(pair.wo, pair.wi) * turned)
+            }
+            Way::Boundary(boundary) => boundary.value(pair),
+            Way::Sheet(sheet) => sheet.value(pair),
+            Way::Mirror { .. } => return N::Vec3::ZERO,
+        };
+        // Of what sends nothing, also where directions have no half.
+        N::Vec3::select(self.importance.above(N::ZERO), own * self.cover.passes(pair), N::Vec3::ZERO)
+    }
+
+    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        let own = match &self.way {
+            Way::Diffuse { through, f0, both: true, .. } => {
+                *through * (Self::below(*f0, Self::folded(pair).tilt) / N::from_f64(PI))
+            }
+            Way::Boundary(boundary) => boundary.value_through(pair),
+            Way::Sheet(sheet) => sheet.value_through(&Self::folded(pair)),
+            _ => return N::Vec3::ZERO,
+        };
+        N::Vec3::select(self.importance.above(N::ZERO), own * self.cover.passes(pair), N::Vec3::ZERO)
+    }
+
+    fn density(&self, pair: &Pair<N>) -> N {
+        match &self.way {
+            Way::Diffuse { both: true, .. } => self.back_share() * pair.into / N::from_f64(PI),
+            Way::Diffuse { .. } => pair.into / N::from_f64(PI),
+            Way::Sheen(_) => N::from_f64(0.5 / PI),
+            Way::Facets { facets, .. } => {
+                let density = facets.density(pair.wo, pair.wi);
+                N::select(facets.normal().dot(pair.wi).above(N::ZERO), density, N::ZERO)
+            }
+            Way::Boundary(boundary) => boundary.density(pair),
+            Way::Sheet(sheet) => sheet.density(pair),
+            Way::Mirror { .. } => N::ZERO,
+        }
+    }
+
+    fn density_through(&self, pair: &Pair<N>) -> N {
+        match &self.way {
+            Way::Diffuse { both: true, .. } => (N::ONE - self.back_share()) * -pair.into / N::from_f64(PI),
+            Way::Boundary(boundary) => boundary.density_through(pair),
+            Way::Sheet(sheet) => sheet.density_through(&Self::folded(pair)),
+            _ => N::ZERO,
+        }
+    }
+
+    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        match &self.way {
+            Way::Diffuse { both, .. } => {
+                let up = Lobe::<N>::cosine(point);
+                if !both {
+                    return frame.to_world(up);
+                }
+                let down = N::Vec3::new(up.x(), up.y(), -up.z());
+                frame.to_world(N::Vec3::select(self.back_share().above(choice), up, down))
+            }
+            Way::Sheen(_) => {
+                // Evenly over the hemisphere: equal heights have equal areas (Archimedes).
+                let [x, y] = on_disk([N::ONE, point[1]]);
+                let height = N::ONE - point[0];
+                let across = (N::ONE - height * height).max(N::ZERO).sqrt();
+                frame.to_world(N::Vec3::new(x * across, y * across, height))
+            }
+            Way::Facets { facets, .. } => {
+                // What a facet sends below the surface is lost: no other lobe may take it for light that goes through.
+                let direction = mirrored::<N>(wo, facets.drawn(wo, point));
+                N::Vec3::select(frame.normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO)
+            }
+            Way::Boundary(boundary) => frame.to_world(boundary.drawn(local, choice, point)),
+            Way::Sheet(sheet) => sheet.drawn(frame, wo, choice, point),
+            Way::Mirror { normal, .. } => mirrored::<N>(wo, *normal),
+        }
+    }
+
+    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let (direction, weight) = match &self.way {
+            Way::Boundary(boundary) => boundary.drawn_smooth(normal, wo, u),
+            Way::Sheet(sheet) => sheet.drawn_smooth(normal, wo, u),
+            Way::Mirror { normal: own, reflectance } => {
+                let direction = mirrored::<N>(wo, *own);
+                // A coat's normal may send it into the surface, where it is lost.
+                let above = normal.dot(direction).above(N::ZERO);
+                (direction, N::Vec3::select(above, reflectance.at(own.dot(wo)), N::Vec3::ZERO))
+            }
+            _ => return (normal, N::Vec3::ZERO),
+        };
+        (direction, weight * self.cover.passes(&Pair::new(normal, wo, direction)))
+    }
+
+    fn importance(&self, _: N) -> N {
+        self.importance
+    }
+}
+
+impl<N: Number> Layer<N> {
+    /// Chance that what diffuses both ways diffuses back.
+    fn back_share(&self) -> N {
+        let Way::Diffuse { back, through, .. } = &self.way else { return N::ONE };
+        let (back, through) = (back.max_element(), through.max_element());
+        N::select((back + through).above(N::ZERO), back / (back + through), N::ONE)
+    }
+}

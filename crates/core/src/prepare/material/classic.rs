@@ -1,0 +1,142 @@
+//! Classic materials, prepared.
+
+use raywright_bvh::{Real, Vector};
+
+use super::super::PrepareError;
+use super::super::input::{Compiler, Input};
+use super::vector;
+use crate::expr::{Scope, Variable};
+use crate::material::Glass;
+use crate::scene::{Classic as ClassicData, Colour, Mixture as MixtureData, SpecularModel, TransmissionChoice};
+
+/// A local lighting model made of terms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Classic<R: Real> {
+    pub colour: Input<R>,
+    pub local: Input<R>,
+    pub ambient: R::Vec3,
+    pub diffuse: Input<R>,
+    pub specular: Option<Specular<R>>,
+    pub rim: Option<(Input<R>, u32)>,
+    pub reflection: Option<Reflection<R>>,
+    pub transmission: Option<Transmission<R>>,
+    pub emission: Option<Input<R>>,
+    pub mixture: Option<Mixture<R>>,
+    pub shadow_transmittance: R,
+    pub shadow: Option<Input<R>>,
+    /// Whether a shadow ray is needed: not where `shadow` says what arrives without it.
+    pub asks_what_is_between: bool,
+    /// Whether some weight depends on the distance of the nearest occluder.
+    pub asks_how_far: bool,
+}
+
+/// A highlight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Specular<R: Real> {
+    pub model: SpecularModel,
+    pub exponent: u32,
+    pub strength: Input<R>,
+    pub lit: bool,
+    pub shadowed: bool,
+    pub on_reflection: bool,
+}
+
+/// A traced mirror reflection.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reflection<R: Real> {
+    pub weight: Input<R>,
+    pub tinted: bool,
+    /// Amount and the rows of frequencies.
+    pub fuzz: Option<(R, [R::Vec3; 3])>,
+}
+
+/// Traced refraction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Transmission<R: Real> {
+    pub glass: Glass<R>,
+    /// Schlick's reflectance above which one ray reflects; none: both rays, weighted.
+    pub switch: Option<R>,
+}
+
+/// Three ways by chance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mixture<R: Real> {
+    pub specular_chance: f64,
+    pub specular_colour: R::Vec3,
+    pub specular_roughness: f64,
+    pub refraction_chance: f64,
+    pub refraction_roughness: f64,
+    pub ior: Option<f64>,
+    /// None where it absorbs nothing.
+    pub absorption: Option<R::Vec3>,
+    pub published_roulette: bool,
+}
+
+impl<R: Real> Mixture<R> {
+    fn new(m: &MixtureData) -> Self {
+        Self {
+            specular_chance: m.specular_chance,
+            specular_colour: vector::<R>(m.specular_colour),
+            specular_roughness: m.specular_roughness,
+            refraction_chance: m.refraction_chance,
+            refraction_roughness: m.refraction_roughness,
+            ior: m.ior,
+            absorption: (m.absorption != Colour::BLACK).then(|| vector::<R>(m.absorption)),
+            published_roulette: m.published_roulette,
+        }
+    }
+}
+
+pub(super) fn classic<R: Real>(
+    m: &ClassicData,
+    ambient: Colour,
+    inputs: &mut Compiler<'_, R>,
+) -> Result<Classic<R>, PrepareError> {
+    let specular = m.specular.as_ref().map(|s| {
+        Ok(Specular {
+            model: s.model,
+            exponent: s.exponent,
+            strength: inputs.weight(&s.strength, Scope::Light, "specular.strength")?,
+            lit: s.lit,
+            shadowed: s.shadowed,
+            on_reflection: s.on_reflection,
+        })
+    });
+    let specular = specular.transpose()?;
+    let reflection = m.reflection.as_ref().map(|r| {
+        Ok(Reflection {
+            weight: inputs.weight(&r.weight, Scope::Light, "reflection.weight")?,
+            tinted: r.tinted,
+            fuzz: r.fuzz.as_ref().map(|f| (R::from_f64(f.amount), f.frequencies.map(|row| R::Vec3::from_f64(row.into())))),
+        })
+    });
+    let reflection = reflection.transpose()?;
+    let diffuse = inputs.weight(&m.diffuse, Scope::Light, "diffuse")?;
+    let shadow = m.shadow.as_ref().map(|s| inputs.weight(s, Scope::Light, "shadow")).transpose()?;
+    let further = [specular.as_ref().map(|s: &Specular<R>| &s.strength), reflection.as_ref().map(|r: &Reflection<R>| &r.weight)];
+    let weights = [Some(&diffuse), shadow.as_ref()].into_iter().chain(further).flatten();
+    let asks_how_far = weights.into_iter().any(|w| w.reads(&inputs.sources, &[Variable::OccluderDistance]));
+    let rim = m.rim.as_ref().map(|r| Ok((inputs.weight(&r.strength, Scope::Surface, "rim.strength")?, r.exponent)));
+    Ok(Classic {
+        rim: rim.transpose()?,
+        colour: inputs.input(&m.colour, "colour")?,
+        local: inputs.weight(&m.local, Scope::Surface, "local")?,
+        ambient: vector::<R>(m.ambient.unwrap_or(ambient)),
+        diffuse,
+        specular,
+        reflection,
+        transmission: m.transmission.as_ref().map(|t| Transmission {
+            glass: Glass { ior: t.ior, reflected: vector::<R>(t.reflected_tint), transmitted: vector::<R>(t.refracted_tint) },
+            switch: match t.choice {
+                TransmissionChoice::Split => None,
+                TransmissionChoice::Switch { threshold } => Some(R::from_f64(threshold)),
+            },
+        }),
+        emission: m.emission.as_ref().map(|e| inputs.input(e, "emission")).transpose()?,
+        mixture: m.mixture.as_ref().map(Mixture::new),
+        shadow_transmittance: R::from_f64(m.shadow_transmittance),
+        asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
+        shadow,
+        asks_how_far,
+    })
+}

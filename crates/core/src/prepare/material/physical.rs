@@ -1,0 +1,155 @@
+//! Physical materials, prepared.
+
+use raywright_bvh::{Real, Vector};
+
+use super::super::PrepareError;
+use super::super::input::{Compiler, Input, Product};
+use super::Context;
+use super::layered::layered;
+use crate::effects::Effect;
+use crate::scene::{AlphaMode, Channel, Colour, Physical as PhysicalData};
+
+/// The metallic-roughness model.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Physical<R: Real> {
+    pub base: Product<R>,
+    pub vertex_colours: bool,
+    pub metallic: Product<R>,
+    pub roughness: Product<R>,
+    pub index: Index<R>,
+    /// What lets light through; none: nothing.
+    pub passage: Option<Passage<R>>,
+    /// What the inside absorbs per metre; none where nothing.
+    pub absorption: Option<R::Vec3>,
+    /// Radiance given off; none: nothing.
+    pub emission: Option<Product<R>>,
+    pub alpha: Alpha<R>,
+    pub opacity: Product<R>,
+    pub unlit: bool,
+    /// Whether it is a wall that bends no light.
+    pub thin: bool,
+    /// Place in the table of what lies over, under and in it; none: nothing does, or nobody asks.
+    pub layered: Option<u32>,
+    /// What bends its normals; none: nothing.
+    pub bump: Option<Bump<R>>,
+    /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
+    pub mirrors: bool,
+}
+
+/// An image of directions about the normal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bump<R: Real> {
+    pub image: Input<R>,
+    /// Factor of the directions across the normal.
+    pub scale: R,
+}
+
+/// Index of refraction of a physical material, at least 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Index<R: Real> {
+    /// The same everywhere.
+    Even(Boundary<R>),
+    Varying(Product<R>),
+}
+
+/// An index of refraction and what follows from it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Boundary<R> {
+    /// In f64, in which refraction is computed.
+    pub ior: f64,
+    /// Reflectance at normal incidence, which f32 would lose digits of near index 1.
+    pub f0: R,
+}
+
+impl<R: Real> Boundary<R> {
+    pub fn new(ior: f64) -> Self {
+        Self { ior, f0: R::from_f64(((ior - 1.0) / (ior + 1.0)) * ((ior - 1.0) / (ior + 1.0))) }
+    }
+}
+
+/// How a physical material lets light through.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passage<R: Real> {
+    pub share: Product<R>,
+    /// A thin tint stands for what the base colour takes away on the way through.
+    pub tint: R::Vec3,
+    /// Share of a light that passes where this is the occluder; none where it varies.
+    pub even: Option<R>,
+}
+
+impl<R: Real> Passage<R> {
+    /// Share of a light that passes where this is the share of the surface that lets light through.
+    pub fn of_light(&self, share: R) -> R {
+        (self.tint * share).dot(R::Vec3::splat(R::from_f64(1.0 / 3.0)))
+    }
+}
+
+/// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
+const MOST_ABSORPTION: f64 = 1e30;
+
+/// What alpha means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Alpha<R> {
+    Opaque,
+    Mask(R),
+    Blend,
+}
+
+pub(super) fn physical<R: Real>(
+    m: &PhysicalData,
+    inputs: &mut Compiler<'_, R>,
+    context: &mut Context<R>,
+) -> Result<Physical<R>, PrepareError> {
+    let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
+    let base = inputs.product(&m.base_colour, image, "base_colour")?;
+    let opacity = inputs.product(&m.opacity, image.map(|image| image.channel(Channel::Alpha)), "opacity")?;
+    let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
+    let roughness = inputs.product(&m.roughness, image.map(|image| image.channel(Channel::Green)), "roughness")?;
+    let metallic = inputs.product(&m.metallic, image.map(|image| image.channel(Channel::Blue)), "metallic")?;
+    let emission = if m.emission == Colour::BLACK.into() {
+        None
+    } else {
+        let image = inputs.image(&m.emission_texture, "emission_texture")?;
+        Some(inputs.product(&m.emission, image, "emission")?)
+    };
+    let index = match m.ior.constant() {
+        Some(ior) => Index::Even(Boundary::new(ior)),
+        None => Index::Varying(inputs.product(&m.ior, None, "ior")?),
+    };
+    let passage = if m.may_transmit() {
+        let image = inputs.image(&m.transmission_texture, "transmission_texture")?;
+        let share = inputs.product(&m.transmission, image, "transmission")?;
+        let passage = Passage { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
+        Some(Passage { even: share.even().map(|share| passage.of_light(share.x())), ..passage })
+    } else {
+        None
+    };
+    let bump = match m.bent_by() {
+        Some(image) => inputs.texture(image, "normal_texture")?,
+        None => None,
+    };
+    Ok(Physical {
+        layered: layered(m, inputs, context)?.map(|layered| {
+            context.layers.push(layered);
+            context.layers.len() as u32 - 1
+        }),
+        thin: m.thin_walled,
+        bump: bump.map(|image| Bump { image, scale: R::from_f64(m.normal_scale) }),
+        base,
+        vertex_colours: m.vertex_colours,
+        metallic,
+        roughness,
+        index,
+        passage,
+        absorption: m.absorption().map(|absorption| R::Vec3::from_f64(absorption.map(|a| a.min(MOST_ABSORPTION)).into())),
+        emission,
+        alpha: match m.alpha {
+            AlphaMode::Opaque => Alpha::Opaque,
+            AlphaMode::Mask { cutoff } => Alpha::Mask(R::from_f64(cutoff)),
+            AlphaMode::Blend => Alpha::Blend,
+        },
+        opacity,
+        unlit: m.unlit,
+        mirrors: !context.without.has(Effect::MirrorReflection),
+    })
+}

@@ -1,0 +1,241 @@
+//! Layered surfaces in pictures, against closed forms, and as effects: each found, absent by a factor of zero, switched off, and without
+//! cost where there is none.
+
+use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
+use raywright_core::effects::{Effect, EffectSet, detect};
+use raywright_core::scene::{Integrator, Scene};
+use raywright_core::{Settings, prepare};
+use serde_json::{Value, json};
+
+use crate::paths::{all_see, lamp, mean, paths};
+use crate::support::{View, ball, floor, physical, rendered, scene, settings};
+
+/// A pane from wall to wall at height 1, of a physical material, over a lamp below.
+fn pane(terms: Value, rest: Value) -> Scene {
+    let quad = |height: f64, material: &str| json!({ "shape": { "quad": { "corner": [-9, height, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": material });
+    let mut parts = json!({ "materials": [{ "name": "pane", "model": physical(terms) }, lamp(3.0)], "objects": [quad(1.0, "pane"), quad(0.0, "lamp")] });
+    rest.as_object().into_iter().flatten().for_each(|(key, value)| parts[key] = value.clone());
+    scene(parts)
+}
+
+const DOWN: View = [[0.1, 3.0, 0.2], [0.1, 1.0, 0.2]];
+/// At 60° from the normal onto the pane.
+const ASLANT: View = [[1.732_050_807_568_877_2, 2.0, 0.0], [0.0, 1.0, 0.0]];
+
+/// Fresnel's reflectance of a dielectric of index n at a cosine.
+fn fresnel(cosine: f64, n: f64) -> f64 {
+    let inside = (1.0 - (1.0 - cosine * cosine) / (n * n)).sqrt();
+    let across = (cosine - n * inside) / (cosine + n * inside);
+    let along = (n * cosine - inside) / (n * cosine + inside);
+    0.5 * (across * across + along * along)
+}
+
+/// Protects: a thin wall lets (1 − R)/(1 + R) through and its colour, head-on and aslant, does not bend, and keeps all light of an even
+/// sky, smooth or rough, from either side.
+#[test]
+fn thin_walls() {
+    let wall = |terms: Value| {
+        let mut all = json!({ "transmission": 1, "roughness": 0, "ior": 1.5, "thin_walled": true });
+        terms.as_object().into_iter().flatten().for_each(|(key, value)| all[key] = value.clone());
+        all
+    };
+    for (view, cosine) in [(DOWN, 1.0), (ASLANT, 0.5)] {
+        let r = fresnel(cosine, 1.5);
+        let through = 3.0 * (1.0 - r) / (1.0 + r);
+        all_see(
+            &pane(wall(json!({ "base_colour": [1, 0.5, 0.25] })), json!({})),
+            view,
+            4,
+            [through, through / 2.0, through / 4.0],
+            "a tinted pane",
+        );
+    }
+    let sky = json!({ "sky": { "constant": 1 } });
+    for (eye, what) in [([0.3, 4.0, 0.4], "from above"), ([0.3, 0.5, 0.4], "from below")] {
+        let bubble = scene(
+            json!({ "sky": { "constant": 1 }, "materials": [{ "name": "b", "model": physical(wall(json!({}))) }], "objects": [ball([0.0, 0.0, 0.0], 1.0, "b")] }),
+        );
+        all_see(&bubble, [eye, [0.1, 0.0, 0.0]], 64, [1.0; 3], what);
+    }
+    // Of rough facets some light is lost below the plane: 8 % at most at this roughness, and none appears.
+    let rough = pane(
+        wall(json!({ "roughness": 0.5 })),
+        json!({ "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" }], "sky": sky["sky"] }),
+    );
+    let (found, error) = mean(&rough, &paths(&rough, DOWN, 8));
+    assert!(found[0] <= 1.0 + 3.0 * error[0] && found[0] > 0.9, "{found:?} ± {error:?}");
+    // What is seen through it is where it is: a small lamp straight behind the pane, aslant.
+    let mut behind = pane(wall(json!({})), json!({}));
+    behind.objects.truncate(1);
+    behind.objects.push(serde_json::from_value(ball([-1.732_050_8, 0.0, 0.0], 0.01, "lamp")).expect("an object"));
+    let r = fresnel(0.5, 1.5);
+    all_see(&behind, ASLANT, 4, [3.0 * (1.0 - r) / (1.0 + r); 3], "a lamp straight behind");
+}
+
+/// Protects: a leaf of share f and colour c under an even sky sends back (1 − f)·albedo and lets f·c through; over a lamp, its share alone.
+#[test]
+fn leaves() {
+    let leaf = json!({ "base_colour": [0.5, 0.8, 0.2], "specular": 0, "diffuse_transmission": { "factor": 0.25, "colour": [0.9, 0.4, 1] } });
+    let even = pane(
+        leaf.clone(),
+        json!({ "sky": { "constant": 1 }, "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" }] }),
+    );
+    all_see(&even, DOWN, 2, [0.375 + 0.225, 0.6 + 0.1, 0.15 + 0.25], "a leaf under an even sky");
+    // The lamp below is so wide that it fills half the sphere, but for its edges.
+    let lit = pane(
+        leaf,
+        json!({ "objects": [{ "shape": { "plane": { "point": [0, 1, 0], "normal": [0, 1, 0] } }, "material": "pane" },
+        { "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "lamp" }] }),
+    );
+    let (found, error) = mean(&lit, &paths(&lit, DOWN, 2));
+    for (k, expected) in [0.675, 0.3, 0.75].into_iter().enumerate() {
+        assert!((found[k] - expected).abs() <= 3.0 * error[k] + 2e-3, "{found:?} ± {error:?}");
+    }
+}
+
+/// Protects: dispersion bends blue more than red, each channel between the extremes of Snell's law by hand, and green as the d line; without
+/// it all channels are alike.
+#[test]
+fn glass_disperses() {
+    let terms = |dispersion: f64| json!({ "transmission": 1, "roughness": 0, "ior": 1.6, "dispersion": dispersion });
+    // A half-space of glass; what is seen in it is how far the ray goes along, and of what is reflected nothing.
+    let scene = |dispersion: f64| {
+        floor(physical(terms(dispersion)), json!({ "sky": { "expression": "clamp(-1e9*d.y, 0, 1)*abs(d.x)" } }))
+    };
+    let seen = |n: f64| (1.0 - fresnel(0.5, n)) * 0.75_f64.sqrt() / n;
+    let view: View = [[1.732_050_807_568_877_2, 1.0, 0.0], [0.0, 0.0, 0.0]];
+    let of = |dispersion: f64| mean(&scene(dispersion), &paths(&scene(dispersion), view, 2));
+    let (plain, error) = of(0.0);
+    assert!((0..3).all(|k| (plain[k] - seen(1.6)).abs() <= 3.0 * error[k] + 1e-5), "{plain:?} ± {error:?}");
+    let ([red, green, blue], error) = of(10.0);
+    // Cauchy's n(λ) = A + B/λ² with n_d = 1.6 and (n_d − 1)/(n_F − n_C) = 2, in μm.
+    let per = |wavelength: f64| 1.0 / (wavelength * wavelength);
+    let index = |wavelength: f64| 1.6 + 0.6 * 10.0 / 20.0 * (per(wavelength) - per(0.58756)) / (per(0.48613) - per(0.65627));
+    let (least, most) = (seen(index(0.73)).min(seen(index(0.38))), seen(index(0.73)).max(seen(index(0.38))));
+    for found in [red, green, blue] {
+        assert!((least..=most).contains(&found), "{found} is not from {least} to {most}");
+    }
+    let noise = 5.0 * error.into_iter().fold(0.0, f64::max);
+    assert!(blue < green - noise && green < red - noise, "{red} {green} {blue} ± {error:?}");
+    let narrow = |wavelength: f64| seen(index(wavelength));
+    assert!((red - narrow(0.61)).abs() < 0.015 + noise && (blue - narrow(0.45)).abs() < 0.02 + noise, "{red} {blue}");
+}
+
+/// Each layer as a file says it, with its effect, and the key by which it is nothing.
+fn each() -> Vec<(&'static str, Value, Value)> {
+    vec![
+        ("clearcoat", json!({ "clearcoat": { "factor": 1 } }), json!({ "clearcoat": { "factor": 0 } })),
+        ("sheen", json!({ "sheen": { "colour": 0.5 } }), json!({ "sheen": { "colour": 0 } })),
+        (
+            "anisotropy",
+            json!({ "roughness": 0.3, "anisotropy": { "strength": 0.5 } }),
+            json!({ "roughness": 0.3, "anisotropy": { "strength": 0 } }),
+        ),
+        ("iridescence", json!({ "iridescence": { "thickness": 400 } }), json!({ "iridescence": { "factor": 0 } })),
+        (
+            "diffuse transmission",
+            json!({ "diffuse_transmission": { "factor": 0.5 } }),
+            json!({ "diffuse_transmission": { "factor": 0 } }),
+        ),
+        ("tinted reflection", json!({ "specular": 0.5 }), json!({ "specular": 1 })),
+        (
+            "conductors",
+            json!({ "metallic": 1, "conductor": { "n": 0.2, "k": 3 } }),
+            json!({ "metallic": 0, "conductor": { "n": 0.2, "k": 3 } }),
+        ),
+        (
+            "dispersion",
+            json!({ "transmission": 1, "roughness": 0, "dispersion": 1 }),
+            json!({ "transmission": 1, "roughness": 0, "dispersion": 0 }),
+        ),
+        (
+            "thin walls",
+            json!({ "transmission": 1, "roughness": 0, "thin_walled": true }),
+            json!({ "transmission": 0, "thin_walled": true }),
+        ),
+    ]
+}
+
+fn ball_of(terms: &Value) -> Scene {
+    scene(json!({ "sky": { "gradient": { "bottom": 0.2, "top": [0.5, 0.7, 1] } }, "objects": [ball([0.0; 3], 1.0, "m")],
+        "materials": [{ "name": "m", "model": physical(terms.clone()) }] }))
+}
+
+/// Protects: each layer is found and decides for paths, is left out with a hint under Whitted's rules (but thin walls), absent by a factor
+/// of zero, to the bit, and with an empty table; switched off, the picture is that without it.
+#[test]
+fn layers_are_effects() {
+    for (name, terms, nothing) in each() {
+        let effect = Effect::named(name).unwrap_or_else(|| panic!("{name}"));
+        let status = |scene: &Scene, integrator: Integrator, without: EffectSet| -> Status {
+            detect(scene, &Settings { integrator, without, ..Settings::of(scene) }).status(effect)
+        };
+        let (with, none) = (ball_of(&terms), ball_of(&nothing));
+        assert_eq!(status(&with, Integrator::Path, EffectSet::EMPTY), Simulated, "{name}");
+        assert_eq!(status(&none, Integrator::Path, EffectSet::EMPTY), Absent, "{name}");
+        let whitted = if name == "thin walls" { Simulated } else { LeftOut };
+        assert_eq!(status(&with, Integrator::Whitted, EffectSet::EMPTY), whitted, "{name}");
+        let auto = detect(&with, &Settings::of(&with)).integrator;
+        assert_eq!(auto, if name == "thin walls" { "whitted" } else { "path" }, "{name}");
+        let off = EffectSet::of(&[effect]);
+        assert_eq!(status(&with, Integrator::Path, off), LeftOut, "{name}");
+        let view: View = [[0.5, 1.0, 4.0], [0.0; 3]];
+        let of = |scene: &Scene, without: EffectSet| Settings {
+            integrator: Integrator::Path,
+            sampling: raywright_core::settings::Sampling::General(4),
+            size: [12, 12],
+            max_depth: 8,
+            without,
+            ..settings(scene, view)
+        };
+        let picture = |scene: &Scene, without: EffectSet| rendered(scene, &of(scene, without)).picture.rgb;
+        let tables =
+            |scene: &Scene| prepare(scene, &of(scene, EffectSet::EMPTY), &()).expect("it can be prepared").tables().layered;
+        assert_eq!((tables(&with), tables(&none)), (1, 0), "{name}");
+        let mut bare = terms.clone();
+        let layer = [
+            "clearcoat",
+            "sheen",
+            "anisotropy",
+            "iridescence",
+            "diffuse_transmission",
+            "specular",
+            "conductor",
+            "dispersion",
+            "thin_walled",
+        ];
+        bare.as_object_mut().expect("a table").retain(|key, _| !layer.contains(&key.as_str()));
+        assert_eq!(picture(&with, off), picture(&ball_of(&bare), EffectSet::EMPTY), "{name} switched off");
+        assert_ne!(picture(&with, EffectSet::EMPTY), picture(&with, off), "{name} changes the picture");
+    }
+}
+
+/// Protects: layers say the same in every precision, and their pictures do not depend on the tree.
+#[test]
+fn layers_in_every_precision() {
+    use raywright_core::settings::{PrecisionChoice, Sampling};
+    let everything = json!({ "base_colour": [0.6, 0.3, 0.2], "roughness": 0.4, "metallic": 0.3, "clearcoat": { "roughness": 0.1 },
+        "sheen": { "colour": 0.3 }, "anisotropy": { "strength": 0.6, "rotation": 30 }, "iridescence": { "thickness": "300 + 100*p.y" } });
+    let scene = ball_of(&everything);
+    let view: View = [[0.5, 1.0, 4.0], [0.0; 3]];
+    let seen = |precision: PrecisionChoice| {
+        let settings = Settings {
+            integrator: Integrator::Path,
+            sampling: Sampling::General(64),
+            size: [16, 16],
+            precision,
+            max_depth: 3,
+            ..settings(&scene, view)
+        };
+        let picture = rendered(&scene, &settings).picture.rgb;
+        let count = picture.len() as f64;
+        [0, 1, 2].map(|k| picture.iter().map(|pixel| f64::from(pixel[k])).sum::<f64>() / count)
+    };
+    let [fast, robust, reference] = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference].map(seen);
+    for k in 0..3 {
+        assert!(
+            (fast[k] / reference[k] - 1.0).abs() < 2e-3 && (robust[k] / reference[k] - 1.0).abs() < 2e-3,
+            "{fast:?} {robust:?} {reference:?}"
+        );
+    }
+}
