@@ -36,7 +36,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
 
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
-    let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
+    let style = args.report.progress;
+    let mut loaded = threads.run(|| scene_input::watched(&name, &args.changes, limits(args), verbosity, style))?;
     if targets.is_empty() {
         targets = vec![targets::unnamed(&loaded.source.stem, &mut outputs, &loaded.inputs)?];
     }
@@ -51,7 +52,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     tell_effects(&loaded, ready.effects(), verbosity);
     tell_lost(&loaded, &ready, verbosity);
 
-    let progress = Progress::start(args.report.progress, verbosity);
+    let progress = Progress::start("rendering", style, verbosity);
     let rendered = threads.run(|| ready.render(&Watch { progress: Some(&progress), stop }));
     progress.finish();
     let render = clock.lap();
@@ -131,8 +132,11 @@ fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
 
 /// A picture that shows the background alone is seldom what was meant.
 fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, verbosity: Verbosity) {
+    if rendered.counters.met > 0 {
+        return;
+    }
     let bounds = extent(&loaded.scene, settings.precision).bounds;
-    if rendered.counters.met > 0 || bounds.is_empty() {
+    if bounds.is_empty() {
         return;
     }
     let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");

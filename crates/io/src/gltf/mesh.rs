@@ -3,11 +3,13 @@
 use glam::DVec3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use raywright_core::scene::MeshData;
 
 use super::Import;
 use super::accessor::Accessor;
 use super::deform::{Moving, Pose, vectors};
+use super::document::Document;
 use super::material::UsedMaterial;
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
@@ -35,13 +37,12 @@ impl<'a> Import<'a> {
             return Ok(None);
         };
         let corners = self.corners(primitive, mode, positions.count())?;
-        let (vertices, indices) = used_vertices(&corners, positions.count());
+        let (vertices, indices) = used_vertices(corners, positions.count());
         self.budget.memory(vertices.len(), size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>())?;
-        let mut data =
-            MeshData { positions: vertices.iter().map(|v| positions.vector(v)).collect(), indices, ..MeshData::default() };
+        let mut data = MeshData { positions: vertices.gather(|v| positions.vector(v)), indices, ..MeshData::default() };
         let mut moving = Moving::default();
         if let Some(normals) = self.vertex_attribute(primitive, Semantic::Normals, &[3], &positions)? {
-            data.normals = vertices.iter().map(|v| normals.vector(v)).collect();
+            data.normals = vertices.gather(|v| normals.vector(v));
             moving.normals = if pose.is_rest() { Vec::new() } else { vectors(&normals, &vertices) };
         }
         if !pose.is_rest() {
@@ -59,7 +60,7 @@ impl<'a> Import<'a> {
         if let Some(mut colours) = self.vertex_attribute(primitive, Semantic::Colors(0), &[3, 4], &positions)? {
             colours.normalise_integers();
             let opaque = colours.arity() == 3;
-            data.colours = vertices.iter().map(|v| colour(colours.vector(v), opaque)).collect();
+            data.colours = vertices.gather(|v| colour(colours.vector(v), opaque));
             self.use_vertex_colours(material);
         }
         let dropped = mesh_tools::drop_unusable(&mut data);
@@ -134,7 +135,7 @@ impl<'a> Import<'a> {
         self.budget.memory(vertices.len(), size_of::<[f32; 2]>() * own.max(wanted) as usize)?;
         for set in 0..own.max(wanted) {
             match self.vertex_attribute(primitive, Semantic::TexCoords(set), &[2], positions)? {
-                Some(uv) => sets.push(vertices.iter().map(|v| uv.vector(v).map(finite_or_zero)).collect()),
+                Some(uv) => sets.push(vertices.gather(|v| uv.vector(v).map(finite_or_zero))),
                 None => {
                     sets.push(vec![[0.0; 2]; vertices.len()]);
                     missing.push(set);
@@ -162,29 +163,45 @@ impl<'a> Import<'a> {
             _ => length / 3,
         };
         self.budget.triangles(triangles)?;
-        let vertex = |i: usize| -> Outcome<u32> {
-            let index = accessor.as_ref().map_or(i as u32, |a| a.index(i));
-            if (index as usize) < count { Ok(index) } else { Err(Fault::input(format!("indices: vertex {index} of {count}"))) }
-        };
-        let mut out = Vec::with_capacity(triangles);
-        for i in 0..triangles {
+        let vertex = |i: usize| accessor.as_ref().map_or(i as u32, |a| a.index(i));
+        let triangle = |i: usize| {
             // glTF 2.0, section 3.7.2.1: the order that keeps every triangle of a strip facing the same way.
-            let [a, b, c] = match mode {
+            let places = match mode {
                 Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
                 Mode::TriangleFan => [i + 1, i + 2, 0],
                 _ => [3 * i, 3 * i + 1, 3 * i + 2],
             };
-            let triangle = [vertex(a)?, vertex(b)?, vertex(c)?];
-            // Strips join their parts by triangles that use a vertex twice.
-            if triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0] {
-                out.push(triangle);
-            }
+            places.map(vertex)
+        };
+        let mut out = gathered(triangles, triangle);
+        if let Some(index) = out.as_flattened().iter().find(|&&index| index as usize >= count) {
+            return Err(Fault::input(format!("indices: vertex {index} of {count}")));
         }
+        // Strips join their parts by triangles that use a vertex twice.
+        out.retain(|[a, b, c]| a != b && b != c && c != a);
         if !matches!(mode, Mode::TriangleStrip | Mode::TriangleFan) && length % 3 != 0 {
             self.warnings.add(format!("{} indices left over after the last whole triangle were ignored", length % 3));
         }
         Ok(out)
     }
+}
+
+/// Elements that are worth another thread.
+const MANY: usize = 1 << 14;
+
+/// Something of each of the first numbers, in order: on the threads of the current pool where there is much of it.
+fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if count < 2 * MANY {
+        return (0..count).map(of).collect();
+    }
+    (0..count).into_par_iter().with_min_len(MANY).map(&of).collect()
+}
+
+/// How many vertices and indices a primitive has, by its own account.
+pub(super) fn elements(document: &Document, primitive: &Primitive) -> u64 {
+    let count = |index: usize| document.accessors.get(index).map_or(0, |accessor| accessor.count.0);
+    let vertices = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map_or(0, |index| count(index.value()));
+    vertices.saturating_add(primitive.indices.map_or(0, |index| count(index.value())))
 }
 
 /// The vertices of the file that a primitive uses.
@@ -203,6 +220,14 @@ impl Vertices {
         }
     }
 
+    /// Something of each vertex, given its index in the file, in order.
+    fn gather<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        match self {
+            Self::All(count) => gathered(*count, of),
+            Self::Some(list) => gathered(list.len(), |i| of(list[i] as usize)),
+        }
+    }
+
     /// Indices in the file.
     pub fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         match self {
@@ -213,9 +238,9 @@ impl Vertices {
 }
 
 /// Keeps a primitive that uses a small part of shared vertices from copying all of them.
-fn used_vertices(corners: &[[u32; 3]], count: usize) -> (Vertices, Vec<[u32; 3]>) {
+fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, Vec<[u32; 3]>) {
     if corners.len().saturating_mul(3) >= count {
-        return (Vertices::All(count), corners.to_vec());
+        return (Vertices::All(count), corners);
     }
     let mut used = corners.as_flattened().to_vec();
     used.sort_unstable();
