@@ -2,12 +2,10 @@
 //!
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF 2.0 asks for (section 3.8.3).
 
-use std::borrow::Cow;
 use std::io::Cursor;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use raywright_core::scene::{Image, ImageData, Pixels};
+use raywright_core::scene::{ImageData, Pixels};
 
 use crate::import::{Budget, Fault, Outcome};
 use crate::{Limits, basis};
@@ -106,41 +104,6 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
         Kind::Ktx2 => basis::size(bytes, limits),
         // Decoding says what is wrong with it.
         Kind::Foreign(_) | Kind::Unknown => decode(bytes, limits).map(|image| [image.width, image.height]),
-    }
-}
-
-/// Pictures on their way into a scene: looked at one by one, in order, and decoded together on the threads of the current pool.
-#[derive(Debug, Default)]
-pub(crate) struct Waiting<'a>(Vec<(usize, String, Cow<'a, [u8]>)>);
-
-impl<'a> Waiting<'a> {
-    /// Adds the picture of a scene's image, with the place that messages name.
-    pub fn add(&mut self, image: usize, place: String, bytes: Cow<'a, [u8]>) {
-        self.0.push((image, place, bytes));
-    }
-
-    /// Decodes all of them into their images; `done` is told of each.
-    ///
-    /// # Errors
-    /// That of the first picture, in the order in which they came, which can't be decoded.
-    pub fn decode(self, images: &mut [Image], limits: &Limits, done: &(dyn Fn() + Sync)) -> Outcome<()> {
-        let one = |(image, place, bytes): (usize, String, Cow<'a, [u8]>)| {
-            let data = decode(&bytes, limits).map_err(|fault| fault.at(place))?;
-            done();
-            Ok((image, data))
-        };
-        // A single one need not wake a pool.
-        let decoded: Vec<Outcome<(usize, ImageData)>> = match self.0.len() {
-            0 | 1 => self.0.into_iter().map(one).collect(),
-            _ => self.0.into_par_iter().map(one).collect(),
-        };
-        for picture in decoded {
-            let (image, data) = picture?;
-            if let Some(image) = images.get_mut(image) {
-                image.data = Some(data.into());
-            }
-        }
-        Ok(())
     }
 }
 

@@ -43,6 +43,7 @@ pub mod report;
 mod schema;
 mod source;
 mod uri;
+mod waiting;
 mod work;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};

@@ -1,6 +1,7 @@
 //! A verdict for every file of the shared assets, by the program itself, within ten seconds and two gigabytes.
 //!
 //! `cargo test --release --test integration verdicts -- --nocapture` prints the table: file, exit code, seconds, and what was said.
+#![cfg(target_os = "linux")]
 
 use std::path::Path;
 use std::process::Command;
@@ -71,7 +72,6 @@ fn complaint(verdict: &Verdict, expected: Option<&Value>, whole: bool) -> Option
 
 /// Protects: every model of the assets renders, every malformed file gets the verdict that is written for it, and none panics,
 /// shows a pixel that is no number, or takes more than ten seconds or two gigabytes.
-#[cfg(unix)]
 #[test]
 fn every_file_gets_its_verdict() {
     let Some(root) = assets("") else { return };

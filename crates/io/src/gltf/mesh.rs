@@ -1,8 +1,6 @@
 //! Primitives of glTF meshes as triangle meshes.
 
 use glam::DVec3;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
-use gltf::json::validation::Checked;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use raywright_core::scene::MeshData;
 
@@ -10,6 +8,7 @@ use super::Import;
 use super::accessor::Accessor;
 use super::deform::{Moving, Pose, vectors};
 use super::document::Document;
+use super::entries::Primitive;
 use super::material::UsedMaterial;
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
@@ -27,21 +26,28 @@ impl<'a> Import<'a> {
         (mesh, part): (usize, usize),
     ) -> Outcome<Option<MeshData>> {
         let place = format!("meshes[{mesh}].primitives[{part}]");
-        let Checked::Valid(mode) = primitive.mode else { return Err(Fault::input("has an unknown mode")) };
-        if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-            self.warnings.add(format!("{place}: points and lines are ignored"));
-            return Ok(None);
-        }
-        let Some(positions) = self.attribute(primitive, Semantic::Positions, &[3])? else {
+        let mode = match primitive.mode {
+            None | Some(4) => Mode::List,
+            Some(5) => Mode::Strip,
+            Some(6) => Mode::Fan,
+            // Points, and lines in three ways.
+            Some(0..=3) => {
+                self.thin += 1;
+                return Ok(None);
+            }
+            Some(mode) => return Err(Fault::input(format!("has the unknown mode {mode}"))),
+        };
+        let Some(positions) = self.attribute(primitive, "POSITION", &[3])? else {
             self.warnings.add(format!("{place}: has no POSITION and was left out"));
             return Ok(None);
         };
         let corners = self.corners(primitive, mode, positions.count())?;
+        self.work.done(elements(self.document, primitive)[1]);
         let (vertices, indices) = used_vertices(corners, positions.count());
         self.budget.memory(vertices.len(), size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>())?;
         let mut data = MeshData { positions: vertices.gather(|v| positions.vector(v)), indices, ..MeshData::default() };
         let mut moving = Moving::default();
-        if let Some(normals) = self.vertex_attribute(primitive, Semantic::Normals, &[3], &positions)? {
+        if let Some(normals) = self.vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
             data.normals = vertices.gather(|v| normals.vector(v));
             moving.normals = if pose.is_rest() { Vec::new() } else { vectors(&normals, &vertices) };
         }
@@ -57,7 +63,7 @@ impl<'a> Import<'a> {
             data.tangents = self.tangents(primitive, &positions, &vertices)?;
         }
         data.uvs = self.texture_coordinates(primitive, material, &positions, &vertices, &place)?;
-        if let Some(mut colours) = self.vertex_attribute(primitive, Semantic::Colors(0), &[3, 4], &positions)? {
+        if let Some(mut colours) = self.vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)? {
             colours.normalise_integers();
             let opaque = colours.arity() == 3;
             data.colours = vertices.gather(|v| colour(colours.vector(v), opaque));
@@ -73,7 +79,7 @@ impl<'a> Import<'a> {
 
     /// The tangents that the primitive has; none where one of them says nothing.
     fn tangents(&mut self, primitive: &Primitive, positions: &Accessor, vertices: &Vertices) -> Outcome<Vec<[f32; 4]>> {
-        let Some(tangents) = self.vertex_attribute(primitive, Semantic::Tangents, &[4], positions)? else {
+        let Some(tangents) = self.vertex_attribute(primitive, "TANGENT", &[4], positions)? else {
             return Ok(Vec::new());
         };
         self.budget.memory(vertices.len(), size_of::<[f32; 4]>())?;
@@ -86,15 +92,9 @@ impl<'a> Import<'a> {
     }
 
     /// The accessor of an attribute, if the primitive has it.
-    pub(super) fn attribute(
-        &self,
-        primitive: &Primitive,
-        semantic: Semantic,
-        arities: &[usize],
-    ) -> Outcome<Option<Accessor<'a>>> {
-        let name = semantic.to_string();
-        let Some(index) = primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
-        let accessor = self.reader.open(index.value()).map_err(|fault| fault.at(&name))?;
+    pub(super) fn attribute(&self, primitive: &Primitive, name: &str, arities: &[usize]) -> Outcome<Option<Accessor<'a>>> {
+        let Some(&index) = primitive.attributes.get(name) else { return Ok(None) };
+        let accessor = self.reader.open(index as usize).map_err(|fault| fault.at(name))?;
         if !arities.contains(&accessor.arity()) {
             return Err(Fault::input(format!("{name}: has {} components", accessor.arity())));
         }
@@ -105,12 +105,11 @@ impl<'a> Import<'a> {
     fn vertex_attribute(
         &self,
         primitive: &Primitive,
-        semantic: Semantic,
+        name: &str,
         arities: &[usize],
         positions: &Accessor,
     ) -> Outcome<Option<Accessor<'a>>> {
-        let name = semantic.to_string();
-        match self.attribute(primitive, semantic, arities)? {
+        match self.attribute(primitive, name, arities)? {
             Some(accessor) if accessor.count() != positions.count() => {
                 Err(Fault::input(format!("{name}: has {} elements, but POSITION has {}", accessor.count(), positions.count())))
             }
@@ -129,12 +128,12 @@ impl<'a> Import<'a> {
     ) -> Outcome<Vec<Vec<[f32; 2]>>> {
         let mut sets = Vec::new();
         let mut missing = Vec::new();
-        let present = |set: &u32| primitive.attributes.contains_key(&Checked::Valid(Semantic::TexCoords(*set)));
+        let present = |set: &u32| primitive.attributes.contains_key(&coordinates(*set));
         let own = (0..MOST_UV_SETS).take_while(present).count() as u32;
         let wanted = material.uv_sets.iter().max().map_or(0, |most| most + 1);
         self.budget.memory(vertices.len(), size_of::<[f32; 2]>() * own.max(wanted) as usize)?;
         for set in 0..own.max(wanted) {
-            match self.vertex_attribute(primitive, Semantic::TexCoords(set), &[2], positions)? {
+            match self.vertex_attribute(primitive, &coordinates(set), &[2], positions)? {
                 Some(uv) => sets.push(vertices.gather(|v| uv.vector(v).map(finite_or_zero))),
                 None => {
                     sets.push(vec![[0.0; 2]; vertices.len()]);
@@ -151,7 +150,7 @@ impl<'a> Import<'a> {
     /// Three vertex indices a triangle, whatever the topology.
     fn corners(&mut self, primitive: &Primitive, mode: Mode, count: usize) -> Outcome<Vec<[u32; 3]>> {
         let accessor = match primitive.indices {
-            Some(index) => Some(self.reader.open(index.value()).map_err(|fault| fault.at("indices"))?),
+            Some(index) => Some(self.reader.open(index as usize).map_err(|fault| fault.at("indices"))?),
             None => None,
         };
         if accessor.as_ref().is_some_and(|a| a.arity() != 1 || !a.is_unsigned()) {
@@ -159,7 +158,7 @@ impl<'a> Import<'a> {
         }
         let length = accessor.as_ref().map_or(count, Accessor::count);
         let triangles = match mode {
-            Mode::TriangleStrip | Mode::TriangleFan => length.saturating_sub(2),
+            Mode::Strip | Mode::Fan => length.saturating_sub(2),
             _ => length / 3,
         };
         self.budget.triangles(triangles)?;
@@ -167,8 +166,8 @@ impl<'a> Import<'a> {
         let triangle = |i: usize| {
             // glTF 2.0, section 3.7.2.1: the order that keeps every triangle of a strip facing the same way.
             let places = match mode {
-                Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
-                Mode::TriangleFan => [i + 1, i + 2, 0],
+                Mode::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+                Mode::Fan => [i + 1, i + 2, 0],
                 _ => [3 * i, 3 * i + 1, 3 * i + 2],
             };
             places.map(vertex)
@@ -179,11 +178,24 @@ impl<'a> Import<'a> {
         }
         // Strips join their parts by triangles that use a vertex twice.
         out.retain(|[a, b, c]| a != b && b != c && c != a);
-        if !matches!(mode, Mode::TriangleStrip | Mode::TriangleFan) && length % 3 != 0 {
+        if !matches!(mode, Mode::Strip | Mode::Fan) && length % 3 != 0 {
             self.warnings.add(format!("{} indices left over after the last whole triangle were ignored", length % 3));
         }
         Ok(out)
     }
+}
+
+/// How vertices make triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    List,
+    Strip,
+    Fan,
+}
+
+/// Name of a set of texture coordinates.
+fn coordinates(set: u32) -> String {
+    format!("TEXCOORD_{set}")
 }
 
 /// Elements that are worth another thread.
@@ -197,11 +209,10 @@ fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     (0..count).into_par_iter().with_min_len(MANY).map(&of).collect()
 }
 
-/// How many vertices and indices a primitive has, by its own account.
-pub(super) fn elements(document: &Document, primitive: &Primitive) -> u64 {
-    let count = |index: usize| document.accessors.get(index).map_or(0, |accessor| accessor.count.0);
-    let vertices = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).map_or(0, |index| count(index.value()));
-    vertices.saturating_add(primitive.indices.map_or(0, |index| count(index.value())))
+/// How many vertices and how many indices a primitive has, by its own account.
+pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
+    let count = |index: u32| document.accessors.get(index as usize).map_or(0, |accessor| accessor.count);
+    [primitive.attributes.get("POSITION").copied(), primitive.indices].map(|index| index.map_or(0, count))
 }
 
 /// The vertices of the file that a primitive uses.

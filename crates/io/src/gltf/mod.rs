@@ -13,11 +13,11 @@ mod accessor;
 mod animation;
 mod buffers;
 mod camera;
-mod census;
 mod choose;
 mod compressed;
 mod deform;
 mod document;
+mod entries;
 mod extensions;
 mod glb;
 mod light;
@@ -46,8 +46,8 @@ use material::UsedMaterial;
 use nodes::Placed;
 
 use crate::folder::Folder;
-use crate::image_file::Waiting;
 use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
+use crate::waiting::Waiting;
 use crate::work::Work;
 use crate::{Error, Limits, Warning, uri};
 
@@ -121,6 +121,7 @@ fn import(
         moved: HashMap::new(),
         worlds: Vec::new(),
         skins: Skins::new(),
+        thin: 0,
         moves: 0,
     };
     import.run(scene, choice.time)
@@ -181,6 +182,8 @@ struct Import<'a> {
     /// Where nodes are, by index.
     worlds: Vec<Option<DAffine3>>,
     skins: Skins,
+    /// Primitives of points and lines.
+    thin: usize,
     /// Moves of vertices by targets and joints so far.
     moves: u64,
 }
@@ -202,6 +205,9 @@ impl Import<'_> {
         for placed in &places.shown {
             self.node(placed).map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
         }
+        if self.thin > 0 {
+            self.warnings.add(format!("points and lines are ignored: {} of the primitives that are shown are such", self.thin));
+        }
         let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
         waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))?;
         if self.scene.objects.is_empty() {
@@ -217,7 +223,7 @@ impl Import<'_> {
         let meshes: HashSet<u32> = shown.iter().filter_map(node).collect();
         let primitives =
             meshes.iter().filter_map(|&mesh| self.document.meshes.get(mesh as usize)).flat_map(|mesh| &mesh.primitives);
-        primitives.map(|primitive| mesh::elements(self.document, primitive)).fold(0, u64::saturating_add)
+        primitives.flat_map(|primitive| mesh::elements(self.document, primitive)).fold(0, u64::saturating_add)
     }
 
     /// Adds what one node carries.

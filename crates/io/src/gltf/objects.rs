@@ -2,12 +2,11 @@
 //! EXT_mesh_gpu_instancing gives it.
 
 use glam::{DAffine3, DQuat, DVec3};
-use gltf::json::mesh::Primitive;
 use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
 use super::accessor::Accessor;
 use super::buffers::absent;
-use super::document::{Instancing, Node};
+use super::entries::{Instancing, Node, Primitive};
 use super::material::UsedMaterial;
 use super::nodes::Placed;
 use super::{Import, UsedMesh, mesh};
@@ -85,7 +84,7 @@ impl<'a> Import<'a> {
                         });
                         used
                     });
-                    self.work.done(mesh::elements(self.document, primitive));
+                    self.work.done(mesh::elements(self.document, primitive)[0]);
                     self.meshes.insert((index, i, key.clone()), used.clone());
                     used
                 }
@@ -107,12 +106,9 @@ impl<'a> Import<'a> {
 
     /// The material that a primitive shows, in the variant that is asked for.
     fn look(&self, primitive: &Primitive) -> Option<usize> {
-        let mappings = primitive.extensions.as_ref().and_then(|extensions| extensions.khr_materials_variants.as_ref());
-        let mapped = self.variant.zip(mappings).and_then(|(variant, variants)| {
-            let mapping = variants.mappings.iter().find(|mapping| mapping.variants.contains(&variant))?;
-            Some(mapping.material as usize)
-        });
-        mapped.or(primitive.material.map(|material| material.value()))
+        let mappings = &primitive.extensions.variants.mappings;
+        let mapped = self.variant.and_then(|variant| mappings.iter().find(|mapping| mapping.variants.contains(&variant)));
+        mapped.map(|mapping| mapping.material).or(primitive.material).map(|material| material as usize)
     }
 
     /// Adds one object that shows a mesh where a node puts it.

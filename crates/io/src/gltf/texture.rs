@@ -5,11 +5,11 @@ use std::borrow::Cow;
 use gltf::json;
 use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
-use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture as SceneTexture, TextureRef, Wrap};
+use raywright_core::scene::{Colour, ColourSpace, Filter, Image as SceneImage, Texture as SceneTexture, TextureRef, Wrap};
 
 use super::Import;
 use super::buffers::absent;
-use super::document::Texture;
+use super::entries::{Image, Texture};
 use super::mesh::MOST_UV_SETS;
 use crate::import::{Fault, FaultKind, Outcome};
 use crate::{image_file, uri};
@@ -115,7 +115,7 @@ impl<'a> Import<'a> {
                     source.uri.clone().filter(|uri| !uri::is_data(uri)).unwrap_or_else(|| format!("{file}#images[{index}]"));
                 let name = self.names.images.unique(source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&path));
                 self.waiting.add(self.scene.images.len(), format!("images[{index}]"), bytes);
-                self.scene.images.push(Image { name: name.clone(), path, data: None });
+                self.scene.images.push(SceneImage { name: name.clone(), path, data: None });
                 Some(name)
             }
             Err(why) => {
@@ -128,9 +128,9 @@ impl<'a> Import<'a> {
     }
 
     /// An image's bytes, or why a picture can do without them: a file beside the scene that is missing or may not be read.
-    fn image_bytes(&self, source: &json::Image) -> Outcome<Result<Cow<'a, [u8]>, String>> {
+    fn image_bytes(&self, source: &Image) -> Outcome<Result<Cow<'a, [u8]>, String>> {
         if let Some(view) = source.buffer_view {
-            return self.reader.buffers.view(self.document, view.value()).map(|(bytes, _)| Ok(bytes.into()));
+            return self.reader.buffers.view(self.document, view as usize).map(|(bytes, _)| Ok(bytes.into()));
         }
         let Some(uri) = &source.uri else { return Ok(Err("has neither uri nor bufferView".to_owned())) };
         match uri::read(self.folder, uri) {

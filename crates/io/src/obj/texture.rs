@@ -6,10 +6,10 @@ use raywright_core::Scene;
 use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, TextureRef, Wrap};
 
 use super::lines::{number, relative};
-use crate::Limits;
 use crate::folder::{Folder, ReadError};
-use crate::image_file::{self, Waiting};
 use crate::import::{Budget, Fault, Names, Outcome, Warnings};
+use crate::waiting::Waiting;
+use crate::{Limits, image_file};
 
 /// A texture statement taken apart.
 #[derive(Clone, Debug, PartialEq)]
