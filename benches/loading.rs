@@ -1,11 +1,23 @@
 //! How loading grows with what there is to load: for each kind of thing that a scene has many of, the time to read and check
 //! its file, and to explain and prepare it, at 10³, 10⁴ and 10⁵ of it. `tests/integration/many.rs` holds that it stays linear.
+//!
+//! `cargo bench --bench loading -- sheet [SIDE]` loads a generated GLB of 2·SIDE² triangles (five million) beside the least that
+//! there is to do, reading its bytes and building its tree, and says what memory it takes; `-- model FILE` a whole run over a model
+//! beside decoding its largest image.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/many.rs"]
 mod many;
+#[path = "support/sheet.rs"]
+mod sheet;
 
+use std::path::Path;
+use std::process::Command;
 use std::time::Instant;
+
+use raywright::bvh::{AcceleratorKind, Geometry, Group, Robust, Visibility};
+use raywright::core::bench::clock::process_seconds;
+use raywright::core::scene::MeshSource;
 
 use raywright::core::effects::detect;
 use raywright::core::{Settings, prepare};
@@ -20,6 +32,14 @@ fn main() {
     // `cargo test` and a listing of the benches do not measure.
     if std::env::args().any(|argument| ["--test", "--list"].contains(&argument.as_str())) {
         return;
+    }
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
+    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["sheet", ref rest @ ..] => {
+            return sheet_beside_its_tree(rest.first().and_then(|side| side.parse().ok()).unwrap_or(1581));
+        }
+        ["model", file] => return run_beside_an_image(Path::new(file)),
+        _ => {}
     }
     println!("seconds to load + explain and prepare, the least of {ROUNDS}; exponent from {} to {}", SIZES[0], SIZES[2]);
     for family in &FAMILIES {
@@ -51,4 +71,103 @@ fn least((what, write): &Family, n: usize) -> [f64; 2] {
         [load, rest]
     };
     (0..ROUNDS).map(|_| round()).fold([f64::INFINITY; 2], |least, times| [least[0].min(times[0]), least[1].min(times[1])])
+}
+
+/// Peak resident memory in bytes, as Linux tells it; zero elsewhere.
+fn peak_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap_or_default();
+    line.trim().trim_end_matches(" kB").parse::<u64>().unwrap_or_default() * 1024
+}
+
+/// CPU seconds of all threads that some work takes, and what it makes.
+fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let start = process_seconds();
+    let made = work();
+    (process_seconds() - start, made)
+}
+
+/// Import and preparation of a large file, and what of it can't be saved: in CPU seconds, in turns, since machines are shared.
+fn sheet_beside_its_tree(side: u32) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("sheet.glb");
+    sheet::write(&path, side).expect("the file can be written");
+    let (mut ratios, mut peak) = (Vec::new(), 0);
+    println!("{} triangles, {} bytes", 2 * u64::from(side).pow(2), path.metadata().map_or(0, |data| data.len()));
+    for _ in 0..ROUNDS {
+        let (import, loaded) =
+            timed(|| load(&Input::Path(path.clone()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")));
+        let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
+        let (preparation, ready) = timed(|| prepare(&loaded.scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")));
+        let MeshSource::Inline(data) = &loaded.scene.meshes[0].source else { panic!("inline") };
+        let whole = ready.memory().total();
+        // Only the first round's is that of a process which does nothing else.
+        if peak == 0 {
+            peak = peak_bytes();
+            println!("peak {:.2} of the scene's {:.0} MB", peak as f64 / whole as f64, whole as f64 / 1e6);
+        }
+        drop(ready);
+        let mut group = Group::<Robust>::default();
+        let corner = |i: u32| data.positions[i as usize].into();
+        group.mesh(data.indices.iter().map(|triangle| triangle.map(corner)), Visibility::default()).expect("triangles");
+        let (tree, geometry) = timed(|| Geometry::new(group, AcceleratorKind::default()));
+        drop((geometry, loaded));
+        let (reading, bytes) = timed(|| std::fs::read(&path).expect("the file"));
+        drop(bytes);
+        let ratio = (import + preparation) / (reading + tree);
+        println!(
+            "import {import:.2} s + preparation {preparation:.2} s; reading {reading:.2} s + tree {tree:.2} s; ratio {ratio:.2}"
+        );
+        ratios.push(ratio);
+    }
+    ratios.sort_by(f64::total_cmp);
+    println!("median ratio {:.2}, {:.2} to {:.2}", ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1]);
+}
+
+/// A whole run of the program, from its start to a picture of one pixel, and decoding the model's largest image, in turns.
+fn run_beside_an_image(path: &Path) {
+    const ROUNDS: usize = 20;
+    let loaded = load(&Input::Path(path.to_owned()), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let images = loaded.scene.images.iter().filter_map(|image| image.data.as_ref());
+    let largest = images.max_by_key(|data| data.bytes()).expect("a model with an image");
+    let raywright::core::scene::Pixels::Codes(codes) = &largest.pixels else { panic!("an image of eight bits") };
+    let file = largest_image(path, [largest.width, largest.height]);
+    assert_eq!(image::load_from_memory(&file).expect("an image").into_rgba8().len(), 4 * codes.len());
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = path.canonicalize().expect("a file");
+    let mut least = [f64::INFINITY; 3];
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        let decoded = image::load_from_memory(&file).expect("an image").into_rgba8();
+        least[0] = least[0].min(start.elapsed().as_secs_f64());
+        drop(decoded);
+        let mut run = Command::new(env!("CARGO_BIN_EXE_raywright"));
+        run.args(["render", "-q", "--size", "1x1", "--spp", "1", "-o", "pixel.png", "--stats", "run.json"]).arg(&path);
+        let start = Instant::now();
+        let status = run.current_dir(folder.path()).status().expect("the program starts");
+        least[1] = least[1].min(start.elapsed().as_secs_f64());
+        assert!(status.success());
+        let stats = std::fs::read(folder.path().join("run.json")).expect("statistics");
+        let stats: serde_json::Value = serde_json::from_slice(&stats).expect("JSON");
+        let ready = ["load", "prepare"].iter().filter_map(|stage| stats["seconds"][stage].as_f64()).sum();
+        least[2] = least[2].min(ready);
+    }
+    let [image, run, ready] = least.map(|seconds| seconds * 1e3);
+    println!(
+        "least of {ROUNDS}: image {image:.2} ms; loaded and prepared {ready:.2} ms ({:.2}); the whole run {run:.2} ms ({:.2})",
+        ready / image,
+        run / image
+    );
+}
+
+/// The bytes of the image of that size in a GLB file: found by its signature, since this bench is no reader of glTF.
+fn largest_image(path: &Path, size: [u32; 2]) -> Vec<u8> {
+    let bytes = std::fs::read(path).expect("a file");
+    let starts = (0..bytes.len()).filter(|&at| bytes[at..].starts_with(b"\x89PNG") || bytes[at..].starts_with(b"\xff\xd8\xff"));
+    let decodes = |at: &usize| {
+        let reader = image::ImageReader::new(std::io::Cursor::new(&bytes[*at..])).with_guessed_format().ok();
+        reader.and_then(|reader| reader.into_dimensions().ok()) == Some((size[0], size[1]))
+    };
+    let start = starts.into_iter().find(decodes).expect("a PNG or JPEG in the file");
+    bytes[start..].to_vec()
 }

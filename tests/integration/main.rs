@@ -13,6 +13,7 @@ mod kept;
 mod lights;
 mod many;
 mod memory;
+mod models;
 mod reference;
 mod scaling;
 mod support;

@@ -18,6 +18,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(32);
 /// Shows how far the work has come. Any thread may report.
 #[derive(Debug)]
 pub struct Progress {
+    what: &'static str,
     start: Instant,
     display: Display,
 }
@@ -30,14 +31,14 @@ enum Display {
 }
 
 impl Progress {
-    /// A display that suits where standard error goes, unless the user chose one.
-    pub fn start(style: ProgressStyle, verbosity: Verbosity) -> Self {
-        Self { start: Instant::now(), display: Display::of(style, verbosity, io::stderr().is_terminal()) }
+    /// A display of work in a word that suits where standard error goes, unless the user chose one.
+    pub fn start(what: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
+        Self { what, start: Instant::now(), display: Display::of(what, style, verbosity, io::stderr().is_terminal()) }
     }
 
     /// `done` of `total` pieces of work are finished.
     pub fn report(&self, done: u64, total: u64) {
-        if let Some(line) = self.display.report(self.start.elapsed(), done, total) {
+        if let Some(line) = self.display.report(self.what, self.start.elapsed(), done, total) {
             console::tell(line);
         }
     }
@@ -51,17 +52,17 @@ impl Progress {
 }
 
 impl Display {
-    fn of(style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
+    fn of(what: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
         match style {
             _ if verbosity == Verbosity::Quiet => Self::Nothing,
             ProgressStyle::None => Self::Nothing,
-            ProgressStyle::Auto if is_terminal => Self::Bar(bar()),
+            ProgressStyle::Auto if is_terminal => Self::Bar(bar(what)),
             ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(Pace::new())),
         }
     }
 
     /// Moves the bar; the line to print, where one is due.
-    fn report(&self, elapsed: Duration, done: u64, total: u64) -> Option<String> {
+    fn report(&self, what: &str, elapsed: Duration, done: u64, total: u64) -> Option<String> {
         match self {
             Self::Nothing => None,
             Self::Bar(bar) => {
@@ -73,7 +74,7 @@ impl Display {
             Self::Lines(pace) => {
                 // A thread that finds another one at work here has nothing newer to say.
                 let due = pace.try_lock().is_ok_and(|mut pace| pace.is_due(elapsed));
-                (due && done < total).then(|| line(elapsed, done, total))
+                (due && done < total).then(|| line(what, elapsed, done, total))
             }
         }
     }
@@ -115,19 +116,19 @@ impl Drop for Steps {
     }
 }
 
-fn bar() -> ProgressBar {
+fn bar(what: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    if let Ok(template) = Template::with_template("rendering {wide_bar} {percent:>3} %  {msg:12}") {
+    if let Ok(template) = Template::with_template(&format!("{what} {{wide_bar}} {{percent:>3}} %  {{msg:12}}")) {
         bar.set_style(template);
     }
     bar
 }
 
 /// One plain line.
-fn line(elapsed: Duration, done: u64, total: u64) -> String {
+fn line(what: &str, elapsed: Duration, done: u64, total: u64) -> String {
     let percent = 100 * done / total.max(1);
     let left = left(elapsed, done, total);
-    if left.is_empty() { format!("rendering: {percent} %") } else { format!("rendering: {percent} %, {left}") }
+    if left.is_empty() { format!("{what}: {percent} %") } else { format!("{what}: {percent} %, {left}") }
 }
 
 /// How long it will take still, if it goes on as it did; empty while there is nothing to go by.
@@ -168,11 +169,11 @@ mod tests {
     /// The estimate is the time so far in proportion, rounded up so that it never says 0 s before the end.
     #[test]
     fn time_left_is_in_proportion() {
-        assert_eq!(line(Duration::from_secs(10), 1, 4), "rendering: 25 %, 30 s left");
-        assert_eq!(line(Duration::from_millis(10), 3, 4), "rendering: 75 %, 1 s left");
-        assert_eq!(line(Duration::from_secs(10), 0, 4), "rendering: 0 %");
-        assert_eq!(line(Duration::from_secs(7200), 1, 2), "rendering: 50 %, 2 h 0 min left");
-        assert_eq!(line(Duration::from_secs(200), 1, 2), "rendering: 50 %, 3 min 20 s left");
+        assert_eq!(line("rendering", Duration::from_secs(10), 1, 4), "rendering: 25 %, 30 s left");
+        assert_eq!(line("rendering", Duration::from_millis(10), 3, 4), "rendering: 75 %, 1 s left");
+        assert_eq!(line("rendering", Duration::from_secs(10), 0, 4), "rendering: 0 %");
+        assert_eq!(line("rendering", Duration::from_secs(7200), 1, 2), "rendering: 50 %, 2 h 0 min left");
+        assert_eq!(line("rendering", Duration::from_secs(200), 1, 2), "rendering: 50 %, 3 min 20 s left");
     }
 
     /// Protects: quiet is silent whatever style is asked for, no style is, a terminal alone has a bar, and everything else
@@ -180,7 +181,7 @@ mod tests {
     #[test]
     fn the_display_suits_the_place() {
         use ProgressStyle::{Auto, None, Plain};
-        let kind = |style, verbosity, terminal| match Display::of(style, verbosity, terminal) {
+        let kind = |style, verbosity, terminal| match Display::of("rendering", style, verbosity, terminal) {
             Display::Nothing => "nothing",
             Display::Bar(_) => "bar",
             Display::Lines(_) => "lines",
@@ -200,10 +201,10 @@ mod tests {
     fn the_end_is_no_line() {
         let lines = || Display::Lines(Mutex::new(Pace::new()));
         let second = Duration::from_secs(1);
-        assert_eq!(lines().report(second, 1, 2), Some("rendering: 50 %, 1 s left".to_owned()));
-        assert_eq!(lines().report(second, 2, 2), None);
-        assert_eq!(lines().report(second / 2, 1, 2), None);
-        assert_eq!(Display::Nothing.report(second, 1, 2), None);
+        assert_eq!(lines().report("loading", second, 1, 2), Some("loading: 50 %, 1 s left".to_owned()));
+        assert_eq!(lines().report("loading", second, 2, 2), None);
+        assert_eq!(lines().report("loading", second / 2, 1, 2), None);
+        assert_eq!(Display::Nothing.report("loading", second, 1, 2), None);
     }
 
     /// A thousand reports within a minute make a handful of lines, each pause twice the one before.

@@ -2,25 +2,42 @@
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
 
 use raywright_core::effects::{has_light, is_lit, neutral_sky};
 use raywright_io::{
-    Environment, EnvironmentSource, Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load,
-    presets,
+    Environment, EnvironmentSource, Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides,
+    load_observed, presets,
 };
 
-use crate::args::{DEFAULT_PRESET, SceneArgs};
+use crate::args::{DEFAULT_PRESET, ProgressStyle, SceneArgs};
 use crate::console::Verbosity;
 use crate::failure::Failure;
+use crate::progress::Progress;
+use crate::watch::Watch;
 
 /// Reads and checks a scene and passes on its warnings.
 pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbosity) -> Result<Loaded, Failure> {
+    watched(name, changes, limits, verbosity, ProgressStyle::None)
+}
+
+/// As [`read`], and shows how far it has come where that takes a while.
+pub fn watched(
+    name: &OsStr,
+    changes: &SceneArgs,
+    limits: Limits,
+    verbosity: Verbosity,
+    style: ProgressStyle,
+) -> Result<Loaded, Failure> {
     let overrides = Overrides { at: changes.at, set: changes.set.clone() };
     let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
     let input = named(name);
     let environment = Environment { source: changes.env.clone(), rotation: changes.env_rotation, strength: changes.env_strength };
     let options = LoadOptions { overrides, model, environment, allow_outside: changes.allow_outside, limits };
-    let loaded = load(&input, &options).map_err(|error| explained(error, &input))?;
+    let progress = Progress::start("loading", style, verbosity);
+    let loaded = load_observed(&input, &options, &Watch { progress: Some(&progress), stop: &AtomicBool::new(false) });
+    progress.finish();
+    let loaded = loaded.map_err(|error| explained(error, &input))?;
     for warning in &loaded.warnings {
         verbosity.warn(&warning.message);
     }

@@ -100,7 +100,7 @@ fn main() {
         "gltf" => &[".gltf", ".glb"],
         "obj" => &[".obj", ".mtl"],
         "scene" => &[".scene.toml", ".scene.json"],
-        _ => &[".png", ".jpg", ".jpeg", ".webp"],
+        _ => &[".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".hdr", ".exr"],
     };
     let (files, seconds) = (corpus(Path::new(folder), endings), seconds.parse().unwrap_or(60.0));
     let seed: u64 = rest.first().and_then(|word| word.parse().ok()).unwrap_or(1);

@@ -1,4 +1,4 @@
-//! Decoding of image files: PNG, JPEG and WebP textures, Radiance HDR and OpenEXR environments.
+//! Decoding of image files: PNG, JPEG, WebP and KTX2 textures, Radiance HDR and OpenEXR environments.
 //!
 //! Only pixels are read: colour profiles, gamma chunks and camera orientation are ignored, as glTF 2.0 asks for (section 3.8.3).
 
@@ -7,8 +7,8 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use raywright_core::scene::{ImageData, Pixels};
 
-use crate::Limits;
 use crate::import::{Budget, Fault, Outcome};
+use crate::{Limits, basis};
 
 /// What a file's first bytes say it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,7 @@ pub(crate) enum Kind {
     WebP,
     Hdr,
     Exr,
+    Ktx2,
     /// Known, but not read here.
     Foreign(&'static str),
     Unknown,
@@ -31,7 +32,7 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
         (b"#?RADIANCE", Kind::Hdr),
         (b"#?RGBE", Kind::Hdr),
         (b"\x76\x2f\x31\x01", Kind::Exr),
-        (b"\xabKTX 20\xbb\r\n\x1a\n", Kind::Foreign("KTX2")),
+        (basis::SIGNATURE, Kind::Ktx2),
         (b"GIF8", Kind::Foreign("GIF")),
         (b"BM", Kind::Foreign("BMP")),
         (b"DDS ", Kind::Foreign("DDS")),
@@ -45,7 +46,7 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
 
 /// Decodes a whole image file.
 ///
-/// PNG, JPEG and WebP become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit samples rounded to 8 bits), HDR and EXR
+/// PNG, JPEG, WebP and KTX2 become [`Pixels::Codes`] (grey and palettes spread to RGBA, 16-bit samples rounded to 8 bits), HDR and EXR
 /// become [`Pixels::Linear`].
 ///
 /// # Errors
@@ -58,37 +59,56 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
         Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits),
         Kind::Hdr => decode_with(ImageFormat::Hdr, bytes, limits),
         Kind::Exr => decode_exr(bytes, limits),
-        Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, WebP, HDR and EXR are read"))),
-        Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, WebP, HDR, EXR)")),
+        Kind::Ktx2 => basis::decode(bytes, limits),
+        Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"))),
+        Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)")),
     }
 }
 
-/// A texture's pixels, or why a picture can do without them: a format that is not read here, or, `beside` the scene in a file of
-/// its own, none that is known.
+/// Whether bytes are a texture that will be read, or why a picture can do without them: a format that is not read here, or, `beside`
+/// the scene in a file of its own, none that is known. Only the header is looked at, and the memory of the pixels is claimed.
 ///
 /// # Errors
-/// As [`decode`] where the format is read, and of kind limit when the budget does not last.
-pub(crate) fn decode_texture(
-    bytes: &[u8],
-    beside: bool,
-    limits: &Limits,
-    budget: &mut Budget,
-) -> Outcome<Result<ImageData, String>> {
+/// As [`decode`] where the format is read, as far as a header tells, and of kind limit when the budget does not last.
+pub(crate) fn accept_texture(bytes: &[u8], beside: bool, limits: &Limits, budget: &mut Budget) -> Outcome<Result<(), String>> {
     let kind = sniff(bytes);
     if matches!(kind, Kind::Foreign(_)) || beside && kind == Kind::Unknown {
-        return Ok(decode(bytes, limits).map_err(|fault| fault.message));
+        return Ok(decode(bytes, limits).map(drop).map_err(|fault| fault.message));
     }
-    let data = decode(bytes, limits)?;
-    let pixel = match data.pixels {
-        Pixels::Codes(_) => size_of::<[u8; 4]>(),
-        Pixels::Linear(_) => size_of::<[f32; 4]>(),
+    claim(bytes, limits, budget)?;
+    Ok(Ok(()))
+}
+
+/// Claims the memory that a picture will take, by its header.
+///
+/// # Errors
+/// As [`decode`] as far as a header tells, and of kind limit when the budget does not last.
+pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<()> {
+    let [width, height] = size(bytes, limits)?;
+    let pixel = match sniff(bytes) {
+        Kind::Hdr | Kind::Exr => size_of::<[f32; 4]>(),
+        _ => size_of::<[u8; 4]>(),
     };
-    budget.memory(data.width as usize * data.height as usize, pixel)?;
-    Ok(Ok(data))
+    budget.memory(width as usize * height as usize, pixel)
+}
+
+/// Width and height that a header gives a picture.
+fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
+    let size = |format| opened(format, bytes, limits).map(|decoder| decoder.dimensions()).map(|(width, height)| [width, height]);
+    match sniff(bytes) {
+        Kind::Png => size(ImageFormat::Png),
+        Kind::Jpeg => size(ImageFormat::Jpeg),
+        Kind::WebP => size(ImageFormat::WebP),
+        Kind::Hdr => size(ImageFormat::Hdr),
+        Kind::Exr => exr_size(bytes, limits),
+        Kind::Ktx2 => basis::size(bytes, limits),
+        // Decoding says what is wrong with it.
+        Kind::Foreign(_) | Kind::Unknown => decode(bytes, limits).map(|image| [image.width, image.height]),
+    }
 }
 
 /// Checks a header's dimensions before anything is allocated for them.
-fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
+pub(crate) fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
     if width == 0 || height == 0 {
         return Err(Fault::input("is a picture without pixels"));
     }
@@ -101,11 +121,16 @@ fn check_size(width: u64, height: u64, limits: &Limits) -> Outcome<()> {
     Ok(())
 }
 
-fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
-    let broken = |e: image::ImageError| match e {
+/// What the decoder of a format says that is wrong.
+fn broken(error: image::ImageError) -> Fault {
+    match error {
         image::ImageError::Limits(e) => Fault::limit(format!("is a picture that takes too much memory to read ({e})")),
         e => Fault::input(format!("is a broken picture ({e})")),
-    };
+    }
+}
+
+/// The decoder of a picture that is not too large.
+fn opened<'b>(format: ImageFormat, bytes: &'b [u8], limits: &Limits) -> Outcome<impl ImageDecoder + 'b> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     // The pixel count is checked below; this bounds what the decoder itself may allocate on the way.
     let mut own = image::Limits::default();
@@ -114,6 +139,12 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
     let decoder = reader.into_decoder().map_err(broken)?;
     let (width, height) = decoder.dimensions();
     check_size(u64::from(width), u64::from(height), limits)?;
+    Ok(decoder)
+}
+
+fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+    let decoder = opened(format, bytes, limits)?;
+    let (width, height) = decoder.dimensions();
     let picture = DynamicImage::from_decoder(decoder).map_err(broken)?;
     let pixels = match picture {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
@@ -124,16 +155,32 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
     Ok(ImageData { width, height, pixels })
 }
 
-fn decode_exr(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
-    use exr::prelude::{MetaData, ReadChannels, ReadLayers, read};
-    let broken = |e: exr::error::Error| Fault::input(format!("is a broken EXR picture ({e})"));
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+fn broken_exr(error: exr::error::Error) -> Fault {
+    Fault::input(format!("is a broken EXR picture ({error})"))
+}
+
+/// Width and height of the largest part of an EXR file, all of whose headers are looked at.
+fn exr_size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
+    let meta = exr::prelude::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken_exr)?;
+    let mut largest = [0, 0];
     for header in &meta.headers {
-        check_size(header.layer_size.0 as u64, header.layer_size.1 as u64, limits)?;
+        let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
+        check_size(width, height, limits)?;
         if crate::output::can_abort(header.compression) {
             return Err(Fault::input("is an EXR picture with DWA compression, which is not read here; ZIP is"));
         }
+        // Fewer than `image_pixels`, which no side exceeds.
+        let size = [width as u32, height as u32];
+        if u64::from(largest[0]) * u64::from(largest[1]) < width * height {
+            largest = size;
+        }
     }
+    Ok(largest)
+}
+
+fn decode_exr(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    exr_size(bytes, limits)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -149,7 +196,7 @@ fn decode_exr(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map_err(broken)?;
+        .map_err(broken_exr)?;
     let size = image.layer_data.size;
     let (width, height) = (u32::try_from(size.0), u32::try_from(size.1));
     match (width, height) {
@@ -282,8 +329,8 @@ mod tests {
         assert!(matches!(sniff(b"#?RADIANCE\n"), Kind::Hdr) && matches!(sniff(b"#?RGBE\n"), Kind::Hdr));
         assert!(matches!(sniff(b"\x76\x2f\x31\x01"), Kind::Exr) && matches!(sniff(b""), Kind::Unknown));
         assert!(matches!(sniff(b"RIFF1234WEBPVP8"), Kind::WebP));
-        let others: [(&[u8], &str); 5] =
-            [(b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"), (b"GIF89a", "GIF"), (b"BM6", "BMP"), (b"DDS ", "DDS"), (b"II*\0", "TIFF")];
+        assert!(matches!(sniff(b"\xabKTX 20\xbb\r\n\x1a\n"), Kind::Ktx2));
+        let others: [(&[u8], &str); 4] = [(b"GIF89a", "GIF"), (b"BM6", "BMP"), (b"DDS ", "DDS"), (b"II*\0", "TIFF")];
         for (bytes, name) in others {
             assert_eq!(foreign(bytes), name);
         }

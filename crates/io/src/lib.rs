@@ -18,9 +18,10 @@
 //! ```
 //!
 //! Not here yet: subsurface scattering and vendors' extensions of glTF's materials (each is named in
-//! [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points and lines (a warning), KTX2 textures (refused with a message where a file has no others).
+//! [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points and lines (a warning).
 #![forbid(unsafe_code)]
 
+mod basis;
 mod diagnostic;
 mod environment;
 mod error;
@@ -42,6 +43,8 @@ pub mod report;
 mod schema;
 mod source;
 mod uri;
+mod waiting;
+mod work;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use environment::{Environment, EnvironmentSource};
@@ -51,7 +54,7 @@ pub use folder::{Folder, ReadError};
 pub use gltf::{AnimationInfo, Contents, ExtensionInfo};
 pub use inputs::{Clash, Inputs};
 pub use limits::{Limits, human_bytes};
-pub use load::{Input, LoadOptions, Loaded, ModelOptions, load};
+pub use load::{Input, LoadOptions, Loaded, ModelOptions, load, load_observed};
 pub use native::{Notation, Overrides};
 pub use schema::schema;
 pub use source::{Format, SourceInfo};

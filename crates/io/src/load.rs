@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use raywright_core::scene::MeshSource;
-use raywright_core::{Scene, generate};
+use raywright_core::{Observer, Scene, generate};
 
 use crate::environment::{self, Environment};
 use crate::error::{Error, Warning};
@@ -71,6 +71,14 @@ pub struct Loaded {
 /// # Errors
 /// [`Error`] says which kind: content, file, limit, or a preset or parameter that does not exist.
 pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
+    load_observed(input, options, &())
+}
+
+/// As [`load`]; the observer hears how far the import of a glTF file has come, and is not asked whether to stop.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observer) -> Result<Loaded, Error> {
     match input {
         Input::Preset(name) => {
             refuse_choice(&format!("preset:{name}"), &options.model)?;
@@ -90,7 +98,7 @@ pub fn load(input: &Input, options: &LoadOptions) -> Result<Loaded, Error> {
                     let text = native::text(&name, bytes, options.limits.text_bytes)?;
                     native_scene(&name, &stem(path), &text, notation, &folder, options)
                 }
-                format => model(path, bytes, format, &folder, options),
+                format => model(path, bytes, format, &folder, options, observer),
             }
         }
     }
@@ -108,7 +116,14 @@ fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
 }
 
 /// A model becomes a whole scene.
-fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: &LoadOptions) -> Result<Loaded, Error> {
+fn model(
+    path: &Path,
+    bytes: Vec<u8>,
+    format: Format,
+    folder: &Folder,
+    options: &LoadOptions,
+    observer: &dyn Observer,
+) -> Result<Loaded, Error> {
     let name = path.display().to_string();
     if let Some((parameter, _)) = options.overrides.set.first() {
         let hint = "only native scenes (.scene.toml, .scene.json) have parameters";
@@ -128,7 +143,7 @@ fn model(path: &Path, bytes: Vec<u8>, format: Format, folder: &Folder, options: 
         _ => {
             let ModelOptions { scene, variant } = &options.model;
             let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), time: options.overrides.at };
-            let gltf::Model { scene, warnings, contents } = gltf::load(path, &bytes, folder, &options.limits, &choice)?;
+            let gltf::Model { scene, warnings, contents } = gltf::load(path, &bytes, folder, &options.limits, &choice, observer)?;
             (scene, warnings, contents)
         }
     };

@@ -23,7 +23,7 @@ pub(crate) fn read(
     let (scene, warnings) = match ending.as_str() {
         "gltf" | "glb" => {
             let choice = gltf::Choice { scene: model.scene.as_deref(), variant: None, time: model.time };
-            let model = gltf::load(file, bytes, folder, limits, &choice)?;
+            let model = gltf::load(file, bytes, folder, limits, &choice, &())?;
             (model.scene, model.warnings)
         }
         "obj" if *model != ModelPart::default() => {

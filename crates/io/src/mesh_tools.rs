@@ -1,6 +1,7 @@
 //! What importers do to meshes beyond reading them: repair what is not finite, make normals, apply transforms.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 use raywright_core::scene::{MeshData, TransformStep};
 use raywright_core::validate::{FARTHEST, SMALLEST};
 
@@ -55,11 +56,22 @@ pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
 
 /// Brings normals to unit length; one that has none (zero, not usable) becomes the mean of its facets' normals.
 pub(crate) fn mend_normals(mesh: &mut MeshData) {
-    let unit = |n: &[f32; 3]| Vec3::from_array(*n).as_dvec3().try_normalize().map(|n| n.as_vec3().to_array());
-    let mended: Vec<Option<[f32; 3]>> = mesh.normals.iter().map(unit).collect();
-    let facets = if mended.contains(&None) { facet_means(mesh) } else { Vec::new() };
-    let fallback = |i: usize| facets.get(i).and_then(|n| n.try_normalize()).unwrap_or(DVec3::Y).as_vec3().to_array();
-    mesh.normals = mended.into_iter().enumerate().map(|(i, normal)| normal.unwrap_or_else(|| fallback(i))).collect();
+    let mend = |(i, normal): (usize, &mut [f32; 3])| match Vec3::from_array(*normal).as_dvec3().try_normalize() {
+        Some(unit) => {
+            *normal = unit.as_vec3().to_array();
+            None
+        }
+        None => Some(i),
+    };
+    let lacking: Vec<usize> = mesh.normals.par_iter_mut().enumerate().with_min_len(1 << 14).filter_map(mend).collect();
+    if lacking.is_empty() {
+        return;
+    }
+    let facets = facet_means(mesh);
+    for i in lacking {
+        let mean = facets.get(i).and_then(|n| n.try_normalize()).unwrap_or(DVec3::Y);
+        mesh.normals[i] = mean.as_vec3().to_array();
+    }
 }
 
 /// For each vertex the sum of its facets' normals, weighted by area.

@@ -4,12 +4,69 @@
 
 use std::cell::Cell;
 
-use gltf::json::accessor::{ComponentType, IndexComponentType, Type, sparse};
-use gltf::json::validation::Checked;
-
 use super::buffers::{Buffers, absent};
 use super::document::Document;
-use crate::import::{Fault, Outcome};
+use super::entries::Sparse;
+use crate::import::{Fault, Outcome, shown};
+
+/// How a number is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    /// By its code in files.
+    ///
+    /// # Errors
+    /// A fault of kind input for a code that means nothing.
+    pub fn of(code: u32) -> Outcome<Self> {
+        Ok(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            _ => return Err(Fault::input(format!("has the unknown componentType {code}"))),
+        })
+    }
+
+    /// Bytes.
+    pub fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// Whether it may be an index.
+    fn is_unsigned(self) -> bool {
+        matches!(self, Self::U8 | Self::U16 | Self::U32)
+    }
+}
+
+/// Components of an element, by the name of its type in files.
+///
+/// # Errors
+/// A fault of kind input for a name that means nothing, and for matrices whose columns are padded: nothing that is read has such.
+pub(super) fn arity(kind: &str) -> Outcome<usize> {
+    Ok(match kind {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        "MAT4" => 16,
+        "MAT2" | "MAT3" => return Err(Fault::input("is a matrix of two or three rows, which nothing reads")),
+        _ => return Err(Fault::input(format!("has the unknown type {}", shown(kind)))),
+    })
+}
 
 /// Opens the accessors of one file.
 pub(super) struct Reader<'a> {
@@ -29,7 +86,7 @@ pub(super) const MOST_INVENTED: u64 = 256 << 20;
 pub(super) struct Accessor<'a> {
     count: usize,
     arity: usize,
-    component: ComponentType,
+    component: Component,
     normalised: bool,
     /// From the first element to the end of the last; empty where all elements are zero.
     bytes: &'a [u8],
@@ -50,21 +107,10 @@ impl<'a> Reader<'a> {
     fn open_unplaced(&self, index: usize) -> Outcome<Accessor<'a>> {
         let list = &self.document.accessors;
         let accessor = list.get(index).ok_or_else(|| absent("accessors", index, list.len()))?;
-        let Checked::Valid(component) = accessor.component_type else {
-            return Err(Fault::input("has an unknown componentType"));
-        };
-        let arity = match accessor.type_ {
-            Checked::Valid(Type::Scalar) => 1,
-            Checked::Valid(Type::Vec2) => 2,
-            Checked::Valid(Type::Vec3) => 3,
-            Checked::Valid(Type::Vec4) => 4,
-            // The columns of other matrices are padded, and nothing that is read has such.
-            Checked::Valid(Type::Mat4) => 16,
-            Checked::Valid(_) => return Err(Fault::input("is a matrix of two or three rows, which nothing reads")),
-            Checked::Invalid => return Err(Fault::input("has an unknown type")),
-        };
-        let size = component.0.size() * arity;
-        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
+        let component = Component::of(accessor.component_type)?;
+        let arity = arity(&accessor.kind)?;
+        let size = component.size() * arity;
+        let count = usize::try_from(accessor.count).unwrap_or(usize::MAX);
         if (count as u64).saturating_mul(size as u64) > self.memory_bytes {
             return Err(Fault::limit(format!(
                 "counts {count} elements of {size} bytes; {} MiB are allowed",
@@ -73,14 +119,14 @@ impl<'a> Reader<'a> {
         }
         let (bytes, stride) = match accessor.buffer_view {
             _ if let Some(decoded) = self.buffers.accessor(index) => (decoded, size),
-            Some(view) => self.slice(view.value(), accessor.byte_offset.unwrap_or_default().0, count, size)?,
+            Some(view) => self.slice(view, accessor.byte_offset, count, size)?,
             None => (self.zeros(count, size)?, size),
         };
         let patches = match &accessor.sparse {
             Some(sparse) => self.patches(sparse, count, size).map_err(|fault| fault.at("sparse"))?,
             None => Vec::new(),
         };
-        Ok(Accessor { count, arity, component: component.0, normalised: accessor.normalized, bytes, stride, patches })
+        Ok(Accessor { count, arity, component, normalised: accessor.normalized, bytes, stride, patches })
     }
 
     /// No bytes, which stand for zeros.
@@ -91,8 +137,8 @@ impl<'a> Reader<'a> {
     }
 
     /// The bytes of `count` elements in a view from an offset on, and the distance between elements.
-    fn slice(&self, view: usize, offset: u64, count: usize, size: usize) -> Outcome<(&'a [u8], usize)> {
-        let (bytes, stride) = self.buffers.view(self.document, view)?;
+    fn slice(&self, view: u32, offset: u64, count: usize, size: usize) -> Outcome<(&'a [u8], usize)> {
+        let (bytes, stride) = self.buffers.view(self.document, view as usize)?;
         let stride = stride.unwrap_or(size);
         if stride < size {
             return Err(Fault::input(format!("has elements of {size} bytes every {stride} bytes")));
@@ -109,18 +155,18 @@ impl<'a> Reader<'a> {
     }
 
     /// The elements that a sparse accessor replaces.
-    fn patches(&self, sparse: &sparse::Sparse, count: usize, size: usize) -> Outcome<Vec<(u32, &'a [u8])>> {
-        let replaced = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+    fn patches(&self, sparse: &Sparse, count: usize, size: usize) -> Outcome<Vec<(u32, &'a [u8])>> {
+        let replaced = usize::try_from(sparse.count).unwrap_or(usize::MAX);
         if replaced > count {
             return Err(Fault::input(format!("replaces {replaced} of {count} elements")));
         }
-        let Checked::Valid(IndexComponentType(component)) = sparse.indices.component_type else {
-            return Err(Fault::input("indices have an unknown componentType"));
-        };
+        let component = Component::of(sparse.indices.component_type).map_err(|fault| fault.at("indices"))?;
+        if !component.is_unsigned() {
+            return Err(Fault::input("indices: are no unsigned numbers"));
+        }
         let (indices, index_stride) =
-            self.slice(sparse.indices.buffer_view.value(), sparse.indices.byte_offset.0, replaced, component.size())?;
-        let (values, value_stride) =
-            self.slice(sparse.values.buffer_view.value(), sparse.values.byte_offset.0, replaced, size)?;
+            self.slice(sparse.indices.buffer_view, sparse.indices.byte_offset, replaced, component.size())?;
+        let (values, value_stride) = self.slice(sparse.values.buffer_view, sparse.values.byte_offset, replaced, size)?;
         let mut patches = Vec::with_capacity(replaced);
         for (index, value) in indices.chunks(index_stride).zip(values.chunks(value_stride)) {
             let index = unsigned(component, index);
@@ -148,7 +194,7 @@ impl Accessor<'_> {
 
     /// Whether components may be indices.
     pub fn is_unsigned(&self) -> bool {
-        matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+        self.component.is_unsigned()
     }
 
     /// Takes integers as fractions of their largest value even where the file does not say so.
@@ -190,12 +236,12 @@ impl Accessor<'_> {
     fn number(&self, bytes: &[u8]) -> f32 {
         // Fractions are formed in f64: the quotient of two f32 integers and the rounded f64 quotient agree, but u32 does not fit f32.
         let (value, largest) = match self.component {
-            ComponentType::F32 => return f32::from_le_bytes(head(bytes)),
-            ComponentType::I8 => (f64::from(i8::from_le_bytes(head(bytes))), f64::from(i8::MAX)),
-            ComponentType::U8 => (f64::from(u8::from_le_bytes(head(bytes))), f64::from(u8::MAX)),
-            ComponentType::I16 => (f64::from(i16::from_le_bytes(head(bytes))), f64::from(i16::MAX)),
-            ComponentType::U16 => (f64::from(u16::from_le_bytes(head(bytes))), f64::from(u16::MAX)),
-            ComponentType::U32 => (f64::from(u32::from_le_bytes(head(bytes))), f64::from(u32::MAX)),
+            Component::F32 => return f32::from_le_bytes(head(bytes)),
+            Component::I8 => (f64::from(i8::from_le_bytes(head(bytes))), f64::from(i8::MAX)),
+            Component::U8 => (f64::from(u8::from_le_bytes(head(bytes))), f64::from(u8::MAX)),
+            Component::I16 => (f64::from(i16::from_le_bytes(head(bytes))), f64::from(i16::MAX)),
+            Component::U16 => (f64::from(u16::from_le_bytes(head(bytes))), f64::from(u16::MAX)),
+            Component::U32 => (f64::from(u32::from_le_bytes(head(bytes))), f64::from(u32::MAX)),
         };
         (if self.normalised { (value / largest).max(-1.0) } else { value }) as f32
     }
@@ -207,7 +253,7 @@ fn head<const N: usize>(bytes: &[u8]) -> [u8; N] {
 }
 
 /// A little-endian unsigned number of 1, 2 or 4 bytes.
-fn unsigned(component: ComponentType, bytes: &[u8]) -> u32 {
+fn unsigned(component: Component, bytes: &[u8]) -> u32 {
     match component.size() {
         1 => u32::from(u8::from_le_bytes(head(bytes))),
         2 => u32::from(u16::from_le_bytes(head(bytes))),
@@ -227,7 +273,7 @@ mod tests {
         let mut accessor = Accessor {
             count: 1,
             arity: 3,
-            component: ComponentType::I8,
+            component: Component::I8,
             normalised: true,
             bytes: &bytes,
             stride: 3,

@@ -12,7 +12,8 @@ use glam::{DQuat, DVec4};
 
 use super::accessor::{Accessor, Reader};
 use super::buffers::absent;
-use super::document::{AnimationSampler, Document, Interpolation};
+use super::document::Document;
+use super::entries::{AnimationSampler, Interpolation};
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// What animations say of a node.

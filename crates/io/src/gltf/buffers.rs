@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use gltf::json;
-
 use super::document::Document;
+use super::entries::Buffer;
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Outcome};
 use crate::uri;
@@ -44,13 +43,11 @@ impl<'a> Buffers<'a> {
     pub fn view(&self, document: &Document, index: usize) -> Outcome<(&[u8], Option<usize>)> {
         let place = |fault: Fault| fault.at(format_args!("bufferViews[{index}]"));
         let view = document.buffer_views.get(index).ok_or_else(|| absent("bufferViews", index, document.buffer_views.len()))?;
-        let stride = view.byte_stride.map(|stride| stride.0);
+        let stride = view.byte_stride;
         if let Some(bytes) = self.views.get(&index) {
             return Ok((bytes, stride));
         }
-        self.bytes(view.buffer.value(), view.byte_offset.unwrap_or_default().0, view.byte_length.0)
-            .map(|bytes| (bytes, stride))
-            .map_err(place)
+        self.bytes(view.buffer as usize, view.byte_offset, view.byte_length).map(|bytes| (bytes, stride)).map_err(place)
     }
 
     /// A part of a buffer.
@@ -90,13 +87,8 @@ pub(super) fn absent(list: &str, index: usize, length: usize) -> Fault {
     Fault::input(format!("{list}[{index}] does not exist, the file has {length} of them"))
 }
 
-fn load_one<'a>(
-    buffer: &json::Buffer,
-    index: usize,
-    binary: Option<&'a [u8]>,
-    folder: &Folder,
-) -> Outcome<Option<Cow<'a, [u8]>>> {
-    let length = usize::try_from(buffer.byte_length.0).unwrap_or(usize::MAX);
+fn load_one<'a>(buffer: &Buffer, index: usize, binary: Option<&'a [u8]>, folder: &Folder) -> Outcome<Option<Cow<'a, [u8]>>> {
+    let length = usize::try_from(buffer.byte_length).unwrap_or(usize::MAX);
     let short = |have: usize| Fault::input(format!("has {length} bytes by its byteLength, but only {have} are there"));
     match (&buffer.uri, binary) {
         (Some(uri), _) => {

@@ -1,16 +1,16 @@
 //! What moves the vertices of a mesh before its node places it: morph targets by their weights, then skins by their joints (glTF
 //! 2.0, sections 3.7.2.2 and 3.7.3).
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use gltf::json::mesh::{MorphTarget, Primitive, Semantic};
 
 use super::Import;
 use super::accessor::Accessor;
 use super::buffers::absent;
-use super::document::{Document, Node};
+use super::document::Document;
+use super::entries::{Node, Primitive};
 use super::mesh::Vertices;
 use crate::import::{Fault, Outcome};
 
@@ -64,7 +64,7 @@ impl Import<'_> {
     /// How a node's mesh is moved.
     pub(super) fn pose(&mut self, index: usize, node: &Node) -> Outcome<Pose> {
         let mesh = node.mesh.and_then(|mesh| self.document.meshes.get(mesh as usize));
-        let own = || mesh.and_then(|mesh| mesh.weights.as_ref()).map(|list| list.iter().copied().map(f64::from).collect());
+        let own = || mesh.map(|mesh| mesh.weights.clone());
         let animated = self.moved.get(&index).and_then(|moved| moved.weights.clone());
         let mut weights = animated.or_else(|| node.weights.clone()).or_else(own).unwrap_or_default();
         if let Some(weight) = weights.iter().find(|weight| !weight.is_finite()) {
@@ -129,8 +129,9 @@ impl Import<'_> {
         count: usize,
         moving: &mut Moving,
     ) -> Outcome<()> {
-        let targets = primitive.targets.as_deref().unwrap_or_default();
-        for (i, (target, &weight)) in targets.iter().zip(&pose.weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0) {
+        for (i, (target, &weight)) in
+            primitive.targets.iter().zip(&pose.weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0)
+        {
             self.morph(target, weight, vertices, count, moving).map_err(|fault| fault.at(format_args!("targets[{i}]")))?;
         }
         match &pose.skin {
@@ -151,17 +152,16 @@ impl Import<'_> {
     /// Adds what a morph target moves, by its weight.
     fn morph(
         &mut self,
-        target: &MorphTarget,
+        target: &BTreeMap<String, u32>,
         weight: f64,
         vertices: &Vertices,
         count: usize,
         moving: &mut Moving,
     ) -> Outcome<()> {
-        let lists = [("POSITION", target.positions, &mut moving.positions), ("NORMAL", target.normals, &mut moving.normals)];
-        for (name, accessor, list) in lists {
-            let Some(index) = accessor.filter(|_| !list.is_empty()) else { continue };
+        for (name, list) in [("POSITION", &mut moving.positions), ("NORMAL", &mut moving.normals)] {
+            let Some(&index) = target.get(name).filter(|_| !list.is_empty()) else { continue };
             self.moves(list.len())?;
-            let steps = self.reader.open(index.value()).map_err(|fault| fault.at(name))?;
+            let steps = self.reader.open(index as usize).map_err(|fault| fault.at(name))?;
             if steps.arity() != 3 || steps.count() != count {
                 let (n, m) = (steps.count(), steps.arity());
                 return Err(Fault::input(format!("{name}: has {n} elements of {m} numbers, the mesh has {count} vertices")));
@@ -183,9 +183,9 @@ impl Import<'_> {
         moving: &mut Moving,
     ) -> Outcome<()> {
         let mut sets = Vec::new();
-        for set in 0.. {
-            let joints = self.attribute(primitive, Semantic::Joints(set), &[4])?;
-            let weights = self.attribute(primitive, Semantic::Weights(set), &[4])?;
+        for set in 0_u32.. {
+            let joints = self.attribute(primitive, &format!("JOINTS_{set}"), &[4])?;
+            let weights = self.attribute(primitive, &format!("WEIGHTS_{set}"), &[4])?;
             let (Some(joints), Some(weights)) = (joints, weights) else { break };
             if !joints.is_unsigned() || [joints.count(), weights.count()] != [count; 2] {
                 let (n, m) = (joints.count(), weights.count());

@@ -1,18 +1,17 @@
-//! The JSON of a glTF file as typed data, read without trust in any of its numbers.
+//! The JSON of a glTF file as typed data, read once and without trust in any of its numbers.
 //!
-//! The types are those of `gltf::json` except where they refuse or misread valid files: its `Root` has no animation without
-//! a target node (KHR_animation_pointer), no scene without nodes, and node transforms in single precision only, which
-//! moves a city in geocentric coordinates by half a metre. Its indices take 64-bit numbers modulo 2³²; [`census`] refuses
-//! those before they get there.
-
-use std::collections::{BTreeMap, HashMap};
+//! Every index is a `u32` here, so that no text can ask for an entry that no list has; whether a list has it is asked where it is
+//! followed. What must be there is told by its path in the file where it is not. Of `gltf::json` there are the types that hold no
+//! index (cameras, lights, samplers) and materials, whose indices it takes modulo 2³²: [`materials`] looks at them first. Its others
+//! have no animation without a target node (KHR_animation_pointer), no scene without nodes, and node transforms in single precision
+//! only, which moves a city in geocentric coordinates by half a metre.
 
 use gltf::json;
-use gltf::json::extensions::scene::khr_lights_punctual::Light;
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
+use serde_json::Value;
 
-use super::census;
+use super::entries::{Accessor, Animation, Buffer, Image, Mesh, Node, RootExtensions, SceneEntry, Skin, Texture, View};
 use crate::Limits;
 use crate::import::{Fault, Outcome, Warnings};
 
@@ -20,17 +19,19 @@ use crate::import::{Fault, Outcome, Warnings};
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
-    pub accessors: Vec<json::Accessor>,
+    pub accessors: Vec<Accessor>,
     pub animations: Vec<Animation>,
-    pub buffers: Vec<json::Buffer>,
-    pub buffer_views: Vec<json::buffer::View>,
+    pub asset: Asset,
+    pub buffers: Vec<Buffer>,
+    pub buffer_views: Vec<View>,
     pub cameras: Vec<json::Camera>,
     pub extensions: RootExtensions,
     pub extensions_required: Vec<String>,
     pub extensions_used: Vec<String>,
-    pub images: Vec<json::Image>,
+    pub images: Vec<Image>,
+    #[serde(deserialize_with = "materials")]
     pub materials: Vec<json::Material>,
-    pub meshes: Vec<json::Mesh>,
+    pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
     pub samplers: Vec<json::texture::Sampler>,
     pub scene: Option<u32>,
@@ -49,183 +50,35 @@ impl Document {
     }
 }
 
-/// Extensions of the whole file that are read.
+/// Which glTF a file is written in.
 #[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct RootExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    pub lights: Lights,
-    #[serde(rename = "KHR_materials_variants")]
-    pub variants: Variants,
-    #[serde(flatten)]
-    pub others: HashMap<String, IgnoredAny>,
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct Asset {
+    version: Option<String>,
+    min_version: Option<String>,
 }
 
-/// The lights that nodes refer to.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Lights {
-    pub lights: Vec<Light>,
+/// Materials as `gltf::json` has them, whose uses of textures are entries of lists.
+fn materials<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<json::Material>, D::Error> {
+    let list = Vec::<Value>::deserialize(deserializer)?;
+    list.iter().try_for_each(uses).map_err(D::Error::custom)?;
+    list.into_iter().map(|value| json::Material::deserialize(value).map_err(D::Error::custom)).collect()
 }
 
-/// The variants that primitives refer to.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Variants {
-    pub variants: Vec<Variant>,
-}
-
-/// A look that the file's materials may have together.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Variant {
-    pub name: Option<String>,
-}
-
-/// Channels that are played together.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Animation {
-    pub name: Option<String>,
-    pub channels: Vec<Channel>,
-    pub samplers: Vec<AnimationSampler>,
-}
-
-/// What a sampler moves.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Channel {
-    pub sampler: u32,
-    pub target: Target,
-}
-
-/// A property of a node.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Target {
-    pub node: Option<u32>,
-    pub path: String,
-}
-
-/// Keys, and how to go from one to the next.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct AnimationSampler {
-    pub input: u32,
-    pub output: u32,
-    pub interpolation: Interpolation,
-}
-
-/// What lies between two keys.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "UPPERCASE")]
-pub(super) enum Interpolation {
-    /// The straight way, or the shorter turn.
-    #[default]
-    Linear,
-    /// The earlier key.
-    Step,
-    /// A spline with a tangent before and after each key.
-    CubicSpline,
-}
-
-/// One of the file's scenes.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct SceneEntry {
-    pub name: Option<String>,
-    pub nodes: Vec<u32>,
-}
-
-/// A node of the hierarchy.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Node {
-    pub camera: Option<u32>,
-    pub children: Vec<u32>,
-    pub extensions: NodeExtensions,
-    pub matrix: Option<Box<[f64; 16]>>,
-    pub mesh: Option<u32>,
-    pub name: Option<String>,
-    pub rotation: Option<[f64; 4]>,
-    pub scale: Option<[f64; 3]>,
-    pub skin: Option<u32>,
-    pub translation: Option<[f64; 3]>,
-    /// Of the morph targets of its mesh; none: the mesh's own.
-    pub weights: Option<Vec<f64>>,
-}
-
-/// An image with how it is read.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Texture {
-    pub name: Option<String>,
-    pub sampler: Option<u32>,
-    pub source: Option<u32>,
-    pub extensions: TextureExtensions,
-}
-
-impl Texture {
-    /// Its images, the best first: an extension's in place of the one for readers that do not know it.
-    pub fn sources(&self) -> impl Iterator<Item = u32> {
-        let TextureExtensions { webp, basis } = &self.extensions;
-        [webp.source, basis.source, self.source].into_iter().flatten()
+/// Looks for uses of textures, which have an `index`, in a material. Depth is that of the text, which serde_json bounds.
+fn uses(value: &Value) -> Result<(), String> {
+    match value {
+        Value::Object(map) => {
+            let index = ["index", "texCoord"].iter().filter_map(|key| map.get(*key)?.as_u64()).find(|x| *x > u32::MAX.into());
+            index.map_or(Ok(()), |x| Err(format!("refers to entry {x}, which no list can have")))?;
+            map.values().try_for_each(uses)
+        }
+        Value::Array(list) => list.iter().try_for_each(uses),
+        _ => Ok(()),
     }
 }
 
-/// Images of a texture in other formats than PNG and JPEG.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct TextureExtensions {
-    #[serde(rename = "EXT_texture_webp")]
-    pub webp: TextureSource,
-    #[serde(rename = "KHR_texture_basisu")]
-    pub basis: TextureSource,
-}
-
-/// An image.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct TextureSource {
-    pub source: Option<u32>,
-}
-
-/// Joints that move the vertices of meshes.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-pub(super) struct Skin {
-    /// Accessor of matrices from the mesh's space to that of each joint; none: they are the identity.
-    pub inverse_bind_matrices: Option<u32>,
-    pub joints: Vec<u32>,
-}
-
-/// Extensions of a node that are read.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct NodeExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    pub light: LightUse,
-    #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub instancing: Option<Instancing>,
-    #[serde(flatten)]
-    pub others: HashMap<String, IgnoredAny>,
-}
-
-/// A node's light.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct LightUse {
-    pub light: Option<u32>,
-}
-
-/// Places at which a node shows its mesh, by accessors of translations, rotations and scales.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Instancing {
-    pub attributes: BTreeMap<String, u32>,
-}
-
-/// What must be known before the rest may be read.
+/// What of a file that is no glTF 2.0 says why.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 struct Head {
@@ -233,27 +86,60 @@ struct Head {
     extensions_required: Vec<String>,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-struct Asset {
-    version: Option<String>,
-    min_version: Option<String>,
+/// Memory that a value may take once it is typed data: a node of two characters, `{}`, becomes some 400 bytes, most values few.
+const BYTES_A_VALUE: u64 = 256;
+
+/// At most so many values are in a JSON text: each follows a bracket, a comma or a colon of an entry, which follows one of the former.
+fn values(text: &[u8]) -> u64 {
+    let (mut count, mut rest) = (1, text);
+    while let Some(at) = rest.iter().position(|byte| matches!(byte, b'"' | b',' | b'[' | b'{')) {
+        let is_string = rest[at] == b'"';
+        rest = &rest[at + 1..];
+        if !is_string {
+            count += 1;
+            continue;
+        }
+        while let Some(end) = rest.iter().position(|byte| matches!(byte, b'"' | b'\\')) {
+            let is_end = rest[end] == b'"';
+            rest = rest.get(end + if is_end { 1 } else { 2 }..).unwrap_or_default();
+            if is_end {
+                break;
+            }
+        }
+    }
+    count
 }
 
 /// Reads the JSON of a glTF file.
 ///
 /// # Errors
-/// A fault of kind input for broken JSON (with line and column), another version of glTF, or a required extension that is
+/// A fault of kind input for broken JSON (with path, line and column), another version of glTF, or a required extension that is
 /// not read here (by name); of kind limit for more values than the limits allow.
 pub(super) fn parse(text: &[u8], limits: &Limits, warnings: &mut Warnings) -> Outcome<Document> {
     // RFC 8259, section 8.1: a reader may ignore a byte order mark.
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let broken = |e: serde_json::Error| Fault::input(format!("is no valid glTF: {e}"));
-    census::check(text, limits)?;
-    let head: Head = serde_json::from_slice(text).map_err(broken)?;
-    check_version(&head.asset, warnings)?;
-    super::extensions::check_required(&head.extensions_required)?;
-    serde_json::from_slice(text).map_err(broken)
+    let most = limits.memory_bytes / BYTES_A_VALUE;
+    if values(text) > most {
+        return Err(Fault::limit(format!("has more than {most} JSON values")));
+    }
+    let mut json = serde_json::Deserializer::from_slice(text);
+    let document: Result<Document, _> = serde_path_to_error::deserialize(&mut json);
+    // What another version or an extension makes of the rest need not have these types.
+    let document = match document.map_err(|e| (e.path().to_string(), e.into_inner())) {
+        Ok(document) => document,
+        Err((path, error)) => {
+            if let Ok(Head { asset, extensions_required }) = serde_json::from_slice(text) {
+                check_version(&asset, warnings)?;
+                super::extensions::check_required(&extensions_required)?;
+            }
+            let place = if error.is_data() && path != "." { format!("{path}: ") } else { String::new() };
+            return Err(Fault::input(format!("{place}is no valid glTF: {error}")));
+        }
+    };
+    json.end().map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
+    check_version(&document.asset, warnings)?;
+    super::extensions::check_required(&document.extensions_required)?;
+    Ok(document)
 }
 
 fn check_version(asset: &Asset, warnings: &mut Warnings) -> Outcome<()> {
@@ -270,5 +156,62 @@ fn check_version(asset: &Asset, warnings: &mut Warnings) -> Outcome<()> {
             Ok(())
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(rest: &str) -> Outcome<Document> {
+        let text = format!(r#"{{ "asset": {{ "version": "2.0" }}, {rest} }}"#);
+        parse(text.as_bytes(), &Limits::default(), &mut Warnings::default())
+    }
+
+    /// Protects: an index is never taken modulo 2³², in whatever list, and a fault in the data says where it is.
+    #[test]
+    fn indices_beyond_32_bits_are_refused() {
+        for (rest, path) in [
+            (r#""nodes": [{}, { "mesh": 4294967296 }]"#, "nodes[1].mesh"),
+            (
+                r#""meshes": [{ "primitives": [{ "attributes": { "POSITION": 4294967296 } }] }]"#,
+                "meshes[0].primitives[0].attributes",
+            ),
+            (r#""materials": [{ "normalTexture": { "index": 4294967296 } }]"#, "materials"),
+            (r#""textures": [{ "extensions": { "KHR_texture_basisu": { "source": -1 } } }]"#, "textures[0].extensions"),
+            (r#""bufferViews": [{ "byteLength": 4 }]"#, "bufferViews[0]"),
+            (r#""accessors": [{ "count": 1.5, "componentType": 5126, "type": "VEC3" }]"#, "accessors[0].count"),
+        ] {
+            let message = read(rest).expect_err(rest).message;
+            assert!(message.starts_with(path), "{message}");
+        }
+        assert!(read(r#""nodes": [{ "translation": [4294967296, 0, 0] }]"#).is_ok());
+        assert!(read(r#""materials": [{ "extensions": { "X": { "attenuationDistance": 10000000000 } } }]"#).is_ok());
+    }
+
+    /// Protects: neither depth nor number of values is trusted, text after the value is none of it, and brackets in strings are no values.
+    #[test]
+    fn depth_and_number_are_bounded() {
+        let limits = Limits { memory_bytes: 1000 * BYTES_A_VALUE, ..Limits::default() };
+        let deep = [vec![b'['; 100_000], vec![b']'; 100_000]].concat();
+        assert!(parse(&deep, &Limits::default(), &mut Warnings::default()).is_err());
+        let many = format!("[{}0]", "0,".repeat(2000));
+        let fault = parse(many.as_bytes(), &limits, &mut Warnings::default()).unwrap_err();
+        assert_eq!(fault.kind, crate::import::FaultKind::Limit);
+        let text =
+            |after: &str| format!(r#"{{ "asset": {{ "version": "2.0", "copyright": "{}\"[" }} }}{after}"#, "[{,".repeat(2000));
+        assert!(parse(text(" ").as_bytes(), &limits, &mut Warnings::default()).is_ok());
+        assert!(parse(text(" x").as_bytes(), &limits, &mut Warnings::default()).is_err());
+        assert_eq!(values(br#"{"a":[1,2,{}],"b,[":"\\","c":0}"#), 8);
+    }
+
+    /// Protects: what is written for another version, or for an extension that is not read, is told so and not by its types.
+    #[test]
+    fn foreign_files_are_told() {
+        let of = |text: &str| parse(text.as_bytes(), &Limits::default(), &mut Warnings::default()).unwrap_err().message;
+        assert!(of(r#"{ "asset": { "version": "1.0" }, "meshes": { "a": {} } }"#).contains("glTF 1.0"));
+        let needs = r#"{ "asset": { "version": "2.0" }, "extensionsRequired": ["EXT_odd"], "nodes": 3 }"#;
+        assert!(of(needs).contains("EXT_odd"));
+        assert!(of(r#"{ "asset": { "version": "2.0" }, "nodes": 3 }"#).starts_with("nodes: is no valid glTF"));
     }
 }

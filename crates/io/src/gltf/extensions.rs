@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// Extensions that are read, or whose absence changes nothing in the picture of the default state.
-const READ: [&str; 24] = [
+const READ: [&str; 25] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -27,6 +27,7 @@ const READ: [&str; 24] = [
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
     // Metadata.
     "KHR_xmp_json_ld",

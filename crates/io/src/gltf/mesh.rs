@@ -1,13 +1,14 @@
 //! Primitives of glTF meshes as triangle meshes.
 
 use glam::DVec3;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
-use gltf::json::validation::Checked;
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use raywright_core::scene::MeshData;
 
 use super::Import;
 use super::accessor::Accessor;
 use super::deform::{Moving, Pose, vectors};
+use super::document::Document;
+use super::entries::Primitive;
 use super::material::UsedMaterial;
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
@@ -25,23 +26,29 @@ impl<'a> Import<'a> {
         (mesh, part): (usize, usize),
     ) -> Outcome<Option<MeshData>> {
         let place = format!("meshes[{mesh}].primitives[{part}]");
-        let Checked::Valid(mode) = primitive.mode else { return Err(Fault::input("has an unknown mode")) };
-        if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-            self.warnings.add(format!("{place}: points and lines are ignored"));
-            return Ok(None);
-        }
-        let Some(positions) = self.attribute(primitive, Semantic::Positions, &[3])? else {
+        let mode = match primitive.mode {
+            None | Some(4) => Mode::List,
+            Some(5) => Mode::Strip,
+            Some(6) => Mode::Fan,
+            // Points, and lines in three ways.
+            Some(0..=3) => {
+                self.thin += 1;
+                return Ok(None);
+            }
+            Some(mode) => return Err(Fault::input(format!("has the unknown mode {mode}"))),
+        };
+        let Some(positions) = self.attribute(primitive, "POSITION", &[3])? else {
             self.warnings.add(format!("{place}: has no POSITION and was left out"));
             return Ok(None);
         };
         let corners = self.corners(primitive, mode, positions.count())?;
-        let (vertices, indices) = used_vertices(&corners, positions.count());
+        self.work.done(elements(self.document, primitive)[1]);
+        let (vertices, indices) = used_vertices(corners, positions.count());
         self.budget.memory(vertices.len(), size_of::<[f32; 3]>() * 2 + size_of::<[f32; 4]>())?;
-        let mut data =
-            MeshData { positions: vertices.iter().map(|v| positions.vector(v)).collect(), indices, ..MeshData::default() };
+        let mut data = MeshData { positions: vertices.gather(|v| positions.vector(v)), indices, ..MeshData::default() };
         let mut moving = Moving::default();
-        if let Some(normals) = self.vertex_attribute(primitive, Semantic::Normals, &[3], &positions)? {
-            data.normals = vertices.iter().map(|v| normals.vector(v)).collect();
+        if let Some(normals) = self.vertex_attribute(primitive, "NORMAL", &[3], &positions)? {
+            data.normals = vertices.gather(|v| normals.vector(v));
             moving.normals = if pose.is_rest() { Vec::new() } else { vectors(&normals, &vertices) };
         }
         if !pose.is_rest() {
@@ -56,10 +63,10 @@ impl<'a> Import<'a> {
             data.tangents = self.tangents(primitive, &positions, &vertices)?;
         }
         data.uvs = self.texture_coordinates(primitive, material, &positions, &vertices, &place)?;
-        if let Some(mut colours) = self.vertex_attribute(primitive, Semantic::Colors(0), &[3, 4], &positions)? {
+        if let Some(mut colours) = self.vertex_attribute(primitive, "COLOR_0", &[3, 4], &positions)? {
             colours.normalise_integers();
             let opaque = colours.arity() == 3;
-            data.colours = vertices.iter().map(|v| colour(colours.vector(v), opaque)).collect();
+            data.colours = vertices.gather(|v| colour(colours.vector(v), opaque));
             self.use_vertex_colours(material);
         }
         let dropped = mesh_tools::drop_unusable(&mut data);
@@ -72,7 +79,7 @@ impl<'a> Import<'a> {
 
     /// The tangents that the primitive has; none where one of them says nothing.
     fn tangents(&mut self, primitive: &Primitive, positions: &Accessor, vertices: &Vertices) -> Outcome<Vec<[f32; 4]>> {
-        let Some(tangents) = self.vertex_attribute(primitive, Semantic::Tangents, &[4], positions)? else {
+        let Some(tangents) = self.vertex_attribute(primitive, "TANGENT", &[4], positions)? else {
             return Ok(Vec::new());
         };
         self.budget.memory(vertices.len(), size_of::<[f32; 4]>())?;
@@ -85,15 +92,9 @@ impl<'a> Import<'a> {
     }
 
     /// The accessor of an attribute, if the primitive has it.
-    pub(super) fn attribute(
-        &self,
-        primitive: &Primitive,
-        semantic: Semantic,
-        arities: &[usize],
-    ) -> Outcome<Option<Accessor<'a>>> {
-        let name = semantic.to_string();
-        let Some(index) = primitive.attributes.get(&Checked::Valid(semantic)) else { return Ok(None) };
-        let accessor = self.reader.open(index.value()).map_err(|fault| fault.at(&name))?;
+    pub(super) fn attribute(&self, primitive: &Primitive, name: &str, arities: &[usize]) -> Outcome<Option<Accessor<'a>>> {
+        let Some(&index) = primitive.attributes.get(name) else { return Ok(None) };
+        let accessor = self.reader.open(index as usize).map_err(|fault| fault.at(name))?;
         if !arities.contains(&accessor.arity()) {
             return Err(Fault::input(format!("{name}: has {} components", accessor.arity())));
         }
@@ -104,12 +105,11 @@ impl<'a> Import<'a> {
     fn vertex_attribute(
         &self,
         primitive: &Primitive,
-        semantic: Semantic,
+        name: &str,
         arities: &[usize],
         positions: &Accessor,
     ) -> Outcome<Option<Accessor<'a>>> {
-        let name = semantic.to_string();
-        match self.attribute(primitive, semantic, arities)? {
+        match self.attribute(primitive, name, arities)? {
             Some(accessor) if accessor.count() != positions.count() => {
                 Err(Fault::input(format!("{name}: has {} elements, but POSITION has {}", accessor.count(), positions.count())))
             }
@@ -128,13 +128,13 @@ impl<'a> Import<'a> {
     ) -> Outcome<Vec<Vec<[f32; 2]>>> {
         let mut sets = Vec::new();
         let mut missing = Vec::new();
-        let present = |set: &u32| primitive.attributes.contains_key(&Checked::Valid(Semantic::TexCoords(*set)));
+        let present = |set: &u32| primitive.attributes.contains_key(&coordinates(*set));
         let own = (0..MOST_UV_SETS).take_while(present).count() as u32;
         let wanted = material.uv_sets.iter().max().map_or(0, |most| most + 1);
         self.budget.memory(vertices.len(), size_of::<[f32; 2]>() * own.max(wanted) as usize)?;
         for set in 0..own.max(wanted) {
-            match self.vertex_attribute(primitive, Semantic::TexCoords(set), &[2], positions)? {
-                Some(uv) => sets.push(vertices.iter().map(|v| uv.vector(v).map(finite_or_zero)).collect()),
+            match self.vertex_attribute(primitive, &coordinates(set), &[2], positions)? {
+                Some(uv) => sets.push(vertices.gather(|v| uv.vector(v).map(finite_or_zero))),
                 None => {
                     sets.push(vec![[0.0; 2]; vertices.len()]);
                     missing.push(set);
@@ -150,7 +150,7 @@ impl<'a> Import<'a> {
     /// Three vertex indices a triangle, whatever the topology.
     fn corners(&mut self, primitive: &Primitive, mode: Mode, count: usize) -> Outcome<Vec<[u32; 3]>> {
         let accessor = match primitive.indices {
-            Some(index) => Some(self.reader.open(index.value()).map_err(|fault| fault.at("indices"))?),
+            Some(index) => Some(self.reader.open(index as usize).map_err(|fault| fault.at("indices"))?),
             None => None,
         };
         if accessor.as_ref().is_some_and(|a| a.arity() != 1 || !a.is_unsigned()) {
@@ -158,33 +158,61 @@ impl<'a> Import<'a> {
         }
         let length = accessor.as_ref().map_or(count, Accessor::count);
         let triangles = match mode {
-            Mode::TriangleStrip | Mode::TriangleFan => length.saturating_sub(2),
+            Mode::Strip | Mode::Fan => length.saturating_sub(2),
             _ => length / 3,
         };
         self.budget.triangles(triangles)?;
-        let vertex = |i: usize| -> Outcome<u32> {
-            let index = accessor.as_ref().map_or(i as u32, |a| a.index(i));
-            if (index as usize) < count { Ok(index) } else { Err(Fault::input(format!("indices: vertex {index} of {count}"))) }
-        };
-        let mut out = Vec::with_capacity(triangles);
-        for i in 0..triangles {
+        let vertex = |i: usize| accessor.as_ref().map_or(i as u32, |a| a.index(i));
+        let triangle = |i: usize| {
             // glTF 2.0, section 3.7.2.1: the order that keeps every triangle of a strip facing the same way.
-            let [a, b, c] = match mode {
-                Mode::TriangleStrip => [i, i + 1 + i % 2, i + 2 - i % 2],
-                Mode::TriangleFan => [i + 1, i + 2, 0],
+            let places = match mode {
+                Mode::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+                Mode::Fan => [i + 1, i + 2, 0],
                 _ => [3 * i, 3 * i + 1, 3 * i + 2],
             };
-            let triangle = [vertex(a)?, vertex(b)?, vertex(c)?];
-            // Strips join their parts by triangles that use a vertex twice.
-            if triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0] {
-                out.push(triangle);
-            }
+            places.map(vertex)
+        };
+        let mut out = gathered(triangles, triangle);
+        if let Some(index) = out.as_flattened().iter().find(|&&index| index as usize >= count) {
+            return Err(Fault::input(format!("indices: vertex {index} of {count}")));
         }
-        if !matches!(mode, Mode::TriangleStrip | Mode::TriangleFan) && length % 3 != 0 {
+        // Strips join their parts by triangles that use a vertex twice.
+        out.retain(|[a, b, c]| a != b && b != c && c != a);
+        if !matches!(mode, Mode::Strip | Mode::Fan) && length % 3 != 0 {
             self.warnings.add(format!("{} indices left over after the last whole triangle were ignored", length % 3));
         }
         Ok(out)
     }
+}
+
+/// How vertices make triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    List,
+    Strip,
+    Fan,
+}
+
+/// Name of a set of texture coordinates.
+fn coordinates(set: u32) -> String {
+    format!("TEXCOORD_{set}")
+}
+
+/// Elements that are worth another thread.
+const MANY: usize = 1 << 14;
+
+/// Something of each of the first numbers, in order: on the threads of the current pool where there is much of it.
+fn gathered<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    if count < 2 * MANY {
+        return (0..count).map(of).collect();
+    }
+    (0..count).into_par_iter().with_min_len(MANY).map(&of).collect()
+}
+
+/// How many vertices and how many indices a primitive has, by its own account.
+pub(super) fn elements(document: &Document, primitive: &Primitive) -> [u64; 2] {
+    let count = |index: u32| document.accessors.get(index as usize).map_or(0, |accessor| accessor.count);
+    [primitive.attributes.get("POSITION").copied(), primitive.indices].map(|index| index.map_or(0, count))
 }
 
 /// The vertices of the file that a primitive uses.
@@ -203,6 +231,14 @@ impl Vertices {
         }
     }
 
+    /// Something of each vertex, given its index in the file, in order.
+    fn gather<T: Send>(&self, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        match self {
+            Self::All(count) => gathered(*count, of),
+            Self::Some(list) => gathered(list.len(), |i| of(list[i] as usize)),
+        }
+    }
+
     /// Indices in the file.
     pub fn iter(&self) -> Box<dyn Iterator<Item = usize> + '_> {
         match self {
@@ -213,9 +249,9 @@ impl Vertices {
 }
 
 /// Keeps a primitive that uses a small part of shared vertices from copying all of them.
-fn used_vertices(corners: &[[u32; 3]], count: usize) -> (Vertices, Vec<[u32; 3]>) {
+fn used_vertices(corners: Vec<[u32; 3]>, count: usize) -> (Vertices, Vec<[u32; 3]>) {
     if corners.len().saturating_mul(3) >= count {
-        return (Vertices::All(count), corners.to_vec());
+        return (Vertices::All(count), corners);
     }
     let mut used = corners.as_flattened().to_vec();
     used.sort_unstable();

@@ -13,11 +13,11 @@ mod accessor;
 mod animation;
 mod buffers;
 mod camera;
-mod census;
 mod choose;
 mod compressed;
 mod deform;
 mod document;
+mod entries;
 mod extensions;
 mod glb;
 mod layers;
@@ -29,11 +29,11 @@ mod objects;
 mod specular_glossiness;
 mod texture;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use glam::DAffine3;
-use raywright_core::Scene;
+use raywright_core::{Observer, Scene};
 
 pub(crate) use choose::Choice;
 pub use choose::{AnimationInfo, Contents, ExtensionInfo};
@@ -48,6 +48,8 @@ use nodes::Placed;
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
+use crate::waiting::Waiting;
+use crate::work::Work;
 use crate::{Error, Limits, Warning, uri};
 
 /// What came out of a file.
@@ -63,11 +65,25 @@ pub(crate) struct Model {
 /// # Errors
 /// An error of kind input when the file or a buffer is wrong or needs what is not supported, of kind limit when it asks for
 /// more than `limits`, of kind usage for a scene or variant that it has not. A texture that is missing is only a warning.
-pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &Choice<'_>) -> Result<Model, Error> {
-    import(file, bytes, folder, limits, choice).map_err(|fault| fault.into_error(file.display()))
+pub(crate) fn load(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+    choice: &Choice<'_>,
+    observer: &dyn Observer,
+) -> Result<Model, Error> {
+    import(file, bytes, folder, limits, choice, observer).map_err(|fault| fault.into_error(file.display()))
 }
 
-fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &Choice<'_>) -> Outcome<Model> {
+fn import(
+    file: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    limits: &Limits,
+    choice: &Choice<'_>,
+    observer: &dyn Observer,
+) -> Outcome<Model> {
     if bytes.is_empty() {
         return Err(Fault::input("is empty"));
     }
@@ -100,10 +116,13 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits, choice: &
         materials: HashMap::new(),
         textures: HashMap::new(),
         images: HashMap::new(),
+        waiting: Waiting::default(),
+        work: Work::new(observer),
         meshes: HashMap::new(),
         moved: HashMap::new(),
         worlds: Vec::new(),
         skins: Skins::new(),
+        thin: 0,
         moves: 0,
     };
     import.run(scene, choice.time)
@@ -154,6 +173,9 @@ struct Import<'a> {
     textures: HashMap<(usize, bool), Option<String>>,
     /// As `textures`, by index of the image.
     images: HashMap<usize, Option<String>>,
+    /// Images that are known to be readable and not yet decoded.
+    waiting: Waiting<'a>,
+    work: Work<'a>,
     /// By mesh, primitive and how it is moved; none where nothing of it can be drawn.
     meshes: HashMap<(usize, usize, PoseKey), Option<UsedMesh>>,
     /// What animations say of nodes.
@@ -161,6 +183,8 @@ struct Import<'a> {
     /// Where nodes are, by index.
     worlds: Vec<Option<DAffine3>>,
     skins: Skins,
+    /// Primitives of points and lines.
+    thin: usize,
     /// Moves of vertices by targets and joints so far.
     moves: u64,
 }
@@ -178,14 +202,29 @@ impl Import<'_> {
         };
         let places = nodes::places(self.document, scene, &moved, &mut self.warnings)?;
         (self.moved, self.worlds) = (moved, places.worlds);
+        self.work.plan(self.elements(&places.shown) + Work::IMAGE * self.document.images.len() as u64);
         for placed in &places.shown {
             self.node(placed).map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
         }
+        if self.thin > 0 {
+            self.warnings.add(format!("points and lines are ignored: {} of the primitives that are shown are such", self.thin));
+        }
+        let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
+        waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))?;
         if self.scene.objects.is_empty() {
             self.warnings.add("the scene that is shown has no triangles: nothing to see");
         }
         let contents = choose::contents(self.document, &self.reader);
         Ok(Model { scene: checked(self.scene)?, warnings: self.warnings.finish(self.file.display()), contents })
+    }
+
+    /// How many vertices and indices the meshes of some nodes have, each mesh counted once.
+    fn elements(&self, shown: &[Placed]) -> u64 {
+        let node = |placed: &Placed| self.document.nodes.get(placed.node)?.mesh;
+        let meshes: HashSet<u32> = shown.iter().filter_map(node).collect();
+        let primitives =
+            meshes.iter().filter_map(|&mesh| self.document.meshes.get(mesh as usize)).flat_map(|mesh| &mesh.primitives);
+        primitives.flat_map(|primitive| mesh::elements(self.document, primitive)).fold(0, u64::saturating_add)
     }
 
     /// Adds what one node carries.

@@ -6,7 +6,8 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::animation::Moved;
 use super::buffers::absent;
-use super::document::{Document, Node};
+use super::document::Document;
+use super::entries::Node;
 use crate::import::{Fault, Outcome, Warnings};
 
 /// A node of the scene that is shown.

@@ -2,15 +2,14 @@
 //! EXT_mesh_gpu_instancing gives it.
 
 use glam::{DAffine3, DQuat, DVec3};
-use gltf::json::mesh::Primitive;
 use raywright_core::scene::{Mesh, MeshSource, Object, Shape, SideRule};
 
 use super::accessor::Accessor;
 use super::buffers::absent;
-use super::document::{Instancing, Node};
+use super::entries::{Instancing, Node, Primitive};
 use super::material::UsedMaterial;
 use super::nodes::Placed;
-use super::{Import, UsedMesh};
+use super::{Import, UsedMesh, mesh};
 use crate::import::{Fault, Outcome};
 use crate::mesh_tools;
 
@@ -66,16 +65,16 @@ impl<'a> Import<'a> {
             None => None,
         };
         let list = &self.document.meshes;
-        let mesh = list.get(index).ok_or_else(|| absent("meshes", index, list.len()))?;
+        let shape = list.get(index).ok_or_else(|| absent("meshes", index, list.len()))?;
         let key = pose.key();
-        for (i, primitive) in mesh.primitives.iter().enumerate() {
+        for (i, primitive) in shape.primitives.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("meshes[{index}].primitives[{i}]"));
             let material = self.material(self.look(primitive)).map_err(place)?;
             let used = match self.meshes.get(&(index, i, key.clone())) {
                 Some(known) => known.clone(),
                 None => {
                     let data = self.primitive(primitive, &material, &pose, (index, i)).map_err(place)?;
-                    let wish = mesh.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("mesh");
+                    let wish = shape.name.as_deref().filter(|name| !name.is_empty()).unwrap_or("mesh");
                     let used = data.map(|data| {
                         let used = UsedMesh { name: self.names.meshes.unique(wish), place: self.scene.meshes.len() };
                         self.scene.meshes.push(Mesh {
@@ -85,12 +84,13 @@ impl<'a> Import<'a> {
                         });
                         used
                     });
+                    self.work.done(mesh::elements(self.document, primitive)[0]);
                     self.meshes.insert((index, i, key.clone()), used.clone());
                     used
                 }
             };
             let Some(used) = used else { continue };
-            let names = [&node.name, &mesh.name].into_iter().flatten();
+            let names = [&node.name, &shape.name].into_iter().flatten();
             let name = names.map(String::as_str).find(|name| !name.is_empty()).unwrap_or_default();
             match &places {
                 None => self.object(name, &used, &material, &world)?,
@@ -106,12 +106,9 @@ impl<'a> Import<'a> {
 
     /// The material that a primitive shows, in the variant that is asked for.
     fn look(&self, primitive: &Primitive) -> Option<usize> {
-        let mappings = primitive.extensions.as_ref().and_then(|extensions| extensions.khr_materials_variants.as_ref());
-        let mapped = self.variant.zip(mappings).and_then(|(variant, variants)| {
-            let mapping = variants.mappings.iter().find(|mapping| mapping.variants.contains(&variant))?;
-            Some(mapping.material as usize)
-        });
-        mapped.or(primitive.material.map(|material| material.value()))
+        let mappings = &primitive.extensions.variants.mappings;
+        let mapped = self.variant.and_then(|variant| mappings.iter().find(|mapping| mapping.variants.contains(&variant)));
+        mapped.map(|mapping| mapping.material).or(primitive.material).map(|material| material as usize)
     }
 
     /// Adds one object that shows a mesh where a node puts it.

@@ -1,13 +1,15 @@
-//! Textures of a glTF file: images decoded once, samplers, and the map of texture coordinates (KHR_texture_transform).
+//! Textures of a glTF file: images found once and decoded together, samplers, and the map of texture coordinates (KHR_texture_transform).
+
+use std::borrow::Cow;
 
 use gltf::json;
 use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
 use gltf::json::validation::Checked;
-use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture as SceneTexture, TextureRef, Wrap};
+use raywright_core::scene::{Colour, ColourSpace, Filter, Image as SceneImage, Texture as SceneTexture, TextureRef, Wrap};
 
 use super::Import;
 use super::buffers::absent;
-use super::document::Texture;
+use super::entries::{Image, Texture};
 use super::mesh::MOST_UV_SETS;
 use crate::import::{Fault, FaultKind, Outcome};
 use crate::{image_file, uri};
@@ -21,7 +23,7 @@ pub(super) enum Use {
     Data,
 }
 
-impl Import<'_> {
+impl<'a> Import<'a> {
     /// A material's use of a texture; none when it has none or, with a warning, when the image could not be had.
     pub(super) fn texture(&mut self, info: Option<&json::texture::Info>, used_as: Use) -> Outcome<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
@@ -99,17 +101,21 @@ impl Import<'_> {
         let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
         let bytes = self.image_bytes(source).map_err(place)?;
         let beside = source.uri.as_ref().is_some_and(|uri| !uri::is_data(uri));
-        let decoded = match bytes {
-            Ok(bytes) => image_file::decode_texture(&bytes, beside, self.limits, &mut self.budget).map_err(place)?,
+        let accepted = match bytes {
+            Ok(bytes) => {
+                let accepted = image_file::accept_texture(&bytes, beside, self.limits, &mut self.budget);
+                accepted.map_err(place)?.map(|()| bytes)
+            }
             Err(why) => Err(why),
         };
-        let name = match decoded {
-            Ok(data) => {
+        let name = match accepted {
+            Ok(bytes) => {
                 let file = self.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
                 let path =
                     source.uri.clone().filter(|uri| !uri::is_data(uri)).unwrap_or_else(|| format!("{file}#images[{index}]"));
                 let name = self.names.images.unique(source.name.as_deref().filter(|name| !name.is_empty()).unwrap_or(&path));
-                self.scene.images.push(Image { name: name.clone(), path, data: Some(data.into()) });
+                self.waiting.add(self.scene.images.len(), format!("images[{index}]"), bytes);
+                self.scene.images.push(SceneImage { name: name.clone(), path, data: None });
                 Some(name)
             }
             Err(why) => {
@@ -122,13 +128,13 @@ impl Import<'_> {
     }
 
     /// An image's bytes, or why a picture can do without them: a file beside the scene that is missing or may not be read.
-    fn image_bytes(&self, source: &json::Image) -> Outcome<Result<Vec<u8>, String>> {
+    fn image_bytes(&self, source: &Image) -> Outcome<Result<Cow<'a, [u8]>, String>> {
         if let Some(view) = source.buffer_view {
-            return self.reader.buffers.view(self.document, view.value()).map(|(bytes, _)| Ok(bytes.to_vec()));
+            return self.reader.buffers.view(self.document, view as usize).map(|(bytes, _)| Ok(bytes.into()));
         }
         let Some(uri) = &source.uri else { return Ok(Err("has neither uri nor bufferView".to_owned())) };
         match uri::read(self.folder, uri) {
-            Ok(bytes) => Ok(Ok(bytes)),
+            Ok(bytes) => Ok(Ok(bytes.into())),
             Err(fault) if fault.kind == FaultKind::Limit || uri::is_data(uri) => Err(fault),
             Err(fault) => Ok(Err(fault.message)),
         }

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use raywright_core::scene::{Image, ImageData, MeshSource, Sky, SkyMap};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use raywright_core::scene::{Image, MeshSource, Sky, SkyMap};
 use raywright_core::suggest::closest;
 use raywright_core::validate::{mesh_data, missing_uv_sets};
 
@@ -11,7 +12,7 @@ use super::{Parsed, models};
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
-use crate::import::{Budget, FaultKind};
+use crate::import::{Budget, Fault, FaultKind};
 use crate::limits::Limits;
 use crate::{image_file, mesh_file, presets};
 
@@ -23,15 +24,28 @@ const EMBEDDED: &str = "embedded:";
 pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> Result<Vec<Warning>, Error> {
     let mut budget = Budget::new(limits);
     let mut warnings = Vec::new();
+    let mut waiting = Vec::new();
     for i in 0..parsed.scene.images.len() {
-        match image(parsed, i, outer, limits, &mut budget)? {
-            Ok(data) => parsed.scene.images[i].data = Some(Arc::new(data)),
+        match image(parsed, i, outer)? {
+            Ok(bytes) => {
+                image_file::claim(&bytes, limits, &mut budget).map_err(|fault| no_picture(parsed, i, &fault))?;
+                waiting.push((i, bytes));
+            }
             Err(why) => {
                 let name = &parsed.scene.images[i].name;
                 let message = format!("image `{name}`: {why}; where it is used, the factor alone counts");
                 warnings.push(Warning::new(parsed.file, message));
             }
         }
+    }
+    let decode = |(i, bytes): (usize, Vec<u8>)| (i, image_file::decode(&bytes, limits));
+    let decoded: Vec<_> = match waiting.len() {
+        // A single one need not wake a pool.
+        0 | 1 => waiting.into_iter().map(decode).collect(),
+        _ => waiting.into_par_iter().map(decode).collect(),
+    };
+    for (i, data) in decoded {
+        parsed.scene.images[i].data = Some(Arc::new(data.map_err(|fault| no_picture(parsed, i, &fault))?));
     }
     for i in 0..parsed.scene.meshes.len() {
         if let MeshSource::File(reference) = &parsed.scene.meshes[i].source {
@@ -58,36 +72,29 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
     Ok(warnings)
 }
 
-/// The pixels of an image, or why only its factor counts.
-fn image(
-    parsed: &Parsed<'_>,
-    index: usize,
-    folder: &Folder,
-    limits: &Limits,
-    budget: &mut Budget,
-) -> Result<Result<ImageData, String>, Error> {
+/// The bytes of an image, or why only its factor counts.
+fn image(parsed: &Parsed<'_>, index: usize, folder: &Folder) -> Result<Result<Vec<u8>, String>, Error> {
     let Image { name, path, .. } = &parsed.scene.images[index];
     let at = format!("images[{index}].path");
-    let bytes = match path.strip_prefix(EMBEDDED) {
+    match path.strip_prefix(EMBEDDED) {
         Some(asset) => match presets::asset(asset) {
-            Some(bytes) => bytes.to_vec(),
-            None => return Err(parsed.error(ErrorKind::Input, &at, no_asset(asset))),
+            Some(bytes) => Ok(Ok(bytes.to_vec())),
+            None => Err(parsed.error(ErrorKind::Input, &at, no_asset(asset))),
         },
         None => match folder.read(path) {
-            Ok(bytes) => bytes,
+            Ok(bytes) => Ok(Ok(bytes)),
             // A sky without its picture would be another scene; a texture is a refinement.
-            Err(ReadError::Unreadable(why)) if !is_sky(parsed, name) => return Ok(Err(why)),
-            Err(why) => return Err(unread(parsed, &at, &why)),
+            Err(ReadError::Unreadable(why)) if !is_sky(parsed, name) => Ok(Err(why)),
+            Err(why) => Err(unread(parsed, &at, &why)),
         },
-    };
-    let decoded = image_file::decode(&bytes, limits).and_then(|image| {
-        budget.memory(image.width as usize * image.height as usize, size_of::<[f32; 4]>())?;
-        Ok(image)
-    });
-    decoded.map(Ok).map_err(|fault| {
-        let kind = if fault.kind == FaultKind::Limit { ErrorKind::Limit } else { ErrorKind::Input };
-        parsed.error(kind, &at, format!("`{path}` {}", fault.message))
-    })
+    }
+}
+
+/// An image whose bytes are no picture that can be had.
+fn no_picture(parsed: &Parsed<'_>, index: usize, fault: &Fault) -> Error {
+    let kind = if fault.kind == FaultKind::Limit { ErrorKind::Limit } else { ErrorKind::Input };
+    let message = format!("`{}` {}", parsed.scene.images[index].path, fault.message);
+    parsed.error(kind, &format!("images[{index}].path"), message)
 }
 
 fn is_sky(parsed: &Parsed<'_>, name: &str) -> bool {

@@ -117,7 +117,7 @@ fn load(
         ("gltf" | "glb", _) => {
             let (scene, variant) = (model.scene.as_deref(), model.variant.as_deref());
             let choice = gltf::Choice { scene, variant, time: model.time };
-            gltf::load(file, &bytes, &folder, &limits, &choice).map(|loaded| (loaded.scene, loaded.warnings))
+            gltf::load(file, &bytes, &folder, &limits, &choice, &()).map(|loaded| (loaded.scene, loaded.warnings))
         }
         _ => return Err(parsed.error(ErrorKind::Input, &at("file"), "models are read from .obj, .gltf and .glb files")),
     };

@@ -78,6 +78,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
             transform_end: None,
         });
     }
+    materials.textures.waiting.decode(&mut scene.images, limits, &|| {})?;
     if scene.objects.is_empty() {
         warnings.add("the file has no triangles: nothing to see");
     }

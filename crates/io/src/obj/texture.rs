@@ -8,6 +8,7 @@ use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, Texture
 use super::lines::{number, relative};
 use crate::folder::{Folder, ReadError};
 use crate::import::{Budget, Fault, Names, Outcome, Warnings};
+use crate::waiting::Waiting;
 use crate::{Limits, image_file};
 
 /// A texture statement taken apart.
@@ -115,12 +116,21 @@ pub(super) struct Textures<'f> {
     /// Name of a texture by its image, whether that holds colours, and whether it is clamped.
     textures: HashMap<(String, bool, bool), String>,
     names: Names,
+    /// Images that are known to be readable and not yet decoded.
+    pub waiting: Waiting<'static>,
 }
 
 impl<'f> Textures<'f> {
     /// None yet.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
-        Self { folder, limits, images: HashMap::new(), textures: HashMap::new(), names: Names::default() }
+        Self {
+            folder,
+            limits,
+            images: HashMap::new(),
+            textures: HashMap::new(),
+            names: Names::default(),
+            waiting: Waiting::default(),
+        }
     }
 
     /// A use of the texture that a statement describes; none with a warning when its image could not be had.
@@ -158,16 +168,19 @@ impl<'f> Textures<'f> {
         Ok(Some(TextureRef { name, uv_set: 0, uv: None, uv_transform: map.rows(), factor: Colour::WHITE, channel: None }))
     }
 
-    fn image(&self, path: &str, scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Option<String>> {
-        let decoded = match self.folder.read(path) {
-            Ok(bytes) => image_file::decode_texture(&bytes, true, self.limits, budget)
-                .map_err(|fault| fault.at(format_args!("`{path}`")))?,
+    fn image(&mut self, path: &str, scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Option<String>> {
+        let place = format!("`{path}`");
+        let accepted = match self.folder.read(path) {
+            Ok(bytes) => {
+                image_file::accept_texture(&bytes, true, self.limits, budget).map_err(|fault| fault.at(&place))?.map(|()| bytes)
+            }
             Err(ReadError::TooLarge(why)) => return Err(Fault::limit(why)),
             Err(why) => Err(why.to_string()),
         };
-        match decoded {
-            Ok(data) => {
-                scene.images.push(Image { name: path.to_owned(), path: path.to_owned(), data: Some(data.into()) });
+        match accepted {
+            Ok(bytes) => {
+                self.waiting.add(scene.images.len(), place, bytes.into());
+                scene.images.push(Image { name: path.to_owned(), path: path.to_owned(), data: None });
                 Ok(Some(path.to_owned()))
             }
             Err(why) => {

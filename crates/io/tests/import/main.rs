@@ -9,6 +9,7 @@ mod gltf;
 mod hostile;
 mod keyed;
 mod keys;
+mod large;
 mod made;
 mod malformed;
 mod obj;

@@ -86,7 +86,7 @@ impl<'a> Session<'a> {
 
     /// Renders what is lacking, and keeps it now and then and in the end.
     pub fn render(&mut self, ready: &Ready, report: &ReportArgs, clock: &Clock, stop: &AtomicBool) -> Result<(), Failure> {
-        let progress = Progress::start(report.progress, report.verbosity());
+        let progress = Progress::start("rendering", report.progress, report.verbosity());
         let deadline = self.args.budget.map(|budget| clock.began() + budget);
         let mut keep_every = KEEP_EVERY;
         loop {

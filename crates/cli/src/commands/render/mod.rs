@@ -38,7 +38,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
 
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
-    let mut loaded = scene_input::read(&name, &args.changes, limits(args), verbosity)?;
+    let style = args.report.progress;
+    let mut loaded = threads.run(|| scene_input::watched(&name, &args.changes, limits(args), verbosity, style))?;
     if targets.is_empty() && args.film.part.is_none() {
         targets = vec![targets::unnamed(&loaded.source.stem, &mut outputs, &loaded.inputs)?];
     }

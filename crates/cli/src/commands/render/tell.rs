@@ -40,8 +40,11 @@ pub(super) fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
 
 /// A picture that shows the background alone is seldom what was meant.
 pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, verbosity: Verbosity) {
+    if rendered.counters.met > 0 {
+        return;
+    }
     let bounds = extent(&loaded.scene, settings.precision).bounds;
-    if rendered.counters.met > 0 || bounds.is_empty() {
+    if bounds.is_empty() {
         return;
     }
     let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
