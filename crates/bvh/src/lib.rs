@@ -26,7 +26,7 @@
 //! [`Robust`] has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
 //! run; the other precisions have one of four-wide nodes.
 //!
-//! Not here yet: SIMD tests of primitives other than triangles, packets of rays, compressed nodes, spatial splits, refitting,
+//! Not here yet: SIMD tests of primitives other than triangles, packets of rays, compressed nodes, refitting,
 //! motion other than of instances along straight lines.
 #![deny(unsafe_code)]
 
