@@ -13,7 +13,7 @@ use families::{FAMILIES, Family, Item, Random, group, random};
 
 const ROUNDS: usize = 5;
 
-/// `cargo bench --bench builds -- 1000000 VerySlow`: how many primitives, and which preset.
+/// `cargo bench --bench builds -- 1000000 High`: how many primitives, and which preset.
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     // Not a run that measures, but one that only lists or checks the benches.

@@ -97,7 +97,10 @@ fn build<P: Precision + 'static>(
     let named = |name: &str| variant.split(':').any(|part| part.eq_ignore_ascii_case(name));
     let quality = BuildQuality::ALL.into_iter().find(|quality| named(&format!("{quality:?}"))).unwrap_or_default();
     let kind = if named("scan") { AcceleratorKind::Linear } else { AcceleratorKind::Tree(quality) };
-    let mut geometry = Geometry::new(group, kind);
+    // As many threads as the harness lets this one run on.
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok()?;
+    let mut geometry = pool.install(|| Geometry::new(group, kind));
     if let Some(kernel) = Kernel::available().into_iter().find(|kernel| named(&format!("{kernel:?}"))) {
         geometry.set_kernel(kernel);
     }

@@ -53,7 +53,7 @@ impl Accelerator {
         kind: AcceleratorKind,
         boxes: &[PaddedBox],
         few: usize,
-        triangles: Triangles<'_>,
+        triangles: Option<Triangles<'_>>,
         stop: Stop<'_>,
     ) -> Option<(Self, Option<Vec<u32>>)> {
         Some(match kind {
@@ -94,8 +94,13 @@ impl Accelerator {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::LinearBoxes => BoxList::bytes_of(boxes),
             AcceleratorKind::Tree(_) if boxes <= few => 0,
-            AcceleratorKind::Tree(_) => match wide {
-                Some(triangles) => Wide::most_bytes(triangles, boxes.saturating_sub(triangles)),
+            AcceleratorKind::Tree(quality) => match wide {
+                Some(triangles) => {
+                    let references = quality.most_references(triangles);
+                    let others = boxes.saturating_sub(triangles);
+                    let names = if quality.splits() { references.saturating_add(others).saturating_mul(4) } else { 0 };
+                    Wide::most_bytes(references, others).saturating_add(names)
+                }
                 None => Tree::most_bytes(boxes),
             },
         }

@@ -1,37 +1,67 @@
 //! A binary tree between its builders and what rays walk.
 
+use core::ops::Range;
+
 use crate::aabb::PaddedBox;
 
-/// A binary tree as its builders leave it: children adjacent, leaves naming a range of `order`.
+/// A binary tree as its builders leave it: children adjacent and after their parent, leaves naming a range of `order`.
 pub(crate) struct Binary {
     /// Root first.
     pub nodes: Vec<BinaryNode>,
     /// Positions in the input, leaf by leaf.
     pub order: Vec<u32>,
+    /// Nodes whose children lie in the same range, one range after the other at the end of all nodes: what threads can work on
+    /// apart. There may be none.
+    pub parts: Vec<Range<usize>>,
 }
 
 impl Binary {
-    /// The nodes, each before its children.
-    pub fn above(&self) -> Vec<u32> {
-        let mut down = Vec::with_capacity(self.nodes.len());
-        down.push(0);
-        let mut i = 0;
-        while let Some(&node) = down.get(i) {
-            let BinaryNode { first, count, .. } = self.nodes[node as usize];
-            if count == 0 {
-                down.extend([first, first + 1]);
+    /// The tree of nodes in any order, the root first, children adjacent.
+    pub fn sorted(nodes: &[BinaryNode], order: Vec<u32>) -> Self {
+        /// Parts that threads can work on, where there are so many nodes.
+        const PARTS: usize = 64;
+        const MANY: usize = 1 << 14;
+        let most = if nodes.len() < MANY { usize::MAX } else { PARTS };
+        let mut sorted = Vec::with_capacity(nodes.len());
+        sorted.extend(nodes.first());
+        let next = level(nodes, &mut sorted, most);
+        let mut parts = Vec::new();
+        for root in next..sorted.len() {
+            let start = sorted.len();
+            let mut waiting = vec![root];
+            while let Some(at) = waiting.pop() {
+                let BinaryNode { first, count, .. } = sorted[at];
+                if count == 0 {
+                    let pair = sorted.len();
+                    sorted[at].first = pair as u32;
+                    sorted.extend([nodes[first as usize], nodes[first as usize + 1]]);
+                    waiting.extend([pair + 1, pair]);
+                }
             }
-            i += 1;
+            parts.push(start..sorted.len());
         }
-        down
+        Self { nodes: sorted, order, parts }
+    }
+
+    /// The nodes level by level.
+    pub fn by_level(&self) -> Vec<BinaryNode> {
+        let mut sorted = Vec::with_capacity(self.nodes.len());
+        sorted.extend(self.nodes.first());
+        level(&self.nodes, &mut sorted, usize::MAX);
+        sorted
+    }
+
+    /// How many nodes are in no part: the first ones.
+    pub fn tops(&self) -> usize {
+        self.parts.first().map_or(self.nodes.len(), |part| part.start)
     }
 
     /// Gives the nodes the boxes of what is in them.
     pub fn refit(&mut self, boxes: &[PaddedBox]) {
-        for node in self.above().into_iter().rev() {
-            let BinaryNode { first, count, .. } = self.nodes[node as usize];
+        for node in (0..self.nodes.len()).rev() {
+            let BinaryNode { first, count, .. } = self.nodes[node];
             let first = first as usize;
-            self.nodes[node as usize].bounds = if count == 0 {
+            self.nodes[node].bounds = if count == 0 {
                 self.nodes[first].bounds.union(&self.nodes[first + 1].bounds)
             } else {
                 let own = self.order[first..first + count as usize].iter().map(|&place| boxes[place as usize]);
@@ -39,6 +69,20 @@ impl Binary {
             };
         }
     }
+}
+
+/// Goes on level by level from the root until so many wait for their children to follow; where these start.
+fn level(nodes: &[BinaryNode], sorted: &mut Vec<BinaryNode>, most: usize) -> usize {
+    let mut next = 0;
+    while next < sorted.len() && sorted.len() - next < most {
+        let BinaryNode { first, count, .. } = sorted[next];
+        if count == 0 {
+            sorted[next].first = sorted.len() as u32;
+            sorted.extend([nodes[first as usize], nodes[first as usize + 1]]);
+        }
+        next += 1;
+    }
+    next
 }
 
 /// Inner: `count` 0 and the children at `first` and `first + 1`. Leaf: `count` entries of the order from `first`.

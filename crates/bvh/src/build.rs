@@ -1,64 +1,63 @@
-//! Building: sanitised boxes in, a wide tree out. `obvhs` builds the binary tree; a median split takes over where its
-//! clustering degenerates.
+//! Building: sanitised boxes in, a wide tree out. Our own builder splits from the top; `obvhs` clusters from the bottom what is of very
+//! different sizes, and improves trees by moving their parts.
 
 mod binned;
+mod clustered;
+mod improved;
 mod morton;
+mod presplit;
 mod rehearsal;
 mod reinsertion;
 
-use obvhs::bvh2::DEFAULT_MAX_STACK_DEPTH;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance};
-use obvhs::{Boundable, BvhBuildParams, aabb};
+use glam::Vec3;
+use rayon::prelude::*;
 
-use self::binned::binned;
-use self::morton::sorted;
-use self::rehearsal::{Passes, rehearse};
-use self::reinsertion::affordable;
-use crate::aabb::PaddedBox;
-use crate::binary::{Binary, BinaryNode};
+use self::binned::{Manner, binned};
+use self::clustered::clustered;
+use self::improved::improved;
+use self::presplit::{Shares, presplit};
+use crate::aabb::{PaddedBox, exact_half_area};
+use crate::binary::Binary;
 use crate::tree::Tree;
-use crate::wide::Wide;
+use crate::wide::{Wide, cost};
 
-/// How long a build may take for how good a tree: the presets of `obvhs`, by its names. Pictures do not depend on it.
+/// How long a build may take for how good a tree. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
-    /// Least build time.
-    Fastest,
-    /// Twice the build time of the fastest, roughly.
-    VeryFast,
-    /// About all that a wide traversal needs.
-    #[default]
+    /// Least build time: split from the top, large sets by samples.
     Fast,
-    /// With more reinsertion.
+    /// Split from the top, and improved; where sizes differ much, `obvhs` clusters too and the cheaper tree is kept.
+    #[default]
     Medium,
-    /// Several times the build time.
-    Slow,
-    /// Best tree, ten times the build time and more.
-    VerySlow,
+    /// Several times the build time and, where long triangles lie across the axes, up to three more references for each box: more is
+    /// improved, and such triangles are split.
+    High,
 }
 
 impl BuildQuality {
-    /// Every preset, fastest build first.
-    pub const ALL: [Self; 6] = [Self::Fastest, Self::VeryFast, Self::Fast, Self::Medium, Self::Slow, Self::VerySlow];
+    /// Every quality, fastest build first.
+    pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
 
-    fn parameters(self) -> BvhBuildParams {
+    /// Most references that there may be to `count` boxes.
+    pub(crate) fn most_references(self, count: u64) -> u64 {
         match self {
-            Self::Fastest => BvhBuildParams::fastest_build(),
-            Self::VeryFast => BvhBuildParams::very_fast_build(),
-            Self::Fast => BvhBuildParams::fast_build(),
-            Self::Medium => BvhBuildParams::medium_build(),
-            Self::Slow => BvhBuildParams::slow_build(),
-            Self::VerySlow => BvhBuildParams::very_slow_build(),
+            Self::Fast | Self::Medium => count,
+            Self::High => count.saturating_mul(1 + MORE as u64),
         }
     }
-}
 
-impl Boundable for PaddedBox {
-    fn aabb(&self) -> aabb::Aabb {
-        aabb::Aabb::new(self.min.into(), self.max.into())
+    /// Whether triangles may be in several blocks.
+    pub(crate) fn splits(self) -> bool {
+        self == Self::High
     }
 }
+
+/// Most references that splitting triangles adds for each box.
+const MORE: f64 = 3.0;
+/// Splits of larger sets are looked for with this many of their boxes where time is short.
+const SAMPLE: usize = 4096;
+/// Shares of the nodes that are moved at once in improving a tree, and how many that is at most.
+const MOVED: [(f32, f32); 2] = [(0.2, 50_000.0), (1.0, 1e9)];
 
 /// Which builder made a tree, and what it cost: what tests count where they can't measure time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,14 +85,27 @@ pub(crate) struct Build {
     pub work: BuildWork,
 }
 
-/// Says which of the boxes are triangles', where the tree is to be wide.
-pub(crate) type Triangles<'a> = Option<&'a dyn Fn(u32) -> bool>;
+/// Says which of the boxes are triangles'.
+pub(crate) type IsTriangle<'a> = &'a (dyn Fn(u32) -> bool + Sync);
+
+/// The corners of a box's triangle; none where there is another primitive in it.
+pub(crate) type Corners<'a> = &'a (dyn Fn(u32) -> Option<[Vec3; 3]> + Sync);
+
+/// What a wide tree is to know of the boxes.
+#[derive(Clone, Copy)]
+pub(crate) struct Triangles<'a> {
+    pub is_triangle: IsTriangle<'a>,
+    pub corners: Corners<'a>,
+}
+
+/// Boxes that a thread looks at in one piece. Nothing depends on it.
+const PIECE: usize = 4096;
 
 /// What rays walk from a binary tree; none where that is too deep for their stack.
-fn collapse(binary: Binary, triangles: Triangles<'_>) -> Option<(Collapsed, Vec<u32>, u32)> {
+fn collapse(binary: Binary, triangles: Option<Triangles<'_>>) -> Option<(Collapsed, Vec<u32>, u32)> {
     match triangles {
-        Some(is_triangle) => {
-            Wide::collapse(&binary, is_triangle).map(|(wide, order, depth)| (Collapsed::Wide(wide), order, depth))
+        Some(triangles) => {
+            Wide::collapse(&binary, triangles.is_triangle).map(|(wide, order, depth)| (Collapsed::Wide(wide), order, depth))
         }
         None => Tree::collapse(&binary).map(|(tree, depth)| (Collapsed::Narrow(tree), binary.order, depth)),
     }
@@ -102,12 +114,24 @@ fn collapse(binary: Binary, triangles: Triangles<'_>) -> Option<(Collapsed, Vec<
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
+/// Where boxes are of sizes that differ so much that large ones would go with what happens to lie about their centres: n Σa²/(Σa)²
+/// over their surfaces, which is one where all are alike. Measured: 1.1 to 9 on the surfaces of bodies, terrain and needles, 60 and more in rooms.
+const UNEVEN: f64 = 16.0;
+
+fn unevenness(boxes: &[PaddedBox]) -> f64 {
+    let sums =
+        |boxes: &[PaddedBox]| boxes.iter().map(exact_half_area).fold([0.0, 0.0], |[sum, squares], a| [sum + a, squares + a * a]);
+    let pieces: Vec<_> = boxes.par_chunks(PIECE).map(sums).collect();
+    let [sum, squares] = pieces.iter().fold([0.0, 0.0], |all, one| [all[0] + one[0], all[1] + one[1]]);
+    boxes.len() as f64 * squares / (sum * sum)
+}
+
 /// Builds the tree over `boxes`; none where `stop` said so. Up to `few` boxes are a single leaf.
 pub(crate) fn build(
     boxes: &[PaddedBox],
     quality: BuildQuality,
     few: usize,
-    triangles: Triangles<'_>,
+    triangles: Option<Triangles<'_>>,
     stop: Stop<'_>,
 ) -> Option<Build> {
     let leaf = || (Collapsed::Narrow(Tree::leaf(boxes.len())), (0..boxes.len() as u32).collect(), 0);
@@ -115,83 +139,48 @@ pub(crate) fn build(
         let (tree, order, _) = leaf();
         return Some(Build { tree, order, work: BuildWork::default() });
     }
-    let (clustered, mut looks) = clustered(boxes, quality, stop);
-    if stop() {
-        return None;
+    let shares = Shares { more: MORE, least: 1e-8 };
+    let split = triangles.filter(|_| quality.splits()).and_then(|triangles| presplit(boxes, triangles.corners, shares));
+    let (all, owners) = split.as_ref().map_or((boxes, &[][..]), |(all, owners)| (all, owners));
+    let (better, mut work) = binary(all, owners, quality, triangles, stop)?;
+    if let Some((tree, order, depth)) = collapse(better, triangles) {
+        return Some(Build { tree, order, work: BuildWork { depth, ..work } });
     }
-    if let Some(binary) = clustered
-        && let Some((tree, order, depth)) = collapse(binary, triangles)
-    {
-        return Some(Build { tree, order, work: BuildWork { clustered: true, looks, depth } });
-    }
-    let (binary, counted) = binned(boxes, stop);
-    if stop() {
-        return None;
-    }
-    looks += counted;
-    // The builder keeps to fewer levels than there is a stack for. Were it wrong in that, the tree would be slow, not empty.
-    let (tree, order, depth) = collapse(binary, triangles).unwrap_or_else(leaf);
-    Some(Build { tree, order, work: BuildWork { clustered: false, looks, depth } })
+    // Clustered or improved it may be too deep, and split from the top it is not. Were that wrong, the tree would be slow, not empty.
+    let (plain, again) = binary(all, owners, BuildQuality::Fast, triangles, stop)?;
+    work.looks += again.looks;
+    let (tree, order, depth) = collapse(plain, triangles).unwrap_or_else(leaf);
+    Some(Build { tree, order, work: BuildWork { depth, clustered: false, ..work } })
 }
 
-/// The tree by `obvhs`, unless it would be slow or is given up, and how much was or will be looked at. One pass of `obvhs`, once
-/// begun, goes to its end.
-fn clustered(boxes: &[PaddedBox], quality: BuildQuality, stop: Stop<'_>) -> (Option<Binary>, u64) {
-    let parameters = quality.parameters();
-    let sorted = sorted(boxes, parameters.sort_precision);
-    let sorting = boxes.len() as u64 * u64::from(boxes.len().next_power_of_two().ilog2());
-    let Some(sorted) = sorted else { return (None, 2 * sorting) };
-    let passes = Passes { near: parameters.search_depth_threshold, distance: distance(parameters.ploc_search_distance) };
-    let rehearsal = rehearse(&sorted.boxes, passes, stop);
-    let mut looks = sorting + rehearsal.pairs + rehearsal.ahead;
-    if !rehearsal.passed || stop() {
-        return (None, looks);
-    }
-    let mut built = PlocBuilder::with_capacity(boxes.len()).build(
-        parameters.ploc_search_distance,
-        &sorted.boxes,
-        (0..boxes.len() as u32).collect(),
-        sorted.precision,
-        parameters.search_depth_threshold,
-    );
-    // Reinsertion panics, or forgets what it should still look at, in trees deeper than the stack it reserves.
-    if built.max_depth > DEFAULT_MAX_STACK_DEPTH {
-        return (None, looks);
-    }
-    let mut optimizer = ReinsertionOptimizer::default();
-    // Once before its leaves are collapsed to hold several primitives, once after. They are not: measured, the four boxes of
-    // a node are tested in the time of two triangles, so that a box of its own for each primitive is worth its place.
-    let again = parameters.reinsertion_batch_ratio * parameters.post_collapse_reinsertion_batch_ratio_multiplier;
-    for share in [parameters.reinsertion_batch_ratio, again].into_iter().filter(|&share| share > 0.0) {
-        if stop() {
-            return (None, looks);
+/// The binary tree over boxes, the last of them of parts, as in [`presplit`]; what it took, but for its depth.
+fn binary(
+    boxes: &[PaddedBox],
+    owners: &[u32],
+    quality: BuildQuality,
+    triangles: Option<Triangles<'_>>,
+    stop: Stop<'_>,
+) -> Option<(Binary, BuildWork)> {
+    let is_triangle = triangles.map_or(&(|_| false) as IsTriangle<'_>, |triangles| triangles.is_triangle);
+    let manner = Manner {
+        leaf: if triangles.is_some() { crate::wide::WIDTH } else { 1 },
+        sample: if quality == BuildQuality::Fast { SAMPLE } else { usize::MAX },
+    };
+    let (mut binary, mut looks) = binned(boxes, owners, is_triangle, manner, stop);
+    let mut work = BuildWork::default();
+    if quality != BuildQuality::Fast {
+        let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
+        let share = share.min(most / binary.nodes.len() as f32);
+        looks += improved(&mut binary, share, stop);
+        if unevenness(boxes) > UNEVEN && !stop() {
+            let (other, counted) = clustered(boxes, owners, quality, stop);
+            looks += counted;
+            if let Some(other) = other
+                && cost(&other, is_triangle) < cost(&binary, is_triangle)
+            {
+                (binary, work.clustered) = (other, true);
+            }
         }
-        built.init_parents_if_uninit();
-        let (share, steps) = affordable(&built, share);
-        looks += steps;
-        optimizer.run(&mut built, share, None);
     }
-    let order = built.primitive_indices.iter().map(|&place| sorted.places[place as usize]).collect();
-    let nodes = built.nodes.iter().map(|n| BinaryNode {
-        bounds: PaddedBox { min: n.aabb.min.into(), max: n.aabb.max.into() },
-        first: n.first_index,
-        count: n.prim_count,
-    });
-    let mut binary = Binary { nodes: nodes.collect(), order };
-    if sorted.grown {
-        binary.refit(boxes);
-    }
-    (Some(binary), looks)
-}
-
-/// The search distances by their number.
-fn distance(name: PlocSearchDistance) -> usize {
-    match name {
-        PlocSearchDistance::Minimum => 1,
-        PlocSearchDistance::VeryLow => 2,
-        PlocSearchDistance::Low => 6,
-        PlocSearchDistance::Medium => 14,
-        PlocSearchDistance::High => 24,
-        PlocSearchDistance::VeryHigh => 32,
-    }
+    (!stop()).then_some((binary, BuildWork { looks, ..work }))
 }

@@ -5,9 +5,11 @@
 
 use core::mem::take;
 
+use rayon::prelude::*;
+
 use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
-use crate::build::BuildWork;
+use crate::build::{BuildWork, Triangles};
 use crate::group::{Group, Kind, Slot};
 use crate::scalar::{Precision, Vector};
 use crate::shapes::Triangle;
@@ -28,6 +30,86 @@ pub struct Geometry<P: Precision> {
     bounds: Aabb,
 }
 
+/// Primitives that a thread looks at in one piece. Nothing depends on it.
+const PIECE: usize = 4096;
+
+/// Primitives by whether a tree can hold them.
+struct Sorted {
+    /// Those that every query tests.
+    slots: Vec<Slot>,
+    bounded: Vec<Slot>,
+    /// Those that none does.
+    nothing: Vec<Slot>,
+    /// Of those that are bounded.
+    boxes: Vec<PaddedBox>,
+    /// Around these, as they are.
+    bounds: Aabb,
+}
+
+impl Sorted {
+    /// An instance of an empty geometry has an empty box: nothing to test. What has a box that no tree can hold is tested by every
+    /// query, since nothing may vanish from a scene without a word.
+    fn new<P: Precision>(group: &mut Group<P>) -> Self {
+        let all = take(&mut group.slots);
+        let mut boxes = vec![PaddedBox::NOTHING; all.len()];
+        let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
+            let (mut bounds, mut odd) = (Aabb::EMPTY, false);
+            for (padded, slot) in boxes.iter_mut().zip(slots) {
+                match group.bounds(slot).map(|own| (own, own.padded())) {
+                    Some((own, Some(own_padded))) => {
+                        bounds = bounds.union(own);
+                        *padded = own_padded;
+                    }
+                    _ => odd = true,
+                }
+            }
+            (bounds, odd)
+        };
+        let pieces: Vec<_> = boxes.par_chunks_mut(PIECE).zip(all.par_chunks(PIECE)).map(piece).collect();
+        let bounds = pieces.iter().fold(Aabb::EMPTY, |bounds, piece| bounds.union(piece.0));
+        if !pieces.iter().any(|piece| piece.1) {
+            return Self { slots: Vec::new(), bounded: all, nothing: Vec::new(), boxes, bounds };
+        }
+        let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) = Default::default();
+        let (mut place, mut kept) = (0, 0);
+        for slot in all {
+            if boxes[place] != PaddedBox::NOTHING {
+                boxes[kept] = boxes[place];
+                kept += 1;
+                bounded.push(slot);
+            } else if group.bounds(&slot).is_some_and(|own| own.is_empty()) {
+                nothing.push(slot);
+            } else {
+                slots.push(slot);
+            }
+            place += 1;
+        }
+        boxes.truncate(kept);
+        Self { slots, bounded, nothing, boxes, bounds }
+    }
+}
+
+/// So few primitives that nodes would cost more than they spare, by kind.
+#[derive(Clone, Copy)]
+struct Flat {
+    spheres: usize,
+    triangles: usize,
+    others: usize,
+}
+
+impl Flat {
+    /// None where there are more.
+    fn of(bounded: &[Slot]) -> Option<Self> {
+        let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
+        if !Wide::may_be_flat(bounded.len()) {
+            return None;
+        }
+        let (spheres, triangles) = (count(Kind::Sphere), count(Kind::Triangle));
+        let others = bounded.len() - spheres - triangles;
+        Wide::is_flat(spheres as u64, triangles as u64, others as u64).then_some(Self { spheres, triangles, others })
+    }
+}
+
 impl<P: Precision> Geometry<P> {
     /// Builds the accelerator. Every primitive was checked when it was added, so this can't fail.
     ///
@@ -40,27 +122,11 @@ impl<P: Precision> Geometry<P> {
     /// The same, given up where `stop` says so: none. It is asked between the passes of a build, from any thread of the pool; a
     /// pass of clustering or of reinsertion, once begun, goes to its end.
     pub fn unless(mut group: Group<P>, kind: AcceleratorKind, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
-        let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) = Default::default();
-        let mut boxes: Vec<PaddedBox> = Vec::with_capacity(group.len());
-        let mut bounds = Aabb::EMPTY;
-        for slot in take(&mut group.slots) {
-            // An instance of an empty geometry has an empty box: nothing to test. What has a box that no tree can hold is
-            // tested by every query, since nothing may vanish from a scene without a word.
-            match group.bounds(&slot).map(|own| (own, own.padded())) {
-                Some((own, _)) if own.is_empty() => nothing.push(slot),
-                Some((own, Some(padded))) => {
-                    bounds = bounds.union(own);
-                    bounded.push(slot);
-                    boxes.push(padded);
-                }
-                Some((_, None)) | None => slots.push(slot),
-            }
-        }
-        let (unbounded, count) = (slots.len(), |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count());
-        let (spheres, triangles) = (count(Kind::Sphere), count(Kind::Triangle));
-        let wide = P::WIDE && matches!(kind, AcceleratorKind::Tree(_));
-        let others = bounded.len() - spheres - triangles;
-        let (mut accelerator, order) = if wide && Wide::is_flat(spheres as u64, triangles as u64, others as u64) {
+        let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
+        let unbounded = slots.len();
+        let is_wide = P::WIDE && matches!(kind, AcceleratorKind::Tree(_));
+        let flat = if is_wide { Flat::of(&bounded) } else { None };
+        let (mut accelerator, mut order) = if let Some(Flat { spheres, triangles, others }) = flat {
             bounded.sort_by_key(|slot| {
                 [Kind::Triangle, Kind::Sphere].iter().position(|&kind| kind == slot.kind).map_or(2, |i| 1 - i)
             });
@@ -68,24 +134,36 @@ impl<P: Precision> Geometry<P> {
         } else {
             let few = group.few(unbounded + bounded.len() + nothing.len());
             let is_triangle = |place: u32| bounded[place as usize].kind == Kind::Triangle;
-            let triangles: Option<&dyn Fn(u32) -> bool> = if P::WIDE { Some(&is_triangle) } else { None };
-            Accelerator::new(kind, &boxes, few, triangles, stop)?
+            let corners = |place: u32| {
+                let slot = &bounded[place as usize];
+                let vertices = || group.triangles[slot.index as usize].vertices.map(Vector::to_f32);
+                (slot.kind == Kind::Triangle).then(vertices)
+            };
+            let triangles = Triangles { is_triangle: &is_triangle, corners: &corners };
+            Accelerator::new(kind, &boxes, few, P::WIDE.then_some(triangles), stop)?
         };
         drop(boxes);
         let planes = if matches!(accelerator, Accelerator::Wide(..)) { planes_first(&mut slots) } else { 0 };
+        if let Accelerator::Wide(wide, _) = &mut accelerator
+            && order.as_ref().is_some_and(|order| order.len() > bounded.len())
+        {
+            order = order.map(|order| wide.name(order, bounded.len(), unbounded));
+        }
         slots.reserve_exact(bounded.len() + nothing.len());
         match order {
-            Some(order) => slots.extend(order.iter().map(|&place| bounded[place as usize])),
-            None => slots.append(&mut bounded),
+            Some(order) => slots.par_extend(order.par_iter().with_min_len(PIECE).map(|&place| bounded[place as usize])),
+            None => slots.extend_from_slice(&bounded),
         }
+        drop(bounded);
         slots.append(&mut nothing);
         let faces = group.has_faces();
-        group.follow(slots);
+        group.slots = slots;
         if let Accelerator::Wide(wide, _) = &mut accelerator {
             group.move_triangles(wide, unbounded);
-            let spheres = if wide.has_nodes() { 0 } else { spheres };
+            let spheres = flat.map_or(0, |flat| flat.spheres);
             group.make_rows(wide, planes, unbounded..unbounded + spheres);
         }
+        group.follow();
         Some(Self { faces, group, unbounded, planes, accelerator, bounds })
     }
 

@@ -137,7 +137,11 @@ impl<P: Precision> Group<P> {
         visibility: Visibility,
     ) -> Result<u32, GeometryError> {
         let before = (self.slots.len(), self.triangles.len());
-        for (primitive, vertices) in triangles.into_iter().enumerate() {
+        let triangles = triangles.into_iter();
+        let least = triangles.size_hint().0.min(MAX_PRIMITIVES);
+        self.slots.reserve(least);
+        self.triangles.reserve(least);
+        for (primitive, vertices) in triangles.enumerate() {
             let triangle = Triangle::new(vertices);
             self.triangles.push(triangle);
             let added = check_bounds(triangle.bounds())
@@ -262,32 +266,27 @@ impl<P: Precision> Group<P> {
         few(count == self.spheres.len() + self.planes.len())
     }
 
-    /// Takes over the order of queries, and puts the primitives that come in great numbers into it, so that what is tested one
-    /// after the other lies side by side.
-    pub(crate) fn follow(&mut self, slots: Vec<Slot>) {
+    /// Puts the primitives that come in great numbers into the order of the slots, so that what is tested one after the other
+    /// lies side by side; triangles that blocks have taken are left out.
+    pub(crate) fn follow(&mut self) {
         let (spheres, triangles) = (take(&mut self.spheres), take(&mut self.triangles));
         self.spheres.reserve_exact(spheres.len());
         self.triangles.reserve_exact(triangles.len());
-        self.slots = slots;
         for slot in &mut self.slots {
             let index = slot.index as usize;
             match slot.kind {
                 Kind::Sphere => slot.index = append(&mut self.spheres, spheres[index]),
-                Kind::Triangle => slot.index = append(&mut self.triangles, triangles[index]),
+                Kind::Triangle if !triangles.is_empty() => slot.index = append(&mut self.triangles, triangles[index]),
                 _ => {}
             }
         }
     }
-}
 
-impl<P: Precision> Group<P> {
     /// Gives the triangles to the blocks of the tree, which keeps the only copy. The slots from `first` on are in its order.
     pub(crate) fn move_triangles(&mut self, wide: &mut Wide, first: usize) {
         let triangles = take(&mut self.triangles);
-        wide.fill(first, |place, number| {
-            let slot = &mut self.slots[first + place];
+        wide.fill(&mut self.slots, first, |slot| {
             let triangle = triangles[slot.index as usize];
-            slot.index = number;
             (Triangle { vertices: triangle.vertices.map(Vector::to_f32) }, slot.visibility)
         });
     }

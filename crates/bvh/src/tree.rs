@@ -234,7 +234,7 @@ mod tests {
             BinaryNode { bounds: bounds(i), first: first as u32, count }
         };
         let nodes = (0..=2 * inner).map(node);
-        Binary { nodes: nodes.collect(), order: (0..=inner as u32).collect() }
+        Binary { nodes: nodes.collect(), order: (0..=inner as u32).collect(), parts: Vec::new() }
     }
 
     /// Protects: a tree is refused when it is one level deeper than a traversal's stack, and walked to its last leaf when it

@@ -15,6 +15,7 @@ mod doubles;
 mod filter;
 mod flat;
 mod kernel;
+mod names;
 mod pencil;
 mod portable;
 mod rebase;
@@ -27,13 +28,16 @@ mod walk;
 mod x86;
 
 use core::ops::Range;
+use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
+use crate::group::Slot;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
 use self::block::Block;
 pub(crate) use self::block::Facts;
+pub(crate) use self::collapse::cost;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
 pub(crate) use self::pencil::{Meets, Pencil, RAYS};
@@ -83,6 +87,17 @@ impl Child {
         self.0 & Self::OTHER == 0
     }
 
+    /// The same among nodes, blocks and places that begin later by so much.
+    fn moved(self, nodes: u32, blocks: u32, places: u32) -> Self {
+        let by = match self {
+            Self::NONE => 0,
+            child if !child.is_leaf() => nodes,
+            child if child.is_block() => blocks,
+            _ => places,
+        };
+        Self(self.0 + by)
+    }
+
     /// Of an inner child, the node.
     #[inline(always)]
     fn node(self) -> usize {
@@ -116,11 +131,6 @@ impl Node {
         }
         self.children[lane] = child;
     }
-
-    /// How many children there are: the first lanes.
-    fn count(&self) -> usize {
-        self.children.iter().take_while(|&&child| child != Child::NONE).count()
-    }
 }
 
 /// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
@@ -136,21 +146,39 @@ pub(crate) struct Wide {
     always: usize,
     /// Without nodes: the places of what is in no row and in no block.
     others: Range<usize>,
+    /// The slots of the blocks' lanes; empty where these follow one another.
+    names: Vec<u32>,
     kernel: Chosen,
 }
 
 impl Wide {
-    /// Puts the triangles into the blocks. `take` is called for each place that is a triangle's with the number by which
-    /// [`Wide::triangle`] knows it, and returns it with how it takes part; slots are counted from `first` on.
-    pub fn fill(&mut self, first: usize, mut take: impl FnMut(usize, u32) -> (Triangle<f32>, Visibility)) {
-        for (number, (block, facts)) in self.blocks.iter_mut().zip(&mut self.facts).enumerate() {
-            for lane in 0..usize::from(facts.count) {
-                let (triangle, visibility) = take(facts.first as usize + lane, (number * WIDTH + lane) as u32);
-                block.set(lane, triangle.vertices);
-                facts.set(lane, visibility);
-            }
-            facts.first += first as u32;
+    /// Puts the triangles into the blocks: `taken` says what a slot's is and how it takes part. The slots from `first` on are in
+    /// the order of the leaves; those of triangles get the numbers by which [`Wide::triangle`] knows them.
+    pub fn fill(&mut self, slots: &mut [Slot], first: usize, taken: impl Fn(&Slot) -> (Triangle<f32>, Visibility) + Sync) {
+        const PIECE: usize = 512;
+        if !self.names.is_empty() {
+            return self.fill_named(slots, taken);
         }
+        let (mut rest, mut done) = (&mut slots[first..], 0);
+        let mut pieces = Vec::with_capacity(self.blocks.len() / PIECE + 1);
+        for (number, (blocks, facts)) in self.blocks.chunks_mut(PIECE).zip(self.facts.chunks_mut(PIECE)).enumerate() {
+            let end = facts.last().map_or(done, |last| last.first as usize + usize::from(last.count));
+            let (own, after) = rest.split_at_mut(end - done);
+            pieces.push((number * PIECE, done, own, blocks, facts));
+            (rest, done) = (after, end);
+        }
+        pieces.into_par_iter().for_each(|(number, start, slots, blocks, facts)| {
+            for (at, (block, facts)) in blocks.iter_mut().zip(facts).enumerate() {
+                for lane in 0..usize::from(facts.count) {
+                    let slot = &mut slots[facts.first as usize - start + lane];
+                    let (triangle, visibility) = taken(slot);
+                    slot.index = ((number + at) * WIDTH + lane) as u32;
+                    block.set(lane, triangle.vertices);
+                    facts.set(lane, visibility);
+                }
+                facts.first += first as u32;
+            }
+        });
     }
 
     /// No nodes: rows of so many spheres, then blocks of so many triangles and others one by one, in this order of places. Rows and
@@ -180,11 +208,6 @@ impl Wide {
         &self.facts[block]
     }
 
-    /// Whether there are nodes; otherwise everything is tested.
-    pub fn has_nodes(&self) -> bool {
-        !self.nodes.is_empty()
-    }
-
     /// Which code walks it.
     pub fn kernel(&self) -> Kernel {
         self.kernel.name()
@@ -201,6 +224,7 @@ impl Wide {
             + size_of_val(self.blocks.as_slice())
             + size_of_val(self.facts.as_slice())
             + size_of_val(self.rows.as_slice())
+            + size_of_val(self.names.as_slice())
     }
 
     /// Bytes of the rows of so many spheres or planes.

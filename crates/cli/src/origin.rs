@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn choices_have_their_own_words() {
         use raywright_core::bvh::BuildQuality;
-        let kinds = [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(BuildQuality::Slow)];
+        let kinds = [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(BuildQuality::High)];
         assert_eq!(kinds.map(accelerator), ["linear", "linear boxes", "bvh"]);
         let precisions = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference];
         assert_eq!(precisions.map(precision), ["fast", "robust", "reference"]);

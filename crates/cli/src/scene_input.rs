@@ -35,7 +35,7 @@ pub fn watched(
     let environment = Environment { source: changes.env.clone(), rotation: changes.env_rotation, strength: changes.env_strength };
     let options = LoadOptions { overrides, model, environment, allow_outside: changes.allow_outside, limits };
     let progress = Progress::start("loading", style, verbosity);
-    let loaded = load_observed(&input, &options, &Watch { progress: Some(&progress), stop: &AtomicBool::new(false) });
+    let loaded = load_observed(&input, &options, &Watch { progress: Some(&progress), ..Watch::until(&AtomicBool::new(false)) });
     progress.finish();
     let loaded = loaded.map_err(|error| explained(error, &input))?;
     for warning in &loaded.warnings {

@@ -108,12 +108,9 @@ const SAMPLES: &[Rung] = &[
     rung("1024", "a thirty-second, or less"),
 ];
 const BUILD: &[Rung] = &[
-    rung("fastest", "least build time"),
-    rung("very-fast", "about twice the build time of the fastest"),
-    rung("fast", "about all that a wide traversal needs"),
-    rung("medium", "with more reinsertion"),
-    rung("slow", "several times the build time"),
-    rung("very-slow", "ten times the build time and more"),
+    rung("fast", "least build time: split from the top, large sets by samples"),
+    rung("medium", "split from the top and improved, and clustered where sizes differ much"),
+    rung("high", "several times the build time: more is improved, long triangles across the axes are split"),
 ];
 const ACCELERATOR: &[Rung] = &[
     rung("linear", "every primitive is tested"),
@@ -191,7 +188,7 @@ impl Ladder {
             Self::PathLength => "8",
             Self::PixelFilter => "box",
             Self::Samples => "64",
-            Self::Build => "fast",
+            Self::Build => "medium",
             Self::Accelerator => "bvh",
         }
     }

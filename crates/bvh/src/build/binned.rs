@@ -1,76 +1,81 @@
-//! A builder that nothing slows down: splits from the top by the surface area heuristic, over boxes that clustering would
-//! take quadratic time for.
+//! The builder from the top: splits by the surface area heuristic, in parallel, down to blocks of triangles and single others. Nothing slows it
+//! down: what the heuristic would make too deep is halved.
 //!
-//! Besides the three axes of the centres it splits by size, since boxes inside one another differ in nothing else. Where the
-//! heuristic would make the tree too deep, it halves.
+//! Each set is copied to its two parts from one array into another and back, without a branch that depends on the side, and
+//! small subtrees are built whole by one thread. Which thread builds what changes nothing.
 //! "On fast Construction of SAH-based Bounding Volume Hierarchies" (Wald 2007) has the bins.
 
-use glam::{Vec3A, Vec4};
+mod split;
 
-use super::Stop;
+use core::ops::Range;
+
+use rayon::prelude::*;
+
+use self::split::{Item, Split, split};
+use super::{IsTriangle, Stop};
 use crate::aabb::PaddedBox;
 use crate::binary::{Binary, BinaryNode};
 
-/// Most bins an axis.
-const BINS: usize = 16;
-/// Three axes and size.
-const KEYS: usize = 4;
-/// Levels more than halving would take that a tree may have: 27 + 8 where there are as many boxes as can be, far fewer than
-/// a traversal has a stack for.
-const SPARE: u32 = 8;
+/// Levels more than halving would take that a tree may have: 27 + 16 where there are as many boxes as can be, fewer than a
+/// traversal has a stack for.
+const SPARE: u32 = 16;
 /// Below this a second thread is not worth its start.
 const PARALLEL: usize = 8192;
 
-#[derive(Clone, Copy)]
-struct Item {
-    bounds: PaddedBox,
-    place: u32,
+/// What a tree is to be like.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Manner {
+    /// Most triangles of a leaf, one where they have leaves of their own.
+    pub leaf: usize,
+    /// Sets of more items than this are split by what this many of them say.
+    pub sample: usize,
 }
 
-impl Item {
-    /// The centre and a measure of size, scaled so that none overflows.
-    fn keys(&self) -> Vec4 {
-        let (min, max) = (self.bounds.min, self.bounds.max);
-        (min * 0.5 + max * 0.5).extend((max * 0.125 - min * 0.125).element_sum())
+/// Where a subtree goes: the places of its items among those of all, and how many levels it may have.
+struct Room<'a> {
+    order: &'a mut [u32],
+    start: usize,
+    levels: u32,
+}
+
+impl<'a> Room<'a> {
+    fn parted(self, middle: usize) -> [Self; 2] {
+        let (left, right) = self.order.split_at_mut(middle);
+        let room = |order, start| Room { order, start, levels: self.levels - 1 };
+        [room(left, self.start), room(right, self.start + middle)]
     }
 }
 
-/// Boxes of a bin together, in registers, and how many they are.
-#[derive(Clone, Copy)]
-struct Bin {
-    min: Vec3A,
-    max: Vec3A,
-    count: u32,
-}
-
-impl Bin {
-    const EMPTY: Self = Self { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY, count: 0 };
-
-    fn union(&self, other: &Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max), count: self.count + other.count }
-    }
-
-    /// What a ray that meets the whole is expected to spend here, but for a factor.
-    fn cost(&self) -> f64 {
-        if self.count == 0 { 0.0 } else { self.area() * f64::from(self.count) }
-    }
-
-    /// Half the surface, in f64: neither the largest nor the smallest boxes leave its range.
-    fn area(&self) -> f64 {
-        let e = self.max.as_dvec3() - self.min.as_dvec3();
-        e.x * e.y + e.y * e.z + e.z * e.x
-    }
+/// A tree as threads hand it up.
+enum Grown {
+    /// Built by one thread: its nodes, the root first, that name each other.
+    Whole(Vec<BinaryNode>),
+    Parted(Box<[Grown; 2]>),
 }
 
 /// Builds the tree and says over how many boxes, counted anew in each level, it went; given up, it is not the whole tree.
-pub(super) fn binned(boxes: &[PaddedBox], stop: Stop<'_>) -> (Binary, u64) {
-    let mut items: Vec<Item> = (0..).zip(boxes).map(|(place, &bounds)| Item { bounds, place }).collect();
-    let mut nodes = vec![BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 }; (2 * boxes.len()).saturating_sub(1)];
-    let mut work = 0;
-    if let Some((root, below)) = nodes.split_first_mut() {
-        (*root, work) = subtree(&mut items, below, [1, 0], halvings(boxes.len()) + SPARE, stop);
-    }
-    (Binary { nodes, order: items.iter().map(|item| item.place).collect() }, work)
+/// `is_triangle` says which boxes may share a leaf. The last boxes are of parts: `owners` says of what boxes.
+pub(super) fn binned(
+    boxes: &[PaddedBox],
+    owners: &[u32],
+    is_triangle: IsTriangle<'_>,
+    manner: Manner,
+    stop: Stop<'_>,
+) -> (Binary, u64) {
+    let wholes = boxes.len() - owners.len();
+    let item = |at: usize| {
+        let place = if at < wholes { at as u32 } else { owners[at - wholes] };
+        Item::new(&boxes[at], place, is_triangle(place))
+    };
+    let mut items: Vec<Item> = (0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item).collect();
+    let mut room = vec![Item::default(); items.len()];
+    let mut order = vec![0; items.len()];
+    let builder =
+        Builder { manner, all: items.len(), blocks: items.par_iter().with_min_len(PARALLEL).all(Item::is_triangle), stop };
+    let levels = halvings(items.len()) + SPARE;
+    let (grown, work) = builder.grow([&mut items, &mut room], Room { order: &mut order, start: 0, levels });
+    let (nodes, parts) = flattened(grown);
+    (Binary { nodes, order, parts }, work)
 }
 
 /// Levels that halving takes to single boxes.
@@ -78,131 +83,160 @@ fn halvings(count: usize) -> u32 {
     count.next_power_of_two().ilog2()
 }
 
-/// The root of the tree over `items`, which start at `start` of all; below it, its nodes, which start at `base` of all: the
-/// two children, all below the left one, all below the right one.
-fn subtree(
-    items: &mut [Item],
-    below: &mut [BinaryNode],
-    [base, start]: [usize; 2],
-    levels: u32,
-    stop: Stop<'_>,
-) -> (BinaryNode, u64) {
-    let count = items.len();
-    if let [item] = items {
-        return (BinaryNode { bounds: item.bounds, first: start as u32, count: 1 }, 0);
-    }
-    if count >= PARALLEL && stop() {
-        return (BinaryNode { bounds: PaddedBox::NOTHING, first: start as u32, count: count as u32 }, 0);
-    }
-    let middle = split(items, levels);
-    let (left, right) = items.split_at_mut(middle);
-    let (children, rest) = below.split_at_mut(2);
-    let (below_left, below_right) = rest.split_at_mut(2 * middle - 2);
-    let after = base + 2 * middle;
-    let mut build_left = || subtree(left, below_left, [base + 2, start], levels - 1, stop);
-    let mut build_right = || subtree(right, below_right, [after, start + middle], levels - 1, stop);
-    let ((left, left_work), (right, right_work)) =
-        if count < PARALLEL { (build_left(), build_right()) } else { rayon::join(build_left, build_right) };
-    children.copy_from_slice(&[left, right]);
-    let bounds = left.bounds.union(&right.bounds);
-    (BinaryNode { bounds, first: base as u32, count: 0 }, left_work + right_work + count as u64)
+struct Builder<'a> {
+    manner: Manner,
+    /// How many items there are: these are no leaf, or there would be no node.
+    all: usize,
+    /// Whether all are triangles, so that leaves can be counted in blocks.
+    blocks: bool,
+    stop: Stop<'a>,
 }
 
-/// Puts the items of the left child first and says how many they are: neither none nor all.
-fn split(items: &mut [Item], levels: u32) -> usize {
-    let (mut least, mut most) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-    for item in items.iter() {
-        let keys = item.keys();
-        (least, most) = (least.min(keys), most.max(keys));
+impl Builder<'_> {
+    fn is_leaf(&self, items: &[Item]) -> bool {
+        let few = items.len() <= self.manner.leaf && items.len() < self.all;
+        items.len() < 2 || few && (self.blocks || items.iter().all(Item::is_triangle))
     }
-    if halvings(items.len()) < levels
-        && items.len() > 2
-        && let Some(best) = cheapest(items, &Scale::new(least, most, items.len()))
-    {
-        let middle = partition(items, |item| best.scale.bin(item)[best.key] <= best.bin);
-        if 0 < middle && middle < items.len() {
-            return middle;
+
+    /// The tree over the first of the two arrays; the second one is room to work in.
+    fn grow(&self, [items, other]: [&mut [Item]; 2], room: Room<'_>) -> (Grown, u64) {
+        if items.len() < PARALLEL || (self.stop)() {
+            let mut nodes = Vec::with_capacity(items.len() / 2 + 1);
+            nodes.push(BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 });
+            let work = self.subtree(&mut nodes, 0, [items, other], room);
+            return (Grown::Whole(nodes), work);
         }
-    }
-    let middle = items.len() / 2;
-    let (key, extent) = (0..KEYS).map(|k| (k, most[k] - least[k])).fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-    if extent > 0.0 {
-        items.select_nth_unstable_by(middle, |a, b| a.keys()[key].total_cmp(&b.keys()[key]).then(a.place.cmp(&b.place)));
-    }
-    middle
-}
-
-/// From keys to bins.
-#[derive(Clone, Copy)]
-struct Scale {
-    least: Vec4,
-    factor: Vec4,
-    bins: usize,
-}
-
-impl Scale {
-    fn new(least: Vec4, most: Vec4, count: usize) -> Self {
-        let bins = (3 + count / 4).min(BINS);
-        // An extent of zero makes it infinite; then every key is the least one, and 0·∞ is bin 0.
-        Self { least, factor: Vec4::splat(bins as f32) / (most - least), bins }
+        let count = items.len() as u64;
+        let ([left, right], rooms) = self.parted([items, other], room);
+        let [left_room, right_room] = rooms;
+        let ((left, a), (right, b)) = rayon::join(|| self.grow(left, left_room), || self.grow(right, right_room));
+        (Grown::Parted(Box::new([left, right])), a + b + count)
     }
 
-    fn bin(&self, item: &Item) -> [usize; KEYS] {
-        ((item.keys() - self.least) * self.factor).to_array().map(|b| (b as usize).min(self.bins - 1))
-    }
-}
-
-/// Left of the split are the items of this bin of a key and of those before it.
-struct Split {
-    scale: Scale,
-    key: usize,
-    bin: usize,
-}
-
-/// The split of least expected cost; none where all items fall into one bin of each key.
-fn cheapest(items: &[Item], scale: &Scale) -> Option<Split> {
-    let mut bins = [[Bin::EMPTY; BINS]; KEYS];
-    for item in items {
-        let own = Bin { min: item.bounds.min.into(), max: item.bounds.max.into(), count: 1 };
-        for (bins, bin) in bins.iter_mut().zip(scale.bin(item)) {
-            bins[bin] = bins[bin].union(&own);
+    /// The same by one thread, appended to `nodes`, with its root at `slot`.
+    fn subtree(&self, nodes: &mut Vec<BinaryNode>, slot: usize, [items, other]: [&mut [Item]; 2], room: Room<'_>) -> u64 {
+        // Given up above: whatever this is, it is thrown away.
+        if self.is_leaf(items) || items.len() >= PARALLEL {
+            let bounds = items.iter().fold(PaddedBox::NOTHING, |all, item| all.union(&item.bounds()));
+            room.order.iter_mut().zip(&*items).for_each(|(place, item)| *place = item.place());
+            nodes[slot] = BinaryNode { bounds, first: room.start as u32, count: items.len() as u32 };
+            return 0;
         }
+        let count = items.len() as u64;
+        let ([left, right], [left_room, right_room]) = self.parted([items, other], room);
+        let pair = nodes.len();
+        nodes.extend([BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 }; 2]);
+        let work = self.subtree(nodes, pair, left, left_room) + self.subtree(nodes, pair + 1, right, right_room);
+        let bounds = nodes[pair].bounds.union(&nodes[pair + 1].bounds);
+        nodes[slot] = BinaryNode { bounds, first: pair as u32, count: 0 };
+        work + count
     }
-    let mut best: Option<(f64, Split)> = None;
-    for (key, bins) in bins.iter().enumerate() {
-        let bins = &bins[..scale.bins];
-        if bins[0].count as usize == items.len() {
-            continue;
-        }
-        let mut costs = [0.0; BINS];
-        let mut right = Bin::EMPTY;
-        for bin in (1..bins.len()).rev() {
-            right = right.union(&bins[bin]);
-            costs[bin - 1] = right.cost();
-        }
-        let mut left = Bin::EMPTY;
-        for (bin, more) in bins[..bins.len() - 1].iter().enumerate() {
-            left = left.union(more);
-            let total = left.cost() + costs[bin];
-            let both = 0 < left.count && (left.count as usize) < items.len();
-            if both && best.as_ref().is_none_or(|(least, _)| total < *least) {
-                best = Some((total, Split { scale: *scale, key, bin }));
+
+    /// Two parts of the items, each with room, neither empty.
+    fn parted<'i, 'r>(&self, [items, other]: [&'i mut [Item]; 2], room: Room<'r>) -> ([[&'i mut [Item]; 2]; 2], [Room<'r>; 2]) {
+        let halve = halvings(items.len()) >= room.levels;
+        let Split { middle, moved } = split(items, other, self.manner, self.blocks, halve);
+        let (from, to) = if moved { (other, items) } else { (items, other) };
+        let ((a, b), (c, d)) = (from.split_at_mut(middle), to.split_at_mut(middle));
+        ([[a, c], [b, d]], room.parted(middle))
+    }
+}
+
+/// A node of a tree whose nodes but for the root begin at `base`.
+fn moved(node: &BinaryNode, base: u32) -> BinaryNode {
+    let first = if node.count == 0 { node.first - 1 + base } else { node.first };
+    BinaryNode { first, ..*node }
+}
+
+/// The nodes in one list, each before its children, and those of each thread in a range.
+fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
+    let mut nodes = vec![BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 }];
+    let (mut wholes, mut above, mut waiting) = (Vec::new(), Vec::new(), vec![(0, grown)]);
+    while let Some((slot, grown)) = waiting.pop() {
+        match grown {
+            Grown::Whole(own) => wholes.push((slot, own)),
+            Grown::Parted(parts) => {
+                let [left, right] = *parts;
+                let pair = nodes.len();
+                nodes.extend([nodes[0]; 2]);
+                nodes[slot].first = pair as u32;
+                above.push(slot);
+                waiting.extend([(pair + 1, right), (pair, left)]);
             }
         }
     }
-    best.map(|(_, split)| split)
+    let tops = nodes.len();
+    let total = tops + wholes.iter().map(|(_, own)| own.len() - 1).sum::<usize>();
+    nodes.resize(total, nodes[0]);
+    let (top, mut rest) = nodes.split_at_mut(tops);
+    let mut base = tops as u32;
+    let (mut parts, mut ranges) = (Vec::with_capacity(wholes.len()), Vec::with_capacity(wholes.len()));
+    for (slot, own) in &wholes {
+        top[*slot] = moved(&own[0], base);
+        let (here, after) = rest.split_at_mut(own.len() - 1);
+        parts.push((here, own, base));
+        rest = after;
+        ranges.push(base as usize..base as usize + own.len() - 1);
+        base += own.len() as u32 - 1;
+    }
+    parts.into_par_iter().for_each(|(here, own, base)| {
+        for (node, source) in here.iter_mut().zip(&own[1..]) {
+            *node = moved(source, base);
+        }
+    });
+    for slot in above.into_iter().rev() {
+        let pair = nodes[slot].first as usize;
+        nodes[slot].bounds = nodes[pair].bounds.union(&nodes[pair + 1].bounds);
+    }
+    (nodes, ranges)
 }
 
-/// Puts the items that `left` says yes to in front and counts them.
-fn partition(items: &mut [Item], left: impl Fn(&Item) -> bool) -> usize {
-    let (mut front, mut back) = (0, items.len());
-    while front < back {
-        if left(&items[front]) {
-            front += 1;
-        } else {
-            back -= 1;
-            items.swap(front, back);
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    /// Boxes at scattered places, a thousand of them in one.
+    fn boxes(count: usize) -> Vec<PaddedBox> {
+        let at = |i: usize| if i.is_multiple_of(50) { 7 } else { i };
+        let place = |i: usize, stride: usize| (at(i) * stride % 20_011) as f32 / 20_011.0;
+        let centre = |i: usize| Vec3::new(place(i, 3137), place(i, 6197), place(i, 8117));
+        (0..count).map(|i| PaddedBox { min: centre(i) - 0.01, max: centre(i) + 0.01 + place(i, 977) * 0.05 }).collect()
+    }
+
+    /// Protects: the tree is the same for any number of threads, by samples and without; each box is in one leaf, leaves of triangles
+    /// hold eight at most and other primitives are alone in theirs, and each node has the box of its children.
+    #[test]
+    fn trees_are_the_same_for_any_number_of_threads() {
+        let boxes = boxes(50_000);
+        for (leaf, sample, kind) in [(8, 4096, 1), (8, usize::MAX, 3), (1, 4096, 1)] {
+            let build = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let is_triangle = |place: u32| place.is_multiple_of(kind);
+                let (binary, work) = pool.install(|| binned(&boxes, &[], &is_triangle, Manner { leaf, sample }, &|| false));
+                let nodes: Vec<_> = binary.nodes.iter().map(|n| (n.bounds.min, n.bounds.max, n.first, n.count)).collect();
+                (nodes, binary.order, binary.parts, work)
+            };
+            let one = build(1);
+            assert!(one == build(4), "leaves of {leaf}, {sample} samples");
+            let (nodes, mut order, ..) = one;
+            let mut within = 0;
+            for &(min, max, first, count) in &nodes {
+                let first = first as usize;
+                if count == 0 {
+                    let [a, b] = [nodes[first], nodes[first + 1]];
+                    assert_eq!((min, max), (a.0.min(b.0), a.1.max(b.1)));
+                    continue;
+                }
+                let own = &order[first..first + count as usize];
+                assert!(own.len() == 1 || own.len() <= leaf && own.iter().all(|place| place.is_multiple_of(kind)), "{own:?}");
+                let around = own.iter().fold(PaddedBox::NOTHING, |all, &place| all.union(&boxes[place as usize]));
+                assert_eq!((min, max), (around.min, around.max));
+                within += own.len();
+            }
+            order.sort_unstable();
+            assert!(within == boxes.len() && order.into_iter().eq(0..boxes.len() as u32));
         }
     }
-    front
 }

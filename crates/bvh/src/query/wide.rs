@@ -1,5 +1,7 @@
 //! Queries of the wide tree: what a hit of it is to the answer.
 
+use std::collections::BTreeSet;
+
 use super::{Found, NO_PART, Nearest};
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
@@ -39,7 +41,7 @@ impl<P: Precision> Geometry<P> {
         ask: &mut dyn FnMut(&Hit<P::Real>) -> bool,
         tally: &mut T,
     ) -> bool {
-        let mut any = Any { geometry: self, wide, ray, range, ask, probe: None, tally };
+        let mut any = Any { geometry: self, wide, ray, range, ask, probe: None, seen: Seen::default(), tally };
         wide.ask(ray, range, &mut any)
     }
 
@@ -74,7 +76,7 @@ impl<P: Precision> Geometry<P> {
     ) -> bool {
         let wider = probe.widened();
         let (setup, rebase) = Setup::mapped(wider.origin, wider.direction, range.min.to_f64(), &self.bounded_part());
-        let mut each = Each { geometry: self, wide, probe, range, rebase, counts, tally };
+        let mut each = Each { geometry: self, wide, probe, range, rebase, counts, seen: Seen::default(), tally };
         wide.ask_mapped(&setup, wider, &mut each)
     }
 
@@ -101,10 +103,10 @@ impl<P: Precision> Geometry<P> {
 
 /// A hit of a lane.
 #[inline(always)]
-fn found<R: Real>(exact: &Exact, lane: usize, first: u32) -> Found<R> {
+fn found<R: Real>(wide: &Wide, exact: &Exact, lane: usize, first: u32) -> Found<R> {
     let [u, v] = exact.weights;
     let number = R::from_f32;
-    Found { t: number(exact.t[lane]), u: number(u[lane]), v: number(v[lane]), slot: first + lane as u32, inner: NO_PART }
+    Found { t: number(exact.t[lane]), u: number(u[lane]), v: number(v[lane]), slot: wide.slot(first, lane), inner: NO_PART }
 }
 
 /// A hit of a row's lane.
@@ -183,7 +185,7 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
         let facts = self.wide.facts(block);
         let mut hits = facts.accepted(exact.hits, exact.from_outside);
         while hits != 0 {
-            let found = found(exact, hits.trailing_zeros() as usize & 7, facts.first);
+            let found = found(self.wide, exact, hits.trailing_zeros() as usize & 7, facts.first);
             hits &= hits - 1;
             let counts = self.best.range.contains(found.t);
             self.best.consider(self.geometry, counts.then_some(found));
@@ -202,6 +204,18 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
     }
 }
 
+/// Triangles in several blocks that a query was asked about already.
+#[derive(Default)]
+struct Seen(BTreeSet<u32>);
+
+impl Seen {
+    /// Whether this is the first time.
+    #[inline(always)]
+    fn first(&mut self, facts: &Facts, lane: usize, slot: u32) -> bool {
+        facts.twice >> lane & 1 == 0 || self.0.insert(slot)
+    }
+}
+
 /// Any hit that counts.
 struct Any<'a, 'f, P: Precision, T> {
     geometry: &'a Geometry<P>,
@@ -210,6 +224,7 @@ struct Any<'a, 'f, P: Precision, T> {
     range: Interval<P::Real>,
     ask: &'a mut (dyn FnMut(&Hit<P::Real>) -> bool + 'f),
     probe: Option<Probe<P>>,
+    seen: Seen,
     tally: &'a mut T,
 }
 
@@ -270,8 +285,11 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
         while hits != 0 {
             let lane = hits.trailing_zeros() as usize & 7;
             hits &= hits - 1;
-            let found = found(exact, lane, facts.first);
-            if self.range.contains(found.t) && (facts.opaque >> lane & 1 != 0 || (self.ask)(&self.geometry.named(&found))) {
+            let found = found(self.wide, exact, lane, facts.first);
+            if self.range.contains(found.t)
+                && (facts.opaque >> lane & 1 != 0
+                    || self.seen.first(facts, lane, found.slot) && (self.ask)(&self.geometry.named(&found)))
+            {
                 return true;
             }
         }
@@ -295,6 +313,7 @@ struct Each<'a, 'f, P: Precision, T> {
     range: Interval<P::Real>,
     rebase: Rebase,
     counts: &'a mut (dyn FnMut(Found<P::Real>) -> bool + 'f),
+    seen: Seen,
     tally: &'a mut T,
 }
 
@@ -349,9 +368,10 @@ impl<P: Precision, T: Tally> Answer for Each<'_, '_, P, T> {
         let facts = self.wide.facts(block);
         let mut hits = facts.accepted(exact.hits, exact.from_outside);
         while hits != 0 {
-            let found = found(exact, hits.trailing_zeros() as usize & 7, facts.first);
+            let lane = hits.trailing_zeros() as usize & 7;
+            let found = found(self.wide, exact, lane, facts.first);
             hits &= hits - 1;
-            if self.range.contains(found.t) && (self.counts)(found) {
+            if self.range.contains(found.t) && self.seen.first(facts, lane, found.slot) && (self.counts)(found) {
                 return true;
             }
         }

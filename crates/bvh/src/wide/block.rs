@@ -51,7 +51,7 @@ impl Block {
 /// a lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Facts {
-    /// The slot of the first lane; the others follow.
+    /// The slot of the first lane, or its place in the list of slots where there is one; the others follow.
     pub first: u32,
     /// How many lanes are in use.
     pub count: u8,
@@ -63,6 +63,8 @@ pub(crate) struct Facts {
     pub outside: u8,
     /// Those hit from inside alone.
     pub inside: u8,
+    /// Those whose triangle is in other blocks too.
+    pub twice: u8,
 }
 
 impl Facts {

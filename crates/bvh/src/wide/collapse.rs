@@ -5,9 +5,12 @@
 //! section 3.1). A child is an inner node, a block of up to eight triangles, or one other primitive.
 
 use arrayvec::ArrayVec;
+use rayon::prelude::*;
 
 use super::{Child, MAX_DEPTH, Node, WIDTH, Wide};
-use crate::binary::Binary;
+use crate::aabb::{PaddedBox, half_area};
+use crate::binary::{Binary, BinaryNode};
+use crate::build::IsTriangle;
 use crate::wide::block::{Block, Facts};
 
 /// What a block's test costs, that of a node being 1. Measured: `../../../../benches/README.md`.
@@ -34,6 +37,10 @@ struct Costs {
     triangles: u8,
 }
 
+impl Costs {
+    const NONE: Self = Self { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, triangles: u8::MAX };
+}
+
 /// What the left one of two subtrees may get of so many lanes, where neither gets more than it has leaves.
 fn shares(left: &Costs, right: &Costs, lanes: usize) -> core::ops::RangeInclusive<usize> {
     lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
@@ -53,57 +60,93 @@ struct Collapse<'a> {
     costs: Vec<Costs>,
 }
 
-impl Collapse<'_> {
-    fn area(&self, node: u32) -> f32 {
-        let e = self.binary.nodes[node as usize].bounds.max - self.binary.nodes[node as usize].bounds.min;
-        e.x * e.y + e.y * e.z + e.z * e.x
+/// The costs of one node, those of its children below it.
+fn costs(binary: &Binary, node: &BinaryNode, is_triangle: IsTriangle<'_>, below: impl Fn(usize) -> Costs) -> Costs {
+    let area = half_area(&node.bounds);
+    if node.count == 0 {
+        return inner(&below(node.first as usize), &below(node.first as usize + 1), area);
     }
+    let triangle = is_triangle(binary.order[node.first as usize]);
+    let (cost, triangles) = if triangle { (BLOCK, node.count as u8) } else { (OTHER, u8::MAX) };
+    let mut pick = [FEWER; WIDTH];
+    pick[0] = AS_LEAF;
+    Costs { cost: [area * cost; WIDTH], pick, leaves: 1, triangles }
+}
 
-    /// Costs from the leaves up. `above` has each node before its children.
-    fn solve(&mut self, above: &[u32], is_triangle: &dyn Fn(u32) -> bool) {
-        for &node in above.iter().rev() {
-            let source = &self.binary.nodes[node as usize];
-            let area = self.area(node);
-            self.costs[node as usize] = if source.count > 0 {
-                let triangle = source.count == 1 && is_triangle(self.binary.order[source.first as usize]);
-                let (cost, triangles) = if triangle { (BLOCK, 1) } else { (OTHER * source.count as f32, u8::MAX) };
-                let mut pick = [FEWER; WIDTH];
-                pick[0] = AS_LEAF;
-                Costs { cost: [area * cost; WIDTH], pick, leaves: 1, triangles }
-            } else {
-                self.inner(source.first as usize, area)
-            };
-        }
-    }
-
-    fn inner(&self, left: usize, area: f32) -> Costs {
-        let (l, r) = (&self.costs[left], &self.costs[left + 1]);
-        let triangles = l.triangles.saturating_add(r.triangles);
-        // The least cost of both children in so many lanes, and how many of these the left one gets.
-        let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
-        let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
-        for (lanes, best) in both.iter_mut().enumerate().take(usize::from(leaves) + 1).skip(2) {
-            for to_left in shares(l, r, lanes) {
-                let cost = l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
-                if cost < best.0 {
-                    *best = (cost, to_left as u8);
-                }
+fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
+    let triangles = l.triangles.saturating_add(r.triangles);
+    // The least cost of both children in so many lanes, and how many of these the left one gets.
+    let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
+    let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
+    for (lanes, best) in both.iter_mut().enumerate().take(usize::from(leaves) + 1).skip(2) {
+        for to_left in shares(l, r, lanes) {
+            let cost = l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
+            if cost < best.0 {
+                *best = (cost, to_left as u8);
             }
         }
-        let (leaf, inner) = (area * BLOCK, area + both[usize::from(leaves)].0);
-        let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
-        // As many triangles as a block takes are one, in a lane alone: a node above it would be met as often.
-        if usize::from(triangles) <= WIDTH {
-            (cost[0], pick[0]) = (leaf, AS_LEAF);
-        }
-        for lanes in 1..WIDTH {
-            let (divided, to_left) = both[lanes + 1];
-            (cost[lanes], pick[lanes]) =
-                if divided < cost[lanes - 1] { (divided, to_left + 1) } else { (cost[lanes - 1], FEWER) };
-        }
-        Costs { cost, pick, leaves, triangles }
     }
+    let (leaf, inner) = (area * BLOCK, area + both[usize::from(leaves)].0);
+    let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
+    // As many triangles as a block takes are one, in a lane alone: a node above it would be met as often.
+    if usize::from(triangles) <= WIDTH {
+        (cost[0], pick[0]) = (leaf, AS_LEAF);
+    }
+    for lanes in 1..WIDTH {
+        let (divided, to_left) = both[lanes + 1];
+        (cost[lanes], pick[lanes]) = if divided < cost[lanes - 1] { (divided, to_left + 1) } else { (cost[lanes - 1], FEWER) };
+    }
+    Costs { cost, pick, leaves, triangles }
+}
 
+/// Costs from the leaves up: each part by a thread of its own, then what is above them.
+fn solve(binary: &Binary, is_triangle: IsTriangle<'_>) -> Vec<Costs> {
+    let mut all = vec![Costs::NONE; binary.nodes.len()];
+    let (tops, mut rest) = all.split_at_mut(binary.tops());
+    let mut parts = Vec::with_capacity(binary.parts.len());
+    for part in &binary.parts {
+        let (own, after) = rest.split_at_mut(part.len());
+        parts.push((part.start, own));
+        rest = after;
+    }
+    parts.into_par_iter().for_each(|(base, own)| {
+        for at in (0..own.len()).rev() {
+            own[at] = costs(binary, &binary.nodes[base + at], is_triangle, |node| own[node - base]);
+        }
+    });
+    let count = tops.len();
+    for at in (0..count).rev() {
+        all[at] = costs(binary, &binary.nodes[at], is_triangle, |node| all[node]);
+    }
+    all
+}
+
+/// What a ray that meets a binary tree is expected to spend in what becomes of it, in tests of nodes.
+pub(crate) fn cost(binary: &Binary, is_triangle: IsTriangle<'_>) -> f32 {
+    let all = solve(binary, is_triangle);
+    let root = half_area(&binary.nodes[0].bounds);
+    if root > 0.0 { all[0].cost[WIDTH - 1] / root } else { all[0].cost[WIDTH - 1] }
+}
+
+/// What a piece of the tree becomes, numbered from zero on, and what is still to be put below it.
+#[derive(Default)]
+struct Piece {
+    nodes: Vec<Node>,
+    facts: Vec<Facts>,
+    order: Vec<u32>,
+    deepest: u32,
+    jobs: Vec<Job>,
+}
+
+/// An inner child that another piece is to be the tree of: the lane of a node, the root in the binary tree, and its level.
+struct Job {
+    slot: usize,
+    lane: usize,
+    root: u32,
+    depth: u32,
+}
+
+impl Collapse<'_> {
     /// How many of so many lanes the left child of a node gets.
     fn to_left(&self, left: u32, lanes: usize) -> usize {
         let (l, r) = (&self.costs[left as usize], &self.costs[left as usize + 1]);
@@ -143,54 +186,100 @@ impl Collapse<'_> {
             self.places(source.first + 1, out);
         }
     }
-}
 
-impl Wide {
-    /// Collapses a binary tree. Returns the order in which its leaves name the boxes, and its depth; none where that is more than a
-    /// traversal's stack allows, where there is no inner node, or a leaf of several primitives.
-    pub(crate) fn collapse(binary: &Binary, is_triangle: &dyn Fn(u32) -> bool) -> Option<(Self, Vec<u32>, u32)> {
-        if binary.nodes.first().is_none_or(|root| root.count > 0) || binary.nodes.iter().any(|node| node.count > 1) {
-            return None;
-        }
-        let none = Costs { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, triangles: u8::MAX };
-        let mut collapse = Collapse { binary, costs: vec![none; binary.nodes.len()] };
-        collapse.solve(&binary.above(), is_triangle);
-        let (mut wide, mut order, mut deepest) = (Self::default(), Vec::with_capacity(binary.order.len()), 0);
-        wide.nodes.push(Node::EMPTY);
-        let mut work = vec![(0_usize, 0_u32, 1_u32)];
+    /// The tree below an inner node, but for what lies in nodes from `tops` on; none where it is too deep.
+    fn piece(&self, root: u32, depth: u32, tops: usize) -> Option<Piece> {
+        let mut piece = Piece { nodes: vec![Node::EMPTY], ..Piece::default() };
+        let mut work = vec![(0_usize, root, depth)];
         while let Some((slot, root, depth)) = work.pop() {
             if depth > MAX_DEPTH {
                 return None;
             }
-            deepest = deepest.max(depth);
+            piece.deepest = piece.deepest.max(depth);
             let mut lanes = Lanes::new();
-            collapse.divide(binary.nodes[root as usize].first, WIDTH, &mut lanes);
+            self.divide(self.binary.nodes[root as usize].first, WIDTH, &mut lanes);
             let first = work.len();
-            for lane in collapse.filled(&lanes) {
-                let child = match lane.kind {
+            let mut all = self.filled(&lanes);
+            // Rays that ask for any hit go from the last lane to the first: to what ends them soonest.
+            let of = |filled: &Filled| (!matches!(filled.kind, Kind::Inner(_)), half_area(&filled.bounds));
+            all.sort_by(|a, b| of(a).0.cmp(&of(b).0).then(of(a).1.total_cmp(&of(b).1)));
+            for (lane, filled) in all.into_iter().enumerate() {
+                let child = match filled.kind {
+                    Kind::Inner(node) if node as usize >= tops => {
+                        piece.jobs.push(Job { slot, lane, root: node, depth: depth + 1 });
+                        Child::NONE
+                    }
                     Kind::Inner(node) => {
-                        work.push((wide.nodes.len(), node, depth + 1));
-                        wide.nodes.push(Node::EMPTY);
-                        Child::inner(wide.nodes.len() - 1)
+                        work.push((piece.nodes.len(), node, depth + 1));
+                        piece.nodes.push(Node::EMPTY);
+                        Child::inner(piece.nodes.len() - 1)
                     }
                     Kind::Other(place) => {
-                        order.push(place);
-                        Child::other(order.len() - 1)
+                        piece.order.push(place);
+                        Child::other(piece.order.len() - 1)
                     }
                     Kind::Block(places) => {
-                        wide.facts.push(Facts { first: order.len() as u32, count: places.len() as u8, ..Facts::default() });
-                        order.extend(places);
-                        Child::block(wide.facts.len() - 1)
+                        let places = once(&places);
+                        let (first, count) = (piece.order.len() as u32, places.len() as u8);
+                        piece.facts.push(Facts { first, count, ..Facts::default() });
+                        piece.order.extend(places);
+                        Child::block(piece.facts.len() - 1)
                     }
                 };
-                let free = wide.nodes[slot].count();
-                wide.nodes[slot].set(free, &lane.bounds, child);
+                piece.nodes[slot].set(lane, &filled.bounds, child);
             }
             work[first..].reverse();
+        }
+        Some(piece)
+    }
+}
+
+impl Wide {
+    /// Collapses a binary tree whose leaves are triangles, as many as a block takes, or one other primitive. Returns the order in
+    /// which its leaves name the boxes, and its depth; none where that is more than a traversal's stack allows, or where there is
+    /// no inner node.
+    pub(crate) fn collapse(binary: &Binary, is_triangle: IsTriangle<'_>) -> Option<(Self, Vec<u32>, u32)> {
+        if binary.nodes.first().is_none_or(|root| root.count > 0) {
+            return None;
+        }
+        let collapse = Collapse { binary, costs: solve(binary, is_triangle) };
+        let top = collapse.piece(0, 1, binary.tops())?;
+        let pieces: Vec<_> = top.jobs.par_iter().map(|job| collapse.piece(job.root, job.depth, usize::MAX)).collect();
+        let pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
+        drop(collapse);
+        let total = |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
+        let [nodes, blocks] = [total(|piece| piece.nodes.len()), total(|piece| piece.facts.len())];
+        let mut wide = Self { nodes: top.nodes, facts: top.facts, ..Self::default() };
+        wide.nodes.reserve_exact(nodes - wide.nodes.len());
+        wide.facts.reserve_exact(blocks - wide.facts.len());
+        let (mut order, mut deepest) = (top.order, top.deepest);
+        order.reserve_exact(binary.order.len() - order.len());
+        for (job, piece) in top.jobs.iter().zip(pieces) {
+            let [node, block, place] = [wide.nodes.len(), wide.facts.len(), order.len()].map(|base| base as u32);
+            wide.nodes[job.slot].children[job.lane] = Child::inner(wide.nodes.len());
+            let moved = |mut source: Node| {
+                source.children = source.children.map(|child| child.moved(node, block, place));
+                source
+            };
+            wide.nodes.extend(piece.nodes.into_iter().map(moved));
+            wide.facts.extend(piece.facts.into_iter().map(|facts| Facts { first: facts.first + place, ..facts }));
+            order.extend(piece.order);
+            deepest = deepest.max(piece.deepest);
         }
         wide.blocks = vec![Block::EMPTY; wide.facts.len()];
         Some((wide, order, deepest))
     }
+}
+
+/// The same without what is in it twice.
+fn once(places: &[u32]) -> ArrayVec<u32, WIDTH> {
+    let mut once = ArrayVec::new();
+    for (at, place) in places.iter().enumerate() {
+        if !places[..at].contains(place) {
+            once.push(*place);
+        }
+    }
+    once
 }
 
 /// What a lane will hold.
@@ -201,7 +290,7 @@ enum Kind {
 }
 
 struct Filled {
-    bounds: crate::aabb::PaddedBox,
+    bounds: PaddedBox,
     kind: Kind,
 }
 
@@ -242,11 +331,8 @@ fn pair(filled: &[Filled]) -> Option<(usize, usize)> {
         _ => None,
     };
     let growth = |&(a, b): &(usize, usize)| {
-        let area = |bounds: &crate::aabb::PaddedBox| {
-            let e = bounds.max - bounds.min;
-            e.x * e.y + e.y * e.z + e.z * e.x
-        };
-        area(&filled[a].bounds.union(&filled[b].bounds)) - area(&filled[a].bounds) - area(&filled[b].bounds)
+        let [a, b] = [&filled[a].bounds, &filled[b].bounds];
+        half_area(&a.union(b)) - half_area(a) - half_area(b)
     };
     if !(0..filled.len()).any(|lane| count(lane).is_some_and(|own| own < SPARSE)) {
         return None;

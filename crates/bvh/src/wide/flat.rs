@@ -19,6 +19,11 @@ const ROW: u64 = 5;
 const BLOCK: u64 = 11;
 
 impl Wide {
+    /// Whether so many primitives of any kinds may be.
+    pub fn may_be_flat(primitives: usize) -> bool {
+        primitives as u64 <= LIMIT / ROW * WIDTH as u64 + 1
+    }
+
     /// Whether so many spheres, triangles and other primitives are tested one after the other as fast as by way of nodes.
     pub fn is_flat(spheres: u64, triangles: u64, others: u64) -> bool {
         let eights = |count: u64, each: u64| count.div_ceil(WIDTH as u64).saturating_mul(each);

@@ -33,6 +33,15 @@ impl Random {
     }
 }
 
+/// Random balls, one of 500 thirty times as large: an ordinary set that is clustered too.
+pub fn uneven(n: usize) -> Vec<Item> {
+    let larger = |(i, item): (usize, Item)| match item {
+        Item::Ball(centre, radius) if i % 500 == 0 => Item::Ball(centre, 30.0 * radius),
+        other => other,
+    };
+    random(n).into_iter().enumerate().map(larger).collect()
+}
+
 /// A name and what makes so many.
 pub type Family = (&'static str, fn(usize) -> Vec<Item>);
 

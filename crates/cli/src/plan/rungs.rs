@@ -64,7 +64,7 @@ mod tests {
         let args = ChoiceArgs { without: vec![Effect::Highlights], ..rungs(&["path-length=4", "shadows=off"]) };
         choose(&args, &mut scene, &mut settings).expect("no contradiction");
         assert_eq!((settings.max_depth, settings.without), (4, EffectSet::of(&[Effect::Highlights, Effect::Shadows])));
-        assert!(choose(&rungs(&["build=fast", "build=slow"]), &mut scene, &mut settings).is_err());
+        assert!(choose(&rungs(&["build=fast", "build=high"]), &mut scene, &mut settings).is_err());
         let both = ChoiceArgs { without: vec![Effect::Shadows], ..rungs(&["shadows=on"]) };
         assert!(choose(&both, &mut scene, &mut settings).is_err());
     }

@@ -187,10 +187,10 @@ fn ladders_are_told_where_they_matter() {
     assert_eq!((told(mirror(), 8).as_slice(), told(mirror(), 1).as_slice()), (&further[..], &further[..]));
 
     let (mut scene, mut settings) = (Scene::default(), Settings::of(&Scene::default()));
-    for text in ["build=slow", "accelerator=bvh"] {
+    for text in ["build=high", "accelerator=bvh"] {
         Choice::parse(text).unwrap_or_else(|e| panic!("{e}")).apply(&mut scene, &mut settings);
     }
     let standings = standings(&scene, &settings, &detect(&scene, &settings));
     let build = standings.iter().find(|standing| standing.ladder == "build").map(|standing| standing.rung.as_str());
-    assert_eq!(build, Some("slow"));
+    assert_eq!(build, Some("high"));
 }
