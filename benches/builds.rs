@@ -9,7 +9,7 @@ use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Rob
 use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 
-use families::{FAMILIES, Family, Item, Random, group, random};
+use families::{FAMILIES, Family, Item, Random, group, random, uneven};
 
 const ROUNDS: usize = 5;
 
@@ -26,7 +26,7 @@ fn main() {
     println!("\n{count} primitives, preset {quality:?}, {ROUNDS} rounds; CPU time of all threads as a multiple of random ones");
     println!("{:40}{:>18}{:>12}{:>14}{:>14}", "", "time : random", "clustered", "nodes/ray", "tests/ray");
     let base: Family = ("random", random);
-    [base].into_iter().chain(FAMILIES).for_each(|family| row(family, count, quality));
+    [base, ("random, one of 500 large", uneven)].into_iter().chain(FAMILIES).for_each(|family| row(family, count, quality));
 }
 
 /// Seconds of CPU that a build takes, and what it built.

@@ -64,7 +64,7 @@ pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> R
 }
 
 /// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it, three times
-/// with the tree of `robust`, five where triangles and shapes mix.
+/// with the tree of `robust`, five where triangles and shapes mix, four times as much where triangles may be split (`build=high`).
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
     reckon(scene, settings, detect(scene, settings).simulated())
 }
