@@ -53,11 +53,10 @@ impl Pencil {
     /// Of so many directions at most. `last`: the greatest distance that counts.
     #[inline(always)]
     pub fn new(origin: Vec3, directions: &[Vec3], near: f32, last: f32) -> Self {
-        let mut lanes = [[0.0; RAYS]; 3];
         let count = directions.len().min(RAYS);
-        for ray in 0..RAYS {
-            let Vec3 { x, y, z } = directions.get(ray).or(directions.first()).copied().unwrap_or(Vec3::ONE);
-            (lanes[0][ray], lanes[1][ray], lanes[2][ray]) = (x, y, z);
+        let mut lanes = directions.first().copied().unwrap_or(Vec3::ONE).to_array().map(|d| [d; RAYS]);
+        for (ray, direction) in directions.iter().take(RAYS).enumerate() {
+            (lanes[0][ray], lanes[1][ray], lanes[2][ray]) = (direction.x, direction.y, direction.z);
         }
         let (mut far, slots) = ([f32::NEG_INFINITY; RAYS], [[Self::NOTHING; RAYS]; 2]);
         far[..count].fill(last);
@@ -111,9 +110,9 @@ impl Pencil {
     #[inline(always)]
     fn spans(&self) -> Option<[[f32; 3]; 2]> {
         let mut spans = [[0.0; 3]; 2];
-        for axis in 0..3 {
+        for (axis, directions) in self.directions.iter().enumerate() {
             let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
-            for &d in &self.directions[axis] {
+            for &d in directions {
                 least = if d < least { d } else { least };
                 greatest = if d > greatest { d } else { greatest };
             }
