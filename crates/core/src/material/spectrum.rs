@@ -110,8 +110,7 @@ static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
 /// all wavelengths agree, to nothing.
 pub(super) fn coherence(path: f64) -> [f64; 3] {
     let at = path / APART;
-    // Also for what is no number.
-    if !(at < (ENTRIES - 1) as f64) {
+    if at.is_nan() || at >= (ENTRIES - 1) as f64 {
         return [0.0; 3];
     }
     let (below, share) = (at as usize, at - (at as usize) as f64);

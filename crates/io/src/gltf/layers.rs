@@ -87,7 +87,7 @@ impl Import<'_> {
         self.iridescence(extensions, label, out)?;
         self.diffuse_transmission(extensions, label, out)?;
         if let Some(DispersionData { dispersion }) = read(extensions, "KHR_materials_dispersion")? {
-            out.dispersion = self.from_zero(dispersion, 400.0, label, "dispersion");
+            out.dispersion = self.at_most(dispersion, 400.0, label, "dispersion");
         }
         self.volume(extensions, label, out)
     }
@@ -103,7 +103,7 @@ impl Import<'_> {
         out.attenuation_colour = Colour(volume.attenuation_color.map(|c| self.unit(c, label, "attenuationColor")));
         // Nothing is said by a distance without end.
         out.attenuation_distance = volume.attenuation_distance.filter(|distance| *distance < 1e30);
-        if let Some(distance) = out.attenuation_distance.filter(|distance| !(*distance >= 1e-20)) {
+        if let Some(distance) = out.attenuation_distance.filter(|distance| distance.is_nan() || *distance < 1e-20) {
             self.warnings.add(format!("{label}: an attenuationDistance of {distance} makes no sense; nothing is absorbed"));
             out.attenuation_distance = None;
         }
@@ -114,7 +114,7 @@ impl Import<'_> {
         let Some(data) = read::<SpecularData>(extensions, "KHR_materials_specular")? else { return Ok(()) };
         out.specular = self.unit(data.specular_factor, label, "specularFactor").into();
         out.specular_texture = self.channel(data.specular_texture.as_ref(), Channel::Alpha)?;
-        let colour = data.specular_color_factor.map(|c| self.from_zero(c, 1e6, label, "specularColorFactor"));
+        let colour = data.specular_color_factor.map(|c| self.at_most(c, 1e6, label, "specularColorFactor"));
         out.specular_colour = Colour(colour).into();
         out.specular_colour_texture = self.texture(data.specular_color_texture.as_ref(), Use::Colour)?;
         Ok(())
@@ -177,8 +177,8 @@ impl Import<'_> {
             factor: factor.into(),
             factor_texture: self.channel(data.iridescence_texture.as_ref(), Channel::Red)?,
             ior: self.ior(data.iridescence_ior, label).min(Physical::IOR[1]),
-            thickness: self.from_zero(data.iridescence_thickness_maximum, 1e6, label, "iridescenceThicknessMaximum").into(),
-            thinnest: self.from_zero(data.iridescence_thickness_minimum, 1e6, label, "iridescenceThicknessMinimum"),
+            thickness: self.at_most(data.iridescence_thickness_maximum, 1e6, label, "iridescenceThicknessMaximum").into(),
+            thinnest: self.at_most(data.iridescence_thickness_minimum, 1e6, label, "iridescenceThicknessMinimum"),
             thickness_texture: self.channel(data.iridescence_thickness_texture.as_ref(), Channel::Green)?,
         });
         Ok(())
@@ -208,7 +208,7 @@ impl Import<'_> {
     }
 
     /// A number from zero to the greatest that is taken.
-    fn from_zero(&mut self, value: f64, most: f64, label: &str, what: &str) -> f64 {
+    fn at_most(&mut self, value: f64, most: f64, label: &str, what: &str) -> f64 {
         if (0.0..=most).contains(&value) {
             return value;
         }

@@ -54,7 +54,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 colour: tint(colour.tint(&here, one)),
                 roughness: unit(roughness.number(&here)),
             }),
-            coat: self.coat(walk, hit, at, (m, layered, &here, normal)),
+            coat: self.coat(walk, hit, at, (layered, &here, normal), m.bump.is_some()),
             rule: layered.rule,
             compensated: self.scene.compensates,
             ..Layers::of(MetallicRoughness { dielectric: boundary.f0, ..base }, ior)
@@ -88,18 +88,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         Some(Combed { strength, frame: Frame::along(normal, along, false) })
     }
 
-    /// The coat at a point, whose normal is the surface's own before anything bends it, bent by the coat's image.
+    /// The coat at a point, whose normal is the surface's own before anything bends it, bent by the coat's image. `bumpy`: whether an
+    /// image bends the surface's.
     fn coat(
         &self,
         walk: &Walk<P::Real>,
         hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
-        (m, layered, here, normal): (&Physical<P::Real>, &Layered<P::Real>, &Here<'_, P::Real>, Vec3Of<P>),
+        (layered, here, normal): (&Layered<P::Real>, &Here<'_, P::Real>, Vec3Of<P>),
+        bumpy: bool,
     ) -> Option<Coat<P::Real>> {
         let coat = layered.coat.as_ref()?;
         let unit = |x: P::Real| Real::clamp(x.max(P::Real::ZERO), P::Real::ZERO, P::Real::ONE);
         let weight = unit(coat.factor.number(here));
-        let own = if m.bump.is_some() || coat.bump.is_some() {
+        let own = if bumpy || coat.bump.is_some() {
             let smooth = Interaction::smooth::<P, K>(self.scene, &walk.leg, hit);
             let bent = coat.bump.as_ref().and_then(|bump| smooth.bent(bump, self.scene, &walk.leg, hit));
             Interaction { normal: bent.unwrap_or(smooth.normal), ..smooth }
