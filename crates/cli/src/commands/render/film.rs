@@ -93,7 +93,7 @@ impl<'a> Session<'a> {
             let keep_at = self.args.checkpoint.is_some().then(|| Instant::now() + keep_every);
             let watch = Watch { progress: Some(&progress), patience: Patience { deadline, keep_at }, began: clock.began(), stop };
             let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
-            rendered.map_err(|error| Error::usage(error))?;
+            rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
             let began = Instant::now();
             if let Some(path) = &self.args.checkpoint {
