@@ -92,10 +92,10 @@ impl Layers {
     }
 
     /// Whether surfaces of a material may have them, which is neither all metal nor all glass.
-    fn gather(&mut self, m: &Physical, [plain, metal, clear]: [bool; 3], at: &dyn Fn(&str) -> String) {
+    fn gather(&mut self, m: &Physical, [plain, clear]: [bool; 2], at: &dyn Fn(&str) -> String) {
         note(&mut self.thin_walls, m.thin_walled && clear, || at("thin_walled"));
         note(&mut self.tinted_reflection, m.tints_reflections() && plain, || at("specular"));
-        note(&mut self.conductor, m.conductor.is_some() && metal, || at("conductor"));
+        note(&mut self.conductor, m.metal().is_some(), || at("conductor"));
         note(&mut self.clearcoat, m.coat().is_some(), || at("clearcoat"));
         note(&mut self.sheen, m.fibres().is_some(), || at("sheen"));
         note(&mut self.anisotropy, m.combed().is_some(), || at("anisotropy"));
@@ -275,8 +275,7 @@ impl Facts {
         note(&mut self.refraction, clear, || at("transmission"));
         note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
         note(&mut self.absorption, m.absorption().is_some(), || at("attenuation_distance"));
-        let metal = textured || m.metallic.constant().is_none_or(|metallic| metallic > 0.0);
-        self.layers.gather(m, [plain, metal, clear], &at);
+        self.layers.gather(m, [plain, clear], &at);
         note(&mut self.diffuse_physical, plain && !all_passes, || at("base_colour"));
     }
 }

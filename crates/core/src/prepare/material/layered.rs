@@ -78,7 +78,7 @@ impl<R: Real> Layered<R> {
 /// Whether a material has something that the metallic-roughness model alone has not.
 fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let clear = m.may_transmit() && (m.thin_walled || m.dispersion > 0.0);
-    let present = [m.coat().is_some(), m.fibres().is_some(), m.combed().is_some(), m.film().is_some(), m.conductor.is_some()];
+    let present = [m.coat().is_some(), m.fibres().is_some(), m.combed().is_some(), m.film().is_some(), m.metal().is_some()];
     rule != FresnelRule::Model || clear || m.may_diffuse_through() || m.tints_reflections() || present.contains(&true)
 }
 
@@ -115,7 +115,7 @@ pub(super) fn layered<R: Real>(
     Ok(Some(Layered {
         specular: number(inputs, &m.specular, &m.specular_texture, "specular")?,
         specular_colour: colour(inputs, &m.specular_colour, &m.specular_colour_texture, "specular_colour")?,
-        conductor: m.conductor.map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
+        conductor: m.metal().map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
         dispersion: if m.thin_walled { 0.0 } else { m.dispersion },
         diffused,
         combed: combed(m, inputs)?,

@@ -202,6 +202,11 @@ impl Physical {
         self.specular_colour != Colour::WHITE.into() || self.specular_colour_texture.is_some()
     }
 
+    /// The complex index of its metal, where there may be some.
+    pub fn metal(&self) -> Option<Conductor> {
+        self.conductor.filter(|_| self.metallic != 0.0.into())
+    }
+
     /// The layers that something is of: what a file names with a factor of zero is not there.
     pub fn coat(&self) -> Option<&Clearcoat> {
         self.clearcoat.as_ref().filter(|layer| layer.factor != 0.0.into())
