@@ -55,10 +55,12 @@ pub(crate) fn render<P: Precision, K: Kernel>(
 ) {
     let (plan, draws) = (film.plan().clone(), settings.filter.draws());
     let queue = Mutex::new(Queue::new(film, part));
+    // A call of its own: in the loop's condition the lock would be held until the work is done.
+    let exchange = |finished: Option<Unit>| lock(&queue).exchange(finished, observer);
     let work = || {
         let mut finished = None;
         while !observer.cancelled()
-            && let Some(next) = lock(&queue).exchange(finished.take(), observer)
+            && let Some(next) = exchange(finished.take())
         {
             let Next { tile, replicate, samples, start } = next;
             let area = plan.tile(tile);

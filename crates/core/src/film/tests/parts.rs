@@ -1,6 +1,10 @@
 //! Parts of a picture: rendered in any order, stopped and gone on with, merged to the bits of one run.
 
 use core::sync::atomic::{AtomicU32, Ordering};
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::thread::{ThreadId, current, yield_now};
+use std::time::{Duration, Instant};
 
 use proptest::prelude::*;
 
@@ -269,4 +273,35 @@ fn a_pass_comes_before_enough() {
     assert!(bits(&film.picture()) == before, "everywhere is something already");
     ready.render_part(&mut film, &whole, &()).expect("its own film");
     assert!(bits(&film.picture()) == bits(&rendered(&ready).picture()));
+}
+
+/// Waits, where it is asked within a tile, until another thread is within one too.
+#[derive(Default)]
+struct Company(Mutex<BTreeMap<ThreadId, u32>>);
+
+impl Company {
+    /// Threads that were asked more than once: before a tile, and then within it.
+    fn at_work(&self) -> usize {
+        self.0.lock().expect("no panic").values().filter(|&&asked| asked > 1).count()
+    }
+}
+
+impl Observer for Company {
+    fn cancelled(&self) -> bool {
+        *self.0.lock().expect("no panic").entry(current().id()).or_default() += 1;
+        let start = Instant::now();
+        while self.at_work() == 1 && start.elapsed() < Duration::from_secs(20) {
+            yield_now();
+        }
+        false
+    }
+}
+
+/// Protects: tiles are rendered side by side, and no thread holds what another needs while it is at work on one.
+#[test]
+fn tiles_are_rendered_side_by_side() {
+    let company = Company::default();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
+    pool.install(|| ready(&settings(6)).render(&company));
+    assert_eq!(company.at_work(), 2);
 }
