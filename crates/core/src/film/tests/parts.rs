@@ -1,7 +1,7 @@
 //! Parts of a picture: rendered in any order, stopped and gone on with, merged to the bits of one run.
 
 use core::sync::atomic::{AtomicU32, Ordering};
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::sync::Mutex;
 use std::thread::{ThreadId, current, yield_now};
 use std::time::{Duration, Instant};
@@ -277,7 +277,7 @@ fn a_pass_comes_before_enough() {
 
 /// Waits, where it is asked within a tile, until another thread is within one too.
 #[derive(Default)]
-struct Company(Mutex<BTreeMap<ThreadId, u32>>);
+struct Company(Mutex<HashMap<ThreadId, u32>>);
 
 impl Company {
     /// Threads that were asked more than once: before a tile, and then within it.
