@@ -101,21 +101,27 @@ impl<N: Number> Boundary<N> {
     }
 
     pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        if self.smooth {
+            return N::Vec3::ZERO;
+        }
         let own = self.rough.value(pair);
         if self.tinted.is_plain() { own } else { own * self.factors(pair.tilt)[0] }
     }
 
     pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        if self.smooth {
+            return N::Vec3::ZERO;
+        }
         let own = self.rough.value_through(pair);
         if self.tinted.is_plain() { own } else { own * self.factors(self.rough.tilt_through(pair))[1] }
     }
 
     pub(super) fn density(&self, pair: &Pair<N>) -> N {
-        self.rough.density(pair)
+        if self.smooth { N::ZERO } else { self.rough.density(pair) }
     }
 
     pub(super) fn density_through(&self, pair: &Pair<N>) -> N {
-        self.rough.density_through(pair)
+        if self.smooth { N::ZERO } else { self.rough.density_through(pair) }
     }
 
     pub(super) fn drawn(&self, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {

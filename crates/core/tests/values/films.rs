@@ -176,10 +176,10 @@ fn the_first_of_equals_is_seen() {
 fn filters_cover_their_surroundings() {
     use core::f64::consts::PI;
     use raywright_core::filter::PixelFilter;
-    let scene = sky("[step(0, o.x), step(o.x, 0), 1]");
+    let scene = sky("[step(0, o.x), step(0, o.y), 1]");
     let shown = |filter| {
         let all = Settings { filter, ..flat(&scene, [8, 4], Sampling::General(1024)) };
-        rendered(&scene, &all).picture.rgb[8..16].iter().map(|rgb| f64::from(rgb[0])).collect::<Vec<f64>>()
+        rendered(&scene, &all).picture.rgb
     };
     let sine = |k: f64, a: f64| a * (k * PI / 3.0).sin() / (k * PI);
     let window = |a: f64| 1.0 / 3.0 - (sine(1.0, 0.48829) + sine(2.0, 0.14128) + sine(3.0, 0.01168)) / (2.0 * a);
@@ -191,8 +191,12 @@ fn filters_cover_their_surroundings() {
         (PixelFilter::BlackmanHarris, window(0.35875)),
     ];
     for (filter, share) in expected {
-        let row = shown(filter);
+        let shown = shown(filter);
+        let row: Vec<f64> = shown[8..16].iter().map(|rgb| f64::from(rgb[0])).collect();
         assert!((row[3] - share).abs() < 0.01 && (row[4] - (1.0 - share)).abs() < 0.01, "{filter:?}: {row:?}, {share}");
         assert_eq!((row[0], row[7]), (0.0, 1.0), "{filter:?}: {row:?}");
+        // The same down a column, where y falls.
+        let [above, below] = [shown[12], shown[20]].map(|rgb| f64::from(rgb[1]));
+        assert!((above - (1.0 - share)).abs() < 0.01 && (below - share).abs() < 0.01, "{filter:?}: {above}, {below}, {share}");
     }
 }

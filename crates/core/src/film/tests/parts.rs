@@ -10,11 +10,12 @@ use proptest::prelude::*;
 
 use super::{in_order, layers, ready, rendered, settings};
 use crate::effects::Effect;
-use crate::film::{Film, Part, PartError};
+use crate::film::{Film, FilmHeader, Part, PartError};
 use crate::filter::PixelFilter;
+use crate::material::FresnelRule;
 use crate::picture::Picture;
 use crate::scene::{Integrator, Pattern};
-use crate::settings::{Background, Crop, LightSampling, PrecisionChoice, Sampling, Settings};
+use crate::settings::{Background, Crop, LightSampling, Microfacets, PrecisionChoice, Sampling, Settings};
 use crate::{Observer, Ready};
 
 fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
@@ -164,6 +165,8 @@ fn what_does_not_belong_together_is_refused() {
     assert_eq!(foreign(other(|s| s.background = Background::Colour([0.5; 3]))), "background");
     assert_eq!(foreign(other(|s| s.aovs = layers())), "list of layers");
     assert_eq!(foreign(other(|s| s.light_sampling = LightSampling::Lights)), "light sampling");
+    assert_eq!(foreign(other(|s| s.fresnel = FresnelRule::Exact)), "Fresnel rule");
+    assert_eq!(foreign(other(|s| s.microfacets = Microfacets::Single)), "rule of microfacets");
     assert_eq!(foreign(other(|s| s.without = [Effect::Shadows].into_iter().collect())), "list of effects switched off");
     assert_eq!(foreign(other(|s| s.sampling = Sampling::Pattern(Pattern::Corners))), "pattern of samples");
     assert_eq!(foreign(own.film("another scene")), "scene");
@@ -186,6 +189,29 @@ fn nothing_is_held_beyond_the_picture() {
             assert_eq!(film.drawn(tile, replicate), expected, "{tile} {replicate}");
         }
     }
+}
+
+/// Protects: a header that says what can't be is refused before anything is made for it, and it is said what makes no sense.
+#[test]
+fn headers_that_make_no_sense_are_refused() {
+    let header = serde_json::to_value(rendered(&ready(&settings(6))).header()).expect("JSON");
+    let refused = |place: &str, value: serde_json::Value| {
+        let mut changed = header.clone();
+        *changed.pointer_mut(place).unwrap_or_else(|| panic!("no {place}")) = value;
+        let header: FilmHeader = serde_json::from_value(changed).expect("a header");
+        header.bytes().map(|_| ()).map_err(|error| error.to_string())
+    };
+    // Of six samples the first two of four replicates have two, the others one.
+    assert_eq!([refused("/drawn/0", 2.into()), refused("/drawn/47", 1.into())], [Ok(()), Ok(())]);
+    let wrong = |what: &str| Err(format!("its {what} makes no sense"));
+    assert_eq!(refused("/drawn/0", 3.into()), wrong("number of samples"));
+    assert_eq!(refused("/drawn/47", 2.into()), wrong("number of samples"));
+    assert_eq!(refused("/drawn", vec![0; 47].into()), wrong("list of tiles"));
+    assert_eq!(refused("/plan/samples", 0.into()), wrong("number of samples"));
+    assert_eq!(refused("/plan/replicates", 5.into()), wrong("number of samples"));
+    assert_eq!(refused("/plan/tile_size", 0.into()), wrong("size of tiles"));
+    assert_eq!(refused("/plan/crop/width", 0.into()), wrong("size"));
+    assert_eq!(refused("/plan/crop/x", u32::MAX.into()), wrong("size"));
 }
 
 /// Protects: shares of a picture are its tiles, each in one of them, and spread over it; what is taken of a share are shares.

@@ -3,7 +3,7 @@
 use super::super::film::reflectance;
 use super::super::*;
 use super::{NORMAL, WHITE, chi_squared, furnace, numbers, towards};
-use crate::number::{Mask, Number, Vector3};
+use crate::number::{Lanes, Mask, Number, Vector3};
 use glam::DVec3;
 
 fn matte(base: DVec3, roughness: f64) -> MetallicRoughness<f64> {
@@ -290,14 +290,16 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
     let number = |of: &dyn Fn(usize) -> f64| N::of_lanes(|lane| f64::from(of(lane) as f32));
     let normal = vector(&|_| NORMAL);
     let direction = |lane: usize, at: usize| towards(NORMAL, 0.02 + 0.98 * place(lane + at)[0], 6.0 * place(lane + at)[1]);
-    let (wo, wi) =
-        (vector(&|lane| direction(lane, 0)), vector(&|lane| direction(lane, 7) * if lane % 3 == 0 { -1.0 } else { 1.0 }));
+    let (wo, wi) = (
+        vector(&|lane| direction(lane, 0)),
+        vector(&|lane| direction(lane, 7) * if (first + lane).is_multiple_of(3) { -1.0 } else { 1.0 }),
+    );
     let mut outside = N::Mask::default();
     (0..N::LANES).filter(|&lane| place(lane)[2] < 0.7).for_each(|lane| outside.set(lane));
     let colour = |c: DVec3| vector(&|lane| c * place(lane)[0]);
     let base = MetallicRoughness {
         base: colour(model.base.base),
-        metallic: number(&|_| model.base.metallic),
+        metallic: number(&|lane| model.base.metallic * place(lane)[2]),
         roughness: number(&|lane| if place(lane)[1] < 0.2 { 0.0 } else { place(lane)[1] }),
         dielectric: number(&|_| model.base.dielectric),
         glass: model.base.glass.map(|glass| Glass {
@@ -309,20 +311,22 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
     let frame = askew();
     let across = Frame { tangent: vector(&|_| frame.tangent), bitangent: vector(&|_| frame.bitangent), normal };
     let layered = Layered {
-        specular: number(&|_| model.specular),
+        specular: number(&|lane| model.specular * place(lane)[1]),
         specular_colour: vector(&|_| model.specular_colour),
         conductor: model.conductor.map(|[n, k]| [vector(&|_| n), vector(&|_| k)]),
         thin: model.thin,
-        diffused: model.diffused.map(|d| Diffused { share: number(&|_| d.share), colour: vector(&|_| d.colour) }),
+        diffused: model
+            .diffused
+            .map(|d| Diffused { share: number(&|lane| d.share * place(lane)[1]), colour: vector(&|_| d.colour) }),
         combed: model.combed.map(|c| Combed { strength: number(&|lane| c.strength * place(lane)[2]), frame: across }),
         film: model.film.map(|f| Film {
-            share: number(&|_| f.share),
+            share: number(&|lane| f.share * place(lane)[2]),
             ior: N::exact(|_| f.ior),
             thickness: number(&|lane| f.thickness * place(lane)[0]),
         }),
-        sheen: model.sheen.map(|s| Sheen { colour: colour(s.colour), roughness: number(&|_| s.roughness) }),
+        sheen: model.sheen.map(|s| Sheen { colour: colour(s.colour), roughness: number(&|lane| s.roughness * place(lane)[1]) }),
         coat: model.coat.map(|c| Coat {
-            weight: number(&|_| c.weight),
+            weight: number(&|lane| c.weight * place(lane)[1]),
             roughness: number(&|lane| c.roughness * place(lane)[2]),
             normal: vector(&|_| c.normal),
         }),
@@ -361,4 +365,27 @@ fn single_precision_agrees() {
     }
     assert!(worst < 5e-3, "{worst}");
     assert!(some > 5_000, "{some}");
+}
+
+/// Layers of which some lane has other bits than the case alone.
+fn dependent<const N: usize>() -> Vec<&'static str> {
+    const CASES: usize = 960;
+    let differs = |which: usize| {
+        let alone: Vec<Vec<u32>> = (0..CASES).map(|first| outcome::<f32>(which, first).remove(0)).collect();
+        (0..CASES).step_by(N).any(|first| outcome::<Lanes<N>>(which, first) != alone[first..first + N])
+    };
+    layers().iter().enumerate().filter(|&(which, _)| differs(which)).map(|(_, (name, _))| *name).collect()
+}
+
+/// Protects: 8 lanes give the bits of one for every layer, whatever the neighbours of a lane are: smooth or rough, seen from outside or
+/// inside, combed, filmed and coated more or less.
+#[test]
+fn eight_lanes_have_the_bits_of_one() {
+    assert_eq!(dependent::<8>(), [""; 0]);
+}
+
+/// Protects: the same of 16 lanes.
+#[test]
+fn sixteen_lanes_have_the_bits_of_one() {
+    assert_eq!(dependent::<16>(), [""; 0]);
 }
