@@ -18,6 +18,8 @@ struct Subject {
     name: String,
     scene: Scene,
     sampling: Sampling,
+    /// Whether there is so much in it that a scan of it is slow.
+    many: bool,
 }
 
 impl Subject {
@@ -27,7 +29,10 @@ impl Subject {
             scene.sky = Some(neutral_sky());
         }
         let sampling = Sampling::resolve(&scene, spp);
-        Self { name, scene, sampling }
+        let ready =
+            prepare(&scene, &Settings { size: SIZE, ..Settings::of(&scene) }, &()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let many = ready.tables().primitives > 1000 && ready.tables().instances > 0;
+        Self { name, scene, sampling, many }
     }
 
     fn render(&self, adjust: impl FnOnce(&mut Settings)) -> Picture {
@@ -120,6 +125,10 @@ fn scan_and_tree() {
                 subject.render(|s| {
                     s.precision = precision;
                     s.accelerator = accelerator;
+                    // A scan of thousands of instances takes minutes where a tree takes a tenth of a second.
+                    if subject.many {
+                        s.size = SIZE.map(|edge| edge / 8);
+                    }
                 })
             };
             let scan = with(AcceleratorKind::Linear);

@@ -142,8 +142,10 @@ impl<N: Number> Layered<N> {
             // Combed facets are as rough as the rougher way even where the other is smooth.
             let combed = self.combed.map_or(N::ZERO, |combed| combed.strength);
             let roughness = N::select(combed.above(N::ZERO), facets.roughness(), self.base.roughness);
-            // Combed facets give back what those would that are as rough as they are across: less than they lose, never more.
-            let back = |f0: N::Vec3| given_back(f0, self.base.roughness, normal.dot(wo));
+            // What combed facets lose depends on the view's azimuth too, which the table does not know: seen along the fine way they lose
+            // less than even ones as fine. So they are given nothing back, and white ones are darker than they should be.
+            let even = N::select(combed.above(N::ZERO), N::ZERO, N::ONE);
+            let back = |f0: N::Vec3| N::Vec3::ONE + (given_back(f0, self.base.roughness, normal.dot(wo)) - N::Vec3::ONE) * even;
             let gain = if self.compensated { back(reflectance.bare()) } else { N::Vec3::ONE };
             list.facets(facets, reflectance, roughness, gain);
         }
