@@ -5,6 +5,7 @@
 //! asks for filters without negative parts, which these are. All are separable, so each axis has a table of its own draws.
 
 use core::f64::consts::PI;
+use std::sync::LazyLock;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -60,9 +61,14 @@ impl PixelFilter {
 
     /// The draws of one axis.
     pub(crate) fn draws(self) -> Draws {
+        static TENT: LazyLock<Box<Table>> = LazyLock::new(|| inverse(PixelFilter::Tent));
+        static GAUSSIAN: LazyLock<Box<Table>> = LazyLock::new(|| inverse(PixelFilter::Gaussian));
+        static BLACKMAN_HARRIS: LazyLock<Box<Table>> = LazyLock::new(|| inverse(PixelFilter::BlackmanHarris));
         Draws(match self {
             Self::Box => None,
-            other => Some(inverse(other)),
+            Self::Tent => Some(&TENT),
+            Self::Gaussian => Some(&GAUSSIAN),
+            Self::BlackmanHarris => Some(&BLACKMAN_HARRIS),
         })
     }
 }
@@ -72,7 +78,10 @@ impl PixelFilter {
 /// The half of the filter below its middle is tabulated by the root of what lies below, so that the thin ends of bells are as well
 /// drawn as their middles; a tent's table is a straight line.
 #[derive(Clone, Debug)]
-pub(crate) struct Draws(Option<Box<[f32; STEPS + 1]>>);
+pub(crate) struct Draws(Option<&'static Table>);
+
+/// Distances from the middle.
+type Table = [f32; STEPS + 1];
 
 impl Draws {
     /// A place from the pixel's low edge, in pixels: in [0, 1) for the box, which takes the number as it is.
@@ -87,7 +96,7 @@ impl Draws {
 }
 
 /// Distance from the middle beyond which a filter has this share on one side, up to a half.
-fn between(table: &[f32; STEPS + 1], share: f32) -> f32 {
+fn between(table: &Table, share: f32) -> f32 {
     let at = (2.0 * share).sqrt() * STEPS as f32;
     let step = (at as usize).min(STEPS - 1);
     let (near, far) = (table[step], table[step + 1]);
@@ -96,7 +105,7 @@ fn between(table: &[f32; STEPS + 1], share: f32) -> f32 {
 
 /// Distances beyond which a filter has the shares s²/2 for evenly spaced s, by its integral from outside, which Simpson's rule has to
 /// twelve digits.
-fn inverse(filter: PixelFilter) -> Box<[f32; STEPS + 1]> {
+fn inverse(filter: PixelFilter) -> Box<Table> {
     const FINE: usize = 1 << 14;
     let step = filter.radius() / FINE as f64;
     let mut integral = vec![0.0; FINE + 1];

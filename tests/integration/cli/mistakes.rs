@@ -106,7 +106,7 @@ fn limits_are_explained() {
     assert!(run.stderr.contains("and the limit is 8 GiB\nhelp: raise the limit with --max-memory"), "{}", run.stderr);
 }
 
-/// Protects: `--max-memory` bounds what loading takes too: 16 bytes for each of 4096 pixels are more than 10 KiB, and it is the
+/// Protects: `--max-memory` bounds what loading takes too: 4 bytes for each of 4096 pixels are more than 10 KiB, and it is the
 /// texture that the message names.
 #[test]
 fn the_limit_holds_for_loading() {
@@ -115,5 +115,5 @@ fn the_limit_holds_for_loading() {
     desk.write("room.scene.toml", "format = 1\n[[images]]\nname = \"wood\"\npath = \"wood.png\"\n");
     let run = desk.run(&["render", "room.scene.toml", "--max-memory", "10K"]);
     run.exits_with(5);
-    assert!(run.stderr.contains("`wood.png` needs more memory than the limit of 10 KiB (64 KiB more)"), "{}", run.stderr);
+    assert!(run.stderr.contains("`wood.png` needs more memory than the limit of 10 KiB (16 KiB more)"), "{}", run.stderr);
 }

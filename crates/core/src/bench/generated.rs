@@ -137,7 +137,7 @@ mod tests {
     /// Protects: every ray starts outside the scene and is of unit length, and some hit while some miss.
     #[test]
     fn rays_come_from_outside() {
-        let geometry = Geometry::<Robust>::new(group(Kind::Spheres, 100, 1).unwrap(), AcceleratorKind::default());
+        let geometry = Geometry::<Robust>::new(group(Kind::Spheres, 1000, 1).unwrap(), AcceleratorKind::default());
         let bounds = geometry.bounded_part();
         let mut visits = Visits::default();
         let hits = rays::<f32>(1000, 2).into_iter().filter(|ray| {

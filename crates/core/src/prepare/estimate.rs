@@ -9,7 +9,7 @@ use raywright_bvh::{Geometry, Inventory, Precision};
 
 use super::geometry::ObjectRecord;
 use super::input::TextureUse;
-use super::material::Material;
+use super::material::{Layered, Material, count_layered};
 use super::shape::any_shape;
 use super::tangents;
 use super::uses::Uses;
@@ -42,6 +42,7 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
     let tables = [
         times(count(scene), size_of::<ObjectRecord<P::Real>>()),
         times(scene.materials.len() as u64, size_of::<Material<P::Real>>()),
+        times(if paths { count_layered(scene, settings.fresnel) } else { 0 }, size_of::<Layered<P::Real>>()),
         times(needs.texture_uses, size_of::<TextureUse<P::Real>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<P::Real>>()),
         choice,

@@ -7,7 +7,7 @@ mod physical;
 use raywright_bvh::{Real, Vector};
 
 pub(crate) use classic::{Classic, Mixture, Specular};
-pub(crate) use layered::Layered;
+pub(crate) use layered::{Layered, count_layered};
 pub(crate) use physical::{Alpha, Boundary, Bump, Index, Passage, Physical};
 
 use super::PrepareError;

@@ -68,7 +68,7 @@ fn the_frontier_ends_without_error() {
     );
     let errors: Vec<f64> = report.frontier.iter().map(|candidate| candidate.measured.errors.relmse.value).collect();
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
-    assert_eq!(report.not_called_for, ["shadows", "light-sampling", "texture-filter"]);
+    assert_eq!(report.not_called_for, ["shadows", "light-sampling", "fresnel", "microfacets", "texture-filter", "pixel-filter"]);
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
         assert!(price.paid.as_ref().expect("there is time").same_bits, "{}", price.rung);
     }

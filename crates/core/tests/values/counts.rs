@@ -80,15 +80,15 @@ fn progress_is_told_and_a_render_can_be_stopped() {
     assert!(!stopped.finished && stopped.counters.camera == 0 && stopped.picture.rgb.iter().all(|rgb| *rgb == [0.0; 3]));
 }
 
-/// Protects: where chance has no part a pixel of the crop takes 26 bytes of sums and 12 of the picture, a mean layer 12 of both and
-/// one of the pixel's centre 4 of both; and the limit is on all of it.
+/// Protects: where chance has no part a pixel of the crop takes 26 bytes of sums and 12 of the picture, a mean layer 24 of sums and 12
+/// of the picture, one of the pixel's centre 4 of both; and the limit is on all of it.
 #[test]
 fn memory_is_counted_and_limited() {
     let scene = lit();
     let crop = Some(Crop { x: 0, y: 0, width: 10, height: 7 });
     let base = Settings { size: [100, 100], crop, aovs: vec![Aov::Albedo, Aov::Depth], ..settings(&scene, DOWN) };
     let memory = prepare(&scene, &base, &()).map(|ready| ready.memory()).expect("prepares");
-    assert_eq!((memory.film, memory.textures, memory.meshes), (70 * (26 + 12 + 2 * 12 + 2 * 4), 0, 0));
+    assert_eq!((memory.film, memory.textures, memory.meshes), (70 * (26 + 12 + (24 + 12) + 2 * 4), 0, 0));
     assert_eq!(memory.total(), memory.film + memory.geometry + memory.tables);
     let needed = estimate(&scene, &base).total();
     let limited = |limit| prepare(&scene, &Settings { max_memory: Some(limit), ..base.clone() }, &()).is_ok();

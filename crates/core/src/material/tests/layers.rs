@@ -122,7 +122,10 @@ fn layers_make_no_light() {
                 let (sent, deviation) = furnace(&model.transport(NORMAL, wo, true), wo);
                 // The metallic-roughness model's own diffuse part is not told what its facets reflect at grazing views; a layer adds
                 // nothing to that.
-                let bare = Layered { rule: model.rule, specular: model.specular, ..Layered::of(model.base, model.ior) };
+                // What is diffused is a mixture of two colours, and no lighter than the lighter of them.
+                let lighter = model.diffused.map_or(model.base.base, |diffused| model.base.base.max(diffused.colour));
+                let base = MetallicRoughness { base: lighter, ..model.base };
+                let bare = Layered { rule: model.rule, specular: model.specular, ..Layered::of(base, model.ior) };
                 let (own, spread) = furnace(&bare.transport(NORMAL, wo, true), wo);
                 let most = own.max_element().max(1.0) + 0.005 + 3.0 * (deviation + spread);
                 assert!(

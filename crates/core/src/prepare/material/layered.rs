@@ -6,7 +6,7 @@ use super::super::PrepareError;
 use super::super::input::{Compiler, Input, Product};
 use super::{Bump, Context};
 use crate::material::FresnelRule;
-use crate::scene::{Channel, Physical as PhysicalData, TextureRef};
+use crate::scene::{Channel, Model, Physical as PhysicalData, Scene, TextureRef};
 
 /// The layers of a physical surface.
 #[derive(Clone, Copy, Debug)]
@@ -80,6 +80,12 @@ fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let clear = m.may_transmit() && (m.thin_walled || m.dispersion > 0.0);
     let present = [m.coat().is_some(), m.fibres().is_some(), m.combed().is_some(), m.film().is_some(), m.metal().is_some()];
     rule != FresnelRule::Model || clear || m.may_diffuse_through() || m.tints_reflections() || present.contains(&true)
+}
+
+/// Materials of a scene that get layers where paths are followed.
+pub(crate) fn count_layered(scene: &Scene, rule: FresnelRule) -> u64 {
+    let has = |model: &Model| matches!(model, Model::Physical(m) if !m.unlit && is_layered(m, rule));
+    scene.materials.iter().filter(|material| has(&material.model)).count() as u64
 }
 
 pub(super) fn layered<R: Real>(
