@@ -5,9 +5,9 @@
 //! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
 //! operations of that test ([`crate::shapes::Triangle`]). So every kernel finds what a scan finds, to the bit.
 //!
-//! Of a triangle that a ray sees edge-on to within the rounding of f64, the distance could lie before its box, and then what was met
-//! before would decide. So the exact test moves such a distance to where the ray enters the triangle's own box, for scan and tree
-//! alike ([`crate::shapes::EDGE_ON`]).
+//! Of a triangle that a ray sees edge-on to within the rounding of f64, a mean of the corners' distances could lie outside its box, and
+//! then what was met before would decide. So the exact test takes the distance at an edge then, for scan and tree alike
+//! ([`crate::shapes::EDGE_ON`]).
 
 mod block;
 mod collapse;
@@ -21,6 +21,7 @@ mod portable;
 mod rebase;
 mod row;
 mod setup;
+mod sight;
 mod simd;
 mod stack;
 mod walk;
@@ -44,7 +45,7 @@ pub(crate) use self::pencil::{Meets, Pencil, RAYS};
 pub(crate) use self::rebase::Rebase;
 pub(crate) use self::row::{Roots, Row};
 pub(crate) use self::setup::Setup;
-pub(crate) use self::simd::Exact;
+pub(crate) use self::sight::Met;
 pub(crate) use self::walk::Answer;
 
 /// Children of a node, triangles of a block.

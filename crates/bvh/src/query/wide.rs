@@ -8,7 +8,7 @@ use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Precision, Real};
 use crate::shapes::Probe;
 use crate::tally::Tally;
-use crate::wide::{Answer, Exact, Facts, Rebase, Roots, Setup, Wide};
+use crate::wide::{Answer, Facts, Met, Rebase, Roots, Setup, Wide};
 
 impl<P: Precision> Geometry<P> {
     /// The nearest hit.
@@ -103,10 +103,9 @@ impl<P: Precision> Geometry<P> {
 
 /// A hit of a lane.
 #[inline(always)]
-fn found<R: Real>(wide: &Wide, exact: &Exact, lane: usize, first: u32) -> Found<R> {
-    let [u, v] = exact.weights;
-    let number = R::from_f32;
-    Found { t: number(exact.t[lane]), u: number(u[lane]), v: number(v[lane]), slot: wide.slot(first, lane), inner: NO_PART }
+fn found<R: Real>(wide: &Wide, met: &Met, lane: usize, first: u32) -> Found<R> {
+    let [t, u, v] = [met.t, met.weights[0], met.weights[1]].map(R::from_f32);
+    Found { t, u, v, slot: wide.slot(first, lane), inner: NO_PART }
 }
 
 /// A hit of a row's lane.
@@ -181,15 +180,11 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
     }
 
     #[inline(always)]
-    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+    fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool {
         let facts = self.wide.facts(block);
-        let mut hits = facts.accepted(exact.hits, exact.from_outside);
-        while hits != 0 {
-            let found = found(self.wide, exact, hits.trailing_zeros() as usize & 7, facts.first);
-            hits &= hits - 1;
-            let counts = self.best.range.contains(found.t);
-            self.best.consider(self.geometry, counts.then_some(found));
-        }
+        let found = found(self.wide, met, lane, facts.first);
+        let counts = facts.accepts(lane, met.from_outside) && self.best.range.contains(found.t);
+        self.best.consider(self.geometry, counts.then_some(found));
         false
     }
 
@@ -279,21 +274,13 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+    fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool {
         let facts = self.wide.facts(block);
-        let mut hits = facts.accepted(exact.hits, exact.from_outside) & (facts.opaque | facts.asks);
-        while hits != 0 {
-            let lane = hits.trailing_zeros() as usize & 7;
-            hits &= hits - 1;
-            let found = found(self.wide, exact, lane, facts.first);
-            if self.range.contains(found.t)
-                && (facts.opaque >> lane & 1 != 0
-                    || self.seen.first(facts, lane, found.slot) && (self.ask)(&self.geometry.named(&found)))
-            {
-                return true;
-            }
-        }
-        false
+        let found = found(self.wide, met, lane, facts.first);
+        facts.accepts(lane, met.from_outside)
+            && self.range.contains(found.t)
+            && (facts.opaque >> lane & 1 != 0
+                || self.seen.first(facts, lane, found.slot) && (self.ask)(&self.geometry.named(&found)))
     }
 
     #[inline(never)]
@@ -364,18 +351,13 @@ impl<P: Precision, T: Tally> Answer for Each<'_, '_, P, T> {
     }
 
     #[inline(always)]
-    fn triangles(&mut self, block: usize, exact: &Exact) -> bool {
+    fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool {
         let facts = self.wide.facts(block);
-        let mut hits = facts.accepted(exact.hits, exact.from_outside);
-        while hits != 0 {
-            let lane = hits.trailing_zeros() as usize & 7;
-            let found = found(self.wide, exact, lane, facts.first);
-            hits &= hits - 1;
-            if self.range.contains(found.t) && self.seen.first(facts, lane, found.slot) && (self.counts)(found) {
-                return true;
-            }
-        }
-        false
+        let found = found(self.wide, met, lane, facts.first);
+        facts.accepts(lane, met.from_outside)
+            && self.range.contains(found.t)
+            && self.seen.first(facts, lane, found.slot)
+            && (self.counts)(found)
     }
 
     #[inline(never)]

@@ -10,10 +10,7 @@
 use glam::DVec3;
 
 use super::{CoreVec, Probe, slack};
-use crate::aabb::Aabb;
-use crate::ray::Ray;
 use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
-use crate::slabs::{FourBoxes, Slabs};
 
 /// A corner as the ray sees it.
 #[derive(Clone, Copy, Debug)]
@@ -34,8 +31,6 @@ pub(crate) struct Crossing<P: Precision> {
     pub weights: [P::Core; 2],
     /// Whether the ray arrives against the right-handed normal.
     pub from_outside: bool,
-    /// Whether the ray sees the face so nearly edge-on that rounding may have moved the distance by more than boxes are padded.
-    pub edge_on: bool,
 }
 
 /// Below so much of what its factors could make of it, a determinant says that a face is seen edge-on.
@@ -44,9 +39,13 @@ pub(crate) struct Crossing<P: Precision> {
 /// length of the projecting vectors. So the three edge functions are wrong by 8 w R s S together, with S the sum of the sizes of all
 /// coordinates, and the distance, a mean of the corners' own that is weighted by them, by 8 w R s S Δ/|determinant|, with Δ the
 /// greatest difference of two corners' distances. A walk finds what is met as late as where it enters a box by 4 u R and more, with
-/// u = 2⁻²⁴, since boxes are padded and far ends widened. A determinant of 2⁻²³ S Δ keeps the distance right to 2⁻²⁶ R, and less than
-/// that is taken for none.
-pub(crate) const EDGE_ON: f64 = 1.0 / 8_388_608.0;
+/// u = 2⁻²⁴, since boxes are padded and far ends widened. A determinant of 2⁻²⁵ S Δ keeps the distance right to 2⁻²⁴ R.
+///
+/// With less than that the weights may be noise, and the distance is taken where an edge is crossed ([`entered`]), on the face itself
+/// but for how far it extends the other way across the ray: the determinant over the way that it extends most, and S is at most three
+/// of these, so 3 · 2⁻²⁵ Δ. Boxes are padded by 2⁻²² of their greatest extent, which is Δ/√3 at least. So the ray is within the box of
+/// the part of the face that holds this place, whatever parts it has, and no order of visits decides.
+pub(crate) const EDGE_ON: f64 = 1.0 / 33_554_432.0;
 
 impl<P: Precision> Corner<P> {
     /// Projects a corner.
@@ -79,35 +78,49 @@ pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>
     if !seen {
         return None;
     }
-    let inverse = P::Core::ONE / determinant;
-    let (u, v, w) = (u * inverse, v * inverse, w * inverse);
+    let from_outside = determinant > zero;
     let [za, zb, zc] = [a.offset.dot(probe.direction), b.offset.dot(probe.direction), c.offset.dot(probe.direction)];
-    let along = za * u + zb * v + zc * w;
-    let t = convert(along * probe.inverse_length_squared);
     let sizes = a.x.abs() + a.y.abs() + b.x.abs() + b.y.abs() + c.x.abs() + c.y.abs();
     let depth = za.max(zb).max(zc) - za.min(zb).min(zc);
     let told = determinant.abs() >= sizes * depth * P::Core::from_f64(EDGE_ON);
-    Some(Crossing { t, weights: [v, w], from_outside: determinant > zero, edge_on: !told })
+    if !told {
+        let (along, [_, v, w]) = entered([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
+        return Some(Crossing { t: convert(along * probe.inverse_length_squared), weights: [v, w], from_outside });
+    }
+    let inverse = P::Core::ONE / determinant;
+    let (u, v, w) = (u * inverse, v * inverse, w * inverse);
+    let along = za * u + zb * v + zc * w;
+    Some(Crossing { t: convert(along * probe.inverse_length_squared), weights: [v, w], from_outside })
 }
 
-/// The distance of a face that is seen edge-on: not before the ray enters the face's own padded box, so that whatever was met before
-/// lets a walk go on to it. Boxes of a tree contain that one, and are entered no later (`crate::admission` has the argument).
+/// Where the ray meets a face that it sees edge-on, in units of the squared direction: where it enters it, and the corners' weights there.
+///
+/// The face is taken for a flat one in the plane of the ray and of the longer way that it extends across it, where it is wide, so that
+/// each edge is crossed at a well-rounded place. That is no farther from the ray than rounding moves a corner and the face extends the
+/// other way.
 #[cold]
 #[inline(never)]
-pub(super) fn not_before_box<P: Precision>(probe: &Probe<P>, t: P::Real, bounds: Option<Aabb>) -> P::Real {
-    let Some(padded) = bounds.and_then(|bounds| bounds.padded()) else { return t };
-    let mut four = FourBoxes::EMPTY;
-    four.set(0, &padded);
-    // In the space of an instance a tree is walked with what the core has of the ray.
-    let (entered, entry): (u32, P::Real) = if probe.mapped {
-        let ray = Ray::<P::Core>::new(probe.origin, probe.direction);
-        let (entered, entry) = Slabs::new(&ray, -P::Core::INFINITY).enter(&four, P::Core::INFINITY);
-        (entered, convert(Slabs::<P::Core>::first(entry)))
-    } else {
-        let (entered, entry) = Slabs::new(&probe.ray, -P::Real::INFINITY).enter(&four, P::Real::INFINITY);
-        (entered, Slabs::<P::Real>::first(entry))
-    };
-    if entered & 1 != 0 { t.max(entry) } else { t }
+fn entered<C: Real>(x: [C; 3], y: [C; 3], z: [C; 3]) -> (C, [C; 3]) {
+    let extent = |[a, b, c]: [C; 3]| a.max(b).max(c) - a.min(b).min(c);
+    let across = if extent(x) >= extent(y) { x } else { y };
+    let mut best = (C::INFINITY, [C::ONE, C::ZERO, C::ZERO]);
+    for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+        let (p, q) = (across[from], across[to]);
+        if p.max(q) < C::ZERO || p.min(q) > C::ZERO {
+            continue;
+        }
+        let share = match () {
+            () if p != q => p / (p - q),
+            () if z[to] < z[from] => C::ONE,
+            () => C::ZERO,
+        };
+        let at = z[from] + (z[to] - z[from]) * share;
+        if at < best.0 {
+            best = (at, [C::ZERO; 3]);
+            (best.1[from], best.1[to]) = (C::ONE - share, share);
+        }
+    }
+    best
 }
 
 /// What a test of a flat face by its corners may be wrong by: the flatter one of its triangles is, `longest_squared` over
@@ -154,13 +167,7 @@ fn exact_difference<C: Real>(a: C, b: C, c: C, d: C) -> C {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DVec3, Vec3};
-
-    use super::{exact_difference, not_before_box};
-    use crate::aabb::Aabb;
-    use crate::ray::Ray;
-    use crate::scalar::{Reference, Robust};
-    use crate::shapes::Probe;
+    use super::{entered, exact_difference};
 
     /// SplitMix64.
     fn next(state: &mut u64) -> u64 {
@@ -171,26 +178,17 @@ mod tests {
         z ^ z >> 31
     }
 
-    /// Protects: a distance that rounding took out of a face's box comes back to where the ray enters that, padded, in the scalar that a
-    /// tree is walked with; one in the box stays, and so does one of a ray that passes the box.
+    /// Protects: a face that lies along the ray is met where the ray enters it, at the crossing of an edge, by closed form, whatever
+    /// noise there is across it; one whose edge lies on the ray at that edge's nearer end.
     #[test]
-    fn distances_come_back_to_the_box() {
-        let bounds = Some(Aabb { min: DVec3::new(10.0, -1.0, -1.0), max: DVec3::new(20.0, 1.0, 1.0) });
-        let ahead = Probe::<Robust>::new(Ray::new(Vec3::ZERO, Vec3::X));
-        let entry = not_before_box(&ahead, 3.0, bounds);
-        assert!(entry < 10.0 && entry > 9.9999, "{entry}");
-        assert_eq!(not_before_box(&ahead, 12.0, bounds), 12.0);
-        let behind = Probe::<Robust>::new(Ray::new(Vec3::X * 40.0, Vec3::X));
-        let entry = not_before_box(&behind, -35.0, bounds);
-        assert!(entry < -30.0 && entry > -30.001, "{entry}");
-        let beside = Probe::<Robust>::new(Ray::new(Vec3::Y * 3.0, Vec3::X));
-        assert_eq!(not_before_box(&beside, 3.0, bounds), 3.0);
-        // In the space of an instance distances are in units of the direction's length.
-        let shown = Probe::<Robust>::from_core(DVec3::ZERO, DVec3::X * 4.0);
-        let entry = not_before_box(&shown, 1.0, bounds);
-        assert!(entry < 2.5 && entry > 2.4999, "{entry}");
-        let exact = Probe::<Reference>::new(Ray::new(DVec3::ZERO, DVec3::X));
-        assert!((not_before_box(&exact, 3.0, bounds) - 10.0).abs() < 1e-4);
+    fn faces_edge_on_are_met_where_they_begin() {
+        let noise = [1e-17, -2e-17, 1e-18];
+        // From (−1, 10) to (1, 20) the ray is met at 15, on the way back by way of (3, 40) at 17.5.
+        let (x, z) = ([-1.0, 1.0, 3.0], [10.0, 20.0, 40.0]);
+        assert_eq!(entered(x, noise, z), (15.0, [0.5, 0.5, 0.0]));
+        assert_eq!(entered(noise, x, z), (15.0, [0.5, 0.5, 0.0]));
+        assert_eq!(entered([1.0, 3.0, -1.0], noise, [20.0, 40.0, 10.0]), (15.0, [0.5, 0.0, 0.5]));
+        assert_eq!(entered([0.0, 0.0, 2.0], noise, [7.0, 5.0, 1.0]), (5.0, [0.0, 1.0, 0.0]));
     }
 
     /// Protects: the sign of a·b − c·d whatever cancels, and its value to a third, against whole numbers of 128 bits: products

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::border::{Face, off_border};
-use super::edges::{Corner, Crossing, corner_slack, cross, not_before_box};
+use super::edges::{Corner, corner_slack, cross};
 use super::unit::unit_of_both;
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, wide};
 use crate::aabb::Aabb;
@@ -64,14 +64,13 @@ impl<R: Real> Quad<R> {
         let [a, b, c, d] = self.corners;
         let (a, b) = (Corner::new(probe, a), Corner::new(probe, b));
         let (c, d) = (Corner::new(probe, c), Corner::new(probe, d));
-        let distance = |hit: &Crossing<P>| if hit.edge_on { not_before_box(probe, hit.t, self.bounds()) } else { hit.t };
         if let Some(hit) = cross(probe, &a, &b, &c) {
             let [second, third] = hit.weights;
-            return Some((distance(&hit), [second + third, third], hit.from_outside));
+            return Some((hit.t, [second + third, third], hit.from_outside));
         }
         let hit = cross(probe, &a, &c, &d)?;
         let [second, third] = hit.weights;
-        Some((distance(&hit), [second, second + third], hit.from_outside))
+        Some((hit.t, [second, second + third], hit.from_outside))
     }
 
     /// The plane, and the point's coordinates in it.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::border::{Face, off_border};
-use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross, not_before_box};
+use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross};
 use super::unit::{unit_of, unit_of_both};
 use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, wide};
 use crate::aabb::Aabb;
@@ -104,11 +104,7 @@ impl<R: Real> Triangle<R> {
     pub(crate) fn crossing<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Crossing<P>> {
         // One by one: an array's map is not always inlined.
         let [a, b, c] = self.vertices;
-        let mut met = cross(probe, &Corner::new(probe, a), &Corner::new(probe, b), &Corner::new(probe, c))?;
-        if met.edge_on {
-            met.t = not_before_box(probe, met.t, self.bounds());
-        }
-        Some(met)
+        cross(probe, &Corner::new(probe, a), &Corner::new(probe, b), &Corner::new(probe, c))
     }
 
     /// The surface at the weights of the second and third corner.

@@ -89,6 +89,12 @@ impl Facts {
         hits & !(self.outside & !from_outside) & !(self.inside & from_outside)
     }
 
+    /// Whether a lane's hit counts, from outside or not.
+    #[inline(always)]
+    pub fn accepts(&self, lane: usize, from_outside: bool) -> bool {
+        (if from_outside { self.inside } else { self.outside }) >> lane & 1 == 0
+    }
+
     /// Lanes that are hit from either side.
     #[inline(always)]
     pub fn two_sided(&self) -> u8 {

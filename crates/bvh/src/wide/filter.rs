@@ -37,9 +37,9 @@ use super::block::Block;
 use super::setup::Setup;
 use super::simd::Simd;
 
-/// So many times its error a determinant has to be before anything is said of the distance: what the exact test moves because it is
-/// seen edge-on ([`crate::shapes::EDGE_ON`]) has less. Such a triangle's D is below 24 · 2⁻²³ E² |d| = 48 u E² |d|, and with the
-/// error of f32 below 60 of the 8 · 14 that are asked for.
+/// So many times its error a determinant has to be before anything is said of the distance: what the exact test places because it is
+/// seen edge-on ([`crate::shapes::EDGE_ON`]) has less. Such a triangle's D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and with the
+/// error of f32 below 24 of the 8 · 14 that are asked for.
 pub(super) const TOLD: f32 = 8.0;
 
 /// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.

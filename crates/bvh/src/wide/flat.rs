@@ -6,7 +6,7 @@ use super::filter;
 use super::row::Line;
 use super::setup::Setup;
 use super::simd::Simd;
-use super::walk::{Answer, settle};
+use super::walk::Answer;
 use super::{WIDTH, Wide};
 use crate::scalar::Robust;
 use crate::shapes::Probe;
@@ -53,7 +53,7 @@ pub(super) fn blocks<S: Simd, A: Answer>(
     s: S,
     wide: &Wide,
     setup: &Setup,
-    mut probe: Option<Probe<Robust>>,
+    probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
     for (number, block) in wide.blocks.iter().enumerate() {
@@ -68,7 +68,7 @@ pub(super) fn blocks<S: Simd, A: Answer>(
             return true;
         }
         let lanes = left.lanes & wanted;
-        if lanes != 0 && settle(s, wide, [number, lanes as usize], setup, &mut probe, answer) {
+        if lanes != 0 && s.settle(wide, [number, lanes as usize], setup, probe, answer) {
             return true;
         }
     }

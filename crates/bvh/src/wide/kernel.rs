@@ -112,7 +112,7 @@ impl Wide {
 
     /// The same of blocks and of the rest, one after the other, where there are no nodes.
     #[inline(never)]
-    fn ask_flat<A: Answer>(&self, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+    fn ask_flat<A: Answer>(&self, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         match self.kernel {
             Chosen::Portable => blocks(Portable, self, setup, probe, answer),
             #[cfg(target_arch = "x86_64")]
@@ -141,10 +141,10 @@ impl Wide {
             }
         }
         if self.nodes.is_empty() {
-            return self.ask_flat(setup, Some(probe), answer);
+            return self.ask_flat(setup, Some(&probe), answer);
         }
         match self.kernel {
-            Chosen::Portable => walk::<_, _, true>(Portable, self, setup, Some(probe), answer),
+            Chosen::Portable => walk::<_, _, true>(Portable, self, setup, Some(&probe), answer),
             #[cfg(target_arch = "x86_64")]
             Chosen::Avx2(avx2) => avx2.walk_mapped(self, setup, probe, answer),
             #[cfg(target_arch = "x86_64")]

@@ -3,11 +3,12 @@
 
 use glam::Vec4;
 
-use super::block::Block;
 use super::doubles::Doubles;
-use super::simd::{Exact, Simd};
+use super::setup::Setup;
+use super::simd::{Simd, settled};
 use super::stack::{Stack, Waiting, two};
-use super::{Child, WIDTH};
+use super::walk::Answer;
+use super::{Child, WIDTH, Wide};
 use crate::lanes::Four;
 use crate::scalar::Robust;
 use crate::shapes::Probe;
@@ -104,13 +105,15 @@ impl Simd for Portable {
         unsafe { stack.sort(base, top) }
     }
     #[inline(never)]
-    fn exact(self, block: &Block, mut lanes: u32, probe: &Probe<Robust>) -> Exact {
-        let mut exact = Exact::NOTHING;
-        while lanes != 0 {
-            exact.test(block, lanes.trailing_zeros() as usize & (WIDTH - 1), probe);
-            lanes &= lanes - 1;
-        }
-        exact
+    fn settle<A: Answer>(
+        self,
+        wide: &Wide,
+        at: [usize; 2],
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        answer: &mut A,
+    ) -> bool {
+        settled(self, wide, at, setup, probe, answer)
     }
 }
 

@@ -2,10 +2,13 @@
 #![expect(unsafe_code, reason = "a sort of what was written")]
 
 use super::block::Block;
+use super::setup::Setup;
+use super::sight::{Met, Sight, Unsure};
 use super::stack::{Stack, Waiting};
-use super::{Child, WIDTH};
+use super::walk::Answer;
+use super::{Child, WIDTH, Wide};
 use crate::scalar::Robust;
-use crate::shapes::{Probe, Triangle};
+use crate::shapes::Probe;
 
 /// Eight lanes of f32. A minimum or maximum is its second operand unless the first one is less or greater, so that what is not a
 /// number bounds nothing, and comparisons with such are never true.
@@ -38,45 +41,54 @@ pub(super) trait Simd: Copy {
     /// # Safety
     /// They were written.
     unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize);
-    /// The exact test of the lanes of a mask.
-    fn exact(self, block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact;
-}
-
-/// What the exact test says of a block: which lanes are hit at any distance, which of those from outside, and where.
-#[derive(Clone, Copy)]
-pub(crate) struct Exact {
-    pub hits: u8,
-    pub from_outside: u8,
-    pub t: [f32; WIDTH],
-    /// Weights of the second and third corners.
-    pub weights: [[f32; WIDTH]; 2],
-}
-
-impl Exact {
-    pub(super) const NOTHING: Self = Self { hits: 0, from_outside: 0, t: [0.0; WIDTH], weights: [[0.0; WIDTH]; 2] };
-
-    /// Tests one lane by the test of single triangles.
+    /// The exact test of a lane, where this has one of its own.
     #[inline(always)]
-    pub(super) fn test(&mut self, block: &Block, lane: usize, probe: &Probe<Robust>) {
-        self.hits &= !(1 << lane);
-        if let Some(crossing) = Triangle::crossing(&block.triangle(lane), probe) {
-            self.hits |= 1 << lane;
-            self.from_outside = self.from_outside & !(1 << lane) | u8::from(crossing.from_outside) << lane;
-            self.t[lane] = crossing.t;
-            self.weights[0][lane] = crossing.weights[0] as f32;
-            self.weights[1][lane] = crossing.weights[1] as f32;
+    fn crossing(self, _: &Block, _: usize, _: &Sight) -> Result<Option<Met>, Unsure> {
+        Err(Unsure)
+    }
+    /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
+    fn settle<A: Answer>(self, wide: &Wide, at: [usize; 2], setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A)
+    -> bool;
+}
+
+/// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.
+#[inline(always)]
+pub(super) fn settled<S: Simd, A: Answer>(
+    s: S,
+    wide: &Wide,
+    [block, lanes]: [usize; 2],
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    let sight = probe.map_or_else(|| Sight::new(setup.origin, setup.direction), Sight::of);
+    let (number, triangles, mut lanes) = (block, &wide.blocks[block], lanes as u32);
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+        lanes &= lanes - 1;
+        let met = s.crossing(triangles, lane, &sight).unwrap_or_else(|Unsure| alone(triangles, lane, setup, probe));
+        if met.is_some_and(|met| answer.triangle(number, lane, &met)) {
+            return true;
         }
     }
+    false
+}
+
+/// The test of single triangles.
+#[inline(never)]
+fn alone(block: &Block, lane: usize, setup: &Setup, probe: Option<&Probe<Robust>>) -> Option<Met> {
+    let triangle = block.triangle(lane);
+    let crossing = probe.map_or_else(|| triangle.crossing(&Probe::new(setup.ray())), |probe| triangle.crossing(probe))?;
+    Some(Met::from(&crossing))
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
-    use glam::{DVec3, Vec3};
+    use glam::Vec3;
 
     use super::*;
     use crate::ray::Ray;
-    use crate::wide::portable::Portable;
-    use crate::wide::x86::{Avx2, Avx512};
+    use crate::wide::x86::Avx2;
 
     /// Xorshift.
     fn next(state: &mut u64) -> u64 {
@@ -86,56 +98,44 @@ mod tests {
         *state
     }
 
-    /// A triangle whose projection by [`probe`] has an edge that passes the ray by less than the rounding of a product, or by
-    /// nothing; one in four has its third corner there too, so that it is seen edge-on.
+    /// A ray along which corners project to whole numbers of 47 bits and 24, as they are: the direction's largest component is one.
+    const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+    /// A triangle with an edge that passes the origin by less than the rounding of a product, or by nothing; one in four has its third
+    /// corner there too, so that it is seen edge-on.
     fn triangle(state: &mut u64) -> [Vec3; 3] {
-        let mut corner = || (next(state) >> 17) as i64 - (1 << 46);
-        let (xa, xc) = (corner(), corner());
-        let mut level = || (next(state) >> 41) as i64 + 1;
-        let (ya, yb, yc) = (level(), -level(), level());
-        let jitter = (next(state) % 5) as i64 - 2;
-        let beside = |y: i64| (i128::from(xa) * i128::from(y) / i128::from(ya)) as i64 + jitter;
-        let (xb, xc) = (beside(yb), if next(state).is_multiple_of(4) { beside(yc).clamp(-(1 << 47), 1 << 47) } else { xc });
-        [(xa, ya), (xb.clamp(-(1 << 47), 1 << 47), yb), (xc, yc)].map(|(x, y)| {
-            let (high, low) = (x >> 24, x & ((1 << 24) - 1));
-            Vec3::new(low as f32, high as f32, y as f32)
-        })
+        let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
+        let (a, c, scale) = ([corner(), corner()], [corner(), corner()], [-0.5, -1.0, -2.0, -4.0][(next(state) % 4) as usize]);
+        let nudged = |x: f32, state: &mut u64| [x, x.next_up(), x.next_down()][(next(state) % 3) as usize];
+        let b = [nudged(a[0] * scale, state), nudged(a[1] * scale, state)];
+        let c = if next(state).is_multiple_of(4) { [nudged(a[0] * 3.0, state), nudged(a[1] * 3.0, state)] } else { c };
+        let mut depth = || (next(state) >> 50) as f32;
+        [Vec3::new(a[0], a[1], depth()), Vec3::new(b[0], b[1], depth()), Vec3::new(c[0], c[1], depth())]
     }
 
-    /// Projects a corner to two whole numbers, of 47 bits and of 24.
-    fn probe() -> Probe<Robust> {
-        let ray = Ray::new(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8));
-        Probe { across: [DVec3::new(1.0, f64::from(1 << 24), 0.0), DVec3::Z], ..Probe::new(ray) }
-    }
-
-    /// Protects: the exact test in lanes is that of single triangles to the bit, where rounding alone would turn the sign of an
-    /// edge and elsewhere.
+    /// Protects: the exact test in registers is that of single triangles to the bit, or leaves it to that: where rounding alone would turn
+    /// the sign of an edge, edge-on and elsewhere, for each axis that a direction is longest along.
     #[test]
-    fn lanes_are_as_exact_as_single_triangles() {
-        let (state, probe) = (&mut 88_172_645_463_325_252, probe());
-        let (mut hits, mut missed, mut edge_on) = (0, 0, 0);
-        for _ in 0..20_000 {
+    fn registers_are_as_exact_as_single_triangles() {
+        let Some(avx2) = Avx2::detect() else { return };
+        let (state, mut hits, mut missed, mut left) = (&mut 88_172_645_463_325_252, 0, 0, 0);
+        for round in 0..60_000 {
+            let turn = |v: Vec3| [v, Vec3::new(v.z, v.x, v.y), Vec3::new(v.y, v.z, v.x)][round % 3];
             let mut block = Block::EMPTY;
-            (0..WIDTH).for_each(|lane| block.set(lane, triangle(state)));
-            let one_by_one = Portable.exact(&block, 0xff, &probe);
-            let seen = |exact: &Exact| {
-                let of = |lane: usize| {
-                    (exact.hits >> lane & 1 != 0).then(|| {
-                        let numbers = [exact.t[lane], exact.weights[0][lane], exact.weights[1][lane]].map(f32::to_bits);
-                        (exact.from_outside >> lane & 1, numbers)
-                    })
-                };
-                core::array::from_fn::<_, WIDTH, _>(of)
+            block.set(round % WIDTH, triangle(state).map(turn));
+            let tilt = Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
+            let (origin, direction) = (Vec3::ZERO, turn((ALONG + tilt) * [1.0, -1.0][round / 2 % 2]));
+            let alone = block.triangle(round % WIDTH).crossing(&Probe::<Robust>::new(Ray::new(origin, direction)));
+            let sight = Sight::new(origin.to_array(), direction.to_array());
+            let Ok(met) = avx2.crossing(&block, round % WIDTH, &sight) else {
+                left += 1;
+                continue;
             };
-            let together =
-                [Avx2::detect().map(|s| s.exact(&block, 0xff, &probe)), Avx512::detect().map(|s| s.exact(&block, 0xff, &probe))];
-            for exact in together.into_iter().flatten() {
-                assert_eq!(seen(&exact), seen(&one_by_one), "{block:?}");
-            }
-            hits += one_by_one.hits.count_ones();
-            missed += one_by_one.hits.count_zeros();
-            edge_on += (0..WIDTH).filter_map(|lane| block.triangle(lane).crossing(&probe)).filter(|met| met.edge_on).count();
+            let bits = |met: Met| ([met.t, met.weights[0], met.weights[1]].map(f32::to_bits), met.from_outside);
+            assert_eq!(met.map(bits), alone.as_ref().map(|crossing| bits(Met::from(crossing))), "{block:?}, {direction}");
+            hits += u32::from(met.is_some());
+            missed += u32::from(met.is_none());
         }
-        assert!(hits > 1000 && missed > 1000 && edge_on > 1000, "{hits} hits, {missed} missed, {edge_on} edge-on");
+        assert!(hits > 1000 && missed > 1000 && left > 1000, "{hits} hits, {missed} missed, {left} left");
     }
 }

@@ -9,7 +9,8 @@ use super::block::Facts;
 use super::filter;
 use super::row::Roots;
 use super::setup::Setup;
-use super::simd::{Exact, Simd};
+use super::sight::Met;
+use super::simd::Simd;
 use super::stack::{Stack, Waiting};
 use super::{Child, Wide};
 use crate::ray::Interval;
@@ -30,10 +31,10 @@ pub(crate) trait Answer {
     fn several(&mut self, count: u64);
     /// A block is tested.
     fn block(&mut self, block: usize);
-    /// The lanes that matter, and those of which a hit ends the walk whatever it is.
+    /// The lanes that matter, and those of which a hit within the range counts whatever it is: it ends a walk that any hit ends.
     fn lanes(&self, block: usize) -> [u32; 2];
-    /// These triangles are hit at some distance. True ends the walk.
-    fn triangles(&mut self, block: usize, exact: &Exact) -> bool;
+    /// A triangle is hit at some distance. True ends the walk.
+    fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool;
     /// These of a row are hit within the range. True ends the walk.
     fn row(&mut self, facts: &Facts, roots: &Roots) -> bool;
     /// Another primitive is met. True ends the walk.
@@ -93,22 +94,6 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     }
 }
 
-/// The exact test of what the filter left and what the answer makes of it, apart from the walk, whose registers it would
-/// take. The first one of a ray makes what it needs of that. Whether the walk is over.
-#[inline(never)]
-pub(super) fn settle<S: Simd, A: Answer>(
-    s: S,
-    wide: &Wide,
-    [block, lanes]: [usize; 2],
-    setup: &Setup,
-    probe: &mut Option<Probe<Robust>>,
-    answer: &mut A,
-) -> bool {
-    let probe = probe.get_or_insert_with(|| Probe::new(setup.ray()));
-    let exact = s.exact(&wide.blocks[block], lanes as u32, probe);
-    exact.hits != 0 && answer.triangles(block, &exact)
-}
-
 /// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
 /// `MAPPED`: the ray was rounded, see [`Setup::mapped`].
 #[inline(always)]
@@ -116,7 +101,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
     s: S,
     wide: &Wide,
     setup: &Setup,
-    mut probe: Option<Probe<Robust>>,
+    probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
     let slabs = Slabs::<S, MAPPED>::new(s, setup);
@@ -192,7 +177,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
         let over = if left == 0 {
             answer.other(current.index())
         } else {
-            settle(s, wide, [current.index(), left as usize], setup, &mut probe, answer)
+            s.settle(wide, [current.index(), left as usize], setup, probe, answer)
         };
         if over {
             return true;

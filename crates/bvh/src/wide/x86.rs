@@ -15,7 +15,8 @@ use super::flat::{blocks, rows};
 use super::pencil::{self, Meets, Pencil};
 use super::row::Line;
 use super::setup::Setup;
-use super::simd::{Exact, Simd};
+use super::sight::{Met, Sight, Unsure};
+use super::simd::{Simd, settled};
 use super::stack::{Stack, Waiting, two};
 use super::walk::{Answer, walk};
 use super::{Child, WIDTH, Wide};
@@ -80,7 +81,7 @@ impl Avx2 {
 
     /// Blocks and the rest where there are no nodes.
     #[inline(always)]
-    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { blocks_avx2(self, wide, setup, probe, answer) }
     }
@@ -149,7 +150,7 @@ impl Avx512 {
 
     /// Blocks and the rest where there are no nodes.
     #[inline(always)]
-    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { blocks_avx512(self, wide, setup, probe, answer) }
     }
@@ -201,13 +202,13 @@ fn walk_avx512<A: Answer>(
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-    walk::<_, _, true>(s, wide, setup, Some(probe), answer)
+    walk::<_, _, true>(s, wide, setup, Some(&probe), answer)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-    walk::<_, _, true>(s, wide, setup, Some(probe), answer)
+    walk::<_, _, true>(s, wide, setup, Some(&probe), answer)
 }
 
 #[inline(never)]
@@ -225,7 +226,7 @@ fn rows_mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, line: &Line, answer: &mut A
 
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn blocks_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+fn blocks_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
     blocks(s, wide, setup, probe, answer)
 }
 
@@ -244,7 +245,7 @@ fn rows_mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, line: &Line, answer: &m
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Option<Probe<Robust>>, answer: &mut A) -> bool {
+fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
     blocks(s, wide, setup, probe, answer)
 }
 
@@ -258,6 +259,32 @@ fn pencil_avx2<M: Meets>(s: Avx2, wide: &Wide, pencil: &mut Pencil, meets: &mut 
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn pencil_avx512<M: Meets>(s: Avx512, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
     pencil::walk(s, wide, pencil, meets)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn settle_avx2<A: Answer>(
+    s: Avx2,
+    wide: &Wide,
+    at: [usize; 2],
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    settled(s, wide, at, setup, probe, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn settle_avx512<A: Answer>(
+    s: Avx512,
+    wide: &Wide,
+    at: [usize; 2],
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    settled(s, wide, at, setup, probe, answer)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
@@ -326,15 +353,28 @@ macro_rules! eight_lanes {
             unsafe { _mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), b)) }
         }
         #[inline(always)]
-        fn exact(self, block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact {
+        fn crossing(self, block: &Block, lane: usize, sight: &Sight) -> Result<Option<Met>, Unsure> {
             // SAFETY: `self` says that the processor has AVX2.
-            unsafe { exact::exact(block, lanes, probe) }
+            unsafe { exact::crossing(block, lane, sight) }
         }
     };
 }
 
 impl Simd for Avx2 {
     eight_lanes!();
+
+    #[inline(always)]
+    fn settle<A: Answer>(
+        self,
+        wide: &Wide,
+        at: [usize; 2],
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { settle_avx2(self, wide, at, setup, probe, answer) }
+    }
 
     #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> u32 {
@@ -369,6 +409,19 @@ impl Simd for Avx2 {
 
 impl Simd for Avx512 {
     eight_lanes!();
+
+    #[inline(always)]
+    fn settle<A: Answer>(
+        self,
+        wide: &Wide,
+        at: [usize; 2],
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { settle_avx512(self, wide, at, setup, probe, answer) }
+    }
 
     #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> u32 {

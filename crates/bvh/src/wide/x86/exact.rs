@@ -1,113 +1,90 @@
-//! The exact test of triangles in four lanes of f64, by AVX2.
+//! The exact test of a triangle, with its corners side by side in f64.
 
 use core::arch::x86_64::*;
 
 use super::super::WIDTH;
 use super::super::block::Block;
-use super::super::simd::Exact;
-use crate::scalar::Robust;
-use crate::shapes::{EDGE_ON, Probe};
+use super::super::sight::{Met, Sight, Unsure};
+use crate::shapes::EDGE_ON;
 
-/// Four lanes of a row in f64.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-fn four(row: &[f32; WIDTH], half: usize) -> __m256d {
-    // SAFETY: there are four numbers to read from place 0 or 4 of eight.
-    unsafe { _mm256_cvtps_pd(_mm_loadu_ps(row.as_ptr().add(4 * (half & 1)))) }
-}
+/// Lanes of corners.
+const CORNERS: i32 = 7;
+/// For the sums of the bound on edge-on faces, which are in another order here.
+const SLACK: f64 = 1.0 + 1e-9;
+/// Lanes of the corner after next and of the next one.
+const AFTER_NEXT: i32 = 0b11_01_00_10;
+const NEXT: i32 = 0b11_00_10_01;
 
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-fn put(row: &mut [f32; WIDTH], half: usize, values: __m256d) {
-    // SAFETY: there is room for four numbers at place 0 or 4 of eight.
-    unsafe { _mm_storeu_ps(row.as_mut_ptr().add(4 * (half & 1)), _mm256_cvtpd_ps(values)) }
-}
-
-/// x·a + y·b + z·c in the order of the scalar product, each operation rounded.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-fn dot(p: [__m256d; 3], d: glam::DVec3) -> __m256d {
-    let x = _mm256_mul_pd(p[0], _mm256_set1_pd(d.x));
-    let y = _mm256_mul_pd(p[1], _mm256_set1_pd(d.y));
-    let z = _mm256_mul_pd(p[2], _mm256_set1_pd(d.z));
-    _mm256_add_pd(_mm256_add_pd(x, y), z)
-}
-
-/// Below which a determinant is that of a triangle seen edge-on, by the operations of its test.
-#[inline]
-#[target_feature(enable = "avx2,fma")]
-fn edge_on([x, y, z]: [[__m256d; 3]; 3]) -> __m256d {
-    let sign = _mm256_set1_pd(-0.0);
-    let mut sizes = _mm256_andnot_pd(sign, x[0]);
-    for one in [y[0], x[1], y[1], x[2], y[2]] {
-        sizes = _mm256_add_pd(sizes, _mm256_andnot_pd(sign, one));
+/// The numbers of three corners.
+///
+/// # Safety
+/// The processor has AVX.
+#[inline(always)]
+unsafe fn numbers(v: __m256d) -> [f64; 3] {
+    // SAFETY: the caller says that the processor has AVX.
+    unsafe {
+        let (low, high) = (_mm256_castpd256_pd128(v), _mm256_extractf128_pd::<1>(v));
+        [_mm_cvtsd_f64(low), _mm_cvtsd_f64(_mm_unpackhi_pd(low, low)), _mm_cvtsd_f64(high)]
     }
-    let most = _mm256_max_pd(_mm256_max_pd(z[0], z[1]), z[2]);
-    let depth = _mm256_sub_pd(most, _mm256_min_pd(_mm256_min_pd(z[0], z[1]), z[2]));
-    _mm256_mul_pd(_mm256_mul_pd(sizes, depth), _mm256_set1_pd(EDGE_ON))
 }
 
-/// The operations of [`crate::shapes::Triangle`]'s test in their order, four lanes at once. A lane in which rounding could have
-/// taken the sign of an edge function goes through that test itself, as does one that is seen edge-on.
-#[inline(never)]
-#[target_feature(enable = "avx2,fma")]
-pub(super) fn exact(block: &Block, lanes: u32, probe: &Probe<Robust>) -> Exact {
-    let mut exact = Exact::NOTHING;
-    let zero = _mm256_setzero_pd();
-    let sign = _mm256_set1_pd(-0.0);
-    let tiny = _mm256_set1_pd(f64::EPSILON * 0.5 * 8.0);
-    let o = probe.origin;
-    let origin = [_mm256_set1_pd(o.x), _mm256_set1_pd(o.y), _mm256_set1_pd(o.z)];
-    for half in 0..2 {
-        let asked = lanes >> (4 * half) & 15;
-        if asked == 0 {
-            continue;
+#[inline(always)]
+fn greatest([a, b, c]: [f64; 3]) -> f64 {
+    let greater = if a > b { a } else { b };
+    if greater > c { greater } else { c }
+}
+
+/// The operations of [`crate::shapes::Triangle`]'s test, each with the same result: a coordinate's sum has its terms in another order and
+/// without the one that is zero, so that only the sign of a zero may differ, and where an edge function is zero that test decides
+/// itself. It also does where rounding could have taken the sign of one, and where the face is seen edge-on.
+///
+/// # Safety
+/// The processor has AVX2. Not a function with that feature, so that it is inlined into one: handed back by a call, the answer would
+/// wait in memory.
+#[inline(always)]
+pub(super) unsafe fn crossing(block: &Block, lane: usize, sight: &Sight) -> Result<Option<Met>, Unsure> {
+    let lane = lane & (WIDTH - 1);
+    // SAFETY: the caller says that the processor has AVX2. Nothing is read through a pointer.
+    unsafe {
+        let mut offset = [_mm256_setzero_pd(); 3];
+        for axis in 0..3 {
+            let [a, b, c] = &block.corners[axis];
+            let corners = _mm256_cvtps_pd(_mm_set_ps(0.0, c[lane], b[lane], a[lane]));
+            offset[axis] = _mm256_sub_pd(corners, _mm256_set1_pd(sight.origin[axis]));
         }
-        let mut x = [zero; 3];
-        let mut y = [zero; 3];
-        let mut z = [zero; 3];
-        for corner in 0..3 {
-            let offset = [
-                _mm256_sub_pd(four(&block.corners[0][corner], half), origin[0]),
-                _mm256_sub_pd(four(&block.corners[1][corner], half), origin[1]),
-                _mm256_sub_pd(four(&block.corners[2][corner], half), origin[2]),
-            ];
-            x[corner] = dot(offset, probe.across[0]);
-            y[corner] = dot(offset, probe.across[1]);
-            z[corner] = dot(offset, probe.direction);
+        let [dx, dy, dz] = sight.direction;
+        let z = _mm256_add_pd(
+            _mm256_add_pd(_mm256_mul_pd(offset[0], _mm256_set1_pd(dx)), _mm256_mul_pd(offset[1], _mm256_set1_pd(dy))),
+            _mm256_mul_pd(offset[2], _mm256_set1_pd(dz)),
+        );
+        let [first, second, third] = sight.turned;
+        let (p, q, r) = (offset[first], offset[second], offset[third]);
+        let [a, b, c, d] = sight.across;
+        let x = _mm256_add_pd(_mm256_mul_pd(q, _mm256_set1_pd(a)), _mm256_mul_pd(p, _mm256_set1_pd(b)));
+        let y = _mm256_add_pd(_mm256_mul_pd(r, _mm256_set1_pd(c)), _mm256_mul_pd(p, _mm256_set1_pd(d)));
+        let product = _mm256_mul_pd(_mm256_permute4x64_pd::<AFTER_NEXT>(x), _mm256_permute4x64_pd::<NEXT>(y));
+        let other = _mm256_mul_pd(_mm256_permute4x64_pd::<AFTER_NEXT>(y), _mm256_permute4x64_pd::<NEXT>(x));
+        let edges = _mm256_sub_pd(product, other);
+        let sign = _mm256_set1_pd(-0.0);
+        let enough = _mm256_mul_pd(_mm256_andnot_pd(sign, product), _mm256_set1_pd(f64::EPSILON * 0.5 * 8.0));
+        let sure = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(_mm256_andnot_pd(sign, edges), enough)) & CORNERS;
+        let below = _mm256_movemask_pd(edges);
+        if below & sure != 0 && !below & sure != 0 {
+            return Ok(None);
         }
-        let products = [_mm256_mul_pd(x[2], y[1]), _mm256_mul_pd(x[0], y[2]), _mm256_mul_pd(x[1], y[0])];
-        let u = _mm256_sub_pd(products[0], _mm256_mul_pd(y[2], x[1]));
-        let v = _mm256_sub_pd(products[1], _mm256_mul_pd(y[0], x[2]));
-        let w = _mm256_sub_pd(products[2], _mm256_mul_pd(y[1], x[0]));
-        let mut unsure = zero;
-        let (mut below, mut above) = (zero, zero);
-        for (edge, product) in [u, v, w].into_iter().zip(products) {
-            let (size, enough) = (_mm256_andnot_pd(sign, edge), _mm256_mul_pd(_mm256_andnot_pd(sign, product), tiny));
-            unsure = _mm256_or_pd(unsure, _mm256_cmp_pd::<_CMP_NGE_UQ>(size, enough));
-            below = _mm256_or_pd(below, _mm256_cmp_pd::<_CMP_LT_OQ>(edge, zero));
-            above = _mm256_or_pd(above, _mm256_cmp_pd::<_CMP_GT_OQ>(edge, zero));
+        let [u, v, w] = numbers(edges);
+        let determinant = u + v + w;
+        let [za, zb, zc] = numbers(z);
+        let [sa, sb, sc] = numbers(_mm256_add_pd(_mm256_andnot_pd(sign, x), _mm256_andnot_pd(sign, y)));
+        let depth = greatest([za, zb, zc]) + greatest([-za, -zb, -zc]);
+        let told = determinant.abs() > (sa + sb + sc) * depth * (EDGE_ON * SLACK);
+        if sure != CORNERS || !told {
+            return Err(Unsure);
         }
-        let determinant = _mm256_add_pd(_mm256_add_pd(u, v), w);
-        let size = _mm256_andnot_pd(sign, determinant);
-        unsure = _mm256_or_pd(unsure, _mm256_cmp_pd::<_CMP_NGE_UQ>(size, edge_on([x, y, z])));
-        let seen = _mm256_cmp_pd::<_CMP_GT_OQ>(_mm256_andnot_pd(sign, determinant), zero);
-        let hits = _mm256_andnot_pd(_mm256_and_pd(below, above), seen);
-        let inverse = _mm256_div_pd(_mm256_set1_pd(1.0), determinant);
-        let (u, v, w) = (_mm256_mul_pd(u, inverse), _mm256_mul_pd(v, inverse), _mm256_mul_pd(w, inverse));
-        let along = _mm256_add_pd(_mm256_mul_pd(z[0], u), _mm256_mul_pd(z[1], v));
-        let along = _mm256_add_pd(along, _mm256_mul_pd(z[2], w));
-        put(&mut exact.t, half, _mm256_mul_pd(along, _mm256_set1_pd(probe.inverse_length_squared)));
-        put(&mut exact.weights[0], half, v);
-        put(&mut exact.weights[1], half, w);
-        let outside = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_GT_OQ>(determinant, zero)) as u32;
-        exact.hits |= ((_mm256_movemask_pd(hits) as u32 & asked) << (4 * half)) as u8;
-        exact.from_outside |= (outside << (4 * half)) as u8;
-        let mut unsure = _mm256_movemask_pd(unsure) as u32 & asked;
-        while unsure != 0 {
-            exact.test(block, 4 * half + unsure.trailing_zeros() as usize, probe);
-            unsure &= unsure - 1;
-        }
+        let inverse = 1.0 / determinant;
+        let (u, v, w) = (u * inverse, v * inverse, w * inverse);
+        let along = za * u + zb * v + zc * w;
+        let t = (along * sight.inverse_length_squared) as f32;
+        Ok(Some(Met { t, weights: [v as f32, w as f32], from_outside: determinant > 0.0 }))
     }
-    exact
 }

@@ -1,0 +1,237 @@
+//! Whether everything that answers a ray gives the same answer, over as many rays as one has patience for: kernels and builds of the
+//! wide tree, the tree in f64, the scan; and whether closed meshes leak. What tests hold for thousands of rays this holds for millions.
+//!
+//! ```sh
+//! cargo run --release -p raywright-bvh --example agreement -- trees 10000000 [MESH..]   # rays a mesh
+//! cargo run --release -p raywright-bvh --example agreement -- scan 100000000000 [MESH..] # rays times triangles, in all
+//! cargo run --release -p raywright-bvh --example agreement -- leaks 1000000              # rays a batch
+//! ```
+//!
+//! A MESH is a file: two u32, how many corners and how many triangles, then three f32 a corner and three u32 a triangle, little endian.
+//! Without one, meshes are made: the hard ones of the tests. Exit code 1 where anything differs or leaks.
+#![expect(clippy::print_stdout, reason = "the table is this program's result")]
+
+#[path = "../tests/kernels/meshes.rs"]
+mod meshes;
+
+use std::process::ExitCode;
+
+use glam::Vec3;
+use rayon::prelude::*;
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Precision, Ray, Real, Reference, Robust, Vector,
+    Visibility,
+};
+
+use meshes::{Mesh, Random, families, range, ray};
+
+/// Rays that a thread takes at once.
+const PIECE: u64 = 4096;
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let count = words.get(1).and_then(|word| word.parse::<f64>().ok()).map_or(1_000_000, |count| count as u64);
+    let wrong = match words.first().map(String::as_str) {
+        Some("trees") => named(&words[2..]).iter().map(|(name, mesh)| trees(name, mesh, count)).sum(),
+        Some("scan") => {
+            let meshes = named(&words[2..]);
+            let each = count / meshes.len().max(1) as u64;
+            meshes.iter().map(|(name, mesh)| scan(name, mesh, each / mesh.len() as u64 + 1)).sum()
+        }
+        Some("leaks") => leaks(count),
+        _ => {
+            println!("agreement trees RAYS [MESH..] | scan TESTS [MESH..] | leaks RAYS");
+            return ExitCode::from(2);
+        }
+    };
+    println!("{wrong} in all");
+    if wrong == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// The meshes of these files, or those of the tests.
+fn named(files: &[String]) -> Vec<(String, Mesh)> {
+    if files.is_empty() {
+        return families().into_iter().map(|(name, mesh)| (name.to_owned(), mesh)).collect();
+    }
+    files.iter().map(|file| (file.clone(), read(file))).collect()
+}
+
+fn read(file: &str) -> Mesh {
+    let bytes = std::fs::read(file).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let words: Vec<[u8; 4]> = bytes.chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]).collect();
+    let whole = |at: usize| u32::from_le_bytes(words[at]) as usize;
+    let (corners, triangles) = (whole(0), whole(1));
+    let corner = |i: usize| Vec3::from_array([0, 1, 2].map(|axis| f32::from_le_bytes(words[2 + 3 * i + axis])));
+    let triangle = |i: usize| [0, 1, 2].map(|side| corner(whole(2 + 3 * corners + 3 * i + side)));
+    (0..triangles).map(triangle).collect()
+}
+
+fn built<P: Precision>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<P> {
+    let mut group = Group::<P>::default();
+    let corners = mesh.iter().map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
+    group.mesh(corners, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+    Geometry::new(group, kind)
+}
+
+/// Counts over pieces of rays, each from random numbers of its own.
+fn over<const N: usize>(count: u64, one: impl Fn(&mut Random) -> [u64; N] + Sync) -> [u64; N] {
+    let piece = |number: u64| {
+        let random = &mut Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 77);
+        (0..PIECE.min(count - number * PIECE)).fold([0; N], |sum, _| {
+            let found = one(random);
+            core::array::from_fn(|i| sum[i] + found[i])
+        })
+    };
+    let sum = |a: [u64; N], b: [u64; N]| core::array::from_fn(|i| a[i] + b[i]);
+    (0..count.div_ceil(PIECE)).into_par_iter().map(piece).reduce(|| [0; N], sum)
+}
+
+type Bits = Option<([u32; 3], u32)>;
+
+fn bits(hit: Option<Hit<f32>>) -> Bits {
+    hit.map(|hit| ([hit.t, hit.u, hit.v].map(f32::to_bits), hit.primitive))
+}
+
+/// Where a ray is asked: everything before it, or where its first hit just counts or just does not.
+fn ranges(random: &mut Random, first: Option<Hit<f32>>) -> Interval<f32> {
+    range(random, first.map(|hit| hit.t))
+}
+
+/// Every build in every kernel against the tree in f64, whose distances are rounded here: a hit of another triangle at the same rounded
+/// distance is none that differs. Between kernels and builds every bit counts.
+fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
+    let exact = built::<Reference>(mesh, AcceleratorKind::default());
+    let mut all: Vec<(BuildQuality, Kernel, Geometry<Robust>)> = Vec::new();
+    for quality in BuildQuality::ALL {
+        let tree = built::<Robust>(mesh, AcceleratorKind::Tree(quality));
+        for kernel in Kernel::available() {
+            let mut tree = tree.clone();
+            tree.set_kernel(kernel);
+            all.push((quality, kernel, tree));
+        }
+    }
+    let [hits, exactly, between, any] = over(count, |random| {
+        let ray = ray(random, mesh);
+        let whole = Interval { min: 0.0, max: f32::INFINITY };
+        let first = all[0].2.closest(&ray, whole, &mut ());
+        let wide = Ray::new(ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let closest = exact.closest(&wide, Interval { min: 0.0, max: f64::INFINITY }, &mut ());
+        let differs = first.map(|hit| hit.t) != closest.map(|hit| hit.t.to_f32());
+        let part = ranges(random, first);
+        let ended = |tree: &Geometry<Robust>| tree.any(&ray, part, &mut |_| true, &mut ());
+        let expected = (bits(first), bits(all[0].2.closest(&ray, part, &mut ())));
+        let (mut between, mut any) = (0, 0);
+        for (_, _, tree) in &all {
+            let found = (bits(tree.closest(&ray, whole, &mut ())), bits(tree.closest(&ray, part, &mut ())));
+            between += u64::from(found != expected);
+            any += u64::from(ended(tree) != expected.1.is_some());
+        }
+        [u64::from(first.is_some()), u64::from(differs), between, any]
+    });
+    println!(
+        "{name}: {} triangles, {count} rays, {hits} hits, {} trees: {exactly} differ from f64, {between} between trees, {any} in any-hit",
+        mesh.len(),
+        all.len()
+    );
+    exactly + between + any
+}
+
+/// The default tree against the scan.
+fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
+    let (tree, scan) = (built::<Robust>(mesh, AcceleratorKind::default()), built(mesh, AcceleratorKind::Linear));
+    let [hits, wrong] = over(count, |random| {
+        let ray = ray(random, mesh);
+        let whole = Interval { min: 0.0, max: f32::INFINITY };
+        let expected = bits(scan.closest(&ray, whole, &mut ()));
+        [u64::from(expected.is_some()), u64::from(bits(tree.closest(&ray, whole, &mut ())) != expected)]
+    });
+    println!(
+        "{name}: {count} rays x {} triangles = {:.2e}, {hits} hits: {wrong} differ",
+        mesh.len(),
+        count as f64 * mesh.len() as f64
+    );
+    wrong
+}
+
+/// A closed room of walls divided into squares, and sheets within it, all corners jittered in their planes.
+fn room(side: usize, place: Vec3, scale: f32) -> Mesh {
+    let mut mesh = Mesh::new();
+    let random = &mut Random(3);
+    let levels: Vec<f32> = (0..=8).map(|i| i as f32 / 4.0 - 1.0).collect();
+    for axis in 0..3 {
+        for &level in &levels {
+            // The same jitter on every sheet, none on the border: walls share their edges.
+            let mut grid = vec![Vec3::ZERO; (side + 1) * (side + 1)];
+            for (i, corner) in grid.iter_mut().enumerate() {
+                let mut at = |i: usize| {
+                    let inner = i > 0 && i < side;
+                    (i as f32 + if inner { (random.unit() - 0.5) * 0.6 } else { 0.0 }) / side as f32 * 2.0 - 1.0
+                };
+                let mut p = [level; 3];
+                (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (at(i % (side + 1)), at(i / (side + 1)));
+                // Corners on the border lie where the next wall has them.
+                let border = i % (side + 1) == 0 || i % (side + 1) == side || i / (side + 1) == 0 || i / (side + 1) == side;
+                if border {
+                    let even = |i: usize| i as f32 / side as f32 * 2.0 - 1.0;
+                    (p[(axis + 1) % 3], p[(axis + 2) % 3]) = (even(i % (side + 1)), even(i / (side + 1)));
+                }
+                *corner = Vec3::from_array(p) * scale + place;
+            }
+            for i in 0..side * side {
+                let a = i / side * (side + 1) + i % side;
+                let [a, b, c, d] = [a, a + 1, a + side + 2, a + side + 1].map(|i| grid[i]);
+                mesh.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    mesh
+}
+
+/// Rays from inside closed rooms: at corners, at edges, and along the sheets in them, whose faces they see edge-on. Whatever else they
+/// meet, they must hit something.
+fn leaks(count: u64) -> u64 {
+    let rooms =
+        [("a room", Vec3::ZERO, 1.0), ("far away", Vec3::new(1e4, -3e3, 77.7), 1.0), ("of micrometres", Vec3::ZERO, 1e-6)];
+    let aims: [(&str, usize); 3] = [("corners", 0), ("edges", 1), ("edge-on", 2)];
+    let mut wrong = 0;
+    for (name, place, scale) in rooms {
+        let mesh = room(16, place, scale);
+        for quality in BuildQuality::ALL {
+            let tree = built::<Robust>(&mesh, AcceleratorKind::Tree(quality));
+            for kernel in Kernel::available() {
+                let mut tree = tree.clone();
+                tree.set_kernel(kernel);
+                for (aim, kind) in aims {
+                    let [missed] = over(count, |random| {
+                        let inside = random.point() * (0.9 * scale) + place;
+                        let [a, b, c] = mesh[random.below(mesh.len())];
+                        let u = random.unit();
+                        let (origin, target) = match kind {
+                            0 => (inside, a),
+                            1 => (inside, a + (b - a) * u),
+                            // From the middle of one face of a sheet to that of another.
+                            _ => {
+                                let [d, e, f] = mesh[random.below(mesh.len())];
+                                let from = (d + e + f) / 3.0;
+                                let flat = [0, 1, 2].into_iter().find(|&i| d[i] == e[i] && d[i] == f[i]).unwrap_or(0);
+                                let mut to = a + (b - a) * (u * 0.5) + (c - a) * (random.unit() * 0.5);
+                                to[flat] = from[flat];
+                                (from, to)
+                            }
+                        };
+                        let direction = (target - origin).as_dvec3().normalize_or(glam::DVec3::X).as_vec3();
+                        // On a wall itself a ray may leave it.
+                        let within = |p: Vec3| ((p - place) / scale).abs().max_element() < 0.999;
+                        let range = Interval { min: 0.0, max: f32::INFINITY };
+                        let ray = Ray::new(origin, direction);
+                        let hit = !within(origin) || tree.closest(&ray, range, &mut ()).is_some();
+                        [u64::from(!hit || within(origin) && !tree.any(&ray, range, &mut |_| true, &mut ()))]
+                    });
+                    println!("{name}, {quality:?}, {kernel:?}, {aim}: {count} rays, {missed} leak");
+                    wrong += missed;
+                }
+            }
+        }
+    }
+    wrong
+}

@@ -1,0 +1,69 @@
+//! A ray as the exact test of triangles in registers knows it, and what that says of one triangle.
+
+use glam::DVec3;
+
+use crate::scalar::Robust;
+use crate::shapes::{Crossing, Probe};
+
+/// What the exact test needs of a ray. The projection across it is that of [`Probe`], of whose six numbers two are zero and four are
+/// components of the direction: with the axes turned so that the direction's largest component comes first, (p, q, r), a corner's two
+/// coordinates are q·a + p·b and r·c + p·d.
+#[derive(Clone, Copy)]
+pub(crate) struct Sight {
+    pub origin: [f64; 3],
+    pub direction: [f64; 3],
+    /// Axes: that of the direction's largest component and the two that follow it.
+    pub turned: [usize; 3],
+    /// The four numbers, as above.
+    pub across: [f64; 4],
+    pub inverse_length_squared: f64,
+}
+
+/// A triangle is hit.
+#[derive(Clone, Copy)]
+pub(crate) struct Met {
+    pub t: f32,
+    /// Weights of the second and third corners.
+    pub weights: [f32; 2],
+    pub from_outside: bool,
+}
+
+/// Rounding could have taken the sign of an edge function, or the face is seen edge-on: the test of single triangles decides.
+pub(super) struct Unsure;
+
+/// The axes from each on.
+const TURNED: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
+
+impl Sight {
+    #[inline(always)]
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
+        let d = DVec3::from_array(direction.map(f64::from));
+        Self::with(origin.map(f64::from), d, 1.0 / d.dot(d))
+    }
+
+    /// The same as a probe.
+    #[inline(always)]
+    pub fn of(probe: &Probe<Robust>) -> Self {
+        Self::with(probe.origin.to_array(), probe.direction, probe.inverse_length_squared)
+    }
+
+    #[inline(always)]
+    fn with(origin: [f64; 3], d: DVec3, inverse_length_squared: f64) -> Self {
+        let size = d.abs();
+        // Without branches, which bounced rays would often mispredict.
+        let [first, second] = [(size.x > size.y) & (size.x > size.z), size.y > size.z].map(usize::from);
+        let major = (1 - first) * (2 - second);
+        let turned @ [first, second, third] = TURNED[major];
+        let direction = d.to_array();
+        let (p, q, r) = (direction[first], direction[second], direction[third]);
+        let sign = 1.0_f64.copysign(p);
+        Self { origin, direction, turned, across: [p * sign, -q * sign, p, -r], inverse_length_squared }
+    }
+}
+
+impl From<&Crossing<Robust>> for Met {
+    fn from(crossing: &Crossing<Robust>) -> Self {
+        let &Crossing { t, weights: [u, v], from_outside, .. } = crossing;
+        Self { t, weights: [u as f32, v as f32], from_outside }
+    }
+}
