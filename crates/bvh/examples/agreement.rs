@@ -138,7 +138,7 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
 
 /// The default tree against the scan.
 fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
-    let (tree, scan) = (built::<Robust>(mesh, AcceleratorKind::default()), built(mesh, AcceleratorKind::Linear));
+    let (tree, scan) = (built::<Robust>(mesh, AcceleratorKind::default()), built::<Robust>(mesh, AcceleratorKind::Linear));
     let [hits, wrong] = over(count, |random| {
         let ray = ray(random, mesh);
         let whole = Interval { min: 0.0, max: f32::INFINITY };

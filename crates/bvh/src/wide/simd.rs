@@ -16,6 +16,9 @@ pub(super) trait Simd: Copy {
     type Floats: Copy;
     fn splat(self, value: f32) -> Self::Floats;
     fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
+    /// Has a line of memory fetched that will probably be read.
+    #[inline(always)]
+    fn prefetch<T>(self, _: Option<&T>) {}
     fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;

@@ -134,6 +134,10 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
                         stack.set(top, Waiting(a.0.max(b.0)));
                         top += 1;
                         current = Child(a.0.min(b.0) as u32);
+                        // Of the farther one the planes on two axes; the nearer one is read at once.
+                        let farther = wide.nodes.get((a.0.max(b.0) as u32) as usize);
+                        s.prefetch(farther.map(|node| &node.planes[0]));
+                        s.prefetch(farther.map(|node| &node.planes[1]));
                         continue;
                     }
                     let base = top;
@@ -149,6 +153,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
                 }
             } else if current.is_block() {
                 answer.block(current.index());
+                s.prefetch(wide.facts.get(current.index()));
                 let left = filter::left(s, black_box(setup), &wide.blocks[current.index()], far.last);
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());

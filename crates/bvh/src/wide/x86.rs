@@ -303,6 +303,13 @@ macro_rules! eight_lanes {
             unsafe { _mm256_loadu_ps(values.as_ptr()) }
         }
         #[inline(always)]
+        fn prefetch<T>(self, place: Option<&T>) {
+            if let Some(place) = place {
+                // SAFETY: a prefetch reads nothing that the program sees.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(place).cast()) }
+            }
+        }
+        #[inline(always)]
         fn add(self, a: __m256, b: __m256) -> __m256 {
             // SAFETY: `self` says that the processor has AVX.
             unsafe { _mm256_add_ps(a, b) }
