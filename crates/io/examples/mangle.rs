@@ -97,7 +97,8 @@ fn busy(start: Instant) -> f64 {
     let told = std::fs::read_to_string("/proc/self/stat").ok();
     // After the name of the program in brackets, times are the twelfth and the thirteenth word.
     let after = told.as_deref().and_then(|text| text.rsplit(')').next());
-    let times = after.map(|rest| rest.split_whitespace().skip(11).take(2).filter_map(|word| word.parse::<f64>().ok()).collect::<Vec<_>>());
+    let times = after
+        .map(|rest| rest.split_whitespace().skip(11).take(2).filter_map(|word| word.parse::<f64>().ok()).collect::<Vec<_>>());
     match times.as_deref() {
         Some([user, system]) => (user + system) / TICKS,
         _ => start.elapsed().as_secs_f64(),
@@ -162,6 +163,11 @@ fn main() {
         }
         rounds += 1;
     }
-    println!("{rounds} files of {} kinds in {:.0} s, {:.0} s on a processor, {wrong} wrong", files.len(), start.elapsed().as_secs_f64(), busy(start));
+    println!(
+        "{rounds} files of {} kinds in {:.0} s, {:.0} s on a processor, {wrong} wrong",
+        files.len(),
+        start.elapsed().as_secs_f64(),
+        busy(start)
+    );
     std::process::exit(i32::from(wrong > 0));
 }

@@ -6,8 +6,8 @@ use crate::generate::count_of;
 use crate::lookup::Lookup;
 use crate::motion::{camera_moves, ends, exposure};
 use crate::scene::{
-    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Filter, Model, Physical, Projection, Scene, Shape, Sky,
-    Varying, Weight,
+    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Filter, Model, Physical, Projection, Scene, Shape,
+    Sky, Varying, Weight,
 };
 
 /// Path of what calls for a thing; none where nothing does.

@@ -9,8 +9,8 @@ use raywright_bvh::{Geometry, Inventory, Precision};
 
 use super::geometry::ObjectRecord;
 use super::input::TextureUse;
-use super::pyramid;
 use super::material::{Layered, Material, count_layered};
+use super::pyramid;
 use super::shape::any_shape;
 use super::tangents;
 use super::uses::Uses;

@@ -25,7 +25,9 @@ use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
-use crate::scene::{self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
+use crate::scene::{
+    self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule,
+};
 use crate::settings::{Background, LightSampling, Microfacets, Settings};
 
 pub(crate) use estimate::estimate;
@@ -300,7 +302,8 @@ impl<P: Precision> Prepared<P> {
     fn texture_bytes(&self) -> usize {
         let sky = self.lights.sky.image().filter(|&sky| !self.sources.images.iter().any(|image| Arc::ptr_eq(image, sky)));
         let pyramids = self.sources.pyramids.iter().flatten();
-        self.sources.images.iter().chain(sky).map(|image| image.bytes()).sum::<usize>() + pyramids.map(ImageData::bytes).sum::<usize>()
+        self.sources.images.iter().chain(sky).map(|image| image.bytes()).sum::<usize>()
+            + pyramids.map(ImageData::bytes).sum::<usize>()
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.

@@ -1,8 +1,8 @@
 //! Mip maps (Williams, "Pyramidal Parametrics", 1983): an image at halves of its size, for textures that are read by the width of
 //! a ray's cone. Built only for textures that ask for them.
 
-use raywright_bvh::Real;
 use rayon::prelude::*;
+use raywright_bvh::Real;
 
 use super::texture::texel;
 use crate::scene::{ImageData, Pixels};
@@ -11,7 +11,8 @@ use crate::scene::{ImageData, Pixels};
 /// image itself is level 0 and not among them. Colours are linear, so that black and white make the grey of half the light.
 pub(super) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     let mut levels: Vec<ImageData> = Vec::new();
-    while let Some([width, height]) = halved(levels.last().map_or([image.width, image.height], |last| [last.width, last.height])) {
+    while let Some([width, height]) = halved(levels.last().map_or([image.width, image.height], |last| [last.width, last.height]))
+    {
         let above = levels.last().unwrap_or(image);
         let (columns, rows) = (shares(above.width, width), shares(above.height, height));
         let mut pixels = vec![[0.0; 4]; width as usize * height as usize];

@@ -7,7 +7,7 @@ use raywright_core::scene::{ImageData, Pixels, Pose, Projection, Scene};
 use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, SLANTED, classic, floor, pixel, physical, sees, settings, sun};
+use crate::support::{DOWN, SLANTED, classic, floor, physical, pixel, sees, settings, sun};
 
 /// A scene whose image is two by two texels, white and black in turns: in the middle of a white texel a level from 0 to 1 reads
 /// 1 − level/2, and every farther one a half.
@@ -136,7 +136,8 @@ fn what_is_read_without() {
         let mut scene = checked(unchecked_floor(&model), "linear");
         let Some(image) = scene.images[0].data.as_mut().map(Arc::make_mut) else { panic!("it has pixels") };
         let (here, there) = if alpha == "here" { (255, 0) } else { (0, 255) };
-        image.pixels = Pixels::Codes(vec![[255, 255, 255, here], [255, 255, 255, there], [255, 255, 255, there], [255, 255, 255, here]]);
+        image.pixels =
+            Pixels::Codes(vec![[255, 255, 255, here], [255, 255, 255, there], [255, 255, 255, there], [255, 255, 255, here]]);
         scene
     };
     sees(&masked("here"), SLANTED, [0.5, 0.25, 1.0]);

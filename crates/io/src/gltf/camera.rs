@@ -9,13 +9,7 @@ use crate::import::Warnings;
 /// A camera as the scene wants it, or none with a warning when its numbers make no view.
 ///
 /// The aspect of the file is dropped: the vertical field of view is what a picture of any shape keeps.
-pub(super) fn convert(
-    camera: &Source,
-    index: usize,
-    name: String,
-    placed: &Placed,
-    warnings: &mut Warnings,
-) -> Option<Camera> {
+pub(super) fn convert(camera: &Source, index: usize, name: String, placed: &Placed, warnings: &mut Warnings) -> Option<Camera> {
     let mut skip = |why: &str| {
         warnings.add(format!("cameras[{index}]: {why}; the camera was left out"));
         None

@@ -160,7 +160,10 @@ mod tests {
                 r#""materials": [{ "extensions": { "KHR_materials_sheen": { "sheenColorTexture": { "index": 1e10 } } } }]"#,
                 "materials[0].extensions.KHR_materials_sheen.sheenColorTexture.index",
             ),
-            (r#""materials": [{ "extensions": { "KHR_materials_ior": { "ior": "2" } } }]"#, "materials[0].extensions.KHR_materials_ior.ior"),
+            (
+                r#""materials": [{ "extensions": { "KHR_materials_ior": { "ior": "2" } } }]"#,
+                "materials[0].extensions.KHR_materials_ior.ior",
+            ),
             (r#""cameras": [{ "type": "perspective", "perspective": { "yfov": [] } }]"#, "cameras[0].perspective.yfov"),
             (
                 r#""extensions": { "KHR_lights_punctual": { "lights": [{ "type": "spot", "color": [1] }] } }"#,

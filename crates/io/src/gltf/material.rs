@@ -81,7 +81,9 @@ impl Import<'_> {
         };
         out.alpha = match source.alpha_mode.as_deref() {
             None | Some("OPAQUE") => AlphaMode::Opaque,
-            Some("MASK") => AlphaMode::Mask { cutoff: self.unit(source.alpha_cutoff.unwrap_or(0.5).into(), label, "alphaCutoff") },
+            Some("MASK") => {
+                AlphaMode::Mask { cutoff: self.unit(source.alpha_cutoff.unwrap_or(0.5).into(), label, "alphaCutoff") }
+            }
             Some("BLEND") => AlphaMode::Blend,
             Some(_) => {
                 self.warnings.add(format!("{label}: unknown alphaMode; it was taken as opaque"));

@@ -4,9 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
 use raywright_core::display::curve::{decode, encode};
-use raywright_core::scene::{
-    Colour, ColourSpace, Image, ImageData, Physical, Pixels, Scene, Texture, TextureRef, TransferCurve,
-};
+use raywright_core::scene::{Colour, ColourSpace, Image, ImageData, Physical, Pixels, Scene, Texture, TextureRef, TransferCurve};
 
 use super::Import;
 use super::entries::SpecularGlossiness;
@@ -28,7 +26,11 @@ impl Factors {
     fn of(source: &SpecularGlossiness) -> Self {
         let unit = |value: f32| unit(f64::from(value));
         let [r, g, b, _] = source.diffuse_factor;
-        Self { diffuse: [r, g, b].map(unit), specular: source.specular_factor.map(unit), glossiness: unit(source.glossiness_factor) }
+        Self {
+            diffuse: [r, g, b].map(unit),
+            specular: source.specular_factor.map(unit),
+            glossiness: unit(source.glossiness_factor),
+        }
     }
 
     fn bits(&self) -> [u64; 7] {
@@ -196,9 +198,8 @@ fn bake(size: [u32; 2], diffuse: Option<&ImageData>, glossy: &ImageData, factors
     let one = |x: u32, y: u32| {
         let [r, g, b, glossiness] = texel(glossy, x, y);
         let [dr, dg, db, opacity] = diffuse.map_or([1.0; 4], |diffuse| texel(diffuse, x, y));
-        let [d, s] = [([dr, dg, db], factors.diffuse), ([r, g, b], factors.specular)].map(|(image, factor)| {
-            core::array::from_fn::<f64, 3, _>(|i| unit(image[i] * factor[i]))
-        });
+        let [d, s] = [([dr, dg, db], factors.diffuse), ([r, g, b], factors.specular)]
+            .map(|(image, factor)| core::array::from_fn::<f64, 3, _>(|i| unit(image[i] * factor[i])));
         let (base, metallic) = converted(d, s);
         let [r, g, b] = base.map(|c| code(encode(TransferCurve::Srgb, c)));
         ([r, g, b, code(opacity)], [0, code(1.0 - glossiness * factors.glossiness), code(metallic), 255])
@@ -236,7 +237,8 @@ mod tests {
         let size = larger(&glossy, Some(&diffuse));
         assert_eq!(size, [4, 2]);
         let [base, data] = bake(size, Some(&diffuse), &glossy, &factors);
-        let (Pixels::Codes(base), Pixels::Codes(data), Pixels::Codes(below)) = (&base.pixels, &data.pixels, &diffuse.pixels) else {
+        let (Pixels::Codes(base), Pixels::Codes(data), Pixels::Codes(below)) = (&base.pixels, &data.pixels, &diffuse.pixels)
+        else {
             panic!("codes")
         };
         for (i, (base, data)) in base.iter().zip(data).enumerate() {
@@ -246,7 +248,8 @@ mod tests {
             let d = [srgb(dr), srgb(dg) * 0.5, srgb(db) * 0.25];
             let (colour, metallic) = converted(d, [srgb(r) * 0.5, srgb(g), srgb(b) * 0.75]);
             for (code, expected) in base.iter().zip(colour) {
-                let [least, most] = [-0.51, 0.51].map(|half| decode(TransferCurve::Srgb, unit((f64::from(*code) + half) / 255.0)));
+                let [least, most] =
+                    [-0.51, 0.51].map(|half| decode(TransferCurve::Srgb, unit((f64::from(*code) + half) / 255.0)));
                 assert!((least..=most).contains(&expected), "{i}: {base:?}, not {colour:?}");
             }
             let expected = [1.0 - f64::from(gloss) / 255.0 * 0.8, metallic].map(|share| share * 255.0);

@@ -169,7 +169,8 @@ fn footprints_choose_levels() {
         }
     }
     // Under a map that makes the image twice as small in both directions, it is the next level; mirrored as well.
-    let stretched = Sampler { transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]), ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2]) };
+    let stretched =
+        Sampler { transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]), ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2]) };
     let side = 1.0 / f64::from(SIZE[0] * SIZE[1]).sqrt();
     let [found, ..] = stretched.texel(&image, [0.3, 0.1], Footprint { levels: &levels, side });
     let [expected, ..] = stretched.filtered(&levels[0], [0.2, 0.6]);
