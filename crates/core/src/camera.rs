@@ -24,6 +24,15 @@ pub struct Camera<R: Real> {
     shutter: Option<Box<Shutter>>,
 }
 
+/// How wide the rays of a camera are, as round cones around them (Amanatides, "Ray Tracing with Cones", 1984): as wide as a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cone<R> {
+    /// Where they begin, in world units.
+    pub width: R,
+    /// How much they widen on each unit of their way.
+    pub spread: R,
+}
+
 /// When rays are asked, and what is needed to tell where the camera is then. A camera that moves is made anew for each ray, in
 /// f64 from the scene's numbers: rare, and as right as one that stands. Its rays start at the eye, however far away that is.
 #[derive(Clone, Debug)]
@@ -165,6 +174,16 @@ impl<R: Real> Camera<R> {
     #[inline]
     pub fn ahead(&self) -> R {
         self.far.as_ref().map_or(R::ZERO, |far| R::from_f64(far.ahead))
+    }
+
+    /// How wide its rays are in the middle of the picture, where pixels look widest; a lens makes them no wider, and of a camera that
+    /// moves it is as the shutter opens.
+    pub fn cone(&self) -> Cone<R> {
+        let pixel = (self.right.length() * self.pixel[0]).max(self.up.length() * self.pixel[1]);
+        match self.kind {
+            Kind::Orthographic => Cone { width: pixel, spread: R::ZERO },
+            Kind::Pinhole | Kind::ThinLens { .. } => Cone { width: R::ZERO, spread: pixel * (R::ONE / self.forward.length()) },
+        }
     }
 
     /// Whether rays need a point on a lens.

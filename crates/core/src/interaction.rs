@@ -26,6 +26,8 @@ pub(crate) struct Interaction<R: Real> {
     pub time: R,
     /// Texture coordinates by set, as far as the material reads them.
     pub uv: [[R; 2]; MOST_UV_SETS],
+    /// Side of the square of texture coordinates that the ray covers as wide as it is, by set; zero where no texture asks.
+    pub footprint: [R; MOST_UV_SETS],
     /// Colour of the mesh's vertices with alpha; white where there is none.
     pub colour: [R; 4],
     pub object: u32,

@@ -83,8 +83,11 @@ const MICROFACETS: &[Rung] = &[
 ];
 const TEXTURE_FILTER: &[Rung] = &[
     rung("nearest", "the nearest texel: blocks near by, and sparkles far away"),
-    rung("bilinear", "the weighted mean of four: smooth near by"),
+    rung("mipmaps", "the mean over about a pixel: no sparkles with one sample, and blurred with many"),
+    rung("bilinear", "the weighted mean of four: smooth near by, and far away as sharp as samples make it"),
 ];
+/// What the rungs are in a scene, in the same order.
+const FILTERS: [Filter; 3] = [Filter::Nearest, Filter::Mipmaps, Filter::Bilinear];
 const PIXEL_FILTER: &[Rung] = &[
     rung("gaussian", "a bell over three pixels: no stairs, and everything softer"),
     rung("blackman-harris", "a narrower bell over three pixels"),
@@ -248,8 +251,7 @@ impl Ladder {
             Self::Microfacets => MICROFACETS[settings.microfacets as usize].name.to_owned(),
             Self::TextureFilter => match scene.textures.first() {
                 Some(first) if scene.textures.iter().any(|t| t.filter != first.filter) => mixed(),
-                Some(first) if first.filter == Filter::Nearest => "nearest".to_owned(),
-                _ => "bilinear".to_owned(),
+                first => TEXTURE_FILTER[first.map_or(2, |t| place(&FILTERS, t.filter).unwrap_or(2))].name.to_owned(),
             },
             Self::PathLength => settings.max_depth.to_string(),
             Self::PixelFilter => {
@@ -339,7 +341,7 @@ impl Choice {
             Ladder::Fresnel => settings.fresnel = [FresnelRule::Schlick, FresnelRule::Model, FresnelRule::Exact][at],
             Ladder::Microfacets => settings.microfacets = [Microfacets::Single, Microfacets::Compensated][at],
             Ladder::TextureFilter => {
-                let filter = [Filter::Nearest, Filter::Bilinear][at];
+                let filter = FILTERS[at];
                 scene.textures.iter_mut().for_each(|texture| texture.filter = filter);
             }
             Ladder::PathLength => settings.max_depth = number(),

@@ -150,7 +150,11 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
             Pixels::Linear(picture.into_rgba32f().pixels().map(|p| p.0.map(usable)).collect())
         }
-        _ => Pixels::Codes(picture.into_rgba8().pixels().map(|p| p.0).collect()),
+        // The two most common kinds are copied as they are; the general way looks at every pixel's colour space.
+        DynamicImage::ImageRgb8(picture) => {
+            Pixels::Codes(picture.as_raw().as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect())
+        }
+        picture => Pixels::Codes(picture.into_rgba8().as_raw().as_chunks().0.to_vec()),
     };
     Ok(ImageData { width, height, pixels })
 }

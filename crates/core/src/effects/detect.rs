@@ -142,6 +142,12 @@ fn looks_of_surfaces(list: &mut List, f: &Facts) {
     );
     list.plain(Effect::ImageTextures, &f.image, "a material reads an image", "no material reads an image");
     list.plain(
+        Effect::MipMaps,
+        &f.mip_maps,
+        "a texture asks for the mean over what a pixel covers",
+        "no texture asks for them: the mean over a pixel is that of its samples",
+    );
+    list.plain(
         Effect::ProceduralTextures,
         &f.program,
         "an expression is evaluated per hit",

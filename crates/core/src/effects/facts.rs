@@ -6,8 +6,8 @@ use crate::generate::count_of;
 use crate::lookup::Lookup;
 use crate::motion::{camera_moves, ends, exposure};
 use crate::scene::{
-    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Model, Physical, Projection, Scene, Shape, Sky,
-    Varying, Weight,
+    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Filter, Model, Physical, Projection, Scene, Shape,
+    Sky, Varying, Weight,
 };
 
 /// Path of what calls for a thing; none where nothing does.
@@ -45,6 +45,8 @@ pub(super) struct Facts {
     pub varied_emission: Source,
     pub unlit: Source,
     pub image: Source,
+    /// A texture that asks for mip maps.
+    pub mip_maps: Source,
     pub program: Source,
     pub checker: Source,
     pub vertex_colours: Source,
@@ -121,6 +123,8 @@ impl Facts {
             note(&mut facts.instance, repeated, || format!("generators[{i}].object.shape.mesh"));
         }
         let objects = scene.objects.iter().chain(scene.generators.iter().map(|generator| &generator.object));
+        let reduced = scene.textures.iter().enumerate().filter(|(_, texture)| texture.filter == Filter::Mipmaps);
+        let reduced: BTreeMap<&str, usize> = reduced.map(|(i, texture)| (texture.name.as_str(), i)).collect();
         let used: BTreeSet<&str> = objects.map(|object| object.material.as_str()).collect();
         for (i, material) in scene.materials.iter().enumerate().filter(|(_, m)| used.contains(m.name.as_str())) {
             match &material.model {
@@ -128,6 +132,10 @@ impl Facts {
                 Model::Physical(m) => facts.physical(m, &format!("materials[{i}].model.physical")),
             }
             let (path, even) = (|| format!("materials[{i}]"), material.even_emission().is_some());
+            let mut textures = material.textures().filter(|texture| texture.uv.is_none());
+            if let Some(filtered) = textures.find_map(|texture| reduced.get(texture.name.as_str())) {
+                note(&mut facts.mip_maps, true, || format!("textures[{filtered}].filter"));
+            }
             note(&mut facts.even_emission, even, path);
             note(&mut facts.varied_emission, !even && material.emits(), path);
         }

@@ -52,6 +52,8 @@ effects! {
     PhysicalMaterials = "physical materials",
     /// Materials read images.
     ImageTextures = "image textures",
+    /// Images are read in smaller sizes where a pixel covers many texels.
+    MipMaps = "mip maps",
     /// Expressions that are evaluated per hit.
     ProceduralTextures = "procedural textures",
     /// Two colours in turns.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Effect, EffectSet};
-use crate::scene::{AlphaMode, Camera, Classic, Colour, MeshSource, Model, Physical, Projection, Scene, Sky, Varying};
+use crate::scene::{AlphaMode, Camera, Classic, Colour, Filter, MeshSource, Model, Physical, Projection, Scene, Sky, Varying};
 
 /// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
 pub const SWITCHABLE: EffectSet = EffectSet::of(&[
@@ -18,6 +18,7 @@ pub const SWITCHABLE: EffectSet = EffectSet::of(&[
     Effect::Refraction,
     Effect::Transparency,
     Effect::ImageTextures,
+    Effect::MipMaps,
     Effect::Checkerboard,
     Effect::VertexColours,
     Effect::SmoothShading,
@@ -63,6 +64,10 @@ pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSe
             Model::Classic(m) => classic(m, off),
             Model::Physical(m) => physical(m, off),
         }
+    }
+    if off.has(Effect::MipMaps) {
+        let filtered = scene.textures.iter_mut().filter(|texture| texture.filter == Filter::Mipmaps);
+        filtered.for_each(|texture| texture.filter = Filter::Bilinear);
     }
     if off.has(Effect::SmoothShading) {
         for mesh in &mut scene.meshes {

@@ -6,6 +6,7 @@
 
 mod bump;
 mod classic;
+mod cone;
 mod frame;
 mod kernel;
 mod path;
@@ -159,10 +160,8 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     fn camera_path(&mut self, ray: Ray<P::Real>, address: Address) -> Path<P::Real> {
         self.first = None;
         self.counters.camera += 1;
-        // What a camera that is far away has of the way behind it lies before the ray's origin.
-        let ahead = self.scene.camera.ahead();
         Path {
-            leg: Leg { ray, rest: Vector::ZERO, ahead },
+            leg: Leg::of_camera(self.scene, ray),
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,
@@ -242,10 +241,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// The first hit of a ray that is followed no further; none for the sky.
     pub fn first_hit(&mut self, ray: Ray<P::Real>) -> Option<FirstHit> {
         self.counters.camera += 1;
-        let ahead = self.scene.camera.ahead();
-        let range = Interval { min: self.camera_min - ahead, max: P::Real::INFINITY };
+        let leg = Leg::of_camera(self.scene, ray);
+        let range = Interval { min: self.camera_min - leg.ahead, max: P::Real::INFINITY };
         let hit = self.scene.geometry.closest(&ray, range, &mut ())?;
-        Some(self.seen(&Leg { ray, rest: Vector::ZERO, ahead }, &hit))
+        Some(self.seen(&leg, &hit))
     }
 
     /// Out of line, and with a surface point of its own: a picture without such layers has only the question in its loop, and

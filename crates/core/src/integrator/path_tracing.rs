@@ -82,7 +82,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         self.first = None;
         self.counters.camera += 1;
         let mut walk = Walk {
-            leg: Leg { ray, rest: Vector::ZERO, ahead: self.scene.camera.ahead() },
+            leg: Leg::of_camera(self.scene, ray),
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,

@@ -111,7 +111,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         path.throughput *= alpha;
         (path.segments > 1).then(|| {
             path.met = Some(*hit);
-            Step::Aside(path.branch(&next, Branch::Behind))
+            // What a camera ray sees through a surface it sees as if nothing were before it.
+            Step::Aside(Path { camera: path.camera, ..path.branch(&next, Branch::Behind) })
         })
     }
 

@@ -15,18 +15,32 @@ pub(crate) struct Leg<R: Real> {
     pub rest: R::Vec3,
     /// How far before its origin the ray began: a camera's that is far away. Zero for every other.
     pub ahead: R,
+    /// How long the path was before, by which a ray of the camera has widened; below zero where nobody asks, as of rays to lights.
+    pub before: R,
 }
 
 impl<R: Real> Leg<R> {
     /// A ray that starts where it is and is what it seems.
     pub fn of(ray: Ray<R>) -> Self {
-        Self { ray, rest: Vector::ZERO, ahead: R::ZERO }
+        Self { ray, rest: Vector::ZERO, ahead: R::ZERO, before: -R::ONE }
+    }
+
+    /// A ray of a scene's camera.
+    #[inline(always)]
+    pub fn of_camera<P: Precision<Real = R>>(scene: &Prepared<P>, ray: Ray<R>) -> Self {
+        let before = if scene.cone.is_some() { R::ZERO } else { -R::ONE };
+        // What a camera that is far away has of the way behind it lies before the ray's origin.
+        Self { ray, rest: Vector::ZERO, ahead: scene.camera.ahead(), before }
     }
 
     /// The next one of the path: it keeps the time.
     #[inline(always)]
     pub fn onward(&self, ray: Ray<R>, rest: R::Vec3) -> Self {
-        Self { ray: ray.at_time(self.ray.time), rest, ahead: R::ZERO }
+        let mut before = self.before;
+        if before >= R::ZERO {
+            before += (ray.origin - self.start()).length();
+        }
+        Self { ray: ray.at_time(self.ray.time), rest, ahead: R::ZERO, before }
     }
 
     /// Where it began.
@@ -65,6 +79,7 @@ impl<R: Real> Interaction<R> {
             distance: hit.t,
             time: ray.time,
             uv: [[R::ZERO; 2]; MOST_UV_SETS],
+            footprint: [R::ZERO; MOST_UV_SETS],
             colour: [R::ONE; 4],
             object,
             material: record.material,
@@ -79,6 +94,11 @@ impl<R: Real> Interaction<R> {
         }
         if K::MESHES {
             at.attributes(scene, record, ray, hit);
+        }
+        if leg.before >= R::ZERO
+            && let Some(cone) = &scene.cone
+        {
+            at.cover(scene, cone, leg, hit);
         }
         if record.face_viewer && !outside {
             at.normal = -at.normal;

@@ -37,12 +37,16 @@ impl<R: Real> Irradiance<R> {
         const ROWS: usize = 128;
         const COLUMNS: usize = 256;
         let mut sums = [DVec3::ZERO; 9];
+        // The same in every row, and half of the time otherwise.
+        let around: [[f64; 2]; COLUMNS] = core::array::from_fn(|column| {
+            let a = (column as f64 + 0.5) * 2.0 * PI / COLUMNS as f64;
+            [libm::cos(a), libm::sin(a)]
+        });
         for row in 0..ROWS {
             let y = 1.0 - (row as f64 + 0.5) * 2.0 / ROWS as f64;
             let s = (1.0 - y * y).sqrt();
-            for column in 0..COLUMNS {
-                let a = (column as f64 + 0.5) * 2.0 * PI / COLUMNS as f64;
-                let d = DVec3::new(s * libm::cos(a), y, s * libm::sin(a));
+            for [cos, sin] in around {
+                let d = DVec3::new(s * cos, y, s * sin);
                 let radiance = sky.radiance(R::Vec3::ZERO, R::Vec3::from_f64(d)).to_f64();
                 for (sum, h) in sums.iter_mut().zip(harmonics(d)) {
                     *sum += radiance * h;

@@ -10,6 +10,7 @@ use raywright_bvh::{Geometry, Inventory, Precision};
 use super::geometry::ObjectRecord;
 use super::input::TextureUse;
 use super::material::{Layered, Material, count_layered};
+use super::pyramid;
 use super::shape::any_shape;
 use super::tangents;
 use super::uses::Uses;
@@ -21,7 +22,7 @@ use crate::light::{Choice, DeltaLight, EmitterList};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{ends, simulated_scene};
-use crate::scene::{ImageData, Integrator, Projection, Scene, Shape, Sky};
+use crate::scene::{Filter, ImageData, Integrator, Projection, Scene, Shape, Sky};
 use crate::settings::Settings;
 
 /// At least what a scene prepared in a precision will take, and at most twice of it (more in a wide tree, see `crate::estimate`), from counts alone: only how many nodes a
@@ -140,15 +141,23 @@ impl Needs {
 
     fn look_up_images(&mut self, scene: &Scene, lookup: &Lookup<'_>, used: &HashSet<&str>) {
         let mut images: HashSet<*const ImageData> = HashSet::new();
+        let mut pyramids = HashSet::new();
         let mut image = |name: &str| {
             let data = lookup.image(name)?.data.as_ref()?;
             Some(if images.insert(Arc::as_ptr(data)) { data.bytes() as u64 } else { 0 })
         };
         for material in used.iter().filter_map(|name| lookup.material(name)) {
             let textures = material.1.textures().filter_map(|reference| lookup.texture(&reference.name));
-            for bytes in textures.filter_map(|texture| image(&texture.image)) {
+            for texture in textures {
+                let Some(data) = lookup.image(&texture.image).and_then(|image| image.data.as_ref()) else { continue };
                 self.texture_uses += 1;
-                self.images += bytes;
+                self.images += image(&texture.image).unwrap_or(0);
+                if texture.filter == Filter::Mipmaps {
+                    // What is absent by alpha is read once more, without.
+                    self.texture_uses += 1;
+                    let first = pyramids.insert((Arc::as_ptr(data), texture.colour_space));
+                    self.images += if first { pyramid::bytes_of(data.width, data.height) } else { 0 };
+                }
             }
         }
         if let Some(Sky::Map(map)) = &scene.sky {

@@ -8,11 +8,12 @@ use std::sync::Arc;
 use raywright_bvh::{Real, Vector};
 
 use super::PrepareError;
-use super::texture::Sampler;
+use super::pyramid;
+use super::texture::{Footprint, Sampler};
 use crate::expr::{Programs, Scope, Variable, compile};
 use crate::interaction::{Beam, Interaction};
 use crate::lookup::Lookup;
-use crate::scene::{Channel, ImageData, Input as InputData, TextureRef, Value, Weight};
+use crate::scene::{Channel, ColourSpace, Filter, ImageData, Input as InputData, TextureRef, Value, Weight};
 
 /// The tables that inputs refer to by index.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +22,8 @@ pub(crate) struct Sources<R: Real> {
     pub textures: Vec<TextureUse<R>>,
     /// Each once, however many textures show it; the scene's own, because pixels are not copied.
     pub images: Vec<Arc<ImageData>>,
+    /// Mip maps of images, for each colour space in which one is read with them; empty where no texture asks for any.
+    pub pyramids: Vec<Vec<ImageData>>,
 }
 
 /// A use of a texture.
@@ -29,6 +32,8 @@ pub(crate) struct TextureUse<R: Real> {
     /// Its place in the table of images.
     image: u32,
     sampler: Sampler<R>,
+    /// The image's mip maps in their table; none: it is read as it is.
+    pyramid: Option<u32>,
     /// Of a mesh's sets of texture coordinates.
     set: usize,
     /// Expressions in place of the surface's own coordinates.
@@ -41,7 +46,14 @@ impl<R: Real> TextureUse<R> {
             Some(own) => own.map(|input| input.number(here)),
             None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
         };
-        self.sampler.texel(&here.sources.images[self.image as usize], coordinates)
+        let footprint = match self.pyramid {
+            None => Footprint { levels: &[], side: R::ZERO },
+            Some(pyramid) => Footprint {
+                levels: &here.sources.pyramids[pyramid as usize],
+                side: here.at.footprint.get(self.set).copied().unwrap_or(R::ZERO),
+            },
+        };
+        self.sampler.texel(&here.sources.images[self.image as usize], coordinates, footprint)
     }
 
     fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
@@ -206,12 +218,16 @@ pub(super) struct Compiler<'a, R: Real> {
     pub sources: Sources<R>,
     /// Where each image is in the table of images, by its address.
     places: HashMap<*const ImageData, u32>,
+    /// The same for mip maps, by the place of the image and whether its codes are sRGB.
+    pyramids: HashMap<(u32, bool), u32>,
+    /// Whether textures are read without mip maps, whatever they ask for.
+    pub finest: bool,
 }
 
 impl<'a, R: Real> Compiler<'a, R> {
     pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>) -> Self {
-        let sources = Sources { programs: Programs::default(), textures: Vec::new(), images: Vec::new() };
-        Self { names, lookup, path: String::new(), sources, places: HashMap::new() }
+        let sources = Sources { programs: Programs::default(), textures: Vec::new(), images: Vec::new(), pyramids: Vec::new() };
+        Self { names, lookup, path: String::new(), sources, places: HashMap::new(), pyramids: HashMap::new(), finest: false }
     }
 
     fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
@@ -241,7 +257,10 @@ impl<'a, R: Real> Compiler<'a, R> {
         let image = self.lookup.image(&texture.image).and_then(|image| image.data.as_ref());
         let Some(image) = image else { return Ok(None) };
         let (image, sampler) = (self.place_of(image), Sampler::new(texture, reference));
-        self.sources.textures.push(TextureUse { image, sampler, set: reference.uv_set as usize, coordinates });
+        // How expressions stretch an image is not known, so what they read is the image itself.
+        let filtered = texture.filter == Filter::Mipmaps && coordinates.is_none() && !self.finest;
+        let pyramid = filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
+        self.sources.textures.push(TextureUse { image, sampler, pyramid, set: reference.uv_set as usize, coordinates });
         Ok(Some(Input::Texture(self.sources.textures.len() as u32 - 1, reference.channel)))
     }
 
@@ -250,6 +269,14 @@ impl<'a, R: Real> Compiler<'a, R> {
         *self.places.entry(Arc::as_ptr(image)).or_insert_with(|| {
             images.push(Arc::clone(image));
             images.len() as u32 - 1
+        })
+    }
+
+    fn pyramid_of(&mut self, image: u32, srgb: bool) -> u32 {
+        let Sources { images, pyramids, .. } = &mut self.sources;
+        *self.pyramids.entry((image, srgb)).or_insert_with(|| {
+            pyramids.push(pyramid::levels(&images[image as usize], srgb));
+            pyramids.len() as u32 - 1
         })
     }
 

@@ -7,6 +7,7 @@ mod extent;
 mod geometry;
 mod input;
 mod material;
+mod pyramid;
 mod shape;
 mod tangents;
 pub(crate) mod texture;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 
 use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector};
 
-use crate::camera::{Camera, frame};
+use crate::camera::{Camera, Cone, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, Strategy, prepare_sky};
@@ -24,7 +25,9 @@ use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
-use crate::scene::{self, ClassicRules, DepthLimit, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule};
+use crate::scene::{
+    self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule,
+};
 use crate::settings::{Background, LightSampling, Microfacets, Settings};
 
 pub(crate) use estimate::estimate;
@@ -145,6 +148,8 @@ pub struct Prepared<P: Precision> {
     /// The sky's cosine-weighted average; none where no material asks for it.
     pub(crate) irradiance: Option<Irradiance<P::Real>>,
     pub(crate) camera: Camera<P::Real>,
+    /// How wide its rays are, by which textures are filtered; none where no texture asks.
+    pub(crate) cone: Option<Cone<P::Real>>,
     pub(crate) rules: Rules<P::Real>,
     /// Whether some material absorbs what passes through it.
     pub(crate) absorbs: bool,
@@ -261,6 +266,7 @@ impl<P: Precision> Prepared<P> {
             absorbs: simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs),
             tangents,
             materials,
+            cone: (!inputs.sources.pyramids.is_empty()).then(|| camera.cone()),
             sources: inputs.sources,
             lights,
             backdrop,
@@ -292,10 +298,12 @@ impl<P: Precision> Prepared<P> {
         }
     }
 
-    /// Bytes of the images that materials and sky show, each counted once.
+    /// Bytes of the images that materials and sky show, each counted once, with their mip maps.
     fn texture_bytes(&self) -> usize {
         let sky = self.lights.sky.image().filter(|&sky| !self.sources.images.iter().any(|image| Arc::ptr_eq(image, sky)));
-        self.sources.images.iter().chain(sky).map(|image| image.bytes()).sum()
+        let pyramids = self.sources.pyramids.iter().flatten();
+        self.sources.images.iter().chain(sky).map(|image| image.bytes()).sum::<usize>()
+            + pyramids.map(ImageData::bytes).sum::<usize>()
     }
 
     /// Sizes of the tables that effects need; an absent effect's are empty.

@@ -1,4 +1,4 @@
-//! Image textures: wrap modes, nearest and bilinear filtering, colour spaces.
+//! Image textures: wrap modes, nearest, bilinear and trilinear filtering, colour spaces.
 
 use std::sync::OnceLock;
 
@@ -17,6 +17,15 @@ pub(crate) struct Sampler<R: Real> {
     factor: R::Vec3,
 }
 
+/// What of an image a sample is to stand for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Footprint<'a, R> {
+    /// The image's mip maps; empty: the image alone is read.
+    pub levels: &'a [ImageData],
+    /// Side of a square of texture coordinates, before the use's own map.
+    pub side: R,
+}
+
 impl<R: Real> Sampler<R> {
     /// How to read this use of a texture.
     pub fn new(texture: &Texture, reference: &TextureRef) -> Self {
@@ -30,22 +39,57 @@ impl<R: Real> Sampler<R> {
     }
 
     /// The filtered texel of an image: linear red, green, blue, with the factor, and alpha.
-    pub fn texel(&self, image: &ImageData, coordinates: [R; 2]) -> [R; 4] {
-        let [r, g, b, a] = self.filtered(image, coordinates);
+    pub fn texel(&self, image: &ImageData, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
+        let [r, g, b, a] = match footprint.levels {
+            [] => self.filtered(image, self.mapped(coordinates)),
+            _ => self.from_afar(image, self.mapped(coordinates), footprint),
+        };
         [r * self.factor.x(), g * self.factor.y(), b * self.factor.z(), a]
     }
 
-    fn filtered(&self, image: &ImageData, [mut u, mut v]: [R; 2]) -> [R; 4] {
-        if let Some([[a, b, c], [d, e, f]]) = self.transform {
-            (u, v) = (a * u + b * v + c, d * u + e * v + f);
+    /// Coordinates under the use's own map.
+    #[inline(always)]
+    fn mapped(&self, [u, v]: [R; 2]) -> [R; 2] {
+        match self.transform {
+            Some([[a, b, c], [d, e, f]]) => [a * u + b * v + c, d * u + e * v + f],
+            None => [u, v],
         }
+    }
+
+    /// Between the two levels whose texels are as large as the footprint. Nearer than the image's own texels, and of images
+    /// without an area, it is the image.
+    #[inline(never)]
+    fn from_afar(&self, image: &ImageData, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
+        let level = self.level(image, footprint.side.to_f64());
+        if level <= 0.0 {
+            return self.filtered(image, coordinates);
+        }
+        let last = footprint.levels.len();
+        let at = |level: usize| match level.min(last) {
+            0 => self.filtered(image, coordinates),
+            reduced => self.filtered(&footprint.levels[reduced - 1], coordinates),
+        };
+        let finer = level.min(last as f64) as usize;
+        let share = level - finer as f64;
+        if finer == last || share == 0.0 { at(finer) } else { blend(at(finer), at(finer + 1), R::from_f64(share)) }
+    }
+
+    /// The level, not a whole one, whose texels have the area of a footprint (Akenine-Möller et al., "Texture Level of Detail Strategies
+    /// for Real-Time Ray Tracing", 2019, equation 20.3 and following); −∞ where there is none.
+    fn level(&self, image: &ImageData, side: f64) -> f64 {
+        let stretch = self.transform.map_or(1.0, |[[a, b, _], [d, e, _]]| (a * e - b * d).to_f64().abs());
+        let texels = side * side * stretch * f64::from(image.width) * f64::from(image.height);
+        if texels > 0.0 { 0.5 * libm::log2(texels) } else { f64::NEG_INFINITY }
+    }
+
+    fn filtered(&self, image: &ImageData, [u, v]: [R; 2]) -> [R; 4] {
         let x = scaled(u.to_f64(), image.width, self.wrap[0]);
         let y = scaled(v.to_f64(), image.height, self.wrap[1]);
         let column = |x: f64| index(x, image.width, self.wrap[0]);
         let row = |y: f64| index(y, image.height, self.wrap[1]);
         match self.filter {
             Filter::Nearest => self.fetch(image, column(Real::floor(x)), row(Real::floor(y))),
-            Filter::Bilinear => {
+            Filter::Bilinear | Filter::Mipmaps => {
                 let (x, y) = (x - 0.5, y - 0.5);
                 let (x0, y0) = (Real::floor(x), Real::floor(y));
                 let (fx, fy) = (R::from_f64(x - x0), R::from_f64(y - y0));
@@ -59,15 +103,21 @@ impl<R: Real> Sampler<R> {
     }
 
     fn fetch(&self, image: &ImageData, column: usize, row: usize) -> [R; 4] {
-        let at = row * image.width as usize + column;
-        match &image.pixels {
-            Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
-            Pixels::Codes(pixels) => {
-                let [r, g, b, a] = pixels[at];
-                let share = |code: u8| f64::from(code) / 255.0;
-                let colour = |code: u8| if self.srgb { decoded(code) } else { share(code) };
-                [colour(r), colour(g), colour(b), share(a)].map(R::from_f64)
-            }
+        texel(image, self.srgb, column, row)
+    }
+}
+
+/// A pixel of an image as linear numbers.
+#[inline(always)]
+pub(super) fn texel<R: Real>(image: &ImageData, srgb: bool, column: usize, row: usize) -> [R; 4] {
+    let at = row * image.width as usize + column;
+    match &image.pixels {
+        Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
+        Pixels::Codes(pixels) => {
+            let [r, g, b, a] = pixels[at];
+            let share = |code: u8| f64::from(code) / 255.0;
+            let colour = |code: u8| if srgb { decoded(code) } else { share(code) };
+            [colour(r), colour(g), colour(b), share(a)].map(R::from_f64)
         }
     }
 }

@@ -158,6 +158,8 @@ pub enum Filter {
     /// Weighted mean of four.
     #[default]
     Bilinear,
+    /// Weighted mean of four in each of two smaller images, whose texels are as wide as a pixel is there.
+    Mipmaps,
 }
 
 /// What lies outside 0..1.

@@ -31,6 +31,20 @@ fn panes_cover_by_their_alpha() {
     sees(&above_blue(json!({ "opacity": 1, "alpha": BLEND }), 1), DOWN, [1.0, 0.5, 0.0]);
 }
 
+/// Protects: through a pane that is half there a camera ray sees the background that was asked for, and a mirrored one the sky; under
+/// path tracing, where chance chooses between pane and background, either is one of the two.
+#[test]
+fn the_background_is_seen_through_panes() {
+    let mut scene = above_blue(json!({ "opacity": 0.25, "alpha": BLEND }), 2);
+    scene.objects.remove(0);
+    scene.sky = serde_json::from_value(json!({ "constant": [9, 9, 9] })).expect("a sky");
+    let settings = Settings { background: Background::Colour([0.0, 0.0, 1.0]), ..settings(&scene, DOWN) };
+    near(pixel(&scene, &settings), [0.4375, 0.21875, 0.5625], 1e-6, "behind panes");
+    let paths = Settings { integrator: raywright_core::scene::Integrator::Path, ..settings };
+    let seen = pixel(&scene, &paths);
+    assert!(seen == [1.0, 0.5, 0.0] || seen == [0.0, 0.0, 1.0], "{seen:?}");
+}
+
 /// Protects: a mask is absent below its cutoff, and there at it.
 #[test]
 fn masks_are_there_or_not() {

@@ -21,6 +21,7 @@ mod interfaces;
 mod layers;
 mod lights;
 mod meshes;
+mod mip_maps;
 mod motion;
 mod normal_maps;
 mod offsets;

@@ -1,35 +1,28 @@
 //! Cameras of a glTF file, placed by the nodes that carry them.
 
-use gltf::json;
-use gltf::json::validation::Checked;
 use raywright_core::scene::{Camera, Pinhole, Pose, Projection};
 
+use super::entries::Camera as Source;
 use super::nodes::Placed;
 use crate::import::Warnings;
 
 /// A camera as the scene wants it, or none with a warning when its numbers make no view.
 ///
 /// The aspect of the file is dropped: the vertical field of view is what a picture of any shape keeps.
-pub(super) fn convert(
-    camera: &json::Camera,
-    index: usize,
-    name: String,
-    placed: &Placed,
-    warnings: &mut Warnings,
-) -> Option<Camera> {
+pub(super) fn convert(camera: &Source, index: usize, name: String, placed: &Placed, warnings: &mut Warnings) -> Option<Camera> {
     let mut skip = |why: &str| {
         warnings.add(format!("cameras[{index}]: {why}; the camera was left out"));
         None
     };
-    let projection = match (&camera.type_, &camera.perspective, &camera.orthographic) {
-        (Checked::Valid(json::camera::Type::Perspective), Some(view), _) => {
+    let projection = match (camera.kind.as_str(), &camera.perspective, &camera.orthographic) {
+        ("perspective", Some(view), _) => {
             let yfov = f64::from(view.yfov);
             if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
                 return skip(&format!("its yfov of {yfov} is not between 0 and pi"));
             }
             Projection::Pinhole(Pinhole { vertical_fov: Some(yfov.to_degrees()), ..Pinhole::default() })
         }
-        (Checked::Valid(json::camera::Type::Orthographic), _, Some(view)) => {
+        ("orthographic", _, Some(view)) => {
             let height = 2.0 * f64::from(view.ymag).abs();
             if !(height > 0.0 && height.is_finite()) {
                 return skip(&format!("its ymag of {} gives no view", view.ymag));

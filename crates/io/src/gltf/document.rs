@@ -1,17 +1,16 @@
 //! The JSON of a glTF file as typed data, read once and without trust in any of its numbers.
 //!
 //! Every index is a `u32` here, so that no text can ask for an entry that no list has; whether a list has it is asked where it is
-//! followed. What must be there is told by its path in the file where it is not. Of `gltf::json` there are the types that hold no
-//! index (cameras, lights, samplers) and materials, whose indices it takes modulo 2³²: [`materials`] looks at them first. Its others
-//! have no animation without a target node (KHR_animation_pointer), no scene without nodes, and node transforms in single precision
-//! only, which moves a city in geocentric coordinates by half a metre.
+//! followed. What is wrong, or must be there and is not, is told by its path in the file, extensions' values included. The types of
+//! the `gltf` crate are not used: they take indices modulo 2³², have no animation without a target node (KHR_animation_pointer), no
+//! scene without nodes, half of the extensions as untyped JSON, and node transforms in single precision only, which moves a city in
+//! geocentric coordinates by half a metre.
 
-use gltf::json;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
-use serde_json::Value;
+use serde::Deserialize;
 
-use super::entries::{Accessor, Animation, Buffer, Image, Mesh, Node, RootExtensions, SceneEntry, Skin, Texture, View};
+use super::entries::{
+    Accessor, Animation, Buffer, Camera, Image, Material, Mesh, Node, RootExtensions, Sampler, SceneEntry, Skin, Texture, View,
+};
 use crate::Limits;
 use crate::import::{Fault, Outcome, Warnings};
 
@@ -24,16 +23,15 @@ pub(super) struct Document {
     pub asset: Asset,
     pub buffers: Vec<Buffer>,
     pub buffer_views: Vec<View>,
-    pub cameras: Vec<json::Camera>,
+    pub cameras: Vec<Camera>,
     pub extensions: RootExtensions,
     pub extensions_required: Vec<String>,
     pub extensions_used: Vec<String>,
     pub images: Vec<Image>,
-    #[serde(deserialize_with = "materials")]
-    pub materials: Vec<json::Material>,
+    pub materials: Vec<Material>,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
-    pub samplers: Vec<json::texture::Sampler>,
+    pub samplers: Vec<Sampler>,
     pub scene: Option<u32>,
     pub scenes: Vec<SceneEntry>,
     pub skins: Vec<Skin>,
@@ -44,8 +42,7 @@ impl Document {
     /// Names of the extensions that the file uses, declared or not, apart from those that its types read.
     pub fn extensions(&self) -> impl Iterator<Item = &String> {
         let of_nodes = self.nodes.iter().flat_map(|node| node.extensions.others.keys());
-        let extended = self.materials.iter().filter_map(|material| material.extensions.as_ref());
-        let of_materials = extended.flat_map(|extensions| extensions.others.keys());
+        let of_materials = self.materials.iter().flat_map(|material| material.extensions.others.keys());
         self.extensions_used.iter().chain(self.extensions.others.keys()).chain(of_nodes).chain(of_materials)
     }
 }
@@ -56,26 +53,6 @@ impl Document {
 pub(super) struct Asset {
     version: Option<String>,
     min_version: Option<String>,
-}
-
-/// Materials as `gltf::json` has them, whose uses of textures are entries of lists.
-fn materials<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<json::Material>, D::Error> {
-    let list = Vec::<Value>::deserialize(deserializer)?;
-    list.iter().try_for_each(uses).map_err(D::Error::custom)?;
-    list.into_iter().map(|value| json::Material::deserialize(value).map_err(D::Error::custom)).collect()
-}
-
-/// Looks for uses of textures, which have an `index`, in a material. Depth is that of the text, which serde_json bounds.
-fn uses(value: &Value) -> Result<(), String> {
-    match value {
-        Value::Object(map) => {
-            let index = ["index", "texCoord"].iter().filter_map(|key| map.get(*key)?.as_u64()).find(|x| *x > u32::MAX.into());
-            index.map_or(Ok(()), |x| Err(format!("refers to entry {x}, which no list can have")))?;
-            map.values().try_for_each(uses)
-        }
-        Value::Array(list) => list.iter().try_for_each(uses),
-        _ => Ok(()),
-    }
 }
 
 /// What of a file that is no glTF 2.0 says why.
@@ -177,7 +154,22 @@ mod tests {
                 r#""meshes": [{ "primitives": [{ "attributes": { "POSITION": 4294967296 } }] }]"#,
                 "meshes[0].primitives[0].attributes",
             ),
-            (r#""materials": [{ "normalTexture": { "index": 4294967296 } }]"#, "materials"),
+            (r#""materials": [{}, { "normalTexture": { "index": 4294967296 } }]"#, "materials[1].normalTexture.index"),
+            (r#""materials": [{ "emissiveTexture": { "index": 0, "texCoord": -1 } }]"#, "materials[0].emissiveTexture.texCoord"),
+            (
+                r#""materials": [{ "extensions": { "KHR_materials_sheen": { "sheenColorTexture": { "index": 1e10 } } } }]"#,
+                "materials[0].extensions.KHR_materials_sheen.sheenColorTexture.index",
+            ),
+            (
+                r#""materials": [{ "extensions": { "KHR_materials_ior": { "ior": "2" } } }]"#,
+                "materials[0].extensions.KHR_materials_ior.ior",
+            ),
+            (r#""cameras": [{ "type": "perspective", "perspective": { "yfov": [] } }]"#, "cameras[0].perspective.yfov"),
+            (
+                r#""extensions": { "KHR_lights_punctual": { "lights": [{ "type": "spot", "color": [1] }] } }"#,
+                "extensions.KHR_lights_punctual.lights[0].color",
+            ),
+            (r#""samplers": [{ "wrapS": "clamp" }]"#, "samplers[0].wrapS"),
             (r#""textures": [{ "extensions": { "KHR_texture_basisu": { "source": -1 } } }]"#, "textures[0].extensions"),
             (r#""bufferViews": [{ "byteLength": 4 }]"#, "bufferViews[0]"),
             (r#""accessors": [{ "count": 1.5, "componentType": 5126, "type": "VEC3" }]"#, "accessors[0].count"),

@@ -1,9 +1,8 @@
 //! Lights of a glTF file (KHR_lights_punctual), placed by the nodes that carry them.
 
-use gltf::json::extensions::scene::khr_lights_punctual::{Light as Source, Type};
-use gltf::json::validation::Checked;
 use raywright_core::scene::{Colour, Falloff, Light, LightKind};
 
+use super::entries::{Light as Source, Spot};
 use super::nodes::Placed;
 use crate::import::Warnings;
 
@@ -22,14 +21,11 @@ pub(super) fn convert(light: &Source, index: usize, name: String, placed: &Place
     let Some(back) = placed.world.matrix3.z_axis.try_normalize() else { return skip("its node squeezes it flat") };
     let position = placed.world.translation.into();
     let range = light.range.map(f64::from).filter(|r| *r > 0.0 && r.is_finite());
-    let kind = match light.type_ {
-        Checked::Valid(Type::Directional) => LightKind::Directional { to_light: back.into() },
-        Checked::Valid(Type::Point) => LightKind::Point { position, falloff: Falloff::InverseSquare, range },
-        Checked::Valid(Type::Spot) => {
-            let spot = light.spot.clone().unwrap_or(gltf::json::extensions::scene::khr_lights_punctual::Spot {
-                inner_cone_angle: 0.0,
-                outer_cone_angle: std::f32::consts::FRAC_PI_4,
-            });
+    let kind = match light.kind.as_str() {
+        "directional" => LightKind::Directional { to_light: back.into() },
+        "point" => LightKind::Point { position, falloff: Falloff::InverseSquare, range },
+        "spot" => {
+            let spot = light.spot.as_ref().map_or_else(Spot::default, Spot::clone);
             let (inner, outer) = (f64::from(spot.inner_cone_angle).to_degrees(), f64::from(spot.outer_cone_angle).to_degrees());
             // pi/2 in single precision is a little more than 90 degrees.
             let outer = if (outer - 90.0).abs() < 1e-4 { 90.0 } else { outer };
@@ -45,7 +41,7 @@ pub(super) fn convert(light: &Source, index: usize, name: String, placed: &Place
                 range,
             }
         }
-        Checked::Invalid => return skip("its type is unknown"),
+        _ => return skip("its type is unknown"),
     };
     Some(Light { name, kind, colour: Colour(colour), shadows: true, specular: true })
 }

@@ -1,15 +1,13 @@
 //! Materials of a glTF file as physical materials.
 
-use gltf::json;
-use gltf::json::validation::Checked;
-use raywright_core::scene::{AlphaMode, Colour, Material, Model, Physical, TextureRef, Unread};
+use raywright_core::scene::{AlphaMode, Colour, Material, Model, Physical, Unread};
 
 use super::Import;
 use super::buffers::absent;
+use super::entries::Material as Source;
 use super::extensions;
-use super::specular_glossiness;
 use super::texture::Use;
-use crate::import::{Fault, Outcome, shown};
+use crate::import::{Outcome, shown};
 
 /// A material of the scene, and what its users must know of it.
 #[derive(Clone, Debug)]
@@ -32,7 +30,7 @@ impl Import<'_> {
         if let Some(known) = self.materials.get(&index) {
             return Ok(known.clone());
         }
-        let default = json::Material::default();
+        let default = Source::default();
         let list = &self.document.materials;
         let source = match index {
             Some(i) => list.get(i).ok_or_else(|| absent("materials", i, list.len()))?,
@@ -62,18 +60,18 @@ impl Import<'_> {
         }
     }
 
-    fn physical(&mut self, source: &json::Material, label: &str) -> Outcome<Physical> {
+    fn physical(&mut self, source: &Source, label: &str) -> Outcome<Physical> {
         self.warn_unread(source, label);
         let pbr = &source.pbr_metallic_roughness;
-        let extensions = source.extensions.clone().unwrap_or_default();
-        let [r, g, b, a] = pbr.base_color_factor.0.map(f64::from);
+        let extensions = &source.extensions;
+        let [r, g, b, a] = pbr.base_color_factor.map(f64::from);
         let mut out = Physical {
             base_colour: Colour([r, g, b].map(|c| self.unit(c, label, "baseColorFactor"))).into(),
             base_colour_texture: self.texture(pbr.base_color_texture.as_ref(), Use::Colour)?,
-            metallic: self.unit(pbr.metallic_factor.0.into(), label, "metallicFactor").into(),
-            roughness: self.unit(pbr.roughness_factor.0.into(), label, "roughnessFactor").into(),
+            metallic: self.unit(pbr.metallic_factor.into(), label, "metallicFactor").into(),
+            roughness: self.unit(pbr.roughness_factor.into(), label, "roughnessFactor").into(),
             metallic_roughness_texture: self.texture(pbr.metallic_roughness_texture.as_ref(), Use::Data)?,
-            normal_texture: self.normal_texture(source.normal_texture.as_ref())?,
+            normal_texture: self.texture(source.normal_texture.as_ref(), Use::Data)?,
             normal_scale: source.normal_texture.as_ref().map_or(1.0, |normal| f64::from(normal.scale)),
             emission: self.emission(source, label).into(),
             emission_texture: self.texture(source.emissive_texture.as_ref(), Use::Colour)?,
@@ -81,74 +79,54 @@ impl Import<'_> {
             unlit: extensions.unlit.is_some(),
             ..Physical::default()
         };
-        out.alpha = match source.alpha_mode {
-            Checked::Valid(json::material::AlphaMode::Opaque) => AlphaMode::Opaque,
-            Checked::Valid(json::material::AlphaMode::Mask) => {
-                AlphaMode::Mask { cutoff: self.unit(source.alpha_cutoff.unwrap_or_default().0.into(), label, "alphaCutoff") }
+        out.alpha = match source.alpha_mode.as_deref() {
+            None | Some("OPAQUE") => AlphaMode::Opaque,
+            Some("MASK") => {
+                AlphaMode::Mask { cutoff: self.unit(source.alpha_cutoff.unwrap_or(0.5).into(), label, "alphaCutoff") }
             }
-            Checked::Valid(json::material::AlphaMode::Blend) => AlphaMode::Blend,
-            Checked::Invalid => {
+            Some("BLEND") => AlphaMode::Blend,
+            Some(_) => {
                 self.warnings.add(format!("{label}: unknown alphaMode; it was taken as opaque"));
                 AlphaMode::Opaque
             }
         };
         if let Some(ior) = &extensions.ior {
-            out.ior = self.ior(ior.ior.0.into(), label).into();
+            out.ior = self.ior(ior.ior.into(), label).into();
         }
         if let Some(transmission) = &extensions.transmission {
-            out.transmission = self.unit(transmission.transmission_factor.0.into(), label, "transmissionFactor").into();
+            out.transmission = self.unit(transmission.transmission_factor.into(), label, "transmissionFactor").into();
             out.transmission_texture = self.texture(transmission.transmission_texture.as_ref(), Use::Data)?;
         }
-        self.layers(&extensions.others, label, &mut out)?;
-        if let Some(glossy) = &extensions.pbr_specular_glossiness {
+        self.layers(extensions, label, &mut out)?;
+        if let Some(glossy) = &extensions.specular_glossiness {
             self.warnings.add(format!("{label}: KHR_materials_pbrSpecularGlossiness was turned into metallic-roughness"));
-            specular_glossiness::convert(glossy, &mut out);
-            out.base_colour_texture = self.texture(glossy.diffuse_texture.as_ref(), Use::Colour)?;
-            out.metallic_roughness_texture = None;
+            self.specular_glossiness(glossy, label, &mut out)?;
         }
         Ok(out)
     }
 
-    /// An image that bends the material's normals.
-    pub(super) fn normal_texture(&mut self, normal: Option<&json::material::NormalTexture>) -> Outcome<Option<TextureRef>> {
-        let Some(normal) = normal else { return Ok(None) };
-        // Of this one use of a texture, `gltf::json` leaves the extensions as they are.
-        let extensions = normal.extensions.as_ref().map(|extensions| serde_json::Value::Object(extensions.others.clone()));
-        let extensions = extensions.map(serde_json::from_value).transpose();
-        let info = json::texture::Info {
-            index: normal.index,
-            tex_coord: normal.tex_coord,
-            extensions: extensions.map_err(|e| Fault::input(format!("normalTexture.extensions: {e}")))?,
-            extras: json::Extras::default(),
-        };
-        self.texture(Some(&info), Use::Data)
-    }
-
     /// Remembers what of a material has no words in a scene: effects tell it where something shows the material.
-    fn note_unread(&mut self, source: &json::Material, material: &str) {
-        let Some(extensions) = &source.extensions else { return };
+    fn note_unread(&mut self, source: &Source, material: &str) {
+        let extensions = &source.extensions;
         let unread = |what: String| Unread { material: material.to_owned(), what };
         self.scene.unread.extend(extensions::unread(&extensions.others).map(|name| unread(shown(name))));
-        if extensions.pbr_specular_glossiness.as_ref().is_some_and(|glossy| glossy.specular_glossiness_texture.is_some()) {
-            self.scene.unread.push(unread("KHR_materials_pbrSpecularGlossiness (specularGlossinessTexture)".to_owned()));
-        }
     }
 
     /// Says what of a material is not read.
-    fn warn_unread(&mut self, source: &json::Material, label: &str) {
+    fn warn_unread(&mut self, source: &Source, label: &str) {
         if source.occlusion_texture.is_some() {
             self.warnings.add(format!("{label}: its occlusion map is ignored: what light can't reach is found by tracing"));
         }
     }
 
-    fn emission(&mut self, source: &json::Material, label: &str) -> Colour {
-        let strength = source.extensions.as_ref().and_then(|e| e.emissive_strength.as_ref());
-        let mut strength = strength.map_or(1.0, |s| f64::from(s.emissive_strength.0));
+    fn emission(&mut self, source: &Source, label: &str) -> Colour {
+        let strength = source.extensions.emissive_strength.as_ref();
+        let mut strength = strength.map_or(1.0, |s| f64::from(s.emissive_strength));
         if !(strength.is_finite() && strength >= 0.0) {
             self.warnings.add(format!("{label}: emissiveStrength {strength} makes no sense; 1 was taken"));
             strength = 1.0;
         }
-        Colour(source.emissive_factor.0.map(|c| self.unit(c.into(), label, "emissiveFactor") * strength))
+        Colour(source.emissive_factor.map(|c| self.unit(c.into(), label, "emissiveFactor") * strength))
     }
 
     /// An index of refraction of at least 1. The extension's 0, "reflects everything", belongs to the specular-glossiness model.

@@ -45,6 +45,7 @@ use deform::{PoseKey, Skins};
 use document::Document;
 use material::UsedMaterial;
 use nodes::Placed;
+use specular_glossiness::Bakery;
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
@@ -117,6 +118,7 @@ fn import(
         textures: HashMap::new(),
         images: HashMap::new(),
         waiting: Waiting::default(),
+        bakery: Bakery::default(),
         work: Work::new(observer),
         meshes: HashMap::new(),
         moved: HashMap::new(),
@@ -175,6 +177,8 @@ struct Import<'a> {
     images: HashMap<usize, Option<String>>,
     /// Images that are known to be readable and not yet decoded.
     waiting: Waiting<'a>,
+    /// Images that are made from decoded ones.
+    bakery: Bakery,
     work: Work<'a>,
     /// By mesh, primitive and how it is moved; none where nothing of it can be drawn.
     meshes: HashMap<(usize, usize, PoseKey), Option<UsedMesh>>,
@@ -211,6 +215,7 @@ impl Import<'_> {
         }
         let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
         waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))?;
+        core::mem::take(&mut self.bakery).bake(&mut self.scene, &mut self.budget)?;
         if self.scene.objects.is_empty() {
             self.warnings.add("the scene that is shown has no triangles: nothing to see");
         }

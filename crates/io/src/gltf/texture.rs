@@ -2,14 +2,11 @@
 
 use std::borrow::Cow;
 
-use gltf::json;
-use gltf::json::texture::{MagFilter, Sampler, WrappingMode};
-use gltf::json::validation::Checked;
 use raywright_core::scene::{Colour, ColourSpace, Filter, Image as SceneImage, Texture as SceneTexture, TextureRef, Wrap};
 
 use super::Import;
 use super::buffers::absent;
-use super::entries::{Image, Texture};
+use super::entries::{Image, Sampler, Texture, TextureTransform, TextureUse};
 use super::mesh::MOST_UV_SETS;
 use crate::import::{Fault, FaultKind, Outcome};
 use crate::{image_file, uri};
@@ -25,11 +22,11 @@ pub(super) enum Use {
 
 impl<'a> Import<'a> {
     /// A material's use of a texture; none when it has none or, with a warning, when the image could not be had.
-    pub(super) fn texture(&mut self, info: Option<&json::texture::Info>, used_as: Use) -> Outcome<Option<TextureRef>> {
+    pub(super) fn texture(&mut self, info: Option<&TextureUse>, used_as: Use) -> Outcome<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
-        let index = info.index.value();
+        let index = info.index as usize;
         let Some(name) = self.named_texture(index, used_as)? else { return Ok(None) };
-        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let transform = info.extensions.transform.as_ref();
         let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
         if uv_set >= MOST_UV_SETS {
             self.warnings
@@ -73,9 +70,9 @@ impl<'a> Import<'a> {
                 name: name.clone(),
                 image,
                 colour_space: if used_as == Use::Colour { ColourSpace::Srgb } else { ColourSpace::Linear },
-                filter: filter(&sampler),
-                wrap_u: wrap(&sampler.wrap_s),
-                wrap_v: wrap(&sampler.wrap_t),
+                filter: filter(sampler),
+                wrap_u: wrap(sampler.wrap_s),
+                wrap_v: wrap(sampler.wrap_t),
             });
             name
         });
@@ -83,11 +80,12 @@ impl<'a> Import<'a> {
         Ok(name)
     }
 
-    fn sampler(&self, texture: &Texture) -> Outcome<Sampler> {
+    fn sampler(&self, texture: &Texture) -> Outcome<&'a Sampler> {
+        const NONE: &Sampler = &Sampler { mag_filter: None, wrap_s: None, wrap_t: None };
         let list = &self.document.samplers;
         match texture.sampler {
-            Some(index) => list.get(index as usize).cloned().ok_or_else(|| absent("samplers", index as usize, list.len())),
-            None => Ok(Sampler::default()),
+            Some(index) => list.get(index as usize).ok_or_else(|| absent("samplers", index as usize, list.len())),
+            None => Ok(NONE),
         }
     }
 
@@ -141,27 +139,26 @@ impl<'a> Import<'a> {
     }
 }
 
-/// A sampler without filters leaves the choice to the reader. Mip maps are not used.
+/// A sampler without filters leaves the choice to the reader. How to minify is not read: mip maps stand in for the mean over a pixel
+/// where there is one sample of it, and here samples take that mean. Who has few asks for them by the ladder of texture filters.
 fn filter(sampler: &Sampler) -> Filter {
-    match sampler.mag_filter {
-        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
-        _ => Filter::Bilinear,
-    }
+    const NEAREST: u32 = 9728;
+    if sampler.mag_filter == Some(NEAREST) { Filter::Nearest } else { Filter::Bilinear }
 }
 
-fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
+fn wrap(mode: Option<u32>) -> Wrap {
     match mode {
-        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
-        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::MirroredRepeat,
+        Some(33071) => Wrap::Clamp,
+        Some(33648) => Wrap::MirroredRepeat,
         _ => Wrap::Repeat,
     }
 }
 
 /// Offset · rotation · scale, with the rotation counter-clockwise as seen in the image, whose v axis points down.
-fn uv_rows(transform: &json::extensions::texture::TextureTransform) -> [[f64; 3]; 2] {
-    let [ox, oy] = transform.offset.0.map(f64::from);
-    let [sx, sy] = transform.scale.0.map(f64::from);
-    let angle = f64::from(transform.rotation.0);
+fn uv_rows(transform: &TextureTransform) -> [[f64; 3]; 2] {
+    let [ox, oy] = transform.offset.map(f64::from);
+    let [sx, sy] = transform.scale.map(f64::from);
+    let angle = f64::from(transform.rotation);
     let (sin, cos) = (libm::sin(angle), libm::cos(angle));
     [[cos * sx, sin * sy, ox], [-sin * sx, cos * sy, oy]]
 }

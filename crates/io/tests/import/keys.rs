@@ -4,7 +4,7 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical};
+use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical, Pixels};
 use raywright_io::Loaded;
 use serde_json::json;
 
@@ -20,7 +20,7 @@ fn first(loaded: &Loaded) -> Physical {
 }
 
 fn picture(folder: &Path) {
-    image::RgbaImage::new(1, 1).save(folder.join("a.png")).unwrap();
+    image::RgbaImage::from_pixel(1, 1, image::Rgba([255, 188, 0, 102])).save(folder.join("a.png")).unwrap();
 }
 
 /// The material of an OBJ file that a library writes in these lines, without its textures, and how many it had.
@@ -168,6 +168,40 @@ fn each_factor_of_gltf_has_its_meaning() {
         let rest = Physical { base_colour: wanted.base_colour.clone(), metallic: wanted.metallic.clone(), ..found };
         assert_eq!(rest, wanted, "{material}");
     }
+}
+
+/// Protects: the images of the old specular-glossiness model are turned into those of the new one, with the use's own coordinates, and are
+/// what the factors of each texel would give; where its two images lie differently, the factors alone count, and it is said.
+#[test]
+fn specular_glossiness_has_images() {
+    let transform = r#""texCoord": 1, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0] } }"#;
+    let of = |diffuse: &str| {
+        gltf(&format!(
+            r#""extensions": {{ "KHR_materials_pbrSpecularGlossiness": {{ {diffuse} "diffuseFactor": [0, 0, 0, 0.5],
+            "specularFactor": [1, 1, 1], "glossinessFactor": 0.5, "specularGlossinessTexture": {{ "index": 0, {transform} }} }} }}"#
+        ))
+    };
+    for diffuse in ["".to_owned(), format!(r#""diffuseTexture": {{ "index": 0, {transform} }},"#)] {
+        let loaded = of(&diffuse);
+        let found = first(&loaded);
+        assert!(loaded.scene.unread.is_empty());
+        let images = [&found.base_colour_texture, &found.metallic_roughness_texture].map(|used| {
+            let used = used.as_ref().expect("a texture");
+            assert_eq!((used.uv_set, used.uv_transform), (1, Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]])));
+            let texture = loaded.scene.textures.iter().find(|texture| texture.name == used.name).expect("it is there");
+            let image = loaded.scene.images.iter().find(|image| image.name == texture.image).expect("it is there");
+            let Some(Pixels::Codes(pixels)) = image.data.as_ref().map(|data| data.pixels.clone()) else { panic!("codes") };
+            (texture.colour_space, pixels[0])
+        });
+        // What diffuses nothing and reflects all of one channel is a metal; glossiness is a half of 102/255. Without an image of
+        // the diffuse colour nothing is absent.
+        let opacity = if diffuse.is_empty() { 255 } else { 102 };
+        assert_eq!(images, [(ColourSpace::Srgb, [255, 188, 0, opacity]), (ColourSpace::Linear, [0, 204, 255, 255])]);
+        assert_eq!((found.metallic, found.roughness, found.opacity), (1.0.into(), 1.0.into(), 0.5.into()));
+    }
+    let loaded = of(r#""diffuseTexture": { "index": 0 },"#);
+    assert!(first(&loaded).metallic_roughness_texture.is_none());
+    assert!(loaded.warnings.iter().any(|warning| warning.message.contains("lie differently")), "{:?}", loaded.warnings);
 }
 
 /// Protects: the set of coordinates that a texture's transform names counts before that of its use (KHR_texture_transform).

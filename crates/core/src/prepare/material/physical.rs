@@ -102,7 +102,11 @@ pub(super) fn physical<R: Real>(
 ) -> Result<Physical<R>, PrepareError> {
     let image = inputs.image(&m.base_colour_texture, "base_colour_texture")?;
     let base = inputs.product(&m.base_colour, image, "base_colour")?;
-    let opacity = inputs.product(&m.opacity, image.map(|image| image.channel(Channel::Alpha)), "opacity")?;
+    // The share of an image that lies above a cutoff is not that of its mean.
+    inputs.finest = matches!(m.alpha, AlphaMode::Mask { .. });
+    let cover = if inputs.finest { inputs.image(&m.base_colour_texture, "base_colour_texture")? } else { image };
+    let opacity = inputs.product(&m.opacity, cover.map(|image| image.channel(Channel::Alpha)), "opacity")?;
+    inputs.finest = false;
     let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;
     let roughness = inputs.product(&m.roughness, image.map(|image| image.channel(Channel::Green)), "roughness")?;
     let metallic = inputs.product(&m.metallic, image.map(|image| image.channel(Channel::Blue)), "metallic")?;

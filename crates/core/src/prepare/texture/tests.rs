@@ -2,6 +2,7 @@
 
 use std::sync::LazyLock;
 
+use super::super::pyramid;
 use super::*;
 
 /// Columns and rows of the picture under test; neither a power of two nor alike.
@@ -50,7 +51,7 @@ fn expected(u: f64, n: u32, filter: Filter, wrap: Wrap) -> f64 {
     let texel = |k: i64| wrapped(k, n, wrap) as f64;
     match filter {
         Filter::Nearest => texel(whole_part(u, n)),
-        Filter::Bilinear => {
+        Filter::Bilinear | Filter::Mipmaps => {
             // Halves of texels are whole steps of twice as many.
             let left = (whole_part(u, 2 * n) - 1).div_euclid(2);
             let weight = (u * f64::from(n) - 0.5) - left as f64;
@@ -133,4 +134,45 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
         assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");
         assert_eq!(([a, plain.filtered(&image, [0.0; 2])[1]]), [share; 2]);
     }
+}
+
+/// Protects: the level is the one whose texels are as wide as the footprint, in between it is both in their shares, nearer than the image
+/// it is the image and farther than the last level its mean, in every wrap mode and for sizes that are no powers of two.
+#[test]
+fn footprints_choose_levels() {
+    let image = numbered();
+    let levels = pyramid::levels(&image, false);
+    assert_eq!(levels.len(), 2);
+    for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
+        let sampler = sampler::<f64>(Filter::Mipmaps, [wrap; 2]);
+        for (u, v) in [(0.1, 0.2), (0.83, 0.61), (-1.3, 2.4)] {
+            let read = |image: &ImageData| sampler.filtered(image, [u, v])[0];
+            let (own, half, all) = (read(&image), read(&levels[0]), read(&levels[1]));
+            assert!((all - 4.5).abs() < 1e-6);
+            for (texels, expected) in [
+                (0.0, own),
+                (0.7, own),
+                (1.0, own),
+                (2.0_f64.powf(0.25), 0.75 * own + 0.25 * half),
+                (2.0, half),
+                (2.0_f64.powf(1.5), 0.5 * half + 0.5 * all),
+                (4.0, all),
+                (1e30, all),
+                (f64::INFINITY, all),
+                (f64::NAN, own),
+            ] {
+                // Of a square of so many texels a side: the image is 5 by 2 of them.
+                let side = texels / f64::from(SIZE[0] * SIZE[1]).sqrt();
+                let [found, ..] = sampler.texel(&image, [u, v], Footprint { levels: &levels, side });
+                assert!((found - expected).abs() < 1e-6, "{wrap:?} {texels} texels at {u} {v}: {found}, not {expected}");
+            }
+        }
+    }
+    // Under a map that makes the image twice as small in both directions, it is the next level; mirrored as well.
+    let stretched =
+        Sampler { transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]), ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2]) };
+    let side = 1.0 / f64::from(SIZE[0] * SIZE[1]).sqrt();
+    let [found, ..] = stretched.texel(&image, [0.3, 0.1], Footprint { levels: &levels, side });
+    let [expected, ..] = stretched.filtered(&levels[0], [0.2, 0.6]);
+    assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
 }

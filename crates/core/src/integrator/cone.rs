@@ -1,0 +1,59 @@
+//! What of an image a ray stands for: how large the spot is that it makes on a surface, in texture coordinates. Asked only where a
+//! texture has mip maps.
+//!
+//! A cone widens with the length of its path alone. Rough and curved surfaces would widen it more; that is left to samples, since
+//! a level chosen too coarse mixes what lies side by side in an atlas, and one chosen too fine only costs noise.
+
+use glam::DVec3;
+use raywright_bvh::{Hit, Precision, Real, Vector};
+
+use super::Leg;
+use crate::camera::Cone;
+use crate::interaction::Interaction;
+use crate::prepare::{MeshUse, Prepared};
+
+impl<R: Real> Interaction<R> {
+    /// Makes the footprints, for the sets of texture coordinates that the material reads (Akenine-Möller et al., "Texture Level of
+    /// Detail Strategies for Real-Time Ray Tracing", 2019): by the areas of a mesh's triangles, of shapes by how fast u grows. A spot on
+    /// a slanted surface counts as wide as it is long.
+    #[inline(never)]
+    pub(super) fn cover<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, cone: &Cone<R>, leg: &Leg<R>, hit: &Hit<R>) {
+        let record = &scene.objects[self.object as usize];
+        if !record.coordinates && record.mesh.as_ref().is_none_or(|mesh| mesh.sets == 0) {
+            return;
+        }
+        let width = (cone.width + cone.spread * (leg.before + self.distance)).to_f64();
+        let spot = width / self.direction.dot(self.surface.normal).to_f64().abs();
+        let Some(mesh) = &record.mesh else {
+            let along = scene.geometry.parameters(&leg.ray, hit).dpdu.to_f64().length();
+            self.footprint.fill(R::from_f64(spot / along));
+            return;
+        };
+        let data = &scene.meshes[mesh.mesh as usize];
+        let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
+        let [a, b, c] = corners.map(|i| DVec3::from(data.positions[i].map(f64::from)));
+        let area = in_world((b - a).cross(c - a), self.normals(scene, mesh, leg, hit)).length();
+        for set in (0..self.footprint.len()).filter(|set| mesh.sets >> set & 1 != 0) {
+            let own = match data.uvs.get(set).filter(|uvs| !uvs.is_empty()) {
+                Some(uvs) => {
+                    let [p, q, r] = corners.map(|i| uvs[i].map(f64::from));
+                    ((q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1])).abs()
+                }
+                // What stands in for a first set are the weights of the corners.
+                None => 1.0,
+            };
+            self.footprint[set] = R::from_f64(spot * (own / area).sqrt());
+        }
+    }
+
+    /// The columns of the map that takes a mesh's normals to the world where a ray hit it.
+    fn normals<P: Precision<Real = R>>(&self, scene: &Prepared<P>, mesh: &MeshUse<R>, leg: &Leg<R>, hit: &Hit<R>) -> [DVec3; 3] {
+        let turned = |axis: DVec3| scene.geometry.normal(&leg.ray, hit, R::Vec3::from_f64(axis)).to_f64();
+        if mesh.turns { [DVec3::X, DVec3::Y, DVec3::Z].map(turned) } else { mesh.normals.map(Vector::to_f64) }
+    }
+}
+
+/// The area vector of a mesh's triangle in the world: its map's cofactors are those of normals, times its determinant.
+fn in_world(area: DVec3, [x, y, z]: [DVec3; 3]) -> DVec3 {
+    (x * area.x + y * area.y + z * area.z) / x.dot(y.cross(z))
+}
