@@ -19,7 +19,7 @@ use media::absorbed;
 
 use super::{Brought, CameraRay, Kernel, Leg, MAX_CUTOUTS, Tracer};
 use crate::interaction::Interaction;
-use crate::light::{LightId, Target};
+use crate::light::LightId;
 use crate::material::Sampled;
 use crate::prepare::{Alpha, Material};
 use crate::sampler::{Address, Purpose, pair};
@@ -143,13 +143,15 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return backdrop;
         }
         let direction = walk.leg.ray.direction;
-        let sky = self.scene.lights.sky.radiance(walk.leg.start(), direction);
-        sky * self.found(walk, LightId::Sky, &Target::Infinity)
+        let lights = &self.scene.lights;
+        let place = lights.sky.place(direction);
+        let sky = lights.sky.radiance_at(walk.leg.start(), direction, place);
+        sky * self.found(walk, LightId::Sky, |probability| lights.density_of_sky(direction, place, probability))
     }
 
-    /// Share that a ray has in finding the light that it met.
+    /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.
     #[inline(always)]
-    fn found(&self, walk: &Walk<P::Real>, light: LightId, met: &Target<P::Real>) -> P::Real {
+    fn found(&self, walk: &Walk<P::Real>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> P::Real {
         let Left { from, normal, density } = walk.left;
         if density == f64::INFINITY {
             return P::Real::ONE;
@@ -159,7 +161,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return P::Real::ONE;
         }
         let probability = lights.choice().probability::<P::Real>(light, from, normal);
-        let other = if probability > 0.0 { lights.density(light, from, walk.leg.ray.direction, met, probability) } else { 0.0 };
+        let other = if probability > 0.0 { drawn(probability) } else { 0.0 };
         match self.scene.light_sampling {
             LightSampling::Lights if other > 0.0 => P::Real::ZERO,
             LightSampling::Lights => P::Real::ONE,

@@ -18,16 +18,16 @@ pub(super) fn push_shares(cumulative: &mut Vec<f64>, weights: &[f64]) -> f64 {
 }
 
 /// The share of an entry.
-pub(super) fn share(cumulative: &[f64], index: usize) -> f64 {
-    let before = if index == 0 { 0.0 } else { cumulative[index - 1] };
-    cumulative[index] - before
+pub(super) fn share<T: Copy + Into<f64>>(cumulative: &[T], index: usize) -> f64 {
+    let before = if index == 0 { 0.0 } else { cumulative[index - 1].into() };
+    cumulative[index].into() - before
 }
 
 /// The entry at a number in [0, 1), its share, and how far into it the number lies, in [0, 1).
-pub(super) fn pick(cumulative: &[f64], at: f64) -> (usize, f64, f64) {
+pub(super) fn pick<T: Copy + Into<f64>>(cumulative: &[T], at: f64) -> (usize, f64, f64) {
     let at = at.min(1.0_f64.next_down());
-    let index = cumulative.partition_point(|&c| c <= at);
+    let index = cumulative.partition_point(|&c| c.into() <= at);
     let share = share(cumulative, index);
-    let before = cumulative[index] - share;
+    let before = cumulative[index].into() - share;
     (index, share, ((at - before) / share).clamp(0.0, 1.0_f64.next_down()))
 }

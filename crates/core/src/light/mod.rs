@@ -27,7 +27,7 @@ mod sky_sampler;
 mod solid_angle;
 mod tree;
 
-use raywright_bvh::{Aabb, Precision, Real, Surface, Vec3Of, Vector};
+use raywright_bvh::{Aabb, Precision, Real, Surface, Vec3Of};
 
 pub use bounds::Bounds;
 pub use choice::Choice;
@@ -38,7 +38,7 @@ pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub use polygon::Polygon;
 pub use sky::Sky;
-pub(crate) use sky::prepare as prepare_sky;
+pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
 pub use sky_sampler::SkySampler;
 
 /// Which light of a scene.
@@ -181,11 +181,14 @@ impl<P: Precision> Lights<P> {
     pub fn density(&self, light: LightId, from: Vec3Of<P>, direction: Vec3Of<P>, met: &Target<P::Real>, probability: f64) -> f64 {
         match (light, met) {
             (LightId::Emitter(i), Target::Surface(surface)) => self.emitters.density(i, from, surface, probability),
-            (LightId::Sky, Target::Infinity) => {
-                self.sky_sampler.as_ref().map_or(0.0, |sampler| sampler.density(direction.to_f64()) * probability)
-            }
+            (LightId::Sky, Target::Infinity) => self.density_of_sky(direction, self.sky.place(direction), probability),
             _ => 0.0,
         }
+    }
+
+    /// [`Lights::density`] of the sky, in a direction that has this [`Sky::place`].
+    pub fn density_of_sky(&self, direction: Vec3Of<P>, place: [P::Real; 2], probability: f64) -> f64 {
+        self.sky_sampler.as_ref().map_or(0.0, |sampler| sampler.density::<P::Real>(direction, place) * probability)
     }
 }
 

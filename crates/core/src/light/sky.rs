@@ -46,6 +46,9 @@ pub(super) struct Sun<R: Real> {
 #[derive(Clone, Debug)]
 pub(super) struct Map<R: Real> {
     pub image: Arc<ImageData>,
+    /// Its texels in a quarter of the bytes, where all of them are the same then, as those of an .hdr file are; empty otherwise. Sky
+    /// lookups go anywhere, and what they cost is reaching memory.
+    packed: Vec<[u8; 4]>,
     /// Share of a whole turn by which the picture is turned about +y.
     pub turn: R,
     pub strength: R,
@@ -80,11 +83,9 @@ pub(crate) fn prepare<R: Real>(
             let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };
             match &image.ok_or_else(missing)?.data {
-                Some(image) => Kind::Map(Map {
-                    image: Arc::clone(image),
-                    turn: R::from_f64(map.rotation / 360.0),
-                    strength: R::from_f64(map.strength),
-                }),
+                Some(image) => {
+                    Kind::Map(Map::new(Arc::clone(image), R::from_f64(map.rotation / 360.0), R::from_f64(map.strength)))
+                }
                 None => Kind::None,
             }
         }
@@ -103,9 +104,27 @@ impl<R: Real> Sky<R> {
         if let Kind::Map(map) = &self.kind { Some(&map.image) } else { None }
     }
 
+    /// Bytes of what is kept besides the picture.
+    pub(crate) fn bytes(&self) -> u64 {
+        if let Kind::Map(map) = &self.kind { size_of_val(map.packed.as_slice()) as u64 } else { 0 }
+    }
+
+    /// Where a direction lies in the sky's picture, from 0 to 1 each way; nothing of use where it is none. Told once to whoever asks
+    /// there for radiance and density.
+    #[inline(always)]
+    pub fn place(&self, d: R::Vec3) -> [R; 2] {
+        if let Kind::Map(_) = &self.kind { equirectangular::<R>(d) } else { [R::ZERO; 2] }
+    }
+
     /// Radiance along a unit direction, seen from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
+        self.radiance_at(origin, d, self.place(d))
+    }
+
+    /// The same of a direction that has this [`Self::place`].
+    #[inline(always)]
+    pub fn radiance_at(&self, origin: R::Vec3, d: R::Vec3, place: [R; 2]) -> R::Vec3 {
         match &self.kind {
             Kind::None => R::Vec3::ZERO,
             Kind::Constant(c) => *c,
@@ -119,16 +138,29 @@ impl<R: Real> Sky<R> {
                 sky
             }
             Kind::Expression(programs) => programs.vector(0, &Inputs::<R> { d, o: origin, ..Inputs::default() }),
-            Kind::Map(map) => map.radiance(d),
+            Kind::Map(map) => map.radiance(place),
         }
     }
 }
 
 impl<R: Real> Map<R> {
+    /// Of a picture, turned and weighed.
+    pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
+        let packed = match &image.pixels {
+            Pixels::Linear(pixels) => pixels.iter().map(|&[r, g, b, _]| packed([r, g, b])).collect(),
+            Pixels::Codes(_) => None,
+        };
+        Self { packed: packed.unwrap_or_default(), image, turn, strength }
+    }
+
     /// What the picture holds, before its strength.
     #[inline(always)]
     pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
         let i = y * self.image.width as usize + x;
+        if let Some(&texel) = self.packed.get(i) {
+            let [r, g, b] = unpacked(texel).map(R::from_f32);
+            return R::Vec3::new(r, g, b);
+        }
         let [r, g, b, _] = match &self.image.pixels {
             Pixels::Linear(p) => p[i].map(R::from_f32),
             Pixels::Codes(p) => p[i].map(|code| R::from_f64(decoded(code))),
@@ -136,23 +168,58 @@ impl<R: Real> Map<R> {
         R::Vec3::new(r, g, b)
     }
 
-    /// Bilinear, repeating around and clamped at the poles.
-    fn radiance(&self, d: R::Vec3) -> R::Vec3 {
+    /// Bilinear at a place of the picture, repeating around and clamped at the poles.
+    fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
         let half = R::from_f64(0.5);
-        let [u, v] = equirectangular::<R>(d);
         let u = u - self.turn;
         let (width, height) = (self.image.width, self.image.height);
         let x = (u - u.floor()) * R::from_f64(f64::from(width)) - half;
         let y = v * R::from_f64(f64::from(height)) - half;
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        let column = |x: R| (x.to_f64() as i64).rem_euclid(i64::from(width)) as usize;
+        // At most one turn away, so no division is needed.
+        let column = |x: R| {
+            let (x, width) = (x.to_f64() as i64, i64::from(width));
+            (if x < 0 {
+                x + width
+            } else if x >= width {
+                x - width
+            } else {
+                x
+            }) as usize
+        };
         let row = |y: R| (y.to_f64() as i64).clamp(0, i64::from(height) - 1) as usize;
         let at = |x: usize, y: usize| self.texel(x, y);
         let mix = |a: R::Vec3, b: R::Vec3, w: R| a * (R::ONE - w) + b * w;
         let (left, right, top, bottom) = (column(x0), column(x0 + R::ONE), row(y0), row(y0 + R::ONE));
         mix(mix(at(left, top), at(right, top), fx), mix(at(left, bottom), at(right, bottom), fx), fy) * self.strength
     }
+}
+
+/// Most bytes that a sky keeps besides its picture.
+pub(crate) fn packed_bytes(image: &Arc<ImageData>) -> u64 {
+    if let Pixels::Linear(pixels) = &image.pixels { (pixels.len() * size_of::<[u8; 4]>()) as u64 } else { 0 }
+}
+
+/// Three mantissas of a byte and their common exponent, where that is what a colour is exactly (Ward, "Real Pixels", 1991).
+fn packed(colour: [f32; 3]) -> Option<[u8; 4]> {
+    let largest = colour.into_iter().fold(0.0_f32, f32::max);
+    // Below this, the exponent has no room.
+    if largest > 0.0 && largest < f32::MIN_POSITIVE * 256.0 {
+        return None;
+    }
+    let exponent = (largest.to_bits() >> 23).saturating_sub(7).max(1);
+    let unit = f32::from_bits(exponent << 23);
+    let [r, g, b] = colour.map(|c| (c / unit) as u8);
+    let texel = [r, g, b, u8::try_from(exponent).ok()?];
+    // To the bit, so that minus zero and what is no number stay what they are.
+    (unpacked(texel).map(f32::to_bits) == colour.map(f32::to_bits)).then_some(texel)
+}
+
+#[inline(always)]
+fn unpacked([r, g, b, exponent]: [u8; 4]) -> [f32; 3] {
+    let unit = f32::from_bits(u32::from(exponent) << 23);
+    [r, g, b].map(|mantissa| f32::from(mantissa) * unit)
 }
 
 #[cfg(test)]

@@ -104,8 +104,9 @@ impl SkySampler {
     pub fn sample<R: Real>(&self, sky: &Sky<R>, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
         let direction = R::Vec3::from_f64(self.direction(position.map(f64::from)));
         // Of the direction as it is stored, so that a ray that finds the sky there hears the same.
-        let density = self.density(direction.to_f64()) * probability;
-        let arriving = sky.radiance(from, direction) * R::from_f64(1.0 / density);
+        let place = sky.place(direction);
+        let density = self.density::<R>(direction, place) * probability;
+        let arriving = sky.radiance_at(from, direction, place) * R::from_f64(1.0 / density);
         (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(LightSample {
             direction,
             arriving,
@@ -125,14 +126,14 @@ impl SkySampler {
         }
     }
 
-    /// The density over solid angle of drawing a direction.
-    pub fn density(&self, direction: DVec3) -> f64 {
+    /// The density over solid angle of drawing a direction that has this [`Sky::place`].
+    pub fn density<R: Real>(&self, direction: R::Vec3, place: [R; 2]) -> f64 {
         match &self.form {
             Form::Even => 0.25 * FRAC_1_PI,
-            Form::Grid(grid) => grid.density(direction),
+            Form::Grid(grid) => grid.density(place.map(Real::to_f64)),
             Form::Lobes { lobes, shares } => {
                 let each = lobes.iter().enumerate();
-                each.map(|(i, lobe)| super::cdf::share(shares, i) * lobe.density(direction)).sum()
+                each.map(|(i, lobe)| super::cdf::share(shares, i) * lobe.density(direction.to_f64())).sum()
             }
         }
     }

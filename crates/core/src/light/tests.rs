@@ -10,7 +10,7 @@ use crate::hash::mix;
 use crate::scene::{Colour, Falloff, Light, LightKind};
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Disk, Placed, Quad, Sphere, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Reference, Robust, Side, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Reference, Robust, Side, Vector, Visibility};
 
 /// Two even pseudo-random numbers in [0, 1).
 fn numbers(i: u64) -> [f32; 2] {
@@ -79,7 +79,7 @@ fn skies<R: Real>() -> Vec<(&'static str, Sky<R>)> {
         ("constant", Sky { kind: sky::Kind::Constant(v(0.2, 0.5, 1.0)) }),
         ("gradient", Sky { kind: sky::Kind::Gradient { bottom: v(0.0, 0.0, 0.0), top: v(1.0, 2.0, 3.0), suns: Vec::new() } }),
         ("suns", Sky { kind: sky::Kind::Gradient { bottom: v(0.3, 0.3, 0.3), top: v(0.1, 0.2, 0.3), suns } }),
-        ("map", Sky { kind: sky::Kind::Map(sky::Map { image, turn: R::from_f64(0.15), strength: R::from_f64(2.0) }) }),
+        ("map", Sky { kind: sky::Kind::Map(sky::Map::new(image, R::from_f64(0.15), R::from_f64(2.0))) }),
     ]
 }
 

@@ -18,6 +18,7 @@ use crate::affine::affine;
 use crate::effects::{Effect, EffectSet, chosen};
 use crate::film::Plan;
 use crate::generate::{count, counted};
+use crate::light::packed_bytes;
 use crate::light::{Choice, DeltaLight, EmitterList};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
@@ -162,6 +163,7 @@ impl Needs {
         }
         if let Some(Sky::Map(map)) = &scene.sky {
             self.images += image(&map.image).unwrap_or(0);
+            self.images += lookup.image(&map.image).and_then(|image| image.data.as_ref()).map_or(0, packed_bytes);
         }
     }
 }

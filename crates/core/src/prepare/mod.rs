@@ -293,7 +293,7 @@ impl<P: Precision> Prepared<P> {
             geometry: self.geometry_bytes as u64,
             meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum::<u64>() + tangents,
             tables: tables as u64 + choice + self.lights.emitters.bytes(),
-            textures: self.texture_bytes() as u64,
+            textures: self.texture_bytes() as u64 + self.lights.sky.bytes(),
             film: 0,
         }
     }

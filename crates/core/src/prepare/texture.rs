@@ -1,6 +1,6 @@
 //! Image textures: wrap modes, nearest, bilinear and trilinear filtering, colour spaces.
 
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
 use raywright_bvh::{Real, Vector};
 
@@ -115,9 +115,9 @@ pub(super) fn texel<R: Real>(image: &ImageData, srgb: bool, column: usize, row: 
         Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
         Pixels::Codes(pixels) => {
             let [r, g, b, a] = pixels[at];
-            let share = |code: u8| f64::from(code) / 255.0;
-            let colour = |code: u8| if srgb { decoded(code) } else { share(code) };
-            [colour(r), colour(g), colour(b), share(a)].map(R::from_f64)
+            let (colours, share) = (codes(srgb), codes(false));
+            let [r, g, b] = [r, g, b].map(|code| colours[usize::from(code)]);
+            [r, g, b, share[usize::from(a)]].map(R::from_f64)
         }
     }
 }
@@ -149,10 +149,20 @@ fn fraction(u: f64) -> f64 {
 /// The texel that a whole coordinate means. Whatever the rounding before, it lies in the image.
 fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
     let (i, n) = (texel as i64, i64::from(size));
+    // Whole turns are gone already, so that at most one is left: no division.
+    let turned = |i: i64, n: i64| {
+        if i < 0 {
+            i + n
+        } else if i >= n {
+            i - n
+        } else {
+            i
+        }
+    };
     let i = match wrap {
-        Wrap::Repeat => i.rem_euclid(n),
+        Wrap::Repeat => turned(i, n),
         Wrap::MirroredRepeat => {
-            let k = i.rem_euclid(2 * n);
+            let k = turned(i, 2 * n);
             if k < n { k } else { 2 * n - 1 - k }
         }
         Wrap::Clamp => i.clamp(0, n - 1),
@@ -162,8 +172,17 @@ fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
 
 /// An sRGB code as a linear number.
 pub(crate) fn decoded(code: u8) -> f64 {
-    static TABLE: OnceLock<[f64; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| core::array::from_fn(|i| decode(TransferCurve::Srgb, i as f64 / 255.0)))[usize::from(code)]
+    codes(true)[usize::from(code)]
+}
+
+/// What codes stand for: linear numbers of sRGB, or shares of the largest one.
+#[inline]
+fn codes(srgb: bool) -> &'static [f64; 256] {
+    static TABLES: LazyLock<[[f64; 256]; 2]> = LazyLock::new(|| {
+        let share = |code: usize| code as f64 / 255.0;
+        [core::array::from_fn(share), core::array::from_fn(|code| decode(TransferCurve::Srgb, share(code)))]
+    });
+    &TABLES[usize::from(srgb)]
 }
 
 #[cfg(test)]

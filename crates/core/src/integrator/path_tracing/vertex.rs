@@ -61,7 +61,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Adds what a surface gives off, in the share that a ray has in finding it.
     fn emits(&self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
         let share = match self.scene.lights.emitters.of(at.object, hit.primitive) {
-            Some(emitter) => self.found(walk, LightId::Emitter(emitter), &Target::Surface(at.surface)),
+            Some(emitter) => {
+                let light = LightId::Emitter(emitter);
+                let (lights, from, direction) = (&self.scene.lights, walk.left.from, walk.leg.ray.direction);
+                self.found(walk, light, |probability| {
+                    lights.density(light, from, direction, &Target::Surface(at.surface), probability)
+                })
+            }
             None => P::Real::ONE,
         };
         walk.radiance += walk.throughput * emission * share;

@@ -1,11 +1,18 @@
 //! Tables over the sphere at their worst: rows of nothing, one bright cell, the poles.
 
+use raywright_bvh::shapes::equirectangular;
+
 use super::*;
 use crate::hash::mix;
 
 /// Two even pseudo-random numbers.
 fn numbers(i: u64) -> [f64; 2] {
     [2 * i, 2 * i + 1].map(|k| (mix(k) >> 11) as f64 / (1_u64 << 53) as f64)
+}
+
+/// The density of a direction.
+fn density(grid: &SphereGrid, direction: DVec3) -> f64 {
+    grid.density(equirectangular::<f64>(direction))
 }
 
 /// The integral of the density, one point a cell, with the solid angle as the difference of cosines.
@@ -16,7 +23,7 @@ fn integral(grid: &SphereGrid, width: usize, height: usize) -> f64 {
         let (y, ring) = (at(row as f64 + 0.5).cos(), at(row as f64 + 0.5).sin());
         let of = |column: usize| {
             let angle = TAU * ((column as f64 + 0.5) / width as f64 + grid.turn - 0.5);
-            grid.density(DVec3::new(ring * angle.cos(), y, ring * angle.sin()))
+            density(grid, DVec3::new(ring * angle.cos(), y, ring * angle.sin()))
         };
         (0..width).map(of).sum::<f64>() * cell
     };
@@ -39,7 +46,8 @@ fn one_bright_texel_among_black_rows() {
             let grid = SphereGrid::new(width, height, 0.25, radiance).expect("it is not black");
             let name = format!("{width}×{height}, sun at {sun:?}, sky {faint}");
             assert_eq!(grid.rows.last(), Some(&1.0), "{name}");
-            assert!(grid.columns.chunks(width).all(|row| row.last() == Some(&1.0)), "{name}");
+            let blocks = width.div_ceil(grid.block[0]);
+            assert!(grid.columns.chunks(blocks).all(|row| row.last() == Some(&1.0)), "{name}");
             let whole = integral(&grid, width, height);
             assert!((whole - 1.0).abs() <= 1e-5, "{name}: the density integrates to {whole}");
             for i in 0..2_000 {
@@ -49,7 +57,7 @@ fn one_bright_texel_among_black_rows() {
                 let u = u - 0.25;
                 let (x, y) = (((u - u.floor()) * width as f64) as usize, (v * height as f64) as usize);
                 assert!(radiance(x.min(width - 1), y.min(height - 1)) > 0.0, "{name}: drew ({x}, {y})");
-                assert!(grid.density(d) > 0.0, "{name}: {d}");
+                assert!(density(&grid, d) > 0.0, "{name}: {d}");
             }
         }
     }
@@ -73,7 +81,7 @@ fn poles_keep_their_digits() {
         }
         // Half of the solid angle lies within √½ of the angle: 2000 of 4000, whose standard deviation is 32.
         assert!((1_905..=2_095).contains(&inner), "{inner} of 4000 in the inner half");
-        let density = grid.density(DVec3::new(0.5 * widest, pole, 0.0).normalize());
+        let density = density(&grid, DVec3::new(0.5 * widest, pole, 0.0).normalize());
         assert!((density * PI * widest * widest - 1.0).abs() < 1e-6, "density {density:e}");
     }
 }
@@ -88,4 +96,36 @@ fn corner_numbers_are_directions() {
             assert!((d.length() - 1.0).abs() < 1e-12, "{u}, {v}: {d}");
         }
     }
+}
+
+/// Protects: over a picture whose blocks are even here, uneven there and cut at its right and lower ends, cells are drawn as often as
+/// the density says, by χ² over cells, and it is near what the picture asks for.
+#[test]
+fn blocks_are_drawn_by_their_density() {
+    let (width, height) = (301, 133);
+    let speckle = |x: usize, y: usize| if x < 150 { 1.0 } else { 0.2 + (mix((x * 1000 + y) as u64) % 97) as f64 / 20.0 };
+    let radiance = |x: usize, y: usize| speckle(x, y) * (1.0 + y as f64 / 40.0) * if (x, y) == (40, 70) { 3e3 } else { 1.0 };
+    let grid = SphereGrid::new(width, height, 0.0, radiance).expect("it is not black");
+    assert!(grid.parts.contains(&WHOLE) && grid.parts.iter().any(|&place| place != WHOLE));
+    let middle = |x: usize, y: usize| [(x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64];
+    let share = |x: usize, y: usize| grid.density(middle(x, y)) * solid_angle(width, height, y);
+    let total: f64 = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| share(x, y)).sum();
+    assert!((total - 1.0).abs() < 1e-9, "the density integrates to {total}");
+    let mut counts = vec![0_u32; width * height];
+    const DRAWN: u64 = 2_000_000;
+    for i in 0..DRAWN {
+        let [u, v] = equirectangular::<f64>(grid.direction(numbers(i)));
+        counts[((v * height as f64) as usize).min(height - 1) * width + ((u * width as f64) as usize).min(width - 1)] += 1;
+    }
+    let (mut chi2, mut degrees) = (0.0, 0.0);
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let (expected, wanted) = (share(x, y) * DRAWN as f64, radiance(x, y) / grid.flux());
+        assert!((0.75..1.34).contains(&(grid.density(middle(x, y)) / wanted)), "({x}, {y})");
+        if expected > 5.0 {
+            chi2 += (f64::from(counts[y * width + x]) - expected).powi(2) / expected;
+            degrees += 1.0;
+        }
+    }
+    // Its standard deviation is √(2·degrees).
+    assert!((chi2 - degrees).abs() < 4.0 * f64::sqrt(2.0 * degrees), "χ² of {chi2} over {degrees} cells");
 }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 /// A picture of one column whose rows hold their own number.
 fn rows<R: Real>(height: u32) -> Map<R> {
     let pixels = Pixels::Linear((0..height).map(|row| [row as f32; 4]).collect());
-    Map { image: Arc::new(ImageData { width: 1, height, pixels }), turn: R::ZERO, strength: R::ONE }
+    Map::new(Arc::new(ImageData { width: 1, height, pixels }), R::ZERO, R::ONE)
 }
 
 /// Protects (S19): the height in the picture close to the poles, where an arc cosine of f32 moves in steps of 3.5e-4.
@@ -22,17 +22,17 @@ fn directions_near_the_poles_find_their_row() {
                 let exact = d.as_dvec3().normalize();
                 let v = f64::atan2(exact.x.hypot(exact.z), exact.y) / core::f64::consts::PI;
                 let row = (v * f64::from(ROWS) - 0.5).clamp(0.0, f64::from(ROWS - 1));
-                let found = f64::from(narrow.radiance(d).x);
+                let found = f64::from(narrow.radiance(equirectangular::<f32>(d)).x);
                 // Some roundings of v in f32.
                 let allowed = 4.0 * f64::from(ROWS) * v * f64::from(f32::EPSILON) + 1e-6 * row;
                 assert!((found - row).abs() <= allowed, "{angle:e} from {pole}: row {found}, not {row}");
-                assert!((wide.radiance(exact).x - row).abs() <= 1e-6);
+                assert!((wide.radiance(equirectangular::<f64>(exact)).x - row).abs() <= 1e-6);
             }
         }
     }
     for pole in [Vec3::Y, Vec3::NEG_Y] {
         let edge = if pole.y > 0.0 { 0.0 } else { (ROWS - 1) as f32 };
-        assert_eq!(narrow.radiance(pole), Vec3::splat(edge));
+        assert_eq!(narrow.radiance(equirectangular::<f32>(pole)), Vec3::splat(edge));
     }
 }
 
@@ -43,7 +43,7 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
         let image = Arc::new(ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[code; 4]]) });
         let c = f64::from(code) / 255.0;
         let linear = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
-        let found = Map::<f64> { image, turn: 0.0, strength: 1.0 }.radiance(DVec3::Z).y;
+        let found = Map::<f64>::new(image, 0.0, 1.0).radiance(equirectangular::<f64>(DVec3::Z)).y;
         assert!((found - linear).abs() < 1e-15, "{code}: {found}, not {linear}");
     }
 }
@@ -76,7 +76,7 @@ fn strength_is_part_of_the_power() {
     for pixels in [Pixels::Linear(vec![[0.5, 1.0, 2.0, 1.0]; 8]), Pixels::Codes(vec![[20, 120, 250, 255]; 8])] {
         let image = Arc::new(ImageData { width: 4, height: 2, pixels });
         let power = |strength: f64| {
-            let sky = Sky { kind: Kind::Map(Map { image: Arc::clone(&image), turn: 0.0, strength }) };
+            let sky = Sky { kind: Kind::Map(Map::new(Arc::clone(&image), 0.0, strength)) };
             let seen = sky.radiance(DVec3::ZERO, DVec3::X);
             let sampler = crate::light::SkySampler::new(&sky).expect("it shines");
             // The same from everywhere, so the power is the radiance over the sphere.
@@ -84,5 +84,44 @@ fn strength_is_part_of_the_power() {
             sampler.flux()
         };
         assert!((power(3.0) / power(1.0) - 3.0).abs() < 1e-12);
+    }
+}
+
+/// Protects: texels are packed only where they come back with the same bits, whatever they are.
+#[test]
+fn packed_texels_keep_their_bits() {
+    let whole = |mantissas: [u8; 3], exponent: i32| mantissas.map(|m| f32::from(m) * 2.0_f32.powi(exponent));
+    for exponent in -110..=119 {
+        for mantissas in [[255, 0, 1], [128, 255, 64], [1, 1, 1], [0, 3, 0], [0, 0, 0]] {
+            let colour = whole(mantissas, exponent);
+            let texel = packed(colour).unwrap_or_else(|| panic!("{mantissas:?}·2^{exponent}"));
+            assert_eq!(unpacked(texel).map(f32::to_bits), colour.map(f32::to_bits));
+        }
+    }
+    let odd = [1.0, 0.1, 0.0];
+    let more = [1.0, 1.0 / 512.0, 0.0];
+    for colour in
+        [odd, more, [-1.0, 1.0, 1.0], [-0.0, 1.0, 1.0], [f32::NAN, 1.0, 1.0], [f32::INFINITY, 1.0, 1.0], [1e-45, 0.0, 0.0]]
+    {
+        assert_eq!(packed(colour), None, "{colour:?}");
+    }
+}
+
+/// Protects: a sky of packed texels shows the same bits as one of texels as they are.
+#[test]
+fn packed_skies_are_the_same() {
+    let texel = |i: u32| [(i * 37 % 256) as f32 / 64.0, (i * 91 % 256) as f32 / 64.0, (i % 7) as f32, 1.0];
+    let map = |alpha: bool, odd: f32| {
+        let mut pixels: Vec<[f32; 4]> = (0..32).map(texel).collect();
+        pixels[31][3] = if alpha { 0.3 } else { 1.0 };
+        pixels.extend(vec![[odd; 4]; 32]);
+        Map::<f32>::new(Arc::new(ImageData { width: 8, height: 8, pixels: Pixels::Linear(pixels) }), 0.1, 1.3)
+    };
+    // One texel that can't be packed, in the lower half, keeps all of them as they are.
+    let (narrow, wide) = (map(true, 1.0), map(true, 0.1));
+    assert_eq!((narrow.packed.len(), wide.packed.len()), (64, 0));
+    for (i, j) in (0..40).flat_map(|i| (0..15).map(move |j| (i, j))) {
+        let place = [i as f32 / 40.0, j as f32 / 40.0];
+        assert_eq!(narrow.radiance(place), wide.radiance(place), "{place:?}");
     }
 }
