@@ -251,6 +251,7 @@ impl Ladder {
                 Some(first) if first.filter == Filter::Nearest => "nearest".to_owned(),
                 _ => "bilinear".to_owned(),
             },
+            Self::PathLength if settings.max_depth == Settings::UNLIMITED => "unlimited".to_owned(),
             Self::PathLength => settings.max_depth.to_string(),
             Self::PixelFilter => {
                 place(&PixelFilter::ALL, settings.filter).map_or_else(mixed, |i| PIXEL_FILTER[i].name.to_owned())

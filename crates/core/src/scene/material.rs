@@ -40,6 +40,12 @@ impl Material {
         emission.and_then(ColourInput::constant).filter(|emission| *emission != Colour::BLACK)
     }
 
+    /// Whether what it gives off has to be read where it is met: it varies, or the surface is there in part.
+    pub fn varied_emission(&self) -> bool {
+        let cut = matches!(&self.model, Model::Physical(m) if m.alpha != AlphaMode::Opaque);
+        self.emits() && (cut || self.even_emission().is_none())
+    }
+
     /// Its uses of textures.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let inputs: Vec<&dyn Varying> = match &self.model {
