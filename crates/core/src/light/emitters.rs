@@ -204,7 +204,8 @@ impl<P: Precision> Emitters<P> {
     #[inline]
     fn whole(&self, emitter: &Emitter<P::Real>, from: DVec3) -> Option<Whole<P::Real>> {
         match (self.strategy, &emitter.form) {
-            (Strategy::SolidAngle, Form::Plain(shape)) => Whole::new(shape, emitter.side, from),
+            // Of what a ray may pass, points on the far side are drawn too.
+            (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable => Whole::new(shape, emitter.side, from),
             _ => None,
         }
     }

@@ -22,6 +22,8 @@ pub(super) struct Wanted {
     pub even: bool,
     /// Those whose emission varies.
     pub varied: bool,
+    /// Whether they are read where a ray meets them, as a path tracer does where only a part of them is there.
+    pub read: bool,
 }
 
 /// Means of emission are estimated by so many points in all, and by that many of each triangle or shape.
@@ -49,12 +51,15 @@ pub(super) fn emitters<P: Precision>(
         list.next_object();
         let object = shown.object;
         let Some((place, material)) = lookup.material(&object.material) else { continue };
-        let source = if wanted.varied && material.varied_emission() {
-            Source::Varied(Varied { material: &materials[place], sources })
-        } else if let Some(radiance) = material.even_emission().filter(|_| wanted.even) {
-            Source::Even(Vector::from_f64(radiance.0.into()))
-        } else {
-            continue;
+        let source = match material.even_emission() {
+            Some(radiance) if wanted.even && !(wanted.read && material.is_cut()) => {
+                Source::Even(Vector::from_f64(radiance.0.into()))
+            }
+            Some(_) if wanted.even => Source::Varied(Varied { material: &materials[place], sources, cut: true }),
+            None if wanted.varied && material.emits() => {
+                Source::Varied(Varied { material: &materials[place], sources, cut: material.is_cut() })
+            }
+            _ => continue,
         };
         let (side, map) = (side_of(object.side), shown.map());
         if let Shape::Mesh(name) = &object.shape {
@@ -81,6 +86,8 @@ enum Source<'a, P: Precision> {
 struct Varied<'a, P: Precision> {
     material: &'a super::Material<P::Real>,
     sources: &'a Sources<P::Real>,
+    /// Whether the surface is there in part.
+    cut: bool,
 }
 
 impl<P: Precision> Varied<'_, P> {
@@ -109,13 +116,13 @@ impl<P: Precision> Varied<'_, P> {
 }
 
 /// The mean of what is found at a grid of so many points by so many.
-fn mean<P: Precision>(across: usize, mut at: impl FnMut([P::Real; 2]) -> Vec3Of<P>) -> Glow<P> {
+fn mean<P: Precision>(across: usize, passable: bool, mut at: impl FnMut([P::Real; 2]) -> Vec3Of<P>) -> Glow<P> {
     let step = |i: usize| P::Real::from_f64((i as f64 + 0.5) / across as f64);
     let mut sum = Vec3Of::<P>::ZERO;
     for i in 0..across * across {
         sum += at([step(i % across), step(i / across)]);
     }
-    Glow { radiance: sum * P::Real::from_f64(1.0 / (across * across) as f64), varies: true }
+    Glow { radiance: sum * P::Real::from_f64(1.0 / (across * across) as f64), varies: true, passable }
 }
 
 /// Adds a shape under a map, with numbers of its own where it is only moved, as the geometry has it, and returns its area.
@@ -129,7 +136,7 @@ fn shape<P: Precision>(
 ) -> Option<f64> {
     let glow = |drawn: &dyn Fn([P::Real; 2]) -> Option<Surface<P::Real>>| match source {
         Source::Even(radiance) => Glow::even(*radiance),
-        Source::Varied(varied) => mean(EACH[1], |uv| {
+        Source::Varied(varied) => mean(EACH[1], varied.cut, |uv| {
             let surface = drawn(uv);
             surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [P::Real::ONE; 4]))
         }),
@@ -165,7 +172,7 @@ fn mesh<P: Precision>(
         let shape = AnyShape::Triangle(triangle);
         let glow = match source {
             Source::Even(radiance) => Glow::even(*radiance),
-            Source::Varied(varied) => mean(across.clamp(least, most), |uv| on_triangle(varied, &shape, (data, index, flipped), uv)),
+            Source::Varied(varied) => mean(across.clamp(least, most), varied.cut, |uv| on_triangle(varied, &shape, (data, index, flipped), uv)),
         };
         list.plain(shape, glow, side, None);
     }

@@ -83,7 +83,7 @@ impl Needs {
         for (object, count) in counted(scene) {
             used.insert(object.material.as_str());
             let material = lookup.material(&object.material).map(|(_, material)| material);
-            let glows = material.is_some_and(|m| even && m.even_emission().is_some() || varied && m.varied_emission());
+            let glows = material.is_some_and(|m| even && m.even_emission().is_some() || varied && m.emits());
             let (mut each, moves) = (1, ends(object).is_some());
             match &object.shape {
                 Shape::Mesh(name) => {

@@ -238,6 +238,7 @@ impl<P: Precision> Prepared<P> {
         let wanted = emitters::Wanted {
             even: simulated.has(Effect::SoftShadows),
             varied: paths && simulated.has(Effect::TexturedEmitters),
+            read: paths,
         };
         let emitters = if wanted.even || wanted.varied {
             emitters::emitters::<P>(scene, &lookup, (&materials, &inputs.sources), wanted, observer)?

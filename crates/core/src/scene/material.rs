@@ -40,10 +40,9 @@ impl Material {
         emission.and_then(ColourInput::constant).filter(|emission| *emission != Colour::BLACK)
     }
 
-    /// Whether what it gives off has to be read where it is met: it varies, or the surface is there in part.
-    pub fn varied_emission(&self) -> bool {
-        let cut = matches!(&self.model, Model::Physical(m) if m.alpha != AlphaMode::Opaque);
-        self.emits() && (cut || self.even_emission().is_none())
+    /// Whether its surface may be there in part.
+    pub fn is_cut(&self) -> bool {
+        matches!(&self.model, Model::Physical(m) if m.alpha != AlphaMode::Opaque)
     }
 
     /// Its uses of textures.

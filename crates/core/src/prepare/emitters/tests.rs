@@ -11,7 +11,7 @@ use raywright_bvh::{AcceleratorKind, Interval, Ray, Robust};
 use serde_json::json;
 
 fn found(scene: &Scene) -> Emitters<Robust> {
-    let (sources, wanted) = (Sources::default(), Wanted { even: true, varied: false });
+    let (sources, wanted) = (Sources::default(), Wanted { even: true, varied: false, read: false });
     Emitters::new(emitters::<Robust>(scene, &Lookup::new(scene), (&[], &sources), wanted, &()).expect("nobody stops it"))
 }
 
