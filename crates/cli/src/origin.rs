@@ -61,9 +61,13 @@ fn settings(settings: &Settings, display: Display) -> String {
         Sampling::Pattern(Pattern::Corners) => "corners".to_owned(),
     };
     let crop = settings.crop.map(|c| format!(" crop={},{},{},{}", c.x, c.y, c.width, c.height)).unwrap_or_default();
+    let depth = match settings.max_depth {
+        Settings::UNLIMITED => "unlimited".to_owned(),
+        n => n.to_string(),
+    };
+    let clamp = settings.clamp.map(|most| format!(" clamp={most}")).unwrap_or_default();
     format!(
-        "size={width}x{height}{crop} samples={samples} max_depth={} integrator={} precision={} exposure={} tone_map={} gamma={}",
-        settings.max_depth,
+        "size={width}x{height}{crop} samples={samples} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}",
         name(&settings.integrator),
         precision(settings.precision),
         display.exposure_stops,

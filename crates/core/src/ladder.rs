@@ -253,6 +253,7 @@ impl Ladder {
                 Some(first) if scene.textures.iter().any(|t| t.filter != first.filter) => mixed(),
                 first => TEXTURE_FILTER[first.map_or(2, |t| place(&FILTERS, t.filter).unwrap_or(2))].name.to_owned(),
             },
+            Self::PathLength if settings.max_depth == Settings::UNLIMITED => "unlimited".to_owned(),
             Self::PathLength => settings.max_depth.to_string(),
             Self::PixelFilter => {
                 place(&PixelFilter::ALL, settings.filter).map_or_else(mixed, |i| PIXEL_FILTER[i].name.to_owned())

@@ -187,8 +187,12 @@ pub struct Settings {
     pub sampling: Sampling,
     /// How much of a pixel's surroundings counts towards it, where samples lie at random places.
     pub filter: PixelFilter,
-    /// Ray segments a path may have, 1 to 64.
+    /// Ray segments a path may have, 1 to [`Settings::MOST_SEGMENTS`]; [`Settings::UNLIMITED`]: as many as chance allows, which Whitted's
+    /// integrator reads as that many.
     pub max_depth: u32,
+    /// Radiance to which the brightest channel of a path-traced sample is brought where it is above it: fewer fireflies for light that is
+    /// lost. None: nothing is lost.
+    pub clamp: Option<f64>,
     /// How light is computed.
     pub integrator: Integrator,
     /// How a path tracer finds light that has a size.
@@ -223,6 +227,12 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Segments that a path may be limited to at most.
+    pub const MOST_SEGMENTS: u32 = 64;
+
+    /// No limit on the segments of a path: chance alone ends it.
+    pub const UNLIMITED: u32 = u32::MAX;
+
     /// What the scene itself asks for, with its first camera.
     pub fn of(scene: &Scene) -> Self {
         Self {
@@ -232,6 +242,7 @@ impl Settings {
             sampling: Sampling::resolve(scene, None),
             filter: scene.render.filter,
             max_depth: scene.render.max_depth,
+            clamp: None,
             integrator: scene.render.integrator,
             light_sampling: LightSampling::default(),
             fresnel: FresnelRule::default(),

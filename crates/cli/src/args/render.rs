@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::{ArgAction, Args, ValueEnum};
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
+use raywright_core::Settings;
 use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
 use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 
@@ -136,9 +137,15 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub spp: Option<u32>,
 
-    /// Ray segments a light path may have, 1 to 64; 1 is the camera ray alone [default: the scene's; models 8]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    /// Ray segments a light path may have, 1 to 64, or unlimited: chance alone then ends it; 1 is the camera ray alone [default: the
+    /// scene's; models 8]
+    #[arg(long, value_name = "N", value_parser = depth)]
     pub max_depth: Option<u32>,
+
+    /// Radiance to which samples of paths that are brighter are dimmed: fewer fireflies, but light is lost, and the picture is biased
+    /// [default: none is]
+    #[arg(long, value_name = "X", value_parser = limit)]
+    pub clamp: Option<f64>,
 
     /// Seed of the random numbers: the same seed gives the same picture, bit for bit [default: the scene's; models 0]
     #[arg(long, value_name = "N")]
@@ -296,4 +303,20 @@ pub enum ProgressStyle {
     Plain,
     /// Nothing
     None,
+}
+
+/// Reads a number of segments, or that there is no limit.
+fn depth(text: &str) -> Result<u32, String> {
+    if text == "unlimited" {
+        return Ok(Settings::UNLIMITED);
+    }
+    let most = Settings::MOST_SEGMENTS;
+    let number: u32 = text.parse().map_err(|_| format!("expected 1 to {most} or unlimited"))?;
+    if (1..=most).contains(&number) { Ok(number) } else { Err(format!("{number} is not in 1..={most}")) }
+}
+
+/// Reads a radiance above zero.
+fn limit(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|x: &f64| *x > 0.0 && x.is_finite());
+    number.ok_or_else(|| "expected a radiance above zero".to_owned())
 }

@@ -37,6 +37,7 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
         crop: view.crop.map(|crop| within(crop, size)).transpose()?,
         sampling: sampling(scene, args),
         max_depth: light.max_depth.unwrap_or(own.max_depth),
+        clamp: light.clamp,
         integrator: light.integrator.unwrap_or(own.integrator),
         seed: light.seed.unwrap_or(own.seed),
         precision: light.precision.map_or(own.precision, Into::into),

@@ -34,7 +34,7 @@ pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
         Integrator::Auto => {
             let facts = Facts::gather(scene, None);
-            let says_nothing = facts.mixture.is_some() || facts.absorption.is_some() || facts.layers.calls_for_paths();
+            let says_nothing = facts.mixture.is_some() || facts.absorption.is_some() || facts.nested.is_some() || facts.layers.calls_for_paths();
             if says_nothing { Integrator::Path } else { Integrator::Whitted }
         }
         asked => asked,
@@ -221,7 +221,7 @@ fn emissive_surfaces(list: &mut List, f: &Facts, paths: bool) {
     );
     let (source, absent) = (receiver(&f.varied_emission), "no surface whose emission varies lights another");
     if paths {
-        let because = "a surface whose emission varies lights others: paths meet it by chance, and nothing asks it";
+        let because = "a surface whose emission varies lights others: each vertex may ask a point of it, and reads what it gives off there";
         list.plain(Effect::TexturedEmitters, &source, because, absent);
     } else {
         let because = "a surface whose emission varies is seen, but does not light others";
@@ -249,6 +249,12 @@ fn what_paths_find(list: &mut List, f: &Facts) {
     );
     list.plain(Effect::MixedScattering, &f.mixture, "a surface sends each ray one of three ways by chance", NOT_MIXED);
     list.plain(Effect::Absorption, &f.absorption, "light is absorbed on its way through a body", NOT_ABSORBED);
+    list.plain(
+        Effect::NestedMedia,
+        &f.nested,
+        "where bodies overlap, light is in the one of the greatest priority, and bends from one straight into another",
+        NOT_NESTED,
+    );
     let caustics = f.lit.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     let absent = "no mirror or glass sends light onto a matte surface";
     if f.light.is_some() {
@@ -347,6 +353,7 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
     );
     list.missing(Effect::MixedScattering, &f.mixture, "its other terms stand for a surface's mixture", NOT_MIXED, path);
     list.missing(Effect::Absorption, &f.absorption, "bodies that absorb light are shown clear", NOT_ABSORBED, path);
+    list.missing(Effect::NestedMedia, &f.nested, "each boundary bends light as from and into air", NOT_NESTED, path);
     let caustics = f.diffuse_physical.as_ref().and(f.refraction.as_ref().or(f.reflection.as_ref())).cloned();
     list.missing(
         Effect::Caustics,
@@ -362,6 +369,9 @@ const NOT_MIXED: &str = "every surface answers by its terms";
 
 /// Why there is no absorption.
 const NOT_ABSORBED: &str = "nothing absorbs light on its way";
+
+/// Why there are no nested media.
+const NOT_NESTED: &str = "no body of glass has a priority";
 
 /// Why there is no motion.
 const NOTHING_MOVES: &str = "nothing moves while the shutter is open";

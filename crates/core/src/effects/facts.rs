@@ -32,6 +32,8 @@ pub(super) struct Facts {
     /// Surfaces that send rays three ways by chance.
     pub mixture: Source,
     pub absorption: Source,
+    /// Bodies that say which of several light is in.
+    pub nested: Source,
     pub rough_reflection: Source,
     pub rough_refraction: Source,
     /// What lies over, under and in surfaces.
@@ -283,6 +285,7 @@ impl Facts {
         note(&mut self.refraction, clear, || at("transmission"));
         note(&mut self.rough_refraction, clear && !smooth, || at("transmission"));
         note(&mut self.absorption, m.absorption().is_some(), || at("attenuation_distance"));
+        note(&mut self.nested, m.is_nested() && plain, || at("priority"));
         self.layers.gather(m, [plain, clear], &at);
         note(&mut self.diffuse_physical, plain && !all_passes, || at("base_colour"));
     }

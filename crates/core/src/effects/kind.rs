@@ -94,6 +94,8 @@ effects! {
     MixedScattering = "mixed scattering",
     /// What light passes through takes some of it.
     Absorption = "absorption",
+    /// Where bodies overlap, light is in the one of the greatest priority.
+    NestedMedia = "nested media",
     /// Walls too thin to bend the light that they let through.
     ThinWalls = "thin walls",
     /// A dielectric reflects more, less or another colour than its index says.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Effect, EffectSet};
+use super::{Effect, EffectSet, LAYERS};
 use crate::scene::{AlphaMode, Camera, Classic, Colour, Filter, MeshSource, Model, Physical, Projection, Scene, Sky, Varying};
 
 /// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
@@ -30,16 +30,9 @@ pub const SWITCHABLE: EffectSet = EffectSet::of(&[
     Effect::Motion,
     Effect::SoftShadows,
     Effect::Absorption,
-    Effect::ThinWalls,
-    Effect::TintedReflection,
-    Effect::Conductors,
-    Effect::Clearcoat,
-    Effect::Sheen,
-    Effect::Anisotropy,
-    Effect::Iridescence,
-    Effect::Dispersion,
-    Effect::DiffuseTransmission,
-]);
+    Effect::NestedMedia,
+])
+.or(LAYERS);
 
 /// The scene and the view without what calls for these effects. `SkyLight`, `SoftShadows`, `Motion` and the mirror reflection of physical
 /// materials are no data of their own: preparation leaves them out where they are not simulated.
@@ -122,6 +115,9 @@ fn physical(m: &mut Physical, off: EffectSet) {
     }
     if off.has(Effect::Dispersion) {
         m.dispersion = 0.0;
+    }
+    if off.has(Effect::NestedMedia) {
+        m.priority = 0;
     }
     m.thin_walled &= !off.has(Effect::ThinWalls);
     clear(&mut m.conductor, off.has(Effect::Conductors));

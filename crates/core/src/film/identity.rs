@@ -26,6 +26,7 @@ impl Identity {
             sampling,
             filter,
             max_depth,
+            clamp,
             integrator,
             light_sampling,
             fresnel,
@@ -43,12 +44,13 @@ impl Identity {
             kernel: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 15] = [
+        let settings: [(&str, &dyn Debug); 16] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
             ("pixel filter", filter),
             ("maximum depth", max_depth),
+            ("clamp", clamp),
             ("integrator", integrator),
             ("light sampling", light_sampling),
             ("Fresnel rule", fresnel),

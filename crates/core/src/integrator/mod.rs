@@ -28,6 +28,7 @@ use crate::interaction::Interaction;
 use crate::observer::Observer;
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
 use crate::sampler::Address;
+use crate::settings::Settings;
 
 /// Surfaces that a ray may pass through because they are absent there (alpha below a cutoff) before it is given up.
 const MAX_CUTOUTS: u32 = 256;
@@ -111,13 +112,14 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             stopped: false,
             keeps_first,
             first: None,
-            max_depth,
+            // Whitted's rays divide: without a limit there would be no end.
+            max_depth: if K::PATHS { max_depth } else { max_depth.min(Settings::MOST_SEGMENTS) },
             camera_min,
             secondary_min,
             media: path_tracing::Media::default(),
             kernel: PhantomData,
         };
-        if K::PATHS && scene.absorbs {
+        if K::PATHS && scene.tracks_media {
             tracer.media = tracer.media_of_camera();
         }
         tracer
@@ -133,7 +135,8 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     pub fn camera_ray(&mut self, asked: CameraRay<'_, P::Real>, address: Address) -> Brought<P::Real> {
         if K::PATHS {
             let brought = self.trace(asked, address);
-            return Brought { radiance: brought.radiance + self.scene.veil, ..brought };
+            let radiance = self.scene.clamp.map_or(brought.radiance, |most| clamped::<P::Real>(brought.radiance, most));
+            return Brought { radiance: radiance + self.scene.veil, ..brought };
         }
         let mut path = self.camera_path(asked.ray, address);
         self.follow(&mut path, asked.met);
@@ -219,6 +222,12 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         };
         Ray::new(origin, direction)
     }
+}
+
+/// A radiance whose brightest channel is not above a limit, in its own hue.
+fn clamped<R: Real>(radiance: R::Vec3, most: R) -> R::Vec3 {
+    let brightest = radiance.max_element();
+    if brightest > most { radiance * (most / brightest) } else { radiance }
 }
 
 /// What the layers beside the colour show of a first hit.

@@ -10,6 +10,8 @@ mod layered;
 mod lights;
 mod media;
 mod mixture;
+mod nested;
+mod straight;
 mod vertex;
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
@@ -27,6 +29,13 @@ use crate::settings::LightSampling;
 
 /// Segments that every path may have before chance decides whether it goes on. Earlier, chance costs more noise than it saves time.
 const ROULETTE_FROM: u32 = 4;
+
+/// From so many segments on a path ends by chance however bright it is, so that one in a white room, of which nothing is ever lost, has an end
+/// too: twenty more on average. Paths that are limited end before.
+const ENDS_FROM: u32 = 64;
+
+/// Chance to go on from there.
+const GOES_ON: f64 = 0.95;
 
 /// Where a path is: all that its next segment depends on.
 #[derive(Clone, Copy, Debug)]
@@ -132,6 +141,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 return self.pass(walk, &at);
             }
         }
+        if self.nests()
+            && let Some(beyond) = self.hidden(&walk.media, &at)
+        {
+            walk.media = beyond;
+            return self.pass(walk, &at);
+        }
         walk.hit = true;
         walk.traced += 1;
         self.vertex(walk, hit, &at)
@@ -169,7 +184,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
     }
 
-    /// Takes a path on through a surface that is absent where it met it.
+    /// Takes a path on through a surface that is not there where it met it.
     fn pass(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>) -> bool {
         walk.cutouts += 1;
         walk.address.bounce += 1;
@@ -183,7 +198,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let mut throughput = walk.throughput * drawn.weight;
         if walk.traced >= ROULETTE_FROM {
             // Also ends what is no number.
-            let survives = throughput.max_element().min(P::Real::ONE);
+            let most = if walk.traced < ENDS_FROM { P::Real::ONE } else { P::Real::from_f64(GOES_ON) };
+            let survives = throughput.max_element().min(most);
             let goes_on = onward.luck < survives;
             if !goes_on {
                 return false;
@@ -196,9 +212,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         walk.leg = walk.leg.onward(onward.ray, onward.rest);
         walk.throughput = throughput;
         walk.address.bounce += 1;
-        let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
-        walk.left = Left { from: at.surface.point, normal: onward.lit, density };
-        if self.scene.absorbs && onward.through {
+        // What goes straight on through a wall is still found by lights that were asked before it.
+        if !onward.straight {
+            let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
+            walk.left = Left { from: at.surface.point, normal: onward.lit, density };
+        }
+        if self.scene.tracks_media && onward.through {
             walk.media = self.beyond(&walk.media, at);
         }
         true
@@ -216,4 +235,6 @@ struct Onward<P: Precision> {
     lit: Vec3Of<P>,
     /// Whether it goes through the surface.
     through: bool,
+    /// Whether it does so as shadow rays do.
+    straight: bool,
 }

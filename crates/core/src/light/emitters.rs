@@ -13,7 +13,7 @@ use super::cdf::{pick, push_shares, share};
 use super::solid_angle::Whole;
 use super::{Bounds, Density, LightSample, Target};
 
-pub use list::EmitterList;
+pub use list::{EmitterList, Glow};
 use list::{Emitter, Form};
 
 /// How points of a surface are drawn.
@@ -161,13 +161,19 @@ impl<P: Precision> Emitters<P> {
                 (over / cosine, cosine / over)
             }
         };
+        let radiance = if emitter.varies { Vector::ONE } else { emitter.radiance };
         // Also false for NaN, where the points coincide.
         (weight > 0.0 && weight.is_finite()).then(|| LightSample {
             direction: Vector::from_f64(direction),
-            arriving: emitter.radiance * P::Real::from_f64(weight),
+            arriving: radiance * P::Real::from_f64(weight),
             density: Density::SolidAngle(density),
             target: Target::Surface(surface),
         })
+    }
+
+    /// Whether what an emitter gives off is not the same everywhere: [`Emitters::sample`] then says what arrives of a radiance of one.
+    pub fn varies(&self, index: u32) -> bool {
+        self.list.emitters[index as usize].varies
     }
 
     /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter that a ray from `from` met.
@@ -198,7 +204,8 @@ impl<P: Precision> Emitters<P> {
     #[inline]
     fn whole(&self, emitter: &Emitter<P::Real>, from: DVec3) -> Option<Whole<P::Real>> {
         match (self.strategy, &emitter.form) {
-            (Strategy::SolidAngle, Form::Plain(shape)) => Whole::new(shape, emitter.side, from),
+            // Of what a ray may pass, points on the far side are drawn too.
+            (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable => Whole::new(shape, emitter.side, from),
             _ => None,
         }
     }

@@ -33,7 +33,7 @@ pub use bounds::Bounds;
 pub use choice::Choice;
 pub use cone::Cone;
 pub use delta::DeltaLight;
-pub use emitters::{EmitterList, Emitters, Exit, Strategy};
+pub use emitters::{EmitterList, Emitters, Exit, Glow, Strategy};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub use polygon::Polygon;

@@ -32,11 +32,11 @@ fn surface<P: Precision>(shape: AnyShape<P::Real>, map: Option<DAffine3>, strate
     list.next_object();
     match map {
         None => {
-            list.plain(shape, Vector::ONE, Side::Outside, None);
+            list.plain(shape, Glow::even(Vector::ONE), Side::Outside, None);
             group.shape(shape, visibility).expect("a shape");
         }
         Some(map) => {
-            list.placed(Placed::new(shape, map).expect("a map"), Vector::ONE, Side::Outside, None);
+            list.placed(Placed::new(shape, map).expect("a map"), Glow::even(Vector::ONE), Side::Outside, None);
             group.placed(shape, map, visibility).expect("a shape");
         }
     }

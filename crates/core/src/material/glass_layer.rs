@@ -36,7 +36,8 @@ impl<N: Number> Tinted<N> {
         let ior = N::exact_lane(self.ior, lane);
         let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
         let share = match self.rule {
-            FresnelRule::Schlick => f0 + (1.0 - f0) * towards_grazing(outside),
+            // By the angle on the thin side.
+            FresnelRule::Schlick => f0 + (1.0 - f0) * towards_grazing(if ior < 1.0 { inside } else { outside }),
             _ => dielectric(outside, Some(inside), 1.0 / ior),
         };
         let bare = self.reflected.lane(lane) * share;
@@ -211,6 +212,14 @@ impl<N: Number> Sheet<N> {
         let down = up - frame.normal * (N::from_f64(2.0) * frame.normal.dot(up));
         let chance = self.reflectance(facet.dot(wo)).max_element();
         N::Vec3::select(chance.above(choice), up, down)
+    }
+
+    /// What goes straight on where it is smooth, by the cosine of incidence.
+    pub(super) fn straight(&self, cosine: N) -> N::Vec3 {
+        if self.facets.is_some() {
+            return N::Vec3::ZERO;
+        }
+        self.transmitted * (N::Vec3::ONE - self.reflectance(cosine)) * self.share
     }
 
     pub(super) fn drawn_smooth(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {

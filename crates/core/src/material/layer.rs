@@ -282,6 +282,12 @@ impl<N: Number> Scatters<N> for Layer<N> {
 }
 
 impl<N: Number> Layer<N> {
+    /// What it sends straight on of light that comes along the way back: of smooth walls alone something.
+    pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
+        let Way::Sheet(sheet) = &self.way else { return N::Vec3::ZERO };
+        sheet.straight(normal.dot(wo)) * self.cover.passes(&Pair::new(normal, wo, -wo))
+    }
+
     /// Chance that what diffuses both ways diffuses back.
     fn back_share(&self) -> N {
         let Way::Diffuse { back, through, .. } = &self.way else { return N::ONE };

@@ -70,6 +70,13 @@ pub struct Layered<N: Number> {
     pub compensated: bool,
 }
 
+impl<N: Number> LayeredBsdf<N> {
+    /// What it lets straight through of light that comes along the way back.
+    pub fn straight(&self, wo: N::Vec3) -> N::Vec3 {
+        self.lobes().iter().fold(N::Vec3::ZERO, |sum, lobe| sum + lobe.straight(self.normal(), wo))
+    }
+}
+
 impl<N: Number> Layered<N> {
     /// A surface without any layers.
     pub fn of(base: MetallicRoughness<N>, ior: N::Exact) -> Self {

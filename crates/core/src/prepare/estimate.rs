@@ -31,12 +31,13 @@ use crate::settings::Settings;
 pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
     let scene = &*simulated_scene(scene, settings.camera.as_ref(), simulated);
     let lookup = Lookup::new(scene);
-    let needs = Needs::of::<P>(scene, settings, &lookup, simulated.has(Effect::SoftShadows));
+    let paths = chosen(scene, settings) == Integrator::Path;
+    let lamps = [simulated.has(Effect::SoftShadows), paths && simulated.has(Effect::TexturedEmitters)];
+    let needs = Needs::of::<P>(scene, settings, &lookup, lamps);
     let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
         Some(Projection::ThinLens { aperture_radius, .. }) => *aperture_radius > 0.0,
         _ => false,
     };
-    let paths = chosen(scene, settings) == Integrator::Path;
     let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
     let choice = if paths { Choice::bytes_of(needs.lamps.saturating_add(scene.lights.len() as u64), needs.lamps) } else { 0 };
     let plan = Plan::new(settings, random);
@@ -78,13 +79,13 @@ struct Needs {
 }
 
 impl Needs {
-    fn of<P: Precision>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, lamps: bool) -> Self {
+    fn of<P: Precision>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, [even, varied]: [bool; 2]) -> Self {
         let (mut needs, uses) = (Self::default(), Uses::of(scene));
         let (mut combed, mut meshes, mut shared, mut used) = (HashSet::new(), HashSet::new(), HashSet::new(), HashSet::new());
         for (object, count) in counted(scene) {
             used.insert(object.material.as_str());
             let material = lookup.material(&object.material).map(|(_, material)| material);
-            let glows = lamps && material.is_some_and(|material| material.even_emission().is_some());
+            let glows = material.is_some_and(|m| even && m.even_emission().is_some() || varied && m.emits());
             let (mut each, moves) = (1, ends(object).is_some());
             match &object.shape {
                 Shape::Mesh(name) => {

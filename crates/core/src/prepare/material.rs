@@ -11,7 +11,7 @@ pub(crate) use layered::{Layered, count_layered};
 pub(crate) use physical::{Alpha, Boundary, Bump, Index, Passage, Physical};
 
 use super::PrepareError;
-use super::input::{Compiler, Input, Product, Sources};
+use super::input::{Compiler, Here, Input, Product, Sources};
 use crate::effects::EffectSet;
 use crate::material::FresnelRule;
 use crate::scene::{Colour, Material as MaterialData, Model, Scene};
@@ -71,6 +71,20 @@ impl<R: Real> Material<R> {
         solid && self.shadow_transmittance() == Some(R::ZERO)
     }
 
+    /// What it gives off at a point.
+    pub fn emission_at(&self, here: &Here<'_, R>) -> R::Vec3 {
+        match self {
+            Self::Classic(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| emission.colour(here)),
+            Self::Physical(m) => m.emission.as_ref().map_or(R::Vec3::ZERO, |emission| emission.tint(here, R::Vec3::ONE)),
+            Self::Unused => R::Vec3::ZERO,
+        }
+    }
+
+    /// The share of the surface that is there at a point.
+    pub fn alpha_at(&self, here: &Here<'_, R>) -> R {
+        if let Self::Physical(m) = self { m.alpha_at(here) } else { R::ONE }
+    }
+
     /// Whether its inside absorbs light.
     pub fn absorbs(&self) -> bool {
         match self {
@@ -83,6 +97,11 @@ impl<R: Real> Material<R> {
     /// Whether no ray passes it straight, wherever it is the occluder: light bent by glass arrives on other ways.
     pub fn covers(&self) -> bool {
         !matches!(self, Self::Physical(m) if m.alpha != Alpha::Opaque)
+    }
+
+    /// Whether it is a wall that light passes straight.
+    pub fn is_wall(&self) -> bool {
+        matches!(self, Self::Physical(m) if m.is_wall())
     }
 
     /// Whether an image bends its normals, or directions on it count otherwise.

@@ -153,10 +153,18 @@ pub struct Prepared<P: Precision> {
     pub(crate) rules: Rules<P::Real>,
     /// Whether some material absorbs what passes through it.
     pub(crate) absorbs: bool,
+    /// Which body light is in where several overlap, by material; empty where all bodies are alike.
+    pub(crate) priorities: Vec<u32>,
+    /// Whether paths keep track of the bodies that they are in.
+    pub(crate) tracks_media: bool,
+    /// Whether light asked for may arrive straight through surfaces, so that shadow rays meet them in order.
+    pub(crate) lets_straight: bool,
     /// What lies over, under and in materials that have such.
     pub(crate) layers: Vec<Layered<P::Real>>,
     /// How a path tracer finds light with a size.
     pub(crate) light_sampling: LightSampling,
+    /// What the brightest channel of a sample is brought down to; none: nothing is.
+    pub(crate) clamp: Option<P::Real>,
     /// Whether rough surfaces give back what their facets send to each other.
     pub(crate) compensates: bool,
     pub(crate) veil: <P::Real as Real>::Vec3,
@@ -232,8 +240,16 @@ impl<P: Precision> Prepared<P> {
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black()).then(|| Irradiance::new(&sky));
-        let soft = simulated.has(Effect::SoftShadows);
-        let emitters = if soft { emitters::emitters::<P>(scene, &lookup, observer)? } else { EmitterList::default() };
+        let wanted = emitters::Wanted {
+            even: simulated.has(Effect::SoftShadows),
+            varied: paths && simulated.has(Effect::TexturedEmitters),
+            read: paths,
+        };
+        let emitters = if wanted.even || wanted.varied {
+            emitters::emitters::<P>(scene, &lookup, (&materials, &inputs.sources), wanted, observer)?
+        } else {
+            EmitterList::default()
+        };
         // A light that shows on nothing is not built: no loop turns for it.
         let delta = if lit { scene.lights.iter().map(|l| DeltaLight::new(l, casters)).collect() } else { Vec::new() };
         let mut lights = Lights::new(delta, Emitters::new(emitters), sky, &built.geometry.bounded_part());
@@ -257,13 +273,18 @@ impl<P: Precision> Prepared<P> {
             Background::Colour(c) => Some(Vector::from_f64(c.into())),
         };
         let camera = Camera::towards(&camera, settings.size, &built.geometry.bounded_part());
+        let absorbs = simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs);
+        let priorities = if paths && simulated.has(Effect::NestedMedia) { priorities(scene) } else { Vec::new() };
         Ok(Self {
             geometry_bytes: built.geometry.bytes(),
             geometry: built.geometry,
             meshes: built.meshes,
             objects: built.objects,
             lost: built.lost,
-            absorbs: simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs),
+            absorbs,
+            tracks_media: absorbs || !priorities.is_empty(),
+            lets_straight: paths && (!priorities.is_empty() || materials.iter().any(Material::is_wall)),
+            priorities,
             tangents,
             materials,
             cone: (!inputs.sources.pyramids.is_empty()).then(|| camera.cone()),
@@ -275,6 +296,7 @@ impl<P: Precision> Prepared<P> {
             rules: Rules::new(&scene.classic),
             layers: context.layers,
             light_sampling: settings.light_sampling,
+            clamp: settings.clamp.map(P::Real::from_f64),
             compensates: settings.microfacets == Microfacets::Compensated,
             veil: Vector::from_f64(scene.render.veil.0.into()),
         })
@@ -285,6 +307,7 @@ impl<P: Precision> Prepared<P> {
         let tables = size_of_val(self.objects.as_slice())
             + size_of_val(self.materials.as_slice())
             + size_of_val(self.layers.as_slice())
+            + size_of_val(self.priorities.as_slice())
             + size_of_val(self.sources.textures.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
@@ -320,6 +343,12 @@ impl<P: Precision> Prepared<P> {
             texture_bytes: self.texture_bytes(),
         }
     }
+}
+
+/// The priority of each material's body.
+fn priorities(scene: &Scene) -> Vec<u32> {
+    let of = |material: &scene::Material| if let scene::Model::Physical(m) = &material.model { m.priority } else { 0 };
+    scene.materials.iter().map(of).collect()
 }
 
 /// What geometry asks of each material. An occluder that lets nothing through needs no question, unless somewhere more is

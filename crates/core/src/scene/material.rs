@@ -40,6 +40,11 @@ impl Material {
         emission.and_then(ColourInput::constant).filter(|emission| *emission != Colour::BLACK)
     }
 
+    /// Whether its surface may be there in part.
+    pub fn is_cut(&self) -> bool {
+        matches!(&self.model, Model::Physical(m) if m.alpha != AlphaMode::Opaque)
+    }
+
     /// Its uses of textures.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
         let inputs: Vec<&dyn Varying> = match &self.model {

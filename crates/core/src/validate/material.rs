@@ -119,6 +119,9 @@ fn physical(check: &mut Check<'_>, material: &Physical) {
     if let Some(distance) = material.attenuation_distance {
         check.length("attenuation_distance", distance);
     }
+    if material.priority > 0 && material.thin_walled {
+        check.inside("priority", |check| check.report("a thin wall has no inside that could have a priority"));
+    }
     layers(check, material);
     check.finite("normal_scale", material.normal_scale);
     if let AlphaMode::Mask { cutoff } = material.alpha {

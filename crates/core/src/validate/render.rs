@@ -11,7 +11,7 @@ const LONGEST_SIDE: u32 = 65536;
 const MOST_SAMPLES: u32 = 65536;
 
 /// Ray segments a path may have.
-const DEEPEST: u32 = 64;
+const DEEPEST: u32 = crate::Settings::MOST_SEGMENTS;
 
 pub(super) fn parameters(check: &mut Check<'_>, scene: &Scene) {
     check.finite("t", scene.t);

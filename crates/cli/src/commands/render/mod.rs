@@ -53,6 +53,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let prepare = clock.lap();
     tell::tell_effects(&loaded, ready.effects(), verbosity);
     tell::tell_lost(&loaded, &ready, verbosity);
+    tell::tell_clamp(&mut loaded, &ready, &plan.settings, verbosity);
 
     let metadata = origin::metadata(&loaded, &plan, &args.choices);
     let mut session = Session::start(args, &ready, origin::identity(&loaded, args), metadata, plan.display, limits(args))?;

@@ -4,7 +4,7 @@ use raywright_core::effects::EffectReport;
 use raywright_core::film::{Estimate, Film, Uncertainty};
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, extent};
-use raywright_io::Loaded;
+use raywright_io::{Loaded, Warning};
 
 use crate::clock::{Seconds, spoken};
 use crate::commands::explain;
@@ -22,6 +22,18 @@ pub(super) fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Ve
         let name = &loaded.source.name;
         verbosity.warn(format_args!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));
     }
+}
+
+/// What a clamp does to the picture, also for the list of warnings in the statistics.
+pub(super) fn tell_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings, verbosity: Verbosity) {
+    let Some(most) = settings.clamp else { return };
+    let message = if ready.follows_paths() {
+        format!("samples brighter than {most} are dimmed to it: the picture is darker than the true one where there are any (bias)")
+    } else {
+        "--clamp dims samples of paths alone, and none are followed".to_owned()
+    };
+    verbosity.warn(&message);
+    loaded.warnings.push(Warning { message });
 }
 
 /// Objects that vanish without being left out.

@@ -5,8 +5,10 @@ use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
 use super::super::{Kernel, Tracer};
 use super::Walk;
 use crate::interaction::Interaction;
-use crate::material::{Coat, Combed, Diffused, Film, Frame, Glass, Hero, Layered as Layers, MetallicRoughness, Sheen, index_at};
-use crate::prepare::{Here, Input, Layered, Physical};
+use crate::material::{
+    Coat, Combed, Diffused, Film, Frame, Glass, Hero, Layered as Layers, LayeredBsdf, MetallicRoughness, Sheen, index_at,
+};
+use crate::prepare::{Boundary, Here, Input, Layered, Physical};
 use crate::sampler::{Address, Purpose, pair};
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
@@ -19,13 +21,28 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         at: &Interaction<P::Real>,
         (m, layered): (&Physical<P::Real>, &Layered<P::Real>),
     ) -> bool {
+        let (bsdf, bent) = self.layers_at(walk, hit, at, (m, layered));
+        self.scatter(walk, hit, at, &bsdf, (bent.as_ref(), P::Real::ONE))
+    }
+
+    /// The lobes of a layered surface where a path meets it, and the boundary that bends it.
+    pub(super) fn layers_at(
+        &self,
+        walk: &mut Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        (m, layered): (&Physical<P::Real>, &Layered<P::Real>),
+    ) -> (LayeredBsdf<P::Real>, Option<Glass<P::Real>>) {
         let here = self.scene.sources.at(at);
-        let (mut base, boundary) = (m.model_at(&here), m.boundary_at(&here));
+        let (mut base, mut boundary) = (m.model_at(&here), m.boundary_at(&here));
         let mut ior = boundary.ior;
+        if self.nests() && !m.thin {
+            boundary = Boundary::new(self.relative_index(walk, at, &here));
+            ior = boundary.ior;
+        } else if base.glass.is_some() && layered.dispersion > 0.0 {
+            ior = index_at(ior, layered.dispersion, wavelength::<P>(walk));
+        }
         if let Some(glass) = &mut base.glass {
-            if layered.dispersion > 0.0 {
-                ior = index_at(ior, layered.dispersion, wavelength::<P>(walk));
-            }
             glass.ior = ior;
         }
         let two_sided = base.glass.is_some() || layered.diffused.is_some();
@@ -60,8 +77,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             ..Layers::of(MetallicRoughness { dielectric: boundary.f0, ..base }, ior)
         };
         let bsdf = model.transport(normal, -at.direction, at.outside);
-        let bent: Option<&Glass<P::Real>> = model.base.glass.as_ref().filter(|_| !m.thin);
-        self.scatter(walk, hit, at, &bsdf, (bent, P::Real::ONE))
+        (bsdf, model.base.glass.filter(|_| !m.thin))
     }
 
     /// The frame along which facets are combed.
@@ -115,7 +131,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 }
 
 /// The path's one wavelength; white ones become one here.
-fn wavelength<P: Precision>(walk: &mut Walk<P::Real>) -> f64 {
+pub(super) fn wavelength<P: Precision>(walk: &mut Walk<P::Real>) -> f64 {
     *walk.wavelength.get_or_insert_with(|| {
         let [u, _] = pair(Address { bounce: 0, ..walk.address }, Purpose::Wavelength);
         let hero = Hero::drawn(f64::from(u));

@@ -68,16 +68,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if sent == Vector::ZERO || !sent.is_finite() {
             return Vector::ZERO;
         }
-        if scene.absorbs {
+        if let LightId::Emitter(i) = light
+            && lights.emitters.varies(i)
+        {
             let media = if through { self.beyond(&walk.media, at) } else { walk.media };
-            let distance = match &seen.target {
-                Target::Infinity => P::Real::INFINITY,
-                Target::Point(target) => (*target - point).length(),
-                Target::Surface(target) => (target.point - point).length(),
-            };
-            sent *= self.passes_media(&media, distance);
+            return sent * self.arrives_straight(walk, media, &seen, (at, Some(i)));
         }
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
+        if scene.absorbs || scene.lets_straight {
+            let media = if through { self.beyond(&walk.media, at) } else { walk.media };
+            if shadows && scene.lets_straight {
+                return sent * self.arrives_straight(walk, media, &seen, (at, None));
+            }
+            sent *= self.passes_media(&media, at.distance_to(&seen.target));
+        }
         if shadows { sent * self.arrives(&seen, at) } else { sent }
     }
 

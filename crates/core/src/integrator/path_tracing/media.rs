@@ -7,7 +7,7 @@ use crate::interaction::Interaction;
 use crate::prepare::Material;
 
 /// Bodies that a path can be in at once; a deeper one is not noticed.
-const DEEPEST: usize = 4;
+const DEEPEST: usize = 7;
 
 /// Surfaces that are looked through for the bodies that a camera is in.
 const MOST_CROSSINGS: u32 = 64;
@@ -16,53 +16,68 @@ const MOST_CROSSINGS: u32 = 64;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Media {
     inside: [u32; DEEPEST],
-    count: usize,
+    count: u32,
 }
 
 impl Media {
     /// What it is beyond a boundary that is met from outside or from within.
     pub fn beyond(mut self, material: u32, outside: bool) -> Self {
+        let count = self.count as usize;
         if outside {
-            if let Some(slot) = self.inside.get_mut(self.count) {
+            if let Some(slot) = self.inside.get_mut(count) {
                 *slot = material;
                 self.count += 1;
             }
-        } else if let Some(place) = self.inside[..self.count].iter().rposition(|&m| m == material) {
-            self.inside.copy_within(place + 1..self.count, place);
+        } else if let Some(place) = self.last_of(material) {
+            self.inside.copy_within(place + 1..count, place);
             self.count -= 1;
         }
         self
     }
 
-    fn last(&self) -> Option<u32> {
-        self.inside[..self.count].last().copied()
+    /// The same with a body around all others.
+    fn around_all(mut self, material: u32) -> Self {
+        if (self.count as usize) < DEEPEST {
+            self.inside.copy_within(0..self.count as usize, 1);
+            self.inside[0] = material;
+            self.count += 1;
+        }
+        self
+    }
+
+    /// Whether a path is in a body of a material.
+    pub fn has(&self, material: u32) -> bool {
+        self.last_of(material).is_some()
+    }
+
+    fn last_of(&self, material: u32) -> Option<usize> {
+        self.inside[..self.count as usize].iter().rposition(|&m| m == material)
+    }
+
+    /// The body of the greatest priority, of equal ones the last; without priorities all are equal.
+    fn first_by(&self, priorities: &[u32]) -> Option<u32> {
+        let inside = self.inside[..self.count as usize].iter().copied();
+        if priorities.is_empty() { inside.last() } else { inside.max_by_key(|&material| priorities[material as usize]) }
     }
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// The bodies that the camera is in: those that a ray leaves more often than it enters them.
+    /// The bodies that the camera is in: those that a ray leaves more often than it enters them, the innermost one first.
     pub(in super::super) fn media_of_camera(&self) -> Media {
-        let (scene, mut entered, mut around) = (self.scene, [0_u32; DEEPEST], Media::default());
+        let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
         let mut leg = Leg::of(scene.camera.ray(P::Real::ZERO, P::Real::ZERO, [0.5; 2]));
         if scene.camera.ahead() != P::Real::ZERO {
             return around;
         }
-        let mut depth = 0;
         for _ in 0..MOST_CROSSINGS {
             let range = Interval { min: self.secondary_min, max: P::Real::INFINITY };
             let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
             let at = Interaction::of::<P, K>(scene, &leg, &hit);
-            if self.absorbs(at.material).is_some() {
-                if at.outside {
-                    entered[depth % DEEPEST] = at.material;
-                    depth += 1;
-                } else if depth > 0 && entered[(depth - 1) % DEEPEST] == at.material {
-                    depth -= 1;
-                } else if around.count < DEEPEST {
-                    // The innermost one is left first.
-                    around.inside.copy_within(0..around.count, 1);
-                    around.inside[0] = at.material;
-                    around.count += 1;
+            if self.absorbs(at.material).is_some() || self.nests() && self.bounds_glass(at.material) {
+                if at.outside || entered.has(at.material) {
+                    entered = entered.beyond(at.material, at.outside);
+                } else {
+                    around = around.around_all(at.material);
                 }
             }
             leg = leg.onward(self.leave(&at, at.direction, -P::Real::ONE), Vector::ZERO);
@@ -77,16 +92,22 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if bounds { media.beyond(at.material, at.outside) } else { *media }
     }
 
+    /// The body that light is in where several may be around it.
+    #[inline]
+    pub(super) fn around(&self, media: &Media) -> Option<u32> {
+        media.first_by(&self.scene.priorities)
+    }
+
     /// What a metre of the way to a hit absorbs; none where nothing does.
     pub(super) fn absorption(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Vec3Of<P>> {
         // Also where a path got in by a way that it was not seen to take.
-        let around = media.last().or((!at.outside).then_some(at.material))?;
+        let around = self.around(media).or((!at.outside).then_some(at.material))?;
         self.absorbs(around)
     }
 
     /// Share of light that passes the way of a shadow ray, which meets nothing on it.
     pub(super) fn passes_media(&self, media: &Media, distance: P::Real) -> Vec3Of<P> {
-        let absorption = media.last().and_then(|around| self.absorbs(around));
+        let absorption = self.around(media).and_then(|around| self.absorbs(around)).filter(|_| self.scene.absorbs);
         absorption.map_or(Vector::ONE, |absorption| absorbed::<P::Real>(absorption, distance))
     }
 
@@ -128,10 +149,10 @@ mod tests {
     #[test]
     fn bodies_in_bodies() {
         let media = Media::default().beyond(7, true).beyond(3, true).beyond(9, true);
-        assert_eq!((media.last(), media.beyond(3, false).last(), media.beyond(9, false).last()), (Some(9), Some(9), Some(3)));
-        assert_eq!(media.beyond(3, false).beyond(9, false).last(), Some(7));
-        assert_eq!(media.beyond(4, false).last(), Some(9));
-        assert_eq!((Media::default().beyond(1, false).last(), Media::default().last()), (None, None));
-        assert_eq!((0..9).fold(Media::default(), |media, m| media.beyond(m, true)).last(), Some(3));
+        assert_eq!((media.first_by(&[]), media.beyond(3, false).first_by(&[]), media.beyond(9, false).first_by(&[])), (Some(9), Some(9), Some(3)));
+        assert_eq!(media.beyond(3, false).beyond(9, false).first_by(&[]), Some(7));
+        assert_eq!(media.beyond(4, false).first_by(&[]), Some(9));
+        assert_eq!((Media::default().beyond(1, false).first_by(&[]), Media::default().first_by(&[])), (None, None));
+        assert_eq!((0..9).fold(Media::default(), |media, m| media.beyond(m, true)).first_by(&[]), Some(3));
     }
 }

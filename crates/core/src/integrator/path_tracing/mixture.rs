@@ -93,7 +93,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             drawn.weight = weight;
         }
         let ray = self.leave(at, direction, if normal == at.normal { side } else { -side });
-        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: normal, through: side != one })
+        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: normal, through: side != one, straight: false })
     }
 }
 

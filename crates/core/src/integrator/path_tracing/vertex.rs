@@ -9,7 +9,7 @@ use super::{Onward, Walk, classic};
 use crate::interaction::Interaction;
 use crate::light::{LightId, Target};
 use crate::material::{Bsdf, Frame, Glass, Interface, Sampled, Scatters};
-use crate::prepare::Material;
+use crate::prepare::{Alpha, Material};
 use crate::sampler::{Purpose, four};
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
@@ -29,6 +29,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 if let Some(mixture) = &m.mixture {
                     return self.mixed(walk, at, mixture, m.colour.colour(&here));
                 }
+                let own;
+                let m = if self.nests() && m.transmission.is_some() {
+                    own = self.immersed_classic(walk, at, &here, m);
+                    &own
+                } else {
+                    m
+                };
                 let normal = if m.transmission.is_some() { at.towards() } else { at.normal };
                 let bsdf = classic::lobes(m, &here, at, normal);
                 let glass = m.transmission.as_ref().map(|transmission| transmission.glass);
@@ -49,7 +56,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 if let Some(place) = m.layered {
                     return self.layered(walk, hit, at, (m, &scene.layers[place as usize]));
                 }
-                let model = m.model_at(&here);
+                let mut model = m.model_at(&here);
+                if self.nests() {
+                    self.immersed(walk, at, &here, &mut model);
+                }
                 let normal = if model.glass.is_some() { at.towards() } else { at.normal };
                 let bsdf = model.transport(normal, -at.direction, at.outside, scene.compensates);
                 self.scatter(walk, hit, at, &bsdf, (model.glass.as_ref(), P::Real::ONE))
@@ -110,7 +120,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         // Starts of rays count from the normal that the object has.
         let side = if through == (normal == at.normal) { -P::Real::ONE } else { P::Real::ONE };
         let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
-        self.go_on(walk, at, &drawn, Onward { ray: self.leave(at, direction, side), rest, luck, lit, through })
+        // Of delta lobes only walls send light on without an index.
+        let straight = L::COATED && drawn.delta && through && self.is_wall(at.material);
+        self.go_on(walk, at, &drawn, Onward { ray: self.leave(at, direction, side), rest, luck, lit, through, straight })
+    }
+
+    /// Whether a material is a wall that lets light straight through, all of it being there.
+    fn is_wall(&self, material: u32) -> bool {
+        matches!(&self.scene.materials[material as usize], Material::Physical(m) if m.is_wall() && m.alpha == Alpha::Opaque)
     }
 
     /// The direction that a boundary of glass sends a ray in, with the digits that storing takes from it.

@@ -3,7 +3,7 @@
 use super::*;
 use crate::hash::mix;
 use crate::light::sky::{Kind, Sky};
-use crate::light::{EmitterList, Emitters};
+use crate::light::{EmitterList, Emitters, Glow};
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
 use raywright_bvh::{Aabb, Reference, Side};
@@ -13,7 +13,7 @@ fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<Reference> {
     let mut list = EmitterList::default();
     for (centre, radiance) in balls {
         list.next_object();
-        list.plain(AnyShape::Sphere(Sphere { centre, radius: 0.01 }), DVec3::splat(radiance), Side::Outside, None);
+        list.plain(AnyShape::Sphere(Sphere { centre, radius: 0.01 }), Glow::even(DVec3::splat(radiance)), Side::Outside, None);
     }
     let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
     let sky = Sky { kind: Kind::Constant(DVec3::splat(0.1)) };

@@ -15,7 +15,12 @@ pub(in crate::light) enum Form<R: Real> {
 #[derive(Clone, Copy, Debug)]
 pub(in crate::light) struct Emitter<R: Real> {
     pub form: Form<R>,
+    /// What it gives off; the mean of it where that varies.
     pub radiance: R::Vec3,
+    /// Whether it varies, so that it is known only where a ray meets it.
+    pub varies: bool,
+    /// Whether a ray may pass it.
+    pub passable: bool,
     /// Which sides give off light: those that can be seen.
     pub side: Side,
     /// Area of the surface in the world; zero where it has none that points could be drawn from.
@@ -27,6 +32,24 @@ impl<R: Real> Emitter<R> {
     pub fn power(&self) -> f64 {
         let radiance = self.radiance.to_f64();
         (radiance.x + radiance.y + radiance.z) * self.area * if self.side == Side::Both { 2.0 } else { 1.0 }
+    }
+}
+
+/// What an emitter gives off.
+#[derive(Clone, Copy, Debug)]
+pub struct Glow<P: Precision> {
+    /// Radiance; the mean of it where it varies, by which it is asked as often as it is worth.
+    pub radiance: Vec3Of<P>,
+    /// Whether it varies.
+    pub varies: bool,
+    /// Whether a ray may pass it, so that what is behind its first point is seen too.
+    pub passable: bool,
+}
+
+impl<P: Precision> Glow<P> {
+    /// The same radiance everywhere.
+    pub fn even(radiance: Vec3Of<P>) -> Self {
+        Self { radiance, varies: false, passable: false }
     }
 }
 
@@ -64,18 +87,20 @@ impl<P: Precision> EmitterList<P> {
     }
 
     /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
-    pub fn plain(&mut self, shape: AnyShape<P::Real>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
+    pub fn plain(&mut self, shape: AnyShape<P::Real>, glow: Glow<P>, side: Side, area: Option<f64>) -> f64 {
+        let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(shape.area()));
-        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, side, area });
+        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, varies, passable, side, area });
         area
     }
 
     /// Adds a shape under a map.
-    pub fn placed(&mut self, placed: Placed<P>, radiance: Vec3Of<P>, side: Side, area: Option<f64>) -> f64 {
+    pub fn placed(&mut self, placed: Placed<P>, glow: Glow<P>, side: Side, area: Option<f64>) -> f64 {
+        let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = Form::Placed(self.placed.len() as u32);
         self.placed.push(placed);
-        self.emitters.push(Emitter { form, radiance, side, area });
+        self.emitters.push(Emitter { form, radiance, varies, passable, side, area });
         area
     }
 }

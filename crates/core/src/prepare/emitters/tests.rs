@@ -11,7 +11,8 @@ use raywright_bvh::{AcceleratorKind, Interval, Ray, Robust};
 use serde_json::json;
 
 fn found(scene: &Scene) -> Emitters<Robust> {
-    Emitters::new(emitters::<Robust>(scene, &Lookup::new(scene), &()).expect("nobody stops it"))
+    let (sources, wanted) = (Sources::default(), Wanted { even: true, varied: false, read: false });
+    Emitters::new(emitters::<Robust>(scene, &Lookup::new(scene), (&[], &sources), wanted, &()).expect("nobody stops it"))
 }
 
 /// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of emitters are no matter, and

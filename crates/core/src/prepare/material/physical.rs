@@ -84,6 +84,13 @@ impl<R: Real> Passage<R> {
     }
 }
 
+impl<R: Real> Physical<R> {
+    /// Whether it is a wall that lets light through without bending it.
+    pub fn is_wall(&self) -> bool {
+        self.thin && self.passage.is_some() && self.layered.is_some()
+    }
+}
+
 /// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
 const MOST_ABSORPTION: f64 = 1e30;
 

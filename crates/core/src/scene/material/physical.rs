@@ -43,6 +43,9 @@ pub struct Physical {
     pub attenuation_distance: Option<f64>,
     /// Whether the surface is a wall too thin to bend light, without an inside; else it bounds a body.
     pub thin_walled: bool,
+    /// Which body light is in where several overlap: the one of the greatest priority, of equal ones the one that it entered last. Where
+    /// no shown body of glass has one above zero, each boundary bends light as from and into air.
+    pub priority: u32,
     /// How much more short waves bend than long ones: 20 over the Abbe number, from 0, as none, to 400.
     pub dispersion: f64,
     /// Factor of what the dielectric part reflects, 0 to 1.
@@ -97,6 +100,7 @@ impl Default for Physical {
             attenuation_colour: Colour([1.0; 3]),
             attenuation_distance: None,
             thin_walled: false,
+            priority: 0,
             dispersion: 0.0,
             specular: 1.0.into(),
             specular_texture: None,
@@ -186,6 +190,11 @@ impl Physical {
     /// Whether light may pass through it undiffused somewhere.
     pub fn may_transmit(&self) -> bool {
         self.transmission != 0.0.into()
+    }
+
+    /// Whether it bounds a body with a priority.
+    pub fn is_nested(&self) -> bool {
+        self.priority > 0 && self.may_transmit() && !self.thin_walled && !self.unlit
     }
 
     /// Whether light may be diffused to its other side somewhere.

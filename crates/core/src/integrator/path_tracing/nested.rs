@@ -1,0 +1,110 @@
+//! Bodies that overlap: which of them a point is in, and what a boundary between two of them bends ("Simple Nested Dielectrics in Ray Traced
+//! Images", Schmidt, Budge 2002). A point is in the body of the greatest priority that it was entered, of equal ones in the last; a boundary
+//! on whose two sides that is the same body is none. So liquid may reach into its glass, where exact contact would leave gaps or a film of air.
+//!
+//! Asked only where the table of priorities is not empty; out of line, so that other scenes have one question more.
+
+use raywright_bvh::Precision;
+
+use super::super::{Kernel, Tracer};
+use super::layered::wavelength;
+use super::{Media, Walk};
+use crate::interaction::Interaction;
+use crate::material::MetallicRoughness;
+use crate::prepare::{Boundary, Classic, Here, Material};
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Whether bodies are told apart by priority.
+    #[inline(always)]
+    pub(super) fn nests(&self) -> bool {
+        !self.scene.priorities.is_empty()
+    }
+
+    /// Whether a material bounds a body that light enters by bending.
+    pub(super) fn bounds_glass(&self, material: u32) -> bool {
+        match &self.scene.materials[material as usize] {
+            Material::Classic(m) => m.transmission.is_some() && m.mixture.is_none(),
+            Material::Physical(m) => m.passage.is_some() && !m.thin,
+            Material::Unused => false,
+        }
+    }
+
+    /// The bodies on the near and on the far side of a boundary. One that is left was entered, also where that was not seen.
+    fn sides(&self, media: &Media, at: &Interaction<P::Real>) -> [Media; 2] {
+        let known = at.outside || media.has(at.material);
+        let near = if known { *media } else { media.beyond(at.material, true) };
+        [near, near.beyond(at.material, at.outside)]
+    }
+
+    /// The bodies beyond a boundary that is none, because a body of a greater priority is on both sides of it.
+    #[inline(never)]
+    pub(super) fn hidden(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Media> {
+        if !self.bounds_glass(at.material) {
+            return None;
+        }
+        let [near, far] = self.sides(media, at);
+        (self.around(&near) == self.around(&far)).then_some(far)
+    }
+
+    /// Index of refraction of a body, for the path's wavelength where it bends them apart.
+    fn index_of(&self, walk: &mut Walk<P::Real>, body: Option<u32>, here: &Here<'_, P::Real>) -> f64 {
+        match body.map(|material| &self.scene.materials[material as usize]) {
+            Some(Material::Classic(m)) => match (&m.mixture, &m.transmission) {
+                (Some(mixture), _) => mixture.ior.unwrap_or(1.0),
+                (None, Some(transmission)) => transmission.glass.ior,
+                (None, None) => 1.0,
+            },
+            Some(Material::Physical(m)) => {
+                let dispersion = m.layered.map_or(0.0, |place| self.scene.layers[place as usize].dispersion);
+                let ior = m.boundary_at(here).ior;
+                if dispersion > 0.0 { crate::material::index_at(ior, dispersion, wavelength::<P>(walk)) } else { ior }
+            }
+            Some(Material::Unused) | None => 1.0,
+        }
+    }
+
+    /// Index of a surface's inside over that of its outside, where either may be a body: of glass by what light is in on both sides, of
+    /// all else over the body that it is in.
+    #[inline(never)]
+    pub(super) fn relative_index(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>, here: &Here<'_, P::Real>) -> f64 {
+        if !self.bounds_glass(at.material) {
+            let around = self.around(&walk.media);
+            return self.index_of(walk, Some(at.material), here) / self.index_of(walk, around, here);
+        }
+        let [near, far] = self.sides(&walk.media, at).map(|media| self.around(&media));
+        let [near, far] = [near, far].map(|body| self.index_of(walk, body, here));
+        if at.outside { far / near } else { near / far }
+    }
+
+    /// A plain physical surface where it is: in what light is in.
+    #[inline(never)]
+    pub(super) fn immersed(
+        &self,
+        walk: &mut Walk<P::Real>,
+        at: &Interaction<P::Real>,
+        here: &Here<'_, P::Real>,
+        model: &mut MetallicRoughness<P::Real>,
+    ) {
+        let boundary = Boundary::new(self.relative_index(walk, at, here));
+        model.dielectric = boundary.f0;
+        if let Some(glass) = &mut model.glass {
+            glass.ior = boundary.ior;
+        }
+    }
+
+    /// As [`Self::immersed`], of a classic surface: glass alone has an index.
+    #[inline(never)]
+    pub(super) fn immersed_classic(
+        &self,
+        walk: &mut Walk<P::Real>,
+        at: &Interaction<P::Real>,
+        here: &Here<'_, P::Real>,
+        m: &Classic<P::Real>,
+    ) -> Classic<P::Real> {
+        let mut own = *m;
+        if let Some(transmission) = &mut own.transmission {
+            transmission.glass.ior = self.relative_index(walk, at, here);
+        }
+        own
+    }
+}

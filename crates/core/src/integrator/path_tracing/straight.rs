@@ -1,0 +1,109 @@
+//! What arrives of a light over surfaces that let it straight through: thin walls, boundaries that a body of greater priority hides, and what
+//! is absent in part. They are met in the order of the way, because what a metre of it absorbs depends on what was passed before.
+//!
+//! Asked only in scenes that have such walls or priorities.
+
+use raywright_bvh::{Hit, Interval, Precision, Real, Vec3Of, Vector};
+
+use super::super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
+use super::{Media, Walk};
+use crate::interaction::Interaction;
+use crate::light::{Density, LightSample, Target};
+use crate::prepare::{Alpha, Material};
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Share of a light that arrives where it is asked from, on a way that begins in these bodies, in each channel: what the way absorbs
+    /// is taken too. Each thin wall takes a segment, as it does from paths. Of an emitter that varies, what is given off where the way
+    /// meets it: there it is read, as paths read it.
+    #[inline(never)]
+    pub(super) fn arrives_straight(
+        &mut self,
+        walk: &Walk<P::Real>,
+        mut media: Media,
+        light: &LightSample<P::Real>,
+        (at, varied): (&Interaction<P::Real>, Option<u32>),
+    ) -> Vec3Of<P> {
+        let sizeless = light.density == Density::Delta;
+        let (mut from, mut share, mut segments) = (*at, Vec3Of::<P>::ONE, walk.traced + 1);
+        for _ in 0..=MAX_CUTOUTS {
+            // Where the light is where the ray would start, nothing is in between.
+            let Some((ray, range)) = self.towards(light, &from) else { return if varied.is_some() { Vector::ZERO } else { share } };
+            let before = range.max;
+            let endless = varied.is_some() || matches!(light.target, Target::Infinity) && !sizeless;
+            let range = if endless { Interval { max: P::Real::INFINITY, ..range } } else { range };
+            self.counters.shadow += 1;
+            let leg = Leg::of(ray.at_time(at.time));
+            let Some(hit) = self.scene.geometry.closest(&leg.ray, range, &mut ()) else {
+                let left = if varied.is_some() { Vector::ZERO } else { share };
+                return left * self.passes_media(&media, from.distance_to(&light.target));
+            };
+            let met = Interaction::of::<P, K>(self.scene, &leg, &hit);
+            share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
+            let through = if varied.is_some() && hit.t >= before {
+                // What lies before it was passed: it is met, or nothing of it.
+                let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied;
+                return if own { share * self.given_off(&met) } else { Vector::ZERO };
+            } else if self.nests()
+                && let Some(beyond) = self.hidden(&media, &met)
+            {
+                media = beyond;
+                Through::<P> { share: Vector::ONE, counts: false }
+            } else {
+                self.through_wall(walk, (&leg, &hit, &met), sizeless)
+            };
+            segments += u32::from(through.counts);
+            share *= through.share;
+            if segments > self.max_depth || share == Vector::ZERO {
+                return Vector::ZERO;
+            }
+            from = met;
+        }
+        Vector::ZERO
+    }
+
+    /// What a surface gives off, in its share that is there.
+    fn given_off(&self, at: &Interaction<P::Real>) -> Vec3Of<P> {
+        let (material, here) = (&self.scene.materials[at.material as usize], self.scene.sources.at(at));
+        material.emission_at(&here) * material.alpha_at(&here)
+    }
+
+    /// What a surface lets straight through.
+    fn through_wall(
+        &self,
+        walk: &Walk<P::Real>,
+        (leg, hit, at): (&Leg<P::Real>, &Hit<P::Real>, &Interaction<P::Real>),
+        sizeless: bool,
+    ) -> Through<P> {
+        let of = |share: Vec3Of<P>| Through::<P> { share, counts: false };
+        if sizeless && !self.scene.objects[at.object as usize].casts_shadow {
+            return of(Vector::ONE);
+        }
+        let Material::Physical(m) = &self.scene.materials[at.material as usize] else { return of(Vector::ZERO) };
+        if m.alpha != Alpha::Opaque {
+            // What covers a part lets nothing through: paths do not find light straight through it either.
+            return of(Vec3Of::<P>::splat(P::Real::ONE - m.alpha_at(&self.scene.sources.at(at))));
+        }
+        let Some(place) = m.layered.filter(|_| m.is_wall()) else { return of(Vector::ZERO) };
+        let mut here = Walk { leg: *leg, ..*walk };
+        let (bsdf, _) = self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]));
+        Through { share: bsdf.straight(-at.direction), counts: true }
+    }
+}
+
+/// What a surface lets straight through.
+struct Through<P: Precision> {
+    share: Vec3Of<P>,
+    /// Whether a path that passes there has one more segment.
+    counts: bool,
+}
+
+impl<R: Real> Interaction<R> {
+    /// How far what a shadow ray aims at is.
+    pub(super) fn distance_to(&self, target: &Target<R>) -> R {
+        match target {
+            Target::Infinity => R::INFINITY,
+            Target::Point(target) => (*target - self.surface.point).length(),
+            Target::Surface(target) => (target.point - self.surface.point).length(),
+        }
+    }
+}
