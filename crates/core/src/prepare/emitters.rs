@@ -103,6 +103,7 @@ impl<P: Precision> Varied<'_, P> {
             distance: P::Real::ONE,
             time: P::Real::ZERO,
             uv,
+            footprint: [P::Real::ZERO; MOST_UV_SETS],
             colour,
             object: 0,
             material: 0,
