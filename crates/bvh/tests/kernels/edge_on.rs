@@ -1,6 +1,6 @@
 //! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along the way.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles};
 use raywright_bvh::{AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Ray, Robust, Visibility};
 
 use super::bits;
@@ -89,10 +89,10 @@ fn order_does_not_decide_among_parts() {
         let direction = Vec3::new(step(random), step(random), step(random)) * [1.0, 1e-3][random.below(2)];
         let mut triangles = vec![];
         for _ in 0..120 {
-            // Most reach far along the ray.
-            let along = |random: &mut Random| origin + direction * (random.unit() * 1000.0);
-            let corners =
-                [origin + direction * random.unit(), along(random), origin + direction * (900.0 + 100.0 * random.unit())];
+            // They reach far along the ray, most to both of its sides too, so that it passes a few of their parts alone.
+            let side = direction.yzx() * [0.0, 10.0, 100.0][random.below(3)];
+            let ends = [random.unit(), 1000.0 * random.unit(), 900.0 + 100.0 * random.unit()];
+            let corners = ends.map(|end| origin + direction * end + side * (random.unit() - 0.5));
             triangles.push(corners.map(|corner| nudged(random, corner)));
         }
         for _ in 0..16 {

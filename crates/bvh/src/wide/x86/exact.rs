@@ -47,10 +47,9 @@ pub(super) unsafe fn crossing(block: &Block, lane: usize, sight: &Sight) -> Resu
     // SAFETY: the caller says that the processor has AVX2. Nothing is read through a pointer.
     unsafe {
         let mut offset = [_mm256_setzero_pd(); 3];
-        for axis in 0..3 {
-            let [a, b, c] = &block.corners[axis];
+        for ((offset, [a, b, c]), &origin) in offset.iter_mut().zip(&block.corners).zip(&sight.origin) {
             let corners = _mm256_cvtps_pd(_mm_set_ps(0.0, c[lane], b[lane], a[lane]));
-            offset[axis] = _mm256_sub_pd(corners, _mm256_set1_pd(sight.origin[axis]));
+            *offset = _mm256_sub_pd(corners, _mm256_set1_pd(origin));
         }
         let [dx, dy, dz] = sight.direction;
         let z = _mm256_add_pd(
