@@ -272,6 +272,11 @@ impl<'a, R: Real> Compiler<'a, R> {
         })
     }
 
+    /// Whether a use of a texture asks for mip maps.
+    pub fn reduces(&self, reference: &TextureRef) -> bool {
+        self.lookup.texture(&reference.name).is_some_and(|texture| texture.filter == Filter::Mipmaps)
+    }
+
     fn pyramid_of(&mut self, image: u32, srgb: bool) -> u32 {
         let Sources { images, pyramids, .. } = &mut self.sources;
         *self.pyramids.entry((image, srgb)).or_insert_with(|| {

@@ -1,13 +1,12 @@
 //! Import of glTF 2.0: `.gltf` with its buffers and images, and `.glb`.
 //!
 //! What is read: a scene's node hierarchy with skins and morph targets, at rest or at a time of its animations; triangles in all
-//! three topologies with positions, normals, texture coordinates and vertex colours from any valid accessor; metallic-roughness materials with base colour,
-//! metallic-roughness and emissive textures, and their variants; perspective and orthographic cameras; and the extensions
-//! listed in [`extensions`]. What is not read yet (normal maps, further extensions) is named in a
-//! warning; when a file *requires* it, the file is refused.
+//! three topologies from any valid accessor; materials with all their textures, and their variants; perspective and orthographic
+//! cameras; and the extensions listed in [`extensions`]. What is not read (points, lines, further extensions) is named in a warning
+//! or in the effects report; when a file *requires* it, the file is refused.
 //!
-//! Nothing in a file is trusted: `gltf`'s validating entry is not used, because it refuses valid files and its readers
-//! panic on invalid ones; the checks are those of [`document`], [`buffers`] and [`accessor`].
+//! Nothing in a file is trusted: the document's types are our own, and the checks are those of [`document`], [`buffers`] and
+//! [`accessor`].
 
 mod accessor;
 mod animation;
@@ -74,60 +73,65 @@ pub(crate) fn load(
     choice: &Choice<'_>,
     observer: &dyn Observer,
 ) -> Result<Model, Error> {
-    import(file, bytes, folder, limits, choice, observer).map_err(|fault| fault.into_error(file.display()))
+    let source = Source { file, bytes, folder, limits };
+    source.import(choice, observer).map_err(|fault| fault.into_error(file.display()))
 }
 
-fn import(
-    file: &Path,
-    bytes: &[u8],
-    folder: &Folder,
-    limits: &Limits,
-    choice: &Choice<'_>,
-    observer: &dyn Observer,
-) -> Outcome<Model> {
-    if bytes.is_empty() {
-        return Err(Fault::input("is empty"));
+/// What is read, and where.
+struct Source<'a> {
+    file: &'a Path,
+    bytes: &'a [u8],
+    folder: &'a Folder,
+    limits: &'a Limits,
+}
+
+impl Source<'_> {
+    fn import(&self, choice: &Choice<'_>, observer: &dyn Observer) -> Outcome<Model> {
+        let &Self { file, bytes, folder, limits } = self;
+        if bytes.is_empty() {
+            return Err(Fault::input("is empty"));
+        }
+        let mut warnings = Warnings::default();
+        let mut budget = Budget::new(limits);
+        let (json, binary) = match glb::is_container(bytes) {
+            true => glb::parse(bytes, &mut warnings).map(|parts| (parts.json, parts.binary))?,
+            false => (bytes, None),
+        };
+        let document = document::parse(json, limits, &mut warnings)?;
+        let scene = choice.scene.map(|wish| choose::scene(&document, wish)).transpose()?;
+        let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
+        // Images that nothing visible uses are not read, and are the user's all the same.
+        document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
+        let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
+        compressed::decode(&document, &mut buffers, limits, &mut budget)?;
+        let reader =
+            Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes, invented: MOST_INVENTED.into() };
+        let import = Import {
+            document: &document,
+            reader,
+            file,
+            folder,
+            limits,
+            budget,
+            warnings,
+            variant,
+            scene: Scene { title: title(&document, scene, file), ..Scene::default() },
+            names: TableNames::default(),
+            materials: HashMap::new(),
+            textures: HashMap::new(),
+            images: HashMap::new(),
+            waiting: Waiting::default(),
+            bakery: Bakery::default(),
+            work: Work::new(observer),
+            meshes: HashMap::new(),
+            moved: HashMap::new(),
+            worlds: Vec::new(),
+            skins: Skins::new(),
+            thin: 0,
+            moves: 0,
+        };
+        import.run(scene, choice.time)
     }
-    let mut warnings = Warnings::default();
-    let mut budget = Budget::new(limits);
-    let (json, binary) = match glb::is_container(bytes) {
-        true => glb::parse(bytes, &mut warnings).map(|parts| (parts.json, parts.binary))?,
-        false => (bytes, None),
-    };
-    let document = document::parse(json, limits, &mut warnings)?;
-    let scene = choice.scene.map(|wish| choose::scene(&document, wish)).transpose()?;
-    let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
-    // Images that nothing visible uses are not read, and are the user's all the same.
-    document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
-    let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
-    compressed::decode(&document, &mut buffers, limits, &mut budget)?;
-    let reader =
-        Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes, invented: MOST_INVENTED.into() };
-    let import = Import {
-        document: &document,
-        reader,
-        file,
-        folder,
-        limits,
-        budget,
-        warnings,
-        variant,
-        scene: Scene { title: title(&document, scene, file), ..Scene::default() },
-        names: TableNames::default(),
-        materials: HashMap::new(),
-        textures: HashMap::new(),
-        images: HashMap::new(),
-        waiting: Waiting::default(),
-        bakery: Bakery::default(),
-        work: Work::new(observer),
-        meshes: HashMap::new(),
-        moved: HashMap::new(),
-        worlds: Vec::new(),
-        skins: Skins::new(),
-        thin: 0,
-        moves: 0,
-    };
-    import.run(scene, choice.time)
 }
 
 /// The scene's own name, or the file's.

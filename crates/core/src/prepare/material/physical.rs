@@ -111,7 +111,8 @@ pub(super) fn physical<R: Real>(
     let base = inputs.product(&m.base_colour, image, "base_colour")?;
     // The share of an image that lies above a cutoff is not that of its mean.
     inputs.finest = matches!(m.alpha, AlphaMode::Mask { .. });
-    let cover = if inputs.finest { inputs.image(&m.base_colour_texture, "base_colour_texture")? } else { image };
+    let again = inputs.finest && m.base_colour_texture.as_ref().is_some_and(|texture| inputs.reduces(texture));
+    let cover = if again { inputs.image(&m.base_colour_texture, "base_colour_texture")? } else { image };
     let opacity = inputs.product(&m.opacity, cover.map(|image| image.channel(Channel::Alpha)), "opacity")?;
     inputs.finest = false;
     let image = inputs.image(&m.metallic_roughness_texture, "metallic_roughness_texture")?;

@@ -1,0 +1,161 @@
+//! What may be read from a scene's folder, and what of it the hash covers.
+
+use super::{Folder, ReadError};
+
+fn scene_folder() -> tempfile::TempDir {
+    let outer = tempfile::tempdir().expect("a temporary folder");
+    std::fs::create_dir(outer.path().join("scene")).expect("a folder");
+    std::fs::write(outer.path().join("secret.txt"), "secret").expect("a file");
+    std::fs::write(outer.path().join("scene/own.txt"), "own").expect("a file");
+    outer
+}
+
+#[test]
+fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
+    let outer = scene_folder();
+    let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+    let before = folder.hash();
+    assert_eq!(folder.read("./own.txt"), Ok(b"own".to_vec()));
+    assert_ne!(folder.hash(), before);
+    assert_eq!(folder.hash().len(), 64);
+}
+
+/// Protects: the hash says which file it was that held the bytes: two that are exchanged make another scene.
+#[test]
+fn names_count_towards_the_hash() {
+    let outer = scene_folder();
+    std::fs::write(outer.path().join("scene/twin.txt"), "own").expect("a file");
+    let hash = |name: &str| {
+        let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+        folder.read(name).expect("a file");
+        folder.hash()
+    };
+    assert_eq!(hash("own.txt"), hash("own.txt"));
+    assert_ne!(hash("own.txt"), hash("twin.txt"));
+}
+
+/// Protects: every file that is read or named is known afterwards, through folders beside this one too, and so is one that
+/// is not there or leads out: none of them may be replaced by a picture of the scene.
+#[test]
+fn what_is_read_and_named_is_remembered() {
+    use crate::output::Place;
+    let outer = scene_folder();
+    std::fs::create_dir(outer.path().join("scene/sub")).expect("a folder");
+    std::fs::write(outer.path().join("scene/sub/a.txt"), "a").expect("a file");
+    let folder = Folder::around(&outer.path().join("scene/x.toml"), 3).expect("the folder exists");
+    folder.read("own.txt").expect("a file");
+    let beside = folder.beside("sub/a.txt").expect("a file");
+    beside.read("a.txt").expect("a file");
+    assert!(beside.read("none.txt").is_err() && folder.read("../secret.txt").is_err());
+    let inputs = folder.inputs();
+    let held = |name: &str| {
+        let place = Place::check(&outer.path().join("scene").join(name)).expect("a place");
+        inputs.clash(&place).is_some()
+    };
+    for name in ["own.txt", "sub/a.txt", "sub/none.txt", "../secret.txt"] {
+        assert!(held(name), "{name}");
+    }
+    assert!(!held("none.txt") && !held("sub/own.txt"));
+    assert_eq!(inputs.files().count(), 2);
+}
+
+#[test]
+fn a_file_over_the_limit_is_not_read() {
+    let outer = scene_folder();
+    let folder = Folder::around(&outer.path().join("scene/x.toml"), 2).expect("the folder exists");
+    assert!(matches!(folder.read("own.txt"), Err(ReadError::TooLarge(_))));
+}
+
+#[test]
+fn nothing_outside_the_folder_is_read() {
+    let outer = scene_folder();
+    let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+    let absolute = outer.path().join("secret.txt").display().to_string();
+    let wrong = [
+        "../secret.txt",
+        "a/../../secret.txt",
+        "..\\secret.txt",
+        "C:secret.txt",
+        "\\\\server\\secret.txt",
+        "file:own.txt",
+        "file:///etc/passwd",
+        "http://host/own.txt",
+        "data:,x",
+        "ftp://host/x",
+        "",
+        "own\0.txt",
+        ".",
+        absolute.as_str(),
+    ];
+    for reference in wrong {
+        assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference:?} was followed");
+    }
+}
+
+/// Protects: a way that turns back inside the folder stays inside, also past a folder that is not there or is a link; and who
+/// asks for it reads other files too, but no addresses and nothing that is no file.
+#[cfg(unix)]
+#[test]
+fn ways_inside_and_ways_out() {
+    let outer = scene_folder();
+    let place = outer.path().join("scene/x.toml");
+    std::os::unix::fs::symlink("/", outer.path().join("scene/root")).expect("a link");
+    let folder = Folder::around(&place, 1000).expect("the folder exists");
+    for reference in ["none/../own.txt", "./a/b/../../own.txt", "root/../own.txt"] {
+        assert_eq!(folder.read(reference), Ok(b"own".to_vec()), "{reference}");
+    }
+    for reference in ["a/../../scene/own.txt", "..", "a\\..\\own.txt"] {
+        assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+    }
+    let open = Folder::around(&place, 1000).expect("the folder exists").allowing_outside(true);
+    let secret = outer.path().join("secret.txt").display().to_string();
+    for reference in ["../secret.txt", &secret, &format!("file://{secret}"), &format!("root{secret}")] {
+        assert_eq!(open.read(reference), Ok(b"secret".to_vec()), "{reference}");
+    }
+    assert_eq!(open.beside("own.txt").expect("a folder").read("../secret.txt"), Ok(b"secret".to_vec()));
+    for reference in ["http://host/own.txt", "/dev/zero", "file:///dev/null", ".."] {
+        assert!(matches!(open.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_that_leads_out_of_the_folder_is_not_followed() {
+    let outer = scene_folder();
+    std::os::unix::fs::symlink("../secret.txt", outer.path().join("scene/link.txt")).expect("a link");
+    std::os::unix::fs::symlink("..", outer.path().join("scene/up")).expect("a link");
+    let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+    for reference in ["link.txt", "up/secret.txt"] {
+        assert!(matches!(folder.read(reference), Err(ReadError::Refused(_))), "{reference} was followed");
+    }
+}
+
+/// Opening a pipe waits for someone to write into it.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_refused_without_waiting() {
+    let outer = scene_folder();
+    let made = std::process::Command::new("mkfifo").arg(outer.path().join("scene/pipe")).status();
+    if made.is_ok_and(|status| status.success()) {
+        let folder = Folder::around(&outer.path().join("scene/x.toml"), 1000).expect("the folder exists");
+        assert!(matches!(folder.read("pipe"), Err(ReadError::Refused(_))));
+    }
+}
+
+#[test]
+fn a_preset_reads_no_file() {
+    assert!(matches!(Folder::none(1000).read("own.txt"), Err(ReadError::Refused(_))));
+}
+
+/// Protects: what is noted is told apart by where it ends, so that no other contents have the same hash.
+#[test]
+fn a_hash_knows_where_things_end() {
+    let hash = |parts: &[&[u8]]| {
+        let folder = Folder::none(100);
+        parts.iter().for_each(|part| folder.note(part));
+        folder.hash()
+    };
+    assert_eq!(hash(&[b"ab", b"c"]), hash(&[b"ab", b"c"]));
+    let hashes = [hash(&[b"ab", b"c"]), hash(&[b"a", b"bc"]), hash(&[b"abc"]), hash(&[b"abc", b""])];
+    assert!((0..4).all(|i| (0..i).all(|j| hashes[i] != hashes[j])), "{hashes:?}");
+}

@@ -1,0 +1,124 @@
+//! Pictures of every kind that is read, and those that are refused.
+
+use super::*;
+use crate::import::FaultKind;
+
+fn png(colour: png::ColorType, depth: png::BitDepth, palette: Option<(&[u8], &[u8])>, data: &[u8]) -> Vec<u8> {
+    let mut out = Vec::new();
+    let mut encoder = png::Encoder::new(&mut out, 2, 1);
+    encoder.set_color(colour);
+    encoder.set_depth(depth);
+    // Half the usual gamma: must not matter.
+    encoder.set_source_gamma(png::ScaledFloat::new(1.0));
+    if let Some((colours, alphas)) = palette {
+        encoder.set_palette(colours);
+        encoder.set_trns(alphas);
+    }
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    out
+}
+
+fn codes(bytes: &[u8]) -> Vec<[u8; 4]> {
+    match decode(bytes, &Limits::default()).unwrap().pixels {
+        Pixels::Codes(codes) => codes,
+        Pixels::Linear(_) => panic!("codes"),
+    }
+}
+
+/// Every kind of PNG becomes the same RGBA codes; 16 bits are rounded, gamma chunks ignored.
+#[test]
+fn png_kinds_agree() {
+    use png::{BitDepth::*, ColorType::*};
+    let same = vec![[9, 9, 9, 255], [200, 200, 200, 255]];
+    assert_eq!(codes(&png(Grayscale, Eight, None, &[9, 200])), same);
+    assert_eq!(codes(&png(Rgb, Eight, None, &[9, 9, 9, 200, 200, 200])), same);
+    assert_eq!(codes(&png(Rgba, Eight, None, &[9, 9, 9, 255, 200, 200, 200, 255])), same);
+    assert_eq!(codes(&png(Grayscale, Sixteen, None, &[9, 9, 200, 200])), same);
+    assert_eq!(codes(&png(GrayscaleAlpha, Eight, None, &[9, 255, 200, 7])), [[9, 9, 9, 255], [200, 200, 200, 7]]);
+    let palette: (&[u8], &[u8]) = (&[1, 2, 3, 9, 9, 9, 200, 200, 200], &[0, 255, 255]);
+    assert_eq!(codes(&png(Indexed, Two, Some(palette), &[0b01_10_00_00])), same);
+    assert_eq!(codes(&png(Indexed, Two, Some(palette), &[0b00_10_00_00]))[0], [1, 2, 3, 0]);
+}
+
+/// The two float formats keep what is brighter than white, and clamp what light can't be.
+#[test]
+fn float_formats_stay_linear() {
+    let values = [[0.5_f32, 2.0, 40.0], [0.25, 1.0, 0.0]];
+    let mut hdr = Vec::new();
+    let pixels: Vec<_> = values.iter().map(|&v| image::Rgb(v)).collect();
+    image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&pixels, 2, 1).unwrap();
+    let mut exr_file = std::io::Cursor::new(Vec::new());
+    let channels = exr::image::SpecificChannels::rgb(|at: exr::math::Vec2<usize>| match at.0 {
+        0 => (0.5_f32, 2.0_f32, 40.0_f32),
+        _ => (0.25, 1.0, -3.0),
+    });
+    use exr::prelude::WritableImage;
+    exr::image::Image::from_channels((2, 1), channels).write().to_buffered(&mut exr_file).unwrap();
+    for bytes in [hdr, exr_file.into_inner()] {
+        let image = decode(&bytes, &Limits::default()).unwrap();
+        let Pixels::Linear(got) = image.pixels else { panic!("linear values") };
+        assert_eq!((image.width, image.height), (2, 1));
+        assert_eq!(got, [[0.5, 2.0, 40.0, 1.0], [0.25, 1.0, 0.0, 1.0]]);
+    }
+}
+
+/// Protects: no number of a float picture gets in that light can't have, nor a coverage: negative ones and what is no number are
+/// zero, infinite ones the largest number, in each channel.
+#[test]
+fn floats_are_what_light_can_be() {
+    use exr::prelude::WritableImage;
+    let cases = [(-1.0, 0.0), (f32::NEG_INFINITY, 0.0), (f32::NAN, 0.0), (f32::INFINITY, f32::MAX), (0.25, 0.25)];
+    for channel in 0..4 {
+        let pixel = |at: exr::math::Vec2<usize>| {
+            let mut pixel = [0.5_f32; 4];
+            pixel[channel] = cases[at.0].0;
+            let [r, g, b, a] = pixel;
+            (r, g, b, a)
+        };
+        let mut file = Cursor::new(Vec::new());
+        let image = exr::image::Image::from_channels((cases.len(), 1), exr::image::SpecificChannels::rgba(pixel));
+        image.write().to_buffered(&mut file).unwrap();
+        let Pixels::Linear(got) = decode(&file.into_inner(), &Limits::default()).unwrap().pixels else { panic!("linear") };
+        for (pixel, (written, wanted)) in got.into_iter().zip(cases) {
+            let mut expected = [0.5; 4];
+            expected[channel] = wanted;
+            assert_eq!(pixel, expected, "{written} in channel {channel}");
+        }
+    }
+}
+
+/// Size is checked in the header, for every format; broken and foreign data are told apart.
+#[test]
+fn limits_and_faults() {
+    let limits = Limits { image_pixels: 1, ..Limits::default() };
+    let png = png(png::ColorType::Grayscale, png::BitDepth::Eight, None, &[9, 200]);
+    let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n".to_vec();
+    assert_eq!(decode(&png, &limits).unwrap_err().kind, FaultKind::Limit);
+    assert_eq!(decode(&hdr, &Limits::default()).unwrap_err().kind, FaultKind::Limit);
+    for end in 0..png.len() - 12 {
+        assert_eq!(decode(&png[..end], &Limits::default()).unwrap_err().kind, FaultKind::Input, "{end} bytes");
+    }
+    for (bytes, word) in [(b"GIF89a".as_slice(), "GIF"), (b"RIFF....WEBPVP8 ", "broken"), (b"hello", "no picture")] {
+        assert!(decode(bytes, &Limits::default()).unwrap_err().message.contains(word));
+    }
+}
+
+/// Protects: pictures are known by their first bytes, those that are read and those that are only named; and what a radiance
+/// picture says below zero, beyond or not at all is brought back to what light can be.
+#[test]
+fn kinds_of_pictures_are_told() {
+    let foreign = |bytes: &[u8]| match sniff(bytes) {
+        Kind::Foreign(name) => name,
+        _ => "",
+    };
+    assert!(matches!(sniff(b"\x89PNG\r\n\x1a\n"), Kind::Png) && matches!(sniff(b"\xff\xd8\xff\xe0"), Kind::Jpeg));
+    assert!(matches!(sniff(b"#?RADIANCE\n"), Kind::Hdr) && matches!(sniff(b"#?RGBE\n"), Kind::Hdr));
+    assert!(matches!(sniff(b"\x76\x2f\x31\x01"), Kind::Exr) && matches!(sniff(b""), Kind::Unknown));
+    assert!(matches!(sniff(b"RIFF1234WEBPVP8"), Kind::WebP));
+    assert!(matches!(sniff(b"\xabKTX 20\xbb\r\n\x1a\n"), Kind::Ktx2));
+    let others: [(&[u8], &str); 4] = [(b"GIF89a", "GIF"), (b"BM6", "BMP"), (b"DDS ", "DDS"), (b"II*\0", "TIFF")];
+    for (bytes, name) in others {
+        assert_eq!(foreign(bytes), name);
+    }
+    assert_eq!([-1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.5].map(usable), [0.0, 0.0, f32::MAX, 0.0, 0.5]);
+}
