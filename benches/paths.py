@@ -256,7 +256,7 @@ def error(them, scene, edge, spps, truths, target, rounds):
 def main():
     ap = argparse.ArgumentParser(); ap.add_argument('out'); ap.add_argument('--ours', action='append', default=[]); ap.add_argument('--rounds', type=int, default=3)
     ap.add_argument('--only', default='means,speed,error,threads'); ap.add_argument('--scenes', default='model,cornell'); ap.add_argument('--textures', type=int, default=2048)
-    ap.add_argument('--edge', type=int, default=512); ap.add_argument('--truth', type=int, default=512); ap.add_argument('--variants', default='llvm_ad_rgb,scalar_rgb'); a = ap.parse_args()
+    ap.add_argument('--edge', type=int, default=512); ap.add_argument('--truth', type=int, default=512); ap.add_argument('--boxes', default='64,128'); ap.add_argument('--box-truth', type=int, default=16384); ap.add_argument('--variants', default='llvm_ad_rgb,scalar_rgb'); a = ap.parse_args()
     only, scenes = a.only.split(','), a.scenes.split(',')
     if not os.path.exists(f'{a.out}/model.gltf'): write_all(a.out, a.textures)
     ours = [Ours(o, a.out) for o in a.ours]
@@ -268,7 +268,7 @@ def main():
             if not os.path.exists(path): np.save(path, t.render(scene, edge, spp, seed=999, threads=2)[2])
             kept[path] = np.load(path)
         return kept[path]
-    sizes = dict(model=[(a.edge, a.truth)], cornell=[(64, 16384), (128, 4096)])
+    sizes = dict(model=[(a.edge, a.truth)], cornell=[(int(e), a.box_truth) for e in a.boxes.split(',')])
     if 'means' in only:
         for scene in scenes:
             edge, spp = sizes[scene][0]
