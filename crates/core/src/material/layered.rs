@@ -1,7 +1,6 @@
 //! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it and into it.
 
 use super::bsdf::Bsdf;
-use super::combed_energy;
 use super::energy::given_back;
 use super::facets::Facets;
 use super::film::Film;
@@ -150,13 +149,10 @@ impl<N: Number> Layered<N> {
             // Combed facets are as rough as the rougher way even where the other is smooth.
             let combed = self.combed.map_or(N::ZERO, |combed| combed.strength);
             let roughness = N::select(combed.above(N::ZERO), facets.roughness(), self.base.roughness);
-            let back = |f0: N::Vec3| {
-                let even = given_back(f0, self.base.roughness, normal.dot(wo));
-                self.combed.map_or(even, |Combed { strength, frame }| {
-                    let own = combed_energy::given_back(f0, frame.to_local(wo), self.base.roughness, strength);
-                    N::Vec3::select(combed.above(N::ZERO), own, even)
-                })
-            };
+            // What combed facets lose depends on the view's azimuth too, which the table does not know: seen along the fine way they lose
+            // less than even ones as fine. So they are given nothing back, and white ones are darker than they should be.
+            let even = N::select(combed.above(N::ZERO), N::ZERO, N::ONE);
+            let back = |f0: N::Vec3| N::Vec3::ONE + (given_back(f0, self.base.roughness, normal.dot(wo)) - N::Vec3::ONE) * even;
             let gain = if self.compensated { back(reflectance.bare()) } else { N::Vec3::ONE };
             list.facets(facets, reflectance, roughness, gain);
         }

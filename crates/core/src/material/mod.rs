@@ -16,7 +16,6 @@
 //! ```
 
 mod bsdf;
-mod combed_energy;
 mod energy;
 mod facets;
 mod film;
@@ -36,7 +35,6 @@ mod spectrum;
 mod tests;
 
 pub use bsdf::{Bsdf, MOST_LOBES, Sampled};
-pub(crate) use combed_energy::prepare as prepare_combed;
 pub use film::Film;
 pub use frame::Frame;
 pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, towards_grazing};

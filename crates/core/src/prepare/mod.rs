@@ -227,9 +227,6 @@ impl<P: Precision> Prepared<P> {
                 Material::Unused
             });
         }
-        if context.layers.iter().any(|layers| layers.combed.is_some()) && settings.microfacets == Microfacets::Compensated {
-            crate::material::prepare_combed();
-        }
         let facets = facets(scene, (&materials, &context.layers), &inputs.sources, paths);
         let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
