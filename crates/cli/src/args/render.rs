@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{ArgAction, Args, ValueEnum};
-use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::Settings;
+use raywright_core::bvh::{AcceleratorKind, BuildQuality};
 use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
 use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 

@@ -34,7 +34,8 @@ pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
         Integrator::Auto => {
             let facts = Facts::gather(scene, None);
-            let says_nothing = facts.mixture.is_some() || facts.absorption.is_some() || facts.nested.is_some() || facts.layers.calls_for_paths();
+            let says_nothing =
+                facts.mixture.is_some() || facts.absorption.is_some() || facts.nested.is_some() || facts.layers.calls_for_paths();
             if says_nothing { Integrator::Path } else { Integrator::Whitted }
         }
         asked => asked,
@@ -221,7 +222,8 @@ fn emissive_surfaces(list: &mut List, f: &Facts, paths: bool) {
     );
     let (source, absent) = (receiver(&f.varied_emission), "no surface whose emission varies lights another");
     if paths {
-        let because = "a surface whose emission varies lights others: each vertex may ask a point of it, and reads what it gives off there";
+        let because =
+            "a surface whose emission varies lights others: each vertex may ask a point of it, and reads what it gives off there";
         list.plain(Effect::TexturedEmitters, &source, because, absent);
     } else {
         let because = "a surface whose emission varies is seen, but does not light others";

@@ -13,8 +13,8 @@ use super::cdf::{pick, push_shares, share};
 use super::solid_angle::Whole;
 use super::{Bounds, Density, LightSample, Target};
 
-pub use list::{EmitterList, Glow};
 use list::{Emitter, Form};
+pub use list::{EmitterList, Glow};
 
 /// How points of a surface are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

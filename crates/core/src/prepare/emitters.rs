@@ -4,8 +4,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Placed};
 use raywright_bvh::{Group, Precision, Real, Side, Surface, Vec3Of, Vector, Visibility};
 
-use super::input::Sources;
 use super::geometry::{BLOCK, side_of, triangles};
+use super::input::Sources;
 use super::shape::any_shape;
 use super::{PrepareError, go_on};
 use crate::generate::all;
@@ -173,7 +173,9 @@ fn mesh<P: Precision>(
         let shape = AnyShape::Triangle(triangle);
         let glow = match source {
             Source::Even(radiance) => Glow::even(*radiance),
-            Source::Varied(varied) => mean(across.clamp(least, most), varied.cut, |uv| on_triangle(varied, &shape, (data, index, flipped), uv)),
+            Source::Varied(varied) => {
+                mean(across.clamp(least, most), varied.cut, |uv| on_triangle(varied, &shape, (data, index, flipped), uv))
+            }
         };
         list.plain(shape, glow, side, None);
     }
@@ -198,7 +200,9 @@ fn on_triangle<P: Precision>(
         x * weights[0] + y * weights[1] + z * weights[2]
     };
     let uv = core::array::from_fn(|set| {
-        let read = |k: usize| data.uvs.get(set).filter(|set| !set.is_empty()).map_or(P::Real::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])));
+        let read = |k: usize| {
+            data.uvs.get(set).filter(|set| !set.is_empty()).map_or(P::Real::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])))
+        };
         [read(0), read(1)]
     });
     let colour = core::array::from_fn(|k| if data.colours.is_empty() { one } else { of([a, b, c].map(|i| data.colours[i][k])) });

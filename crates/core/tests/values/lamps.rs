@@ -60,7 +60,11 @@ fn lamps_that_vary() {
         json!({ "torus": { "centre": [0, 1.5, 0], "axis": [0, 1, 0], "major_radius": 0.7, "minor_radius": 0.2 } }),
     ];
     for shape in shapes {
-        for emission in [json!("3 + 3*sin(9*p.x)"), json!("8*smoothstep(0.4, 0.6, u)"), json!({ "checker": { "even": 6, "odd": [0, 1, 2], "size": 0.3 } })] {
+        for emission in [
+            json!("3 + 3*sin(9*p.x)"),
+            json!("8*smoothstep(0.4, 0.6, u)"),
+            json!({ "checker": { "even": 6, "odd": [0, 1, 2], "size": 0.3 } }),
+        ] {
             for turned in [false, true] {
                 let material = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": emission } } });
                 let mut object = json!({ "shape": shape, "material": "lamp" });

@@ -330,7 +330,9 @@ fn both_ways_are_as_good_as_the_better_one() {
             });
             let [(_, scattering), (_, lights), (mean, both)] = found;
             let allowed = 1.1 * scattering.min(lights) + 1e-4 * mean * mean;
-            let line = format!("{name}, lamp {radius} at {centre:?}: {scattering:.3e} {lights:.3e} both {both:.3e}, allowed {allowed:.3e}");
+            let line = format!(
+                "{name}, lamp {radius} at {centre:?}: {scattering:.3e} {lights:.3e} both {both:.3e}, allowed {allowed:.3e}"
+            );
             // Where a lamp holds all of a metal's lobe, scattering alone knows it next to exactly, and lamps that are asked at the lobe's foot
             // bring noise that no weight by densities alone tells from worth: within Veach's bound of the balance heuristic there.
             let held = matches!((*name, radius), ("metal 0.1", 0.3 | 0.7) | ("metal 0.4", 0.7)) && centre[1] == 0.8;

@@ -28,7 +28,9 @@ pub(super) fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Ve
 pub(super) fn tell_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings, verbosity: Verbosity) {
     let Some(most) = settings.clamp else { return };
     let message = if ready.follows_paths() {
-        format!("samples brighter than {most} are dimmed to it: the picture is darker than the true one where there are any (bias)")
+        format!(
+            "samples brighter than {most} are dimmed to it: the picture is darker than the true one where there are any (bias)"
+        )
     } else {
         "--clamp dims samples of paths alone, and none are followed".to_owned()
     };

@@ -149,7 +149,10 @@ mod tests {
     #[test]
     fn bodies_in_bodies() {
         let media = Media::default().beyond(7, true).beyond(3, true).beyond(9, true);
-        assert_eq!((media.first_by(&[]), media.beyond(3, false).first_by(&[]), media.beyond(9, false).first_by(&[])), (Some(9), Some(9), Some(3)));
+        assert_eq!(
+            (media.first_by(&[]), media.beyond(3, false).first_by(&[]), media.beyond(9, false).first_by(&[])),
+            (Some(9), Some(9), Some(3))
+        );
         assert_eq!(media.beyond(3, false).beyond(9, false).first_by(&[]), Some(7));
         assert_eq!(media.beyond(4, false).first_by(&[]), Some(9));
         assert_eq!((Media::default().beyond(1, false).first_by(&[]), Media::default().first_by(&[])), (None, None));

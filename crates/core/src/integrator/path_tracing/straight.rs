@@ -27,7 +27,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let (mut from, mut share, mut segments) = (*at, Vec3Of::<P>::ONE, walk.traced + 1);
         for _ in 0..=MAX_CUTOUTS {
             // Where the light is where the ray would start, nothing is in between.
-            let Some((ray, range)) = self.towards(light, &from) else { return if varied.is_some() { Vector::ZERO } else { share } };
+            let Some((ray, range)) = self.towards(light, &from) else {
+                return if varied.is_some() { Vector::ZERO } else { share };
+            };
             let before = range.max;
             let endless = varied.is_some() || matches!(light.target, Target::Infinity) && !sizeless;
             let range = if endless { Interval { max: P::Real::INFINITY, ..range } } else { range };
