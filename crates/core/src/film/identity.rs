@@ -37,13 +37,14 @@ impl Identity {
             background,
             aovs,
             crop: _,
+            max_error,
             replicates: _,
             tile_size: _,
             accelerator: _,
             kernel: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 15] = [
+        let settings: [(&str, &dyn Debug); 16] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
@@ -55,6 +56,7 @@ impl Identity {
             ("rule of microfacets", microfacets),
             ("seed", seed),
             ("frame", frame),
+            ("maximum error", max_error),
             ("precision", precision),
             ("list of effects switched off", without),
             ("background", background),

@@ -55,9 +55,12 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
     ));
 }
 
-/// How far the picture probably is from the true one.
-pub fn tell_noise(film: &Film, verbosity: Verbosity) {
+/// How far the picture probably is from the true one, and whether that is what was asked for.
+pub fn tell_noise(film: &Film, asked: Option<f64>, verbosity: Verbosity) {
     let Some(Uncertainty { rmse, root_relmse, converged }) = film.uncertainty() else { return };
+    if let Some(asked) = asked.filter(|&asked| !converged || root_relmse.high > asked) {
+        verbosity.warn(format_args!("the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"));
+    }
     let shown =
         |of: Estimate| format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3));
     if converged {
