@@ -48,8 +48,8 @@ fn relative_errors_by_hand() {
     let mut pixels = [[3.0; 4]; 5];
     pixels[2] = [1.0, 2.0, 1.0, 2.0];
     let found = film(&pixels).uncertainty().expect("four replicates").root_relmse.value;
-    let (sure, near) = (8.0 / 9.0, (4.0 * 9.0 + 2.0) / 5.0);
-    // Four pairs differ by one, weighed by the others: twice by a pair that differs too, once each by (2, 2) … in both ways to pair.
+    let (sure, near) = (8.0_f64 / 9.0, (4.0 * 9.0 + 2.0) / 5.0);
+    // Four of the six pairs differ, by one, and are weighed by pairs that differ too.
     let mixed = 1.0 / (sure * 2.0 + (1.0 - sure) * near + 0.01);
     assert!((found - (4.0 * mixed / 48.0 / 5.0).sqrt()).abs() < 1e-12, "{found}");
 }
@@ -83,13 +83,10 @@ fn two_replicates_are_held_against_neighbours() {
         assert!(!found.converged && found.replicates == 2);
         found.rmse
     };
-    // Each pixel's variance is 3 · 1/4 and 3 · 100/4; products in the rows (1, 10) and (10, 1) are 9 · 100 everywhere, over 4 = 2R(R − 1).
-    let found = of(&[[0.0, 1.0], [0.0, 10.0], [0.0, 10.0], [0.0, 1.0]], 2);
-    let sum = 2.0 * 0.75 + 2.0 * 75.0_f64;
-    assert!((found.value - (sum / 12.0).sqrt()).abs() < 1e-12);
-    // Less than four normal pixels would say.
-    let carriers = sum * sum / (2.0 * 0.75_f64.powi(2) + 2.0 * 75.0_f64.powi(2));
-    let expected = 1.959_963_984_540_054 * (4.0_f64 / 4.0 + 1.0 / carriers).sqrt();
+    // Variances of 3/4 in the upper row, and products of 9 there alone, over 4 = 2R(R − 1); two pixels carry it.
+    let found = of(&[[0.0, 1.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], 2);
+    assert!((found.value - (1.5_f64 / 12.0).sqrt()).abs() < 1e-12);
+    let expected = 1.959_963_984_540_054 * (18.0_f64 / 4.0 / (1.5 * 1.5) + 0.5).sqrt();
     assert!(((found.high / found.low).ln() - expected).abs() < 1e-12);
 }
 
