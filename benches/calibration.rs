@@ -175,7 +175,9 @@ fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 
 fn targets(renders: u64) {
     const SIZE: [u32; 2] = [64, 48];
     println!("{renders} renders of 64 x 48 pixels each\n");
-    println!("| scene | asked | reached | met | samples | oracle's, the same everywhere | ratio | bias of the mean in its standard errors |");
+    println!(
+        "| scene | asked | reached | met | samples | oracle's, the same everywhere | ratio | bias of the mean in its standard errors |"
+    );
     println!("|---|---|---|---|---|---|---|---|");
     for (name, scene) in scenes() {
         let truths: Vec<Taken> = (0..32).map(|seed| taken(&scene, SIZE, 1024, None, 2_000_000 + seed)).collect();

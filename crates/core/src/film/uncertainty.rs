@@ -153,7 +153,8 @@ impl Film {
             planes.each_mean(pixel, &mut each);
             means.iter_mut().zip(&each).for_each(|(means, &mean)| means.push(mean));
         }
-        let mut band = Band { absolute: vec![Pixel::default(); means[0].len()], relative: vec![Pixel::default(); means[0].len()] };
+        let mut band =
+            Band { absolute: vec![Pixel::default(); means[0].len()], relative: vec![Pixel::default(); means[0].len()] };
         match means.chunks_exact(4).len() {
             0 => band.guess(&means, width),
             fours => {

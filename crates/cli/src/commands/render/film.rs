@@ -25,7 +25,8 @@ const KEEP_EVERY: Duration = Duration::from_secs(60);
 pub fn check(args: &FilmArgs, max_error: Option<f64>, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
     if args.part.is_some() {
         if max_error.is_some() {
-            let error = Error::usage("--max-error decides by the whole picture where samples go, and --part renders a share of it");
+            let error =
+                Error::usage("--max-error decides by the whole picture where samples go, and --part renders a share of it");
             return Err(error.with_hint("give --spp instead, or leave --part away").into());
         }
         if args.checkpoint.is_none() {
