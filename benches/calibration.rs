@@ -1,15 +1,16 @@
 //! Whether the error that a whole picture claims is the one it has: how often the interval of its root relMSE holds the distance to the
 //! truth, scene by scene, and how often it is said that the interval means nothing. docs/accuracy.md quotes it.
 //!
-//! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes minutes; the default is 100. The truth is the
-//! mean of all renders but the one that is judged.
+//! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour; the default is 100. The truth is the
+//! mean of all renders but the one that is judged. `cargo bench --bench calibration -- 1000 max-error` does it for pictures that are
+//! asked for an error: how often they have it, and what they cost beside an oracle that knows how many samples suffice everywhere.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/turns.rs"]
 #[expect(dead_code, reason = "nothing is timed here")]
 mod turns;
 
-use raywright::core::film::Uncertainty;
+use raywright::core::film::{Film, Uncertainty};
 use raywright::core::scene::Integrator;
 use raywright::core::settings::Sampling;
 use raywright::core::{Ready, Scene, Settings, prepare};
@@ -47,80 +48,168 @@ fn scenes() -> Vec<(String, Scene)> {
     all
 }
 
-/// One render: its colours and what it claims.
+/// One render: its colours, what it claims, and samples of a pixel on average.
 struct Taken {
     colours: Vec<[f32; 3]>,
     claimed: Uncertainty,
+    samples: f64,
 }
 
-fn taken(scene: &Scene, samples: u32, seed: u64) -> Taken {
+impl Taken {
+    /// Mean of all colours and channels.
+    fn mean(&self) -> f64 {
+        self.colours.iter().flatten().map(|&c| f64::from(c)).sum::<f64>() / (3.0 * self.colours.len() as f64)
+    }
+}
+
+fn taken(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, seed: u64) -> Taken {
     let settings = Settings {
-        size: [30, 20],
+        size,
         sampling: Sampling::General(samples),
         integrator: Integrator::Path,
+        max_error,
         seed,
         ..Settings::of(scene)
     };
     let ready: Ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    let mut film = ready.film("");
+    let mut film: Film = ready.film("");
     let whole = film.whole();
     ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
-    Taken { colours: film.picture().rgb, claimed: film.uncertainty().unwrap_or_else(|| panic!("two replicates")) }
+    let (colours, claimed) = (film.picture().rgb, film.uncertainty().unwrap_or_else(|| panic!("two replicates")));
+    let samples = film.counters().samples as f64 / colours.len() as f64;
+    Taken { colours, claimed, samples }
 }
 
-/// Root relMSE of a render, judged by the mean of the others, whose own error adds a share of one in so many.
-fn error(render: &Taken, sum: &[[f64; 3]], renders: f64) -> f64 {
-    let pixels = render.colours.iter().zip(sum);
-    let of = |(colour, sum): (&[f32; 3], &[f64; 3])| {
+/// Root relMSE of a render beside the truth.
+fn error(render: &Taken, truth: impl Fn(usize, usize) -> f64) -> f64 {
+    let of = |(pixel, colour): (usize, &[f32; 3])| {
         (0..3)
             .map(|i| {
-                let truth = (sum[i] - f64::from(colour[i])) / (renders - 1.0);
+                let truth = truth(pixel, i);
                 (f64::from(colour[i]) - truth).powi(2) / (truth * truth + 0.01)
             })
             .sum::<f64>()
     };
-    (pixels.map(of).sum::<f64>() / (3.0 * render.colours.len() as f64) * (renders - 1.0) / renders).sqrt()
+    (render.colours.iter().enumerate().map(of).sum::<f64>() / (3.0 * render.colours.len() as f64)).sqrt()
+}
+
+/// Sums of the colours of renders.
+fn sum_of(renders: &[Taken]) -> Vec<[f64; 3]> {
+    let mut sum = vec![[0.0; 3]; renders[0].colours.len()];
+    for colours in renders.iter().map(|render| &render.colours) {
+        sum.iter_mut().zip(colours).for_each(|(sum, c)| (0..3).for_each(|i| sum[i] += f64::from(c[i])));
+    }
+    sum
+}
+
+fn percent(count: usize, of: usize) -> String {
+    if of == 0 { "-".to_owned() } else { format!("{:.1} %", 100.0 * count as f64 / of as f64) }
+}
+
+fn mean(of: impl Iterator<Item = f64> + Clone) -> f64 {
+    of.clone().sum::<f64>() / of.count() as f64
+}
+
+fn root(of: f64) -> f64 {
+    of.sqrt()
+}
+
+/// Whether intervals hold what they are of.
+fn intervals(renders: u64) {
+    println!("{renders} renders of 30 x 20 pixels each\n");
+    println!(
+        "| scene | samples | root relMSE | claimed | interval holds, of all | flagged | interval holds, of the others | \
+         beyond twice, of the others | pixels that carry it |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for (name, scene) in scenes() {
+        for samples in [16, 64] {
+            let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, [30, 20], samples, None, seed)).collect();
+            let (sum, n) = (sum_of(&all), renders as f64);
+            // The others' own error adds a share of one in so many.
+            let of = |render: &Taken| {
+                let others = |pixel: usize, i: usize| (sum[pixel][i] - f64::from(render.colours[pixel][i])) / (n - 1.0);
+                error(render, others) * root((n - 1.0) / n)
+            };
+            let errors: Vec<f64> = all.iter().map(of).collect();
+            let judged: Vec<(&Taken, f64)> = all.iter().zip(errors.iter().copied()).collect();
+            let sure: Vec<(&Taken, f64)> = judged.iter().copied().filter(|(render, _)| render.claimed.converged).collect();
+            let holds = |(render, error): &&(&Taken, f64)| {
+                let of = render.claimed.root_relmse;
+                (of.low..=of.high).contains(error)
+            };
+            let beyond = |(render, error): &&(&Taken, f64)| !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value));
+            let mut pixels: Vec<f64> = all.iter().map(|render| render.claimed.root_relmse.carriers).collect();
+            pixels.sort_by(f64::total_cmp);
+            println!(
+                "| {name} | {samples} | {:.4} | {:.4} | {} | {} | {} | {} | {:.0} ({:.0} to {:.0}) |",
+                root(mean(errors.iter().map(|e| e * e))),
+                root(mean(all.iter().map(|render| render.claimed.root_relmse.value.powi(2)))),
+                percent(judged.iter().filter(holds).count(), judged.len()),
+                percent(all.len() - sure.len(), all.len()),
+                percent(sure.iter().filter(holds).count(), sure.len()),
+                percent(sure.iter().filter(beyond).count(), sure.len()),
+                pixels[pixels.len() / 2],
+                pixels[pixels.len() / 20],
+                pixels[pixels.len() - 1 - pixels.len() / 20],
+            );
+        }
+    }
+}
+
+/// Samples of every pixel with which renders of a scene have an error on average: between the two powers of two that are nearest.
+fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 {
+    let (mut before, mut samples) = (f64::INFINITY, 8_u32);
+    loop {
+        let of = |seed: u64| error(&taken(scene, size, samples, None, 1_000_000 + seed), |pixel, i| truth[pixel][i]);
+        let now = mean((0..20).map(of).collect::<Vec<f64>>().into_iter());
+        if now <= asked || samples >= 1 << 16 {
+            let share = if before.is_finite() { (before / asked).ln() / (before / now).ln() } else { 1.0 };
+            return f64::from(samples) * (share - 1.0).exp2();
+        }
+        (before, samples) = (now, 2 * samples);
+    }
+}
+
+/// Whether pictures have the error that they are asked for, and what that costs.
+fn targets(renders: u64) {
+    const SIZE: [u32; 2] = [64, 48];
+    println!("{renders} renders of 64 x 48 pixels each\n");
+    println!(
+        "| scene | asked | reached | met | samples | oracle's, the same everywhere | ratio | bias of the mean in its standard errors |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for (name, scene) in scenes() {
+        let truths: Vec<Taken> = (0..32).map(|seed| taken(&scene, SIZE, 1024, None, 2_000_000 + seed)).collect();
+        let truth: Vec<[f64; 3]> = sum_of(&truths).iter().map(|sum| sum.map(|s| s / truths.len() as f64)).collect();
+        let brightness = mean(truths.iter().map(Taken::mean));
+        for asked in [0.2, 0.1] {
+            let needed = oracle(&scene, SIZE, &truth, asked);
+            let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, SIZE, 4096, Some(asked), seed)).collect();
+            let errors: Vec<f64> = all.iter().map(|render| error(render, |pixel, i| truth[pixel][i])).collect();
+            let samples = mean(all.iter().map(|render| render.samples));
+            let bias = mean(all.iter().map(Taken::mean)) - brightness;
+            let spread = root(mean(all.iter().map(|render| (render.mean() - brightness - bias).powi(2))));
+            println!(
+                "| {name} | {asked} | {:.4} | {} | {samples:.0} | {needed:.0} | {:.2} | {:.2} ± {:.2} |",
+                root(mean(errors.iter().map(|e| e * e))),
+                percent(errors.iter().filter(|&&error| error <= asked).count(), errors.len()),
+                samples / needed,
+                bias / spread,
+                root(1.0 / renders as f64),
+            );
+        }
+    }
 }
 
 fn main() {
     if !turns::measuring() {
         return;
     }
-    let renders = std::env::args().skip(1).find_map(|argument| argument.parse().ok()).unwrap_or(100_u64);
-    println!("{renders} renders of 30 x 20 pixels each\n");
-    println!(
-        "| scene | samples | root relMSE, mean | flagged | interval holds, of the others | beyond twice, of the others | pixels that share the error |"
-    );
-    println!("|---|---|---|---|---|---|---|");
-    for (name, scene) in scenes() {
-        for samples in [16, 64] {
-            let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, samples, seed)).collect();
-            let mut sum = vec![[0.0; 3]; all[0].colours.len()];
-            for colours in all.iter().map(|render| &render.colours) {
-                sum.iter_mut().zip(colours).for_each(|(sum, c)| (0..3).for_each(|i| sum[i] += f64::from(c[i])));
-            }
-            let errors: Vec<f64> = all.iter().map(|render| error(render, &sum, renders as f64)).collect();
-            let sure: Vec<(&Taken, f64)> = all.iter().zip(errors.iter().copied()).filter(|(r, _)| r.claimed.converged).collect();
-            let share = |count: usize, of: usize| {
-                if of == 0 { "-".to_owned() } else { format!("{:.1} %", 100.0 * count as f64 / of as f64) }
-            };
-            let holds = |(render, error): &&(&Taken, f64)| {
-                let of = render.claimed.root_relmse;
-                (of.low..=of.high).contains(error)
-            };
-            let beyond = |(render, error): &&(&Taken, f64)| !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value));
-            let mut pixels: Vec<f64> = all.iter().map(|render| render.claimed.root_relmse.pixels).collect();
-            pixels.sort_by(f64::total_cmp);
-            println!(
-                "| {name} | {samples} | {:.4} | {} | {} | {} | {:.0} ({:.0} to {:.0}) |",
-                errors.iter().sum::<f64>() / errors.len() as f64,
-                share(all.len() - sure.len(), all.len()),
-                share(sure.iter().filter(holds).count(), sure.len()),
-                share(sure.iter().filter(beyond).count(), sure.len()),
-                pixels[pixels.len() / 2],
-                pixels[pixels.len() / 20],
-                pixels[pixels.len() - 1 - pixels.len() / 20],
-            );
-        }
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let renders = arguments.iter().find_map(|argument| argument.parse().ok()).unwrap_or(100_u64);
+    match arguments.iter().any(|argument| argument == "max-error") {
+        true => targets(renders),
+        false => intervals(renders),
     }
 }

@@ -60,6 +60,7 @@ fn settings(settings: &Settings, display: Display) -> String {
         Sampling::Pattern(Pattern::Centre) => "centre".to_owned(),
         Sampling::Pattern(Pattern::Corners) => "corners".to_owned(),
     };
+    let error = settings.max_error.map(|error| format!(" max_error={error}")).unwrap_or_default();
     let crop = settings.crop.map(|c| format!(" crop={},{},{},{}", c.x, c.y, c.width, c.height)).unwrap_or_default();
     let depth = match settings.max_depth {
         Settings::UNLIMITED => "unlimited".to_owned(),
@@ -67,7 +68,7 @@ fn settings(settings: &Settings, display: Display) -> String {
     };
     let clamp = settings.clamp.map(|most| format!(" clamp={most}")).unwrap_or_default();
     format!(
-        "size={width}x{height}{crop} samples={samples} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}",
+        "size={width}x{height}{crop} samples={samples}{error} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}",
         name(&settings.integrator),
         precision(settings.precision),
         display.exposure_stops,

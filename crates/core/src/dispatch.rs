@@ -3,7 +3,7 @@
 use raywright_bvh::{Fast, Precision, Reference, Robust};
 
 use crate::effects::{EffectReport, EffectSet, chosen, detect, switched_off};
-use crate::film::{Film, Part, PartError, Plan};
+use crate::film::{Aim, Film, Part, PartError, Plan};
 use crate::integrator::{Analytic, General, Kernel, Paths};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
@@ -121,7 +121,7 @@ impl Ready {
     pub fn render(&self, observer: &dyn Observer) -> Rendered {
         let mut film = self.film("");
         let whole = film.whole();
-        self.render_units(&mut film, &whole, observer);
+        self.render_rounds(&mut film, &whole, observer);
         Rendered::of(&film)
     }
 
@@ -140,8 +140,20 @@ impl Ready {
         if let Some(what) = self.film(film.scene()).difference(film) {
             return Err(PartError::Foreign { part: 0, what });
         }
-        self.render_units(film, part, observer);
+        self.render_rounds(film, part, observer);
         Ok(())
+    }
+
+    /// Until nothing lacks: where samples go where the error is, each round decides how many there are to be in the next one. That
+    /// takes all tiles, so a part of them ends with the round.
+    fn render_rounds(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {
+        loop {
+            self.render_units(film, part, observer);
+            let aimed = self.settings.max_error.filter(|_| film.lacking(&film.whole()) == 0);
+            if aimed.is_none_or(|error| film.aim(error) != Aim::Further) {
+                return;
+            }
+        }
     }
 
     fn render_units(&self, film: &mut Film, part: &Part, observer: &dyn Observer) {

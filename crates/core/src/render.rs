@@ -116,16 +116,16 @@ impl<'f> Queue<'f> {
     fn new(film: &'f mut Film, part: &Part) -> Self {
         let plan = film.plan();
         let replicates = part.replicates.start..part.replicates.end.min(plan.replicates);
-        let (mut waiting, mut bare, mut total) = (Vec::new(), 0, 0);
+        let (mut waiting, mut bare) = (Vec::new(), 0);
+        let (done, total) = film.progress(part);
         for tile in part.each_tile(plan) {
             bare += usize::from((0..plan.replicates).all(|replicate| film.drawn(tile, replicate) == 0));
             for replicate in replicates.clone() {
-                let drawn = film.drawn(tile, replicate);
-                waiting.extend(plan.pass(replicate, drawn).map(|(pass, _)| Reverse((pass, replicate, tile))));
-                total += plan.pixels_of(tile) * u64::from(plan.samples_of(replicate).saturating_sub(drawn));
+                let next = plan.pass(film.goal(tile, replicate), film.drawn(tile, replicate));
+                waiting.extend(next.map(|(pass, _)| Reverse((pass, replicate, tile))));
             }
         }
-        Self { film, waiting: waiting.into(), bare, done: 0, total }
+        Self { film, waiting: waiting.into(), bare, done, total }
     }
 
     /// Takes what is finished, and gives the next piece of work, if there is any and the observer has not got enough. One lock a
@@ -136,8 +136,13 @@ impl<'f> Queue<'f> {
             return None;
         }
         let Reverse((_, replicate, tile)) = self.waiting.pop()?;
-        let (_, samples) = self.film.plan().pass(replicate, self.film.drawn(tile, replicate))?;
+        let (_, samples) = self.next(tile, replicate)?;
         Some(Next { tile, replicate, samples, start: self.film.state(tile, replicate) })
+    }
+
+    /// The pass that comes next of a tile in a replicate, and its samples.
+    fn next(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
+        self.film.plan().pass(self.film.goal(tile, replicate), self.film.drawn(tile, replicate))
     }
 
     fn put(&mut self, finished: Option<Unit>, observer: &dyn Observer) {
@@ -148,7 +153,7 @@ impl<'f> Queue<'f> {
         self.film.put(&unit);
         self.bare -= usize::from(bare);
         self.done += self.film.plan().pixels_of(tile) * u64::from(unit.drawn - before);
-        self.waiting.extend(self.film.plan().pass(replicate, unit.drawn).map(|(pass, _)| Reverse((pass, replicate, tile))));
+        self.waiting.extend(self.next(tile, replicate).map(|(pass, _)| Reverse((pass, replicate, tile))));
         observer.progress(self.done, self.total);
     }
 }

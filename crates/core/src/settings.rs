@@ -208,6 +208,9 @@ pub struct Settings {
     /// Independent parts that the general sampler's samples are taken in, where there are as many samples; the spread of their
     /// means is what errors are estimated from. None: [`replicates`] says how many.
     pub replicates: Option<u32>,
+    /// Root relMSE that the picture may have, above zero: samples are added where the error is until the upper end of its interval
+    /// is below, at most as many as `sampling` says. None: every pixel takes those.
+    pub max_error: Option<f64>,
     /// Arithmetic.
     pub precision: PrecisionChoice,
     /// Scan or tree.
@@ -250,6 +253,7 @@ impl Settings {
             seed: scene.render.seed,
             frame: 0,
             replicates: None,
+            max_error: None,
             precision: PrecisionChoice::default(),
             accelerator: AcceleratorKind::Tree(BuildQuality::default()),
             kernel: KernelChoice::default(),

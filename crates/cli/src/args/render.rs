@@ -28,6 +28,7 @@ fn examples() -> String {
   raywright render a.scene.toml --crop 100,50,320,200
   raywright render a.scene.toml -o - | display
   raywright render a.scene.toml --budget 30s   As good as it gets in half a minute
+  raywright render cornell.glb --max-error 0.05 -o c.exr   As good as that, in as many samples as it takes
 
 Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read or written, 5 over a limit, 130 interrupted \
          (what is finished is in NAME.partial.EXT)."
@@ -137,6 +138,11 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub spp: Option<u32>,
 
+    /// Add samples where the error is until the root relMSE is below E, by the upper end of its 95 % interval: 0.1 is grainy, 0.02
+    /// clean; at most --spp samples a pixel, or what --budget leaves time for [default: every pixel takes --spp]
+    #[arg(long, value_name = "E", value_parser = values::max_error)]
+    pub max_error: Option<f64>,
+
     /// Ray segments a light path may have, 1 to 64, or unlimited: chance alone then ends it; 1 is the camera ray alone [default: the
     /// scene's; models 8]
     #[arg(long, value_name = "N", value_parser = depth)]
@@ -227,6 +233,11 @@ pub struct FilmArgs {
     /// Go on from this file with the same scene and flags; --spp may be more. The picture has the bits of one run
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
+
+    /// Take the samples that this file has, tile by tile, with the same scene and flags but --budget: the bits of a render that a
+    /// budget ended, whose file --checkpoint wrote
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["budget", "resume", "part"])]
+    pub replay: Option<PathBuf>,
 
     /// Render only the Kth of N shares of the picture into the file of --checkpoint; `raywright merge` makes one
     /// picture of all of them

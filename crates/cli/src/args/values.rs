@@ -67,6 +67,14 @@ pub fn number(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A root relMSE to be reached: half a millionth is all that 65536 samples of well-behaved noise can do.
+pub fn max_error(text: &str) -> Result<f64, String> {
+    match number(text)? {
+        value if (1e-6..=1.0).contains(&value) => Ok(value),
+        _ => Err("expected a root relMSE from 0.000001 to 1, such as 0.05".to_owned()),
+    }
+}
+
 /// A finite number of at least zero.
 pub fn at_least_zero(text: &str) -> Result<f64, String> {
     match number(text)? {

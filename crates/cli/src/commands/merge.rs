@@ -41,7 +41,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     written.extend(args.checkpoint.as_ref().map(|path| path.display().to_string()));
     let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
-    super::render::tell::tell_noise(&kept.film, verbosity);
+    super::render::tell::tell_noise(&kept.film, None, verbosity);
     if !written.is_empty() {
         let parts = if args.parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", args.parts.len()) };
         verbosity.say(format_args!("wrote {} ({parts}, {})", written.join(", "), spoken(clock.total())));

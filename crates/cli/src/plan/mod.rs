@@ -39,6 +39,7 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
         max_depth: light.max_depth.unwrap_or(own.max_depth),
         clamp: light.clamp,
         integrator: light.integrator.unwrap_or(own.integrator),
+        max_error: light.max_error,
         seed: light.seed.unwrap_or(own.seed),
         precision: light.precision.map_or(own.precision, Into::into),
         accelerator: args.machine.accel.map_or(own.accelerator, Into::into),
@@ -57,12 +58,14 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
     Ok(Plan { settings, display })
 }
 
-/// Samples of a pixel: a time that was asked for instead is filled with as many as there may be, unless a pattern says where
-/// they lie.
+/// Samples of a pixel: a time or an error that was asked for instead takes as many as there may be. A pattern says where samples lie
+/// and has no others; its error is none that more of them would lower.
 fn sampling(scene: &Scene, args: &RenderArgs) -> Sampling {
     let named = args.light.spp.is_some() || args.choices.rungs.iter().any(|choice| choice.ladder() == Ladder::Samples);
+    let open_ended = (args.film.budget.is_some() || args.film.replay.is_some()) && !named;
     match Sampling::resolve(scene, args.light.spp) {
-        Sampling::General(_) if args.film.budget.is_some() && !named => Sampling::General(MOST_SAMPLES),
+        Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
+        _ if args.light.max_error.is_some() => Sampling::General(args.light.spp.unwrap_or(MOST_SAMPLES)),
         other => other,
     }
 }

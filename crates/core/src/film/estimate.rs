@@ -2,29 +2,71 @@
 
 use super::Plane;
 
-/// Mean of a pixel's samples and how many there are; black without any. Sums are added in the order of replicates.
-#[inline]
-pub(super) fn mean(planes: &[&Plane], pixel: usize) -> ([f64; 3], f64) {
-    let (mut sum, mut count) = ([0.0; 3], 0_u64);
-    for plane in planes {
-        let of = plane.total(pixel);
-        sum = core::array::from_fn(|i| sum[i] + of[i]);
-        count += u64::from(plane.samples[pixel]);
-    }
-    let n = count as f64;
-    (sum.map(|s| s / n.max(1.0)), n)
+/// The replicates of which anything is there, in ascending order.
+pub(super) struct There<'a> {
+    planes: Vec<&'a Plane>,
+    /// Whether each replicate counts the same, however many samples it has. Where these numbers were decided by what other
+    /// replicates saw, weights by numbers would be correlated with colours, and the mean off.
+    even: bool,
 }
 
-/// Share of a pixel's samples that hit something.
-pub(super) fn coverage(planes: &[&Plane], pixel: usize) -> f32 {
-    let count = |of: fn(&Plane) -> &Vec<u16>| planes.iter().map(|plane| u32::from(of(plane)[pixel])).sum::<u32>();
-    count(|plane| &plane.hits) as f32 / count(|plane| &plane.samples).max(1) as f32
+impl<'a> There<'a> {
+    pub fn new(planes: impl Iterator<Item = &'a Plane>, even: bool) -> Self {
+        Self { planes: planes.collect(), even }
+    }
+
+    /// Mean of a pixel's samples and how many there are; black without any. Sums are added in the order of replicates.
+    #[inline]
+    pub fn mean(&self, pixel: usize) -> ([f64; 3], f64) {
+        let (mut sum, mut count, mut weights) = ([0.0; 3], 0_u64, 0.0);
+        for plane in &self.planes {
+            let (of, n) = (plane.total(pixel), plane.samples[pixel]);
+            let weight = if self.even { 1.0 / f64::from(n.max(1)) } else { 1.0 };
+            sum = core::array::from_fn(|i| sum[i] + weight * of[i]);
+            weights += weight * f64::from(n);
+            count += u64::from(n);
+        }
+        (sum.map(|s| s / weights.max(1.0)), count as f64)
+    }
+
+    /// Share of a pixel's samples that hit something.
+    pub fn coverage(&self, pixel: usize) -> f32 {
+        let (mut hits, mut weights) = (0.0, 0.0);
+        for plane in &self.planes {
+            let n = plane.samples[pixel];
+            let weight = if self.even { 1.0 / f64::from(n.max(1)) } else { 1.0 };
+            hits += weight * f64::from(plane.hits[pixel]);
+            weights += weight * f64::from(n);
+        }
+        (hits / f64::max(weights, 1.0)) as f32
+    }
+
+    /// Means of a pixel's replicates that have any samples.
+    pub fn each_mean(&self, pixel: usize, means: &mut Vec<[f64; 3]>) {
+        means.clear();
+        let there = self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
+        means.extend(there.map(|plane| plane.total(pixel).map(|sum| sum / f64::from(plane.samples[pixel]))));
+    }
+
+    /// How the means of a pixel's replicates lie about the pixel's.
+    pub fn means(&self, pixel: usize) -> Means {
+        let (mean, samples) = self.mean(pixel);
+        let there = || self.planes.iter().filter(|plane| plane.samples[pixel] > 0);
+        let mut means = Means { between: [0.0; 3], replicates: there().count() as u32, samples };
+        for plane in there() {
+            let (sum, n) = (plane.total(pixel), f64::from(plane.samples[pixel]));
+            let apart: [f64; 3] = core::array::from_fn(|i| sum[i] / n - mean[i]);
+            let weight = if self.even { samples / f64::from(means.replicates) } else { n };
+            means.between = core::array::from_fn(|i| means.between[i] + weight * apart[i] * apart[i]);
+        }
+        means
+    }
 }
 
 /// How the means of a pixel's replicates lie about the pixel's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Means {
-    /// Sum of their squared deviations, each as often as its replicate has samples.
+    /// Sum of their squared deviations, each as often as its replicate has samples, or all the same times.
     pub between: [f64; 3],
     /// Replicates that have any.
     pub replicates: u32,
@@ -33,26 +75,18 @@ pub(super) struct Means {
 }
 
 impl Means {
-    pub fn of(planes: &[&Plane], pixel: usize) -> Self {
-        let (mean, samples) = mean(planes, pixel);
-        let mut means = Self { between: [0.0; 3], replicates: 0, samples };
-        for plane in planes.iter().filter(|plane| plane.samples[pixel] > 0) {
-            let (sum, n) = (plane.total(pixel), f64::from(plane.samples[pixel]));
-            let apart: [f64; 3] = core::array::from_fn(|i| sum[i] / n - mean[i]);
-            means.between = core::array::from_fn(|i| means.between[i] + n * apart[i] * apart[i]);
-            means.replicates += 1;
-        }
-        means
+    /// Variance of the pixel's mean m, per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its R replicates with nᵣ samples of mean mᵣ.
+    pub fn variance(&self) -> [f64; 3] {
+        self.between.map(|b| b / (self.samples * f64::from(self.replicates - 1)))
     }
 
-    /// Standard error of the pixel's mean m, per channel: the root of Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its R replicates with nᵣ
-    /// samples of mean mᵣ. m ± t·error holds the true mean in 95 % of pixels if t is the quantile of Student's distribution
+    /// Standard error of the pixel's mean m, per channel: the root of its variance. m ± t·error holds the true mean in 95 % of pixels if t is the quantile of Student's distribution
     /// with R − 1 degrees of freedom ([`student_95`](crate::metrics::student_95)): 3.18 for four replicates. Of fewer than two
     /// replicates nothing is known: −1.
     pub fn standard_error(&self) -> [f32; 3] {
         if self.replicates < 2 {
             return [-1.0; 3];
         }
-        self.between.map(|b| (b / (self.samples * f64::from(self.replicates - 1))).sqrt() as f32)
+        self.variance().map(|variance| variance.sqrt() as f32)
     }
 }

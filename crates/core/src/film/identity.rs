@@ -38,13 +38,14 @@ impl Identity {
             background,
             aovs,
             crop: _,
+            max_error,
             replicates: _,
             tile_size: _,
             accelerator: _,
             kernel: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 16] = [
+        let settings: [(&str, &dyn Debug); 17] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
@@ -57,6 +58,7 @@ impl Identity {
             ("rule of microfacets", microfacets),
             ("seed", seed),
             ("frame", frame),
+            ("maximum error", max_error),
             ("precision", precision),
             ("list of effects switched off", without),
             ("background", background),

@@ -60,10 +60,26 @@ impl Film {
             let least = (asked.max(has)..=u32::MAX).find(|&n| self.plan.with_samples(n).continues(&earlier.plan));
             return Err(PartError::Samples { has, asked, least: least.unwrap_or(has) });
         }
-        let Film { planes, spread, centre, drawn, counters, .. } = earlier;
+        let Film { planes, spread, centre, drawn, goals, is_replayed, counters, .. } = earlier;
         self.planes.iter_mut().zip(planes).for_each(|(mine, its)| *mine = its);
         self.drawn[..drawn.len()].copy_from_slice(&drawn);
+        (self.goals, self.is_replayed) = (goals, is_replayed);
         (self.spread, self.centre, self.counters) = (spread, centre, counters);
+        Ok(())
+    }
+
+    /// Gets ready to take the samples that another film of this picture has, tile by tile: the bits of a render that ended when its
+    /// time was over, or when it was stopped.
+    ///
+    /// # Errors
+    /// [`PartError::Foreign`] for the film of another picture.
+    pub fn replay(&mut self, map: &Film) -> Result<(), PartError> {
+        let foreign = self.identity.difference(&map.identity);
+        if let Some(what) = foreign.or_else(|| self.plan.other_division(&map.plan).map(str::to_owned)) {
+            return Err(PartError::Foreign { part: 0, what });
+        }
+        *self = Self::empty(self.identity.clone(), self.plan.with_samples(map.plan.samples()));
+        (self.goals, self.is_replayed) = (map.drawn.clone(), true);
         Ok(())
     }
 
@@ -74,8 +90,10 @@ impl Film {
     pub fn merge(parts: &[Film]) -> Result<Film, PartError> {
         let first = parts.first().ok_or(PartError::Nothing)?;
         let mut film = Film::empty(first.identity.clone(), first.plan.clone());
+        (film.goals, film.is_replayed) = (first.goals.clone(), first.is_replayed);
         for (index, part) in parts.iter().enumerate() {
-            if let Some(what) = first.difference(part) {
+            let goals = || (first.goals != part.goals).then(|| "map of samples".to_owned());
+            if let Some(what) = first.difference(part).or_else(goals) {
                 return Err(PartError::Foreign { part: index, what });
             }
             film.mark(part, index)?;

@@ -13,18 +13,21 @@
 //! last block of samples is not full; 38 where chance has no part, because
 //! then there is one replicate and no spread. [`Memory`](crate::Memory) counts them before anything is rendered.
 
+mod adaptive;
 mod estimate;
 mod identity;
 mod merge;
 mod plan;
 mod plane;
 mod record;
+mod relative;
 mod sums;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
 
-use estimate::{Means, coverage, mean};
+pub(crate) use adaptive::Aim;
+use estimate::There;
 use identity::Identity;
 pub use merge::PartError;
 pub(crate) use plan::Plan;
@@ -52,6 +55,12 @@ pub struct Film {
     centre: Vec<Vec<f32>>,
     /// Samples of each pixel that are there, tile by tile, replicate by replicate.
     drawn: Vec<u16>,
+    /// How many there are to be in the end of this round, where they go where the error is or another film's went; else empty.
+    goals: Vec<u16>,
+    /// Whether they are those of another film, which nothing is added to.
+    is_replayed: bool,
+    /// Samples of all pixels that the picture will probably have taken in the end; none while nothing is known of it.
+    expected: u64,
     counters: Counters,
 }
 
@@ -102,12 +111,16 @@ impl Film {
 
     fn empty(identity: Identity, plan: Plan) -> Self {
         let units = plan.tiles() as usize * plan.replicates as usize;
+        let goals = if plan.adaptive { vec![adaptive::first(&plan); units] } else { Vec::new() };
         Self {
             identity,
             planes: vec![None; plan.replicates as usize],
             spread: Vec::new(),
             centre: Vec::new(),
             drawn: vec![0; units],
+            goals,
+            is_replayed: false,
+            expected: 0,
             counters: Counters::default(),
             plan,
         }
@@ -133,19 +146,37 @@ impl Film {
         unit.flatten().map_or(0, |&drawn| u32::from(drawn))
     }
 
+    /// Samples of each pixel of a tile that a replicate is to have, as far as that is decided.
+    pub(crate) fn goal(&self, tile: u32, replicate: u32) -> u32 {
+        self.goals.get(self.unit(tile, replicate)).map_or(self.plan.samples_of(replicate), |&goal| u32::from(goal))
+    }
+
+    /// Samples of all pixels that there are, and that will probably be there in the end.
+    pub(crate) fn progress(&self, part: &Part) -> (u64, u64) {
+        let (mut done, mut total) = (0, 0);
+        for tile in part.each_tile(&self.plan) {
+            for replicate in part.replicates.start..part.replicates.end.min(self.plan.replicates) {
+                let of = |samples: u32| self.plan.pixels_of(tile) * u64::from(samples);
+                done += of(self.drawn(tile, replicate));
+                total += of(self.goal(tile, replicate));
+            }
+        }
+        (done, total.max(self.expected))
+    }
+
     fn unit(&self, tile: u32, replicate: u32) -> usize {
         replicate as usize * self.plan.tiles() as usize + tile as usize
     }
 
     /// Pixels that lack samples.
     pub fn unfinished(&self) -> u64 {
-        let lacking = |&tile: &u32| (0..self.plan.replicates).any(|r| self.drawn(tile, r) < self.plan.samples_of(r));
+        let lacking = |&tile: &u32| (0..self.plan.replicates).any(|r| self.drawn(tile, r) < self.goal(tile, r));
         (0..self.plan.tiles()).filter(lacking).map(|tile| self.plan.pixels_of(tile)).sum()
     }
 
-    /// Samples of each pixel that the picture is to have.
-    pub fn asked(&self) -> u32 {
-        self.plan.samples()
+    /// Samples of each pixel that the picture is to have; none where they go where the error is, or where another film's went.
+    pub fn asked(&self) -> Option<u32> {
+        self.goals.is_empty().then(|| self.plan.samples())
     }
 
     /// Fewest and most samples that pixels of a part have.
@@ -158,7 +189,7 @@ impl Film {
     /// Tiles of a part that lack samples.
     pub fn lacking(&self, part: &Part) -> usize {
         let replicates = || part.replicates.clone().take_while(|&replicate| replicate < self.plan.replicates);
-        part.each_tile(&self.plan).filter(|&tile| replicates().any(|r| self.drawn(tile, r) < self.plan.samples_of(r))).count()
+        part.each_tile(&self.plan).filter(|&tile| replicates().any(|r| self.drawn(tile, r) < self.goal(tile, r))).count()
     }
 
     /// What is there of a tile in a replicate, to go on with.
@@ -252,13 +283,12 @@ impl Film {
         }
         let pixel = y as usize * self.plan.crop.width as usize + x as usize;
         let within = self.spread.get(pixel)?.map(|s| f64::from(s) * f64::from(s));
-        let means = Means::of(&self.there(), pixel);
+        let means = self.there().means(pixel);
         (means.samples >= 2.0).then(|| core::array::from_fn(|i| (within[i] + means.between[i]) / (means.samples - 1.0)))
     }
 
-    /// The replicates of which anything is there, in ascending order.
-    fn there(&self) -> Vec<&Plane> {
-        self.planes.iter().flatten().collect()
+    fn there(&self) -> There<'_> {
+        There::new(self.planes.iter().flatten(), self.plan.adaptive)
     }
 
     /// The picture so far: of pixels that lack samples the mean of those they have, black without any.
@@ -267,9 +297,9 @@ impl Film {
         let all = 0..plan.pixels();
         let mut picture = Picture::new(plan.crop.width, plan.crop.height);
         for (pixel, colour) in picture.rgb.iter_mut().enumerate() {
-            *colour = mean(&planes, pixel).0.map(|c| c as f32);
+            *colour = planes.mean(pixel).0.map(|c| c as f32);
         }
-        picture.alpha = plan.alpha.then(|| all.clone().map(|pixel| coverage(&planes, pixel)).collect());
+        picture.alpha = plan.alpha.then(|| all.clone().map(|pixel| planes.coverage(pixel)).collect());
         let mut layers: Vec<Vec<f32>> = Vec::new();
         for k in 0..plan.layers.mean.len() {
             layers.extend((0..3).map(|i| all.clone().map(|pixel| self.layer_mean(k, i, pixel)).collect()));
@@ -277,10 +307,10 @@ impl Film {
         let centre = |k: usize| self.centre.get(k).cloned().unwrap_or_else(|| vec![0.0; plan.pixels()]);
         layers.extend((0..plan.layers.centre.len()).map(centre));
         if plan.layers.samples {
-            layers.push(all.clone().map(|pixel| mean(&planes, pixel).1 as f32).collect());
+            layers.push(all.clone().map(|pixel| planes.mean(pixel).1 as f32).collect());
         }
         if plan.layers.standard_error {
-            let known = |pixel| if plan.random { Means::of(&planes, pixel).standard_error() } else { [0.0; 3] };
+            let known = |pixel| if plan.random { planes.means(pixel).standard_error() } else { [0.0; 3] };
             let errors: Vec<[f32; 3]> = all.map(known).collect();
             layers.extend((0..3).map(|i| errors.iter().map(|error| error[i]).collect()));
         }

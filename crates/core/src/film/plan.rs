@@ -15,6 +15,13 @@ const MOST: u32 = u16::MAX as u32;
 const FIRST_PASSES: [u32; 3] = [4, 16, 32];
 const PASS: u32 = 64;
 
+/// Replicates of a picture whose samples go where the error is: two that decide for the other two.
+const ADAPTIVE_REPLICATES: u32 = 4;
+
+/// Edge of the tiles that decide it in pixels, whatever the tiles of other pictures are, since such a picture does depend on them:
+/// with fewer pixels each would know less of its own noise, and larger ones miss where it is.
+const ADAPTIVE_TILE: u32 = 16;
+
 /// Which layers there are, by where their numbers come from, and their names in files.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Vec<Aov>", into = "Vec<Aov>")]
@@ -84,6 +91,8 @@ pub(crate) struct Plan {
     pub layers: Layers,
     /// Whether samples are the places of a pattern, which belong together.
     is_fixed: bool,
+    /// Whether samples go where the error is, so that tiles and halves of replicates end with different numbers.
+    pub adaptive: bool,
 }
 
 /// Replicates of so many samples.
@@ -99,16 +108,19 @@ impl Plan {
     /// `random`: whether samples lie at random places, or draw points of lights or lenses.
     pub fn new(settings: &Settings, random: bool) -> Self {
         let [width, height] = settings.size;
+        let adaptive = settings.max_error.is_some() && random && !settings.sampling.is_fixed();
+        let asked = if adaptive { Some(ADAPTIVE_REPLICATES) } else { settings.replicates };
         Self {
             crop: settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height }),
-            tile_size: settings.tile_size.max(1),
+            tile_size: if adaptive { ADAPTIVE_TILE } else { settings.tile_size.max(1) },
             samples: settings.sampling.count(),
-            asked: settings.replicates,
-            replicates: division(settings.sampling.count(), settings.replicates, settings.sampling.is_fixed()),
+            asked,
+            replicates: division(settings.sampling.count(), asked, settings.sampling.is_fixed()),
             random,
             alpha: settings.background == Background::Transparent,
             layers: settings.aovs.clone().into(),
             is_fixed: settings.sampling.is_fixed(),
+            adaptive,
         }
     }
 
@@ -147,6 +159,7 @@ impl Plan {
             (self.tile_size != other.tile_size, "size of tiles"),
             (self.asked != other.asked, "number of replicates"),
             (self.is_fixed != other.is_fixed, "pattern of samples"),
+            (self.adaptive != other.adaptive, "maximum error"),
             ((self.random, self.alpha, &self.layers) != (other.random, other.alpha, &other.layers), "scene"),
         ];
         differs.into_iter().find(|(differs, _)| *differs).map(|(_, what)| what)
@@ -163,10 +176,9 @@ impl Plan {
         fewer.replicates <= self.replicates && (0..fewer.replicates).all(|r| fewer.samples_of(r) <= self.samples_of(r))
     }
 
-    /// The pass, counted from zero, that comes next for a tile which has so many samples of a replicate, and which samples it
-    /// takes; none where all are there.
-    pub fn pass(&self, replicate: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
-        let all = self.samples_of(replicate);
+    /// The pass, counted from zero, that comes next for a tile which has so many of `all` samples of a replicate, and which samples
+    /// it takes; none where all are there.
+    pub fn pass(&self, all: u32, drawn: u32) -> Option<(u32, Range<u32>)> {
         if drawn >= all {
             return None;
         }
@@ -194,7 +206,7 @@ impl Plan {
         self.columns() * self.crop.height.div_ceil(self.tile_size)
     }
 
-    fn columns(&self) -> u32 {
+    pub fn columns(&self) -> u32 {
         self.crop.width.div_ceil(self.tile_size)
     }
 
@@ -227,7 +239,7 @@ impl Plan {
     fn bytes_a_pixel(&self) -> u64 {
         let (mean, centre) = (self.layers.mean.len() as u64, self.layers.centre.len() as u64);
         let counts = 2 + if self.alpha { 2 } else { 0 } + if self.counts_first_hits() { 2 } else { 0 };
-        let open = (0..self.replicates).filter(|&replicate| has_open(self.samples_of(replicate))).count() as u64;
+        let open = (0..self.replicates).filter(|&replicate| self.adaptive || has_open(self.samples_of(replicate))).count() as u64;
         let film =
             u64::from(self.replicates) * (24 + counts + 24 * mean) + 24 * open + if self.random { 12 } else { 0 } + 4 * centre;
         let picture = 12 + if self.alpha { 4 } else { 0 } + 4 * self.layers.names().count() as u64;
@@ -295,7 +307,7 @@ mod tests {
     fn passes_take_all_samples_in_order() {
         let passes = |plan: &Plan| {
             let (mut drawn, mut ends) = (0, Vec::new());
-            while let Some((pass, samples)) = plan.pass(0, drawn) {
+            while let Some((pass, samples)) = plan.pass(plan.samples_of(0), drawn) {
                 assert_eq!((pass, samples.start), (ends.len() as u32, drawn));
                 drawn = samples.end;
                 ends.push(drawn);
@@ -308,6 +320,6 @@ mod tests {
         assert_eq!(general(200), [4, 16, 32, 64, 128, 192, 200]);
         assert_eq!(passes(&plan(Sampling::Pattern(Pattern::Corners))), [4]);
         // From in between, to where the others end.
-        assert_eq!(plan(Sampling::General(400)).pass(0, 70), Some((4, 70..100)));
+        assert_eq!(plan(Sampling::General(400)).pass(100, 70), Some((4, 70..100)));
     }
 }

@@ -17,6 +17,9 @@ pub struct FilmHeader {
     counters: Counters,
     /// Samples of each pixel that are there, tile by tile, replicate by replicate.
     drawn: Vec<u16>,
+    /// How many there are to be, where they go where the error is or another film's went; else empty.
+    goals: Vec<u16>,
+    is_replayed: bool,
 }
 
 /// Why a header is none of a film.
@@ -47,8 +50,13 @@ impl FilmHeader {
         if self.drawn.len() as u64 != tiles * u64::from(self.plan.replicates) {
             return Err(HeaderError("list of tiles"));
         }
+        let has_goals = self.plan.adaptive || self.is_replayed;
+        if self.goals.len() != if has_goals { self.drawn.len() } else { 0 } {
+            return Err(HeaderError("map of samples"));
+        }
         let all = |unit: usize| self.plan.samples_of((unit as u64 / tiles) as u32);
-        if self.drawn.iter().enumerate().any(|(unit, &drawn)| u32::from(drawn) > all(unit)) {
+        let most = |unit: usize| self.goals.get(unit).map_or(all(unit), |&goal| u32::from(goal).min(all(unit)));
+        if self.drawn.iter().enumerate().any(|(unit, &drawn)| u32::from(drawn) > most(unit)) {
             return Err(HeaderError("number of samples"));
         }
         Ok(self.plan.bytes())
@@ -63,6 +71,8 @@ impl Film {
             plan: self.plan.clone(),
             counters: self.counters,
             drawn: self.drawn.clone(),
+            goals: self.goals.clone(),
+            is_replayed: self.is_replayed,
         }
     }
 
@@ -72,8 +82,8 @@ impl Film {
     /// See [`FilmHeader::bytes`].
     pub fn with_header(header: FilmHeader) -> Result<Self, HeaderError> {
         header.bytes()?;
-        let FilmHeader { identity, plan, counters, drawn } = header;
-        Ok(Self { counters, drawn, ..Self::empty(identity, plan) })
+        let FilmHeader { identity, plan, counters, drawn, goals, is_replayed } = header;
+        Ok(Self { counters, drawn, goals, is_replayed, ..Self::empty(identity, plan) })
     }
 
     /// Hands over all its numbers, tile by tile of each replicate and then what is there once a tile, in the order that files keep.

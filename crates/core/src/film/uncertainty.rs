@@ -1,25 +1,40 @@
 //! How far a picture probably is from the true one: what its replicates say of all its pixels together.
 //!
-//! A pixel's replicates give the variance of its mean, which is the squared error to be expected there. The mean of these over the
-//! picture is an estimate of its mean squared error, and the better the more pixels share in it: pixels are independent, since each
-//! has scrambles of its own. Were errors normal, the error that was made over the one that is estimated would be distributed as a
-//! ratio of two mean squares with n and n(R − 1) degrees of freedom for n pixels of equal variance in R replicates, whose logarithm
-//! has a variance near 2R/((R − 1)n). Variances are not equal, so n is the number of equal ones that would say as much: (Σv)²/Σv² of
-//! the true variances (Kish, "Survey Sampling", 1965), of which those estimated have (R − 1)/(R + 1).
+//! A pixel's replicates give the variance v of its mean, which is the squared error e² to be expected there. Let xᵣ be how far the
+//! mean of its replicate r of R is from the truth. Then e² − v = 2/(R(R − 1)) · Σ xᵣxₛ over the pairs r < s, whatever the
+//! distribution is: a rare bright sample is in both e² and v, and what is left are products of independent numbers. Their variance is
+//! 2 tr(C²)/(R(R − 1)) for channels of covariance C, and it has an unbiased estimate too, since the differences of two pairs of
+//! replicates are independent: (d·d′)²/4 has the mean tr(C²). Pixels are independent, since each has scrambles of its own, so both sum
+//! up over the picture, and the sum is nearly normal if many pixels share in it.
+//!
+//! What relative errors are relative to is itself estimated, from the pair of replicates that the error at hand is not estimated from.
+//! With fewer than four replicates there is no such pair; then the value is a guess, and no interval is claimed for it. That noise is
+//! as large as the error itself in pixels that carry it, so that for n such pixels the interval's variance is larger by 1/n: found by
+//! calibration (`benches/calibration.rs`), which also says from how many on the interval may be trusted.
 
+use core::ops::{AddAssign, Range};
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::Film;
-use super::estimate::{Means, mean};
+use super::estimate::There;
+use super::relative::{REACH, weights};
 
 /// 97.5 % of normal values are below.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Fewer pixels that share the error say too little of it.
+/// Fewer pixels that carry the error say too little of it.
 const FEWEST: f64 = 40.0;
 
-/// Keeps the relative error of dark pixels finite, as in [`crate::metrics::Errors::relmse`].
-const FLOOR: f64 = 0.01;
+/// Replicates that an interval needs.
+const ENOUGH: u32 = 4;
+
+/// Rows that are looked at together.
+const BAND: usize = 32;
+
+/// Ways to pair four replicates.
+const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 
 /// A number with the interval that holds what it estimates in 95 of 100 renders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -30,8 +45,8 @@ pub struct Estimate {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// Pixels of equal variance that would say as much.
-    pub pixels: f64,
+    /// How many pixels carry most of it: (Σv)²/Σv² of their variances (Kish, "Survey Sampling", 1965).
+    pub carriers: f64,
 }
 
 /// How far a picture is from the true one, as far as its own samples can tell: light that none of them found can't be estimated.
@@ -41,59 +56,168 @@ pub struct Uncertainty {
     pub rmse: Estimate,
     /// Root of the mean relative squared error, (I − R)²/(R² + 0.01).
     pub root_relmse: Estimate,
-    /// Whether enough pixels share in the error for the intervals to mean what they say. Otherwise a few carry most of it, as where
-    /// light is rarely found: its samples may be too few, or too many.
+    /// Replicates of each pixel, at least.
+    pub replicates: u32,
+    /// Whether the interval of the relative error means what it says: there are four replicates, and enough pixels carry the error.
+    /// Otherwise a few have most of it, as where light is rarely found.
     pub converged: bool,
 }
 
-/// Sums of pixels' variances, and of their squares.
-#[derive(Default)]
+/// Sums over pixels.
+#[derive(Clone, Copy, Default)]
 struct Sum {
+    /// Of variances of the mean, and of their squares.
     variance: f64,
     square: f64,
+    /// Of squared products of two independent differences between replicates.
+    product: f64,
+}
+
+impl AddAssign for Sum {
+    fn add_assign(&mut self, other: Self) {
+        self.variance += other.variance;
+        self.square += other.square;
+        self.product += other.product;
+    }
 }
 
 impl Sum {
-    fn add(&mut self, variance: f64) {
-        self.variance += variance;
-        self.square += variance * variance;
-    }
-
-    /// Of the root of the mean over so many numbers.
-    fn estimate(&self, numbers: f64, replicates: f64) -> Estimate {
-        let mean_square = self.variance / numbers;
-        let pixels = if self.square > 0.0 {
-            self.variance * self.variance / self.square * (replicates + 1.0) / (replicates - 1.0)
-        } else {
-            f64::INFINITY
+    /// Of the root of the mean over so many pixels and three channels.
+    fn estimate(&self, pixels: f64, replicates: f64) -> Estimate {
+        let mean_square = self.variance / (3.0 * pixels);
+        let per_pair = 2.0 * replicates * (replicates - 1.0);
+        // No more than pixels of equal variance would say.
+        let least = 2.0 * replicates / ((replicates - 1.0) * pixels);
+        let (width, carriers) = match self.variance * self.variance {
+            square if square > 0.0 => {
+                let carriers = square / self.square;
+                (Z * ((self.product / per_pair / square).max(least) + 1.0 / carriers).sqrt(), carriers)
+            }
+            _ => (0.0, f64::INFINITY),
         };
-        let width = Z * (2.0 * replicates / ((replicates - 1.0) * pixels)).sqrt();
         let root = |factor: f64| (mean_square * factor).sqrt();
-        Estimate { value: root(1.0), low: root(libm::exp(-width)), high: root(libm::exp(width)), pixels }
+        Estimate { value: root(1.0), low: root(libm::exp(-width)), high: root(libm::exp(width)), carriers }
     }
+}
+
+/// What one pixel adds: its variance, and squared products of differences.
+#[derive(Clone, Copy, Default)]
+struct Pixel {
+    variance: f64,
+    product: f64,
+}
+
+/// A few rows of pixels with what their replicates say, in radiance and relative.
+struct Band {
+    absolute: Vec<Pixel>,
+    relative: Vec<Pixel>,
 }
 
 impl Film {
     /// How far the picture so far is from the true one; none where chance has no part, and where pixels have fewer than two
     /// replicates.
     pub fn uncertainty(&self) -> Option<Uncertainty> {
-        let planes = self.there();
-        let (mut absolute, mut relative, mut replicates) = (Sum::default(), Sum::default(), u32::MAX);
-        for pixel in 0..self.plan.pixels() {
-            let means = Means::of(&planes, pixel);
-            replicates = replicates.min(means.replicates);
-            if !self.plan.random || means.replicates < 2 {
-                return None;
-            }
-            let colour = mean(&planes, pixel).0;
-            let variance = means.between.map(|b| b / (means.samples * f64::from(means.replicates - 1)));
-            absolute.add(variance.iter().sum());
-            // The square of a mean is on average too large by the mean's variance.
-            relative.add((0..3).map(|i| variance[i] / ((colour[i] * colour[i] - variance[i]).max(0.0) + FLOOR)).sum());
+        if !self.plan.random {
+            return None;
         }
-        let (numbers, replicates) = (3.0 * self.plan.pixels() as f64, f64::from(replicates));
-        let (rmse, root_relmse) = (absolute.estimate(numbers, replicates), relative.estimate(numbers, replicates));
-        let converged = rmse.pixels.min(root_relmse.pixels) >= FEWEST;
-        Some(Uncertainty { rmse, root_relmse, converged })
+        let planes = self.there();
+        let fewest = (0..self.plan.pixels()).map(|pixel| planes.means(pixel).replicates).min()?;
+        if fewest < 2 {
+            return None;
+        }
+        let height = self.plan.crop.height as usize;
+        let bands = (0..height.div_ceil(BAND)).into_par_iter();
+        // In order, so that the sums do not depend on who is first.
+        let bands: Vec<[Sum; 2]> =
+            bands.map(|band| self.band(&planes, band * BAND..((band + 1) * BAND).min(height), fewest)).collect();
+        let (mut absolute, mut relative) = (Sum::default(), Sum::default());
+        for [a, r] in bands {
+            absolute += a;
+            relative += r;
+        }
+        let (pixels, replicates) = (self.plan.pixels() as f64, f64::from(fewest));
+        let (rmse, root_relmse) = (absolute.estimate(pixels, replicates), relative.estimate(pixels, replicates));
+        let converged = fewest >= ENOUGH && root_relmse.carriers >= FEWEST;
+        Some(Uncertainty { rmse, root_relmse, replicates: fewest, converged })
     }
+
+    /// Sums over some rows, in radiance and relative.
+    fn band(&self, planes: &There<'_>, rows: Range<usize>, replicates: u32) -> [Sum; 2] {
+        let width = self.plan.crop.width as usize;
+        // With the rows that pixels have neighbours in.
+        let first = rows.start.saturating_sub(REACH);
+        let last = (rows.end + REACH).min(self.plan.crop.height as usize);
+        let mut means = vec![Vec::with_capacity((last - first) * width); replicates as usize];
+        let mut each = Vec::new();
+        for pixel in first * width..last * width {
+            planes.each_mean(pixel, &mut each);
+            means.iter_mut().zip(&each).for_each(|(means, &mean)| means.push(mean));
+        }
+        let mut band =
+            Band { absolute: vec![Pixel::default(); means[0].len()], relative: vec![Pixel::default(); means[0].len()] };
+        match means.chunks_exact(4).len() {
+            0 => band.guess(&means, width),
+            fours => {
+                let shares = [4.0 / f64::from(replicates), 1.0].map(|share| share / (3 * fours) as f64);
+                means.chunks_exact(4).for_each(|four| band.add(four, width, shares));
+            }
+        }
+        let inner = (rows.start - first) * width..(rows.end - first) * width;
+        [&band.absolute[inner.clone()], &band.relative[inner]].map(|pixels| {
+            let mut sum = Sum::default();
+            for &Pixel { variance, product } in pixels {
+                sum += Sum { variance, square: variance * variance, product };
+            }
+            sum
+        })
+    }
+}
+
+impl Band {
+    /// What four replicates say: each difference of two is weighed by the other two. `shares`: of what one way to pair them says, in
+    /// the variance of the mean and in the mean of products.
+    fn add(&mut self, four: &[Vec<[f64; 3]>], width: usize, shares: [f64; 2]) {
+        for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| &four[r])) {
+            let (of_first, of_second) = (weights(c, d, width), weights(a, b, width));
+            for pixel in 0..a.len() {
+                let one: [f64; 3] = core::array::from_fn(|i| a[pixel][i] - b[pixel][i]);
+                let two: [f64; 3] = core::array::from_fn(|i| c[pixel][i] - d[pixel][i]);
+                self.absolute[pixel].add(one, two, [1.0; 3], [1.0; 3], shares);
+                self.relative[pixel].add(one, two, of_first[pixel], of_second[pixel], shares);
+            }
+        }
+    }
+
+    /// What two or three say, weighed by themselves: differences of the first two, beside those of the next pixel.
+    fn guess(&mut self, means: &[Vec<[f64; 3]>], width: usize) {
+        let (a, b) = (&means[0], &means[1]);
+        let weights = weights(a, b, width);
+        for pixel in 0..a.len() {
+            let beside = if (pixel + 1).is_multiple_of(width) { pixel.saturating_sub(1) } else { pixel + 1 };
+            let one: [f64; 3] = core::array::from_fn(|i| a[pixel][i] - b[pixel][i]);
+            let two: [f64; 3] = core::array::from_fn(|i| a[beside][i] - b[beside][i]);
+            // A quarter of the squared difference is the variance of two replicates' mean.
+            let shares = [4.0 / means.len() as f64, 0.0];
+            self.absolute[pixel].add(one, one, [1.0; 3], [1.0; 3], shares);
+            self.relative[pixel].add(one, one, weights[pixel], weights[pixel], shares);
+            self.absolute[pixel].product = product(one, two, [1.0; 3], [1.0; 3]);
+            self.relative[pixel].product = product(one, two, weights[pixel], weights[beside]);
+        }
+    }
+}
+
+impl Pixel {
+    /// Adds the differences of two pairs of replicates with their weights: each has twice the variance of a replicate, an eighth of its
+    /// square is the variance of a mean of four.
+    fn add(&mut self, one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3], shares: [f64; 2]) {
+        let squares: f64 = (0..3).map(|i| of_one[i] * one[i] * one[i] + of_two[i] * two[i] * two[i]).sum();
+        self.variance += shares[0] * squares / 16.0;
+        self.product += shares[1] * product(one, two, of_one, of_two);
+    }
+}
+
+/// Squared product of two differences, weighed.
+fn product(one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3]) -> f64 {
+    let dot: f64 = (0..3).map(|i| (of_one[i] * of_two[i]).sqrt() * one[i] * two[i]).sum();
+    dot * dot
 }

@@ -22,8 +22,13 @@ use crate::watch::{Patience, Watch};
 const KEEP_EVERY: Duration = Duration::from_secs(60);
 
 /// Mistakes that can be seen before the scene is read.
-pub fn check(args: &FilmArgs, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
+pub fn check(args: &FilmArgs, max_error: Option<f64>, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
     if args.part.is_some() {
+        if max_error.is_some() {
+            let error =
+                Error::usage("--max-error decides by the whole picture where samples go, and --part renders a share of it");
+            return Err(error.with_hint("give --spp instead, or leave --part away").into());
+        }
         if args.checkpoint.is_none() {
             let error = Error::usage("--part renders a share of a picture, which needs a file of its own");
             return Err(error
@@ -40,6 +45,7 @@ pub fn check(args: &FilmArgs, targets: &[Target], outputs: &mut Outputs) -> Resu
     // What is gone on with may be what is kept, since nothing in it is lost.
     let mut inputs = Inputs::default();
     args.resume.iter().filter(|earlier| *earlier != path).for_each(|earlier| inputs.read(earlier));
+    args.replay.iter().for_each(|map| inputs.read(map));
     outputs.keep_clear_of(&inputs)
 }
 
@@ -68,6 +74,11 @@ impl<'a> Session<'a> {
             let earlier = read_film(path, &limits)?;
             refuse_other_program(path, &earlier.metadata)?;
             film.adopt(earlier.film).map_err(|error| foreign(path, error))?;
+        }
+        if let Some(path) = &args.replay {
+            let map = read_film(path, &limits)?;
+            refuse_other_program(path, &map.metadata)?;
+            film.replay(&map.film).map_err(|error| foreign(path, error))?;
         }
         let whole = film.whole();
         let part = match args.part {
@@ -166,6 +177,9 @@ impl<'a> Session<'a> {
 fn samples(film: &Film, part: &Part) -> String {
     let (there, all) = (film.samples(part), film.asked());
     let (least, most) = (*there.start(), *there.end());
+    let Some(all) = all else {
+        return if least == most { format!("{most} samples") } else { format!("{least} to {most} samples") };
+    };
     match (least == most, most == all) {
         (true, true) if all == 1 => "1 sample".to_owned(),
         (true, true) => format!("{all} samples"),

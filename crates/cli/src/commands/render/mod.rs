@@ -34,7 +34,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     refuse_terminal(&targets)?;
     refuse_layers_without_place(args, &targets)?;
     check_stats_target(args, &mut outputs)?;
-    film::check(&args.film, &targets, &mut outputs)?;
+    film::check(&args.film, args.light.max_error, &targets, &mut outputs)?;
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
 
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
@@ -76,8 +76,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             console::json(&Stats::new(&loaded, &ready, &rendered, session.film().uncertainty(), seconds)).as_bytes(),
         )?;
     }
-    if ready.follows_paths() {
-        tell::tell_noise(session.film(), verbosity);
+    if ready.follows_paths() || args.light.max_error.is_some() {
+        tell::tell_noise(session.film(), args.light.max_error, verbosity);
     }
     verbosity.detail(tell::details(&ready, &rendered, &seconds).trim_end());
     if !written.is_empty() {

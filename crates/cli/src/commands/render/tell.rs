@@ -69,11 +69,22 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
     ));
 }
 
-/// How far the picture probably is from the true one.
-pub fn tell_noise(film: &Film, verbosity: Verbosity) {
-    let Some(Uncertainty { rmse, root_relmse, converged }) = film.uncertainty() else { return };
+/// How far the picture probably is from the true one, and whether that is what was asked for.
+pub fn tell_noise(film: &Film, asked: Option<f64>, verbosity: Verbosity) {
+    let Some(Uncertainty { rmse, root_relmse, converged, replicates }) = film.uncertainty() else { return };
+    if let Some(asked) = asked.filter(|&asked| !converged || root_relmse.high > asked) {
+        verbosity.warn(format_args!(
+            "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
+        ));
+    }
     let shown =
         |of: Estimate| format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3));
+    if replicates < 4 {
+        let (relative, absolute) = (significant(root_relmse.value, 2), significant(rmse.value, 2));
+        return verbosity.say(format_args!(
+            "noise: root relMSE about {relative}, RMSE about {absolute} (how sure that is, 64 samples or more tell)"
+        ));
+    }
     if converged {
         return verbosity.say(format_args!("noise: root relMSE {}, RMSE {}", shown(root_relmse), shown(rmse)));
     }

@@ -1,5 +1,6 @@
 //! The film against f64, closed forms and itself in parts.
 
+mod adaptive;
 mod parts;
 mod picture;
 mod sums;

@@ -1,7 +1,7 @@
 //! What becomes of the sums: errors, layers, counters and memory.
 
 use super::{layers, ready, rendered, scene, settings};
-use crate::film::estimate::Means;
+use crate::film::estimate::There;
 use crate::film::{Film, Plane};
 use crate::scene::{Pattern, Scene};
 use crate::settings::{Aov, Background, Sampling, Settings};
@@ -18,7 +18,7 @@ fn planes(of: &[(f64, u16)]) -> Vec<Plane> {
 
 fn error(of: &[(f64, u16)]) -> f32 {
     let planes = planes(of);
-    Means::of(&planes.iter().collect::<Vec<_>>(), 0).standard_error()[0]
+    There::new(planes.iter(), false).means(0).standard_error()[0]
 }
 
 /// Protects: the standard error of replicates, by hand. Means 1, 2, 3, 4 of equal weight: variance 5/3, over four. Means 1 of

@@ -23,23 +23,71 @@ fn film(pixels: &[[f64; 4]]) -> Film {
     film
 }
 
-/// Protects: of replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root is the error; relative to 2.5² less that
-/// variance and 0.01. A hundred such pixels count for 100 · 5/3, and the interval is as wide as 2R/((R − 1)n) says.
+/// Protects: of replicates with the means 1, 2, 3, 4 the mean has a variance of 5/12, whose root is the error. Differences of pairs are
+/// (−1, −1), (−2, −2) and (−3, 1) in each of three channels that go together, so that their squared products are 9 times 1, 16 and 9: a
+/// mean of 78 over 24 = 2R(R − 1), relative to (3 · 5/12)² in each of a hundred pixels, and 1/100 for the pixels that carry it.
 #[test]
 fn errors_of_pictures_by_hand() {
     let found = film(&[[1.0, 2.0, 3.0, 4.0]; 100]).uncertainty().expect("four replicates");
-    let (variance, n) = (5.0_f64 / 12.0, 500.0 / 3.0);
-    assert!((found.rmse.value - variance.sqrt()).abs() < 1e-12);
-    assert!((found.root_relmse.value - (variance / (6.25 - variance + 0.01)).sqrt()).abs() < 1e-12);
-    assert!((found.rmse.pixels - n).abs() < 1e-9);
-    let half = 1.959_963_984_540_054 * (8.0_f64 / 3.0 / n).sqrt() / 2.0;
-    for estimate in [found.rmse, found.root_relmse] {
-        assert!(
-            (estimate.high / estimate.value - half.exp()).abs() < 1e-12
-                && (estimate.low / estimate.value - (-half).exp()).abs() < 1e-12
-        );
-    }
-    assert!(found.converged);
+    assert!((found.rmse.value - (5.0_f64 / 12.0).sqrt()).abs() < 1e-12);
+    assert!((found.rmse.carriers - 100.0).abs() < 1e-9);
+    let half = 1.959_963_984_540_054 * (78.0 / 24.0 / (1.25_f64 * 1.25) / 100.0 + 0.01).sqrt() / 2.0;
+    assert!((found.rmse.high / found.rmse.value - half.exp()).abs() < 1e-12);
+    assert!((found.rmse.low / found.rmse.value - (-half).exp()).abs() < 1e-12);
+    assert!(found.converged && found.replicates == 4);
+}
+
+/// Protects: a squared difference is relative to the product of the two replicates that are not in it, and 0.01. With the means 1, 1, 1
+/// and 2 those are 1 · 2 for the three pairs without the last, which are 0, and 1 · 1 for the three with it: 3/48 · 1/1.01. That is where
+/// pairs agree; 1 and 2 differ by a variance of 1/9 of their squared mean, so that 1/9 comes from the neighbours, which are the same.
+#[test]
+fn relative_errors_by_hand() {
+    let found = film(&[[1.0, 1.0, 1.0, 2.0]; 100]).uncertainty().expect("four replicates");
+    assert!((found.root_relmse.value - (3.0 / 48.0 / 1.01_f64).sqrt()).abs() < 1e-12);
+    // Among neighbours with 3 in place of 1 and 2, a pair that differs is relative to a mix of both: 1/9 of what is near.
+    let mut pixels = [[3.0; 4]; 5];
+    pixels[2] = [1.0, 2.0, 1.0, 2.0];
+    let found = film(&pixels).uncertainty().expect("four replicates").root_relmse.value;
+    let (sure, near) = (8.0_f64 / 9.0, (4.0 * 9.0 + 2.0) / 5.0);
+    // Four of the six pairs differ, by one, and are weighed by pairs that differ too.
+    let mixed = 1.0 / (sure * 2.0 + (1.0 - sure) * near + 0.01);
+    assert!((found - (4.0 * mixed / 48.0 / 5.0).sqrt()).abs() < 1e-12, "{found}");
+}
+
+/// Protects: a bright sample that few pixels met is in the error and in what is known of it, and so makes no interval wider; what does is
+/// that replicates differ in pairs. Nothing makes it narrower than as many normal numbers would.
+#[test]
+fn rare_bright_samples_are_in_both() {
+    let width = |pixels: &[[f64; 4]]| {
+        let found = film(pixels).uncertainty().expect("four replicates").rmse;
+        (found.high / found.low).ln()
+    };
+    let least = 1.959_963_984_540_054 * (8.0_f64 / 3.0 / 100.0 + 0.01).sqrt();
+    assert!((width(&[[0.0, 0.0, 0.0, 5.0]; 100]) - least).abs() < 1e-12);
+    assert!(width(&[[0.0, 5.0, 0.0, 5.0]; 100]) > 1.3 * least);
+}
+
+/// Protects: of two replicates, a pixel is held against the next one, and the last of a row against the one before; no interval is
+/// claimed to hold.
+#[test]
+fn two_replicates_are_held_against_neighbours() {
+    let of = |pixels: &[[f64; 2]], width: u32| {
+        let size = [width, pixels.len() as u32 / width];
+        let all = Settings { size, sampling: Sampling::General(8), replicates: Some(2), ..Settings::of(&Scene::default()) };
+        let mut film = prepare(&Scene::default(), &all, &()).expect("an empty scene").film("");
+        for replicate in 0..2 {
+            let sums = pixels.iter().map(|means| [4.0 * means[replicate]; 3]).collect();
+            film.planes[replicate] = Some(Plane { sums, samples: vec![4; pixels.len()], ..Plane::default() });
+        }
+        let found = film.uncertainty().expect("two replicates");
+        assert!(!found.converged && found.replicates == 2);
+        found.rmse
+    };
+    // Variances of 3/4 in the upper row, and products of 9 there alone, over 4 = 2R(R − 1); two pixels carry it.
+    let found = of(&[[0.0, 1.0], [0.0, 1.0], [0.0, 0.0], [0.0, 0.0]], 2);
+    assert!((found.value - (1.5_f64 / 12.0).sqrt()).abs() < 1e-12);
+    let expected = 1.959_963_984_540_054 * (18.0_f64 / 4.0 / (1.5 * 1.5) + 0.5).sqrt();
+    assert!(((found.high / found.low).ln() - expected).abs() < 1e-12);
 }
 
 /// Protects: where one pixel of many carries the error it is said, and where nothing varies the error is zero and sure.
@@ -48,7 +96,7 @@ fn few_pixels_say_little() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
     pixels[40] = [1.0, 1.0, 1.0, 90.0];
     let found = film(&pixels).uncertainty().expect("four replicates");
-    assert!(!found.converged && found.rmse.pixels < 2.0, "{found:?}");
+    assert!(!found.converged && found.rmse.carriers < 2.0, "{found:?}");
     let still = film(&[[0.5; 4]; 10]).uncertainty().expect("four replicates");
     assert_eq!((still.rmse.value, still.rmse.high, still.converged), (0.0, 0.0, true));
 }

@@ -1,0 +1,42 @@
+//! What a pixel's squared error is relative to: the square of its true colour, as far as noisy samples tell it.
+//!
+//! The product of two replicates' means is right on average, whatever their noise; but where light is seldom found it is zero in one
+//! pixel and ten times the truth in the next, and an error relative to that says nothing. So the more two replicates differ, the more
+//! the products of neighbouring pixels count, whose mean is right where the colour changes slowly. A bright sample raises the product
+//! together with the error: whoever weighs an error takes the weights from replicates that are not in it.
+
+/// Keeps the relative error of dark pixels finite, as in [`crate::metrics::Errors::relmse`].
+const FLOOR: f64 = 0.01;
+
+/// Pixels to each side that count as neighbours.
+pub(super) const REACH: usize = 2;
+
+/// Factors that make squared errors relative, per pixel and channel of rows of `width` pixels, by the means of two replicates.
+pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
+    let own: Vec<[f64; 3]> = a.iter().zip(b).map(|(a, b)| core::array::from_fn(|i| a[i] * b[i])).collect();
+    let near = around(&around(&own, width, 1), own.len() / width, width);
+    let weight = |a: f64, b: f64, near: f64| {
+        // One less the variance of both together over their squared mean.
+        let (square, difference) = ((a + b) * (a + b), (a - b) * (a - b));
+        let sure = if square > difference { 1.0 - difference / square } else { 0.0 };
+        1.0 / ((sure * a * b + (1.0 - sure) * near).max(0.0) + FLOOR)
+    };
+    let pixels = a.iter().zip(b).zip(near);
+    pixels.map(|((a, b), near)| core::array::from_fn(|i| weight(a[i], b[i], near[i]))).collect()
+}
+
+/// Means over neighbours along one axis: of so many pixels, `step` apart.
+fn around(of: &[[f64; 3]], length: usize, step: usize) -> Vec<[f64; 3]> {
+    let mean = |at: usize| {
+        let place = at / step % length;
+        let first = at - place * step;
+        let range = place.saturating_sub(REACH)..(place + REACH + 1).min(length);
+        let n = range.len() as f64;
+        let mut sum = [0.0; 3];
+        for other in range {
+            sum = core::array::from_fn(|i| sum[i] + of[first + other * step][i]);
+        }
+        sum.map(|s| s / n)
+    };
+    (0..of.len()).map(mean).collect()
+}

@@ -1,0 +1,242 @@
+//! Samples that go where the error is: where to, how many, when it ends, and that nobody who looks on changes it.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use super::{in_order, scene};
+use crate::film::adaptive::Aim;
+use crate::film::{Film, Plane};
+use crate::hash::mix;
+use crate::observer::Observer;
+use crate::scene::Scene;
+use crate::settings::{Aov, Sampling, Settings};
+use crate::{Ready, prepare};
+
+/// A film of so many tiles in a row, each 16 × 16 pixels.
+fn row(tiles: u32, most: u32) -> Film {
+    let size = [16 * tiles, 16];
+    let settings = Settings { size, sampling: Sampling::General(most), max_error: Some(0.1), ..Settings::of(&Scene::default()) };
+    prepare(&Scene::default(), &settings, &()).expect("an empty scene").film("")
+}
+
+/// Takes the samples that are to be taken: replicate r of each pixel has this mean by its tile and number of samples.
+fn take(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
+    let plan = film.plan.clone();
+    for replicate in 0..4 {
+        let tile_of = |pixel: usize| plan.tile_of(pixel);
+        let samples: Vec<u16> = (0..plan.pixels()).map(|p| film.goal(tile_of(p), replicate) as u16).collect();
+        let of = |(pixel, &n): (usize, &u16)| [mean(replicate, tile_of(pixel), f64::from(n)) * f64::from(n); 3];
+        let sums = samples.iter().enumerate().map(of).collect();
+        film.planes[replicate as usize] = Some(Plane { sums, samples, ..Plane::default() });
+    }
+    film.drawn.copy_from_slice(&film.goals.clone());
+}
+
+/// Means about 1 whose samples deviate by `sigma`: up in the first two replicates, down in the other two, so that each half of the
+/// replicates knows it exactly.
+fn known(sigma: impl Fn(u32) -> f64) -> impl Fn(u32, u32, f64) -> f64 {
+    move |replicate, tile, n| 1.0 + if replicate < 2 { 1.0 } else { -1.0 } * sigma(tile) / n.sqrt()
+}
+
+fn total(film: &Film) -> u64 {
+    film.progress(&film.whole()).0
+}
+
+/// Protects: tiles whose samples deviate four times as much get four times as many, up to the grid of numbers; a round adds at most a
+/// quarter; what is asked for is reached, by the upper end of the interval, and no later than a sixteenth and a step too many.
+#[test]
+fn samples_go_where_the_error_is() {
+    let sigma = |tile: u32| if tile < 5 { 0.5 } else { 2.0 };
+    let mut film = row(10, 65_536);
+    let mut before = 0;
+    let mut claimed = f64::INFINITY;
+    loop {
+        take(&mut film, known(sigma));
+        let now = total(&film);
+        assert!(before == 0 || now as f64 <= 1.25 * before as f64, "{before} to {now}");
+        let high = film.uncertainty().expect("four replicates").root_relmse.high;
+        match film.aim(0.05) {
+            Aim::Further => assert!(high > 0.05 && now > before),
+            Aim::Reached => {
+                assert!(high <= 0.05 && claimed > 0.05);
+                assert!(now as f64 <= 1.2 * before as f64 || before == 0);
+                break;
+            }
+            Aim::Exhausted => panic!("at {high}"),
+        }
+        (before, claimed) = (now, high);
+    }
+    let (quiet, noisy) = (film.drawn(2, 0), film.drawn(7, 0));
+    let ratio = f64::from(noisy) / f64::from(quiet);
+    assert!((3.5..=4.6).contains(&ratio), "{quiet} and {noisy}");
+    for tile in 0..10 {
+        assert!((0..4).all(|r| film.drawn(tile, r) == film.drawn(tile, 0)), "both halves know the same");
+    }
+}
+
+/// Protects: a tile that looks quiet gets its share all the same, a quarter of what the mean variance asks for.
+#[test]
+fn nothing_is_left_behind() {
+    let mut film = row(12, 65_536);
+    for _ in 0..30 {
+        take(&mut film, known(|tile| if tile < 6 { 0.0 } else { 2.0 }));
+        assert_eq!(film.aim(0.01), Aim::Further);
+    }
+    let (still, noisy) = (f64::from(film.goal(0, 0)), f64::from(film.goal(10, 0)));
+    // The mean variance is half the noisy tiles'.
+    let expected = noisy / 4.0 / 2.0_f64.sqrt();
+    assert!((still / expected - 1.0).abs() < 0.15, "{still} and {noisy}");
+}
+
+/// Protects: each half of the replicates decides for the other half, and not for itself.
+#[test]
+fn halves_decide_for_each_other() {
+    let mut film = row(12, 65_536);
+    for _ in 0..12 {
+        // The even replicates differ in the first tiles, the odd ones in the last.
+        take(&mut film, |replicate, tile, n| {
+            let loud = if replicate % 2 == 0 { tile < 3 } else { tile >= 9 };
+            1.0 + if replicate < 2 { 1.0 } else { -1.0 } * if loud { 2.0 } else { 0.2 } / n.sqrt()
+        });
+        assert_eq!(film.aim(0.005), Aim::Further);
+    }
+    for (replicate, more, fewer) in [(0, 11, 0), (2, 11, 0), (1, 0, 11), (3, 0, 11)] {
+        assert!(film.goal(more, replicate) > 3 * film.goal(fewer, replicate), "replicate {replicate}");
+    }
+}
+
+/// Protects: no pixel gets more samples than it may have, and then it is said; few to begin with are few to end with.
+#[test]
+fn there_is_an_end() {
+    for most in [4, 10, 100, 1000] {
+        let mut film = row(3, most);
+        let mut rounds = 0;
+        loop {
+            take(&mut film, known(|_| 3.0));
+            rounds += 1;
+            match film.aim(1e-6) {
+                Aim::Further => assert!(rounds < 60),
+                end => break assert_eq!(end, Aim::Exhausted),
+            }
+        }
+        let all: Vec<u32> = (0..4).map(|replicate| film.drawn(1, replicate)).collect();
+        assert!(all.iter().sum::<u32>() <= most && all.iter().all(|&n| n >= most / 4), "{most}: {all:?}");
+    }
+}
+
+/// Protects: what is met decides neither how much it counts nor when its tile ends: pictures of rare bright samples are as bright as the
+/// truth on average. The same rounds with each half deciding for itself, or with replicates weighed by their samples, are not.
+#[test]
+fn rare_light_is_not_lost() {
+    const RUNS: u64 = 300;
+    let (bright, chance) = (20.0, 0.02);
+    let mut means = Vec::new();
+    for run in 0..RUNS {
+        let mut film = row(4, 4096);
+        loop {
+            let plan = film.plan.clone();
+            for replicate in 0..4_u32 {
+                let goal = |pixel: usize| film.goal(plan.tile_of(pixel), replicate);
+                let met = |pixel: usize, index: u32| {
+                    let address = run << 48 | u64::from(replicate) << 44 | (pixel as u64) << 20 | u64::from(index);
+                    (mix(mix(address) ^ 77) >> 11) as f64 / (1_u64 << 53) as f64 > 1.0 - chance
+                };
+                let count = |pixel: usize| (0..goal(pixel)).filter(|&index| met(pixel, index)).count();
+                let sums = (0..plan.pixels()).map(|pixel| [bright * count(pixel) as f64; 3]).collect();
+                let samples = (0..plan.pixels()).map(|pixel| goal(pixel) as u16).collect();
+                film.planes[replicate as usize] = Some(Plane { sums, samples, ..Plane::default() });
+            }
+            film.drawn.copy_from_slice(&film.goals.clone());
+            if film.aim(0.9) != Aim::Further {
+                break;
+            }
+        }
+        let rgb = film.picture().rgb;
+        means.push(rgb.iter().map(|c| f64::from(c[0])).sum::<f64>() / rgb.len() as f64);
+    }
+    let mean = means.iter().sum::<f64>() / RUNS as f64;
+    let spread = (means.iter().map(|m| (m - mean) * (m - mean)).sum::<f64>() / RUNS as f64).sqrt();
+    let bias = (mean - bright * chance) / spread;
+    assert!(bias.abs() < 0.2, "{bias} standard errors");
+}
+
+fn settings() -> Settings {
+    Settings {
+        size: [40, 24],
+        sampling: Sampling::General(400),
+        max_error: Some(0.03),
+        aovs: vec![Aov::Samples, Aov::StandardError],
+        ..Settings::of(&scene())
+    }
+}
+
+fn of(settings: &Settings) -> Ready {
+    prepare(&scene(), settings, &()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn rendered(ready: &Ready) -> Film {
+    let mut film = ready.film("scene");
+    let whole = film.whole();
+    ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
+    film
+}
+
+fn bits(film: &Film) -> Vec<u32> {
+    let picture = film.picture();
+    let layers = picture.layers.iter().flat_map(|layer| &layer.samples);
+    picture.rgb.iter().flatten().chain(layers).map(|x| x.to_bits()).collect()
+}
+
+/// Has enough after so many tiles.
+struct Patience(AtomicU32);
+
+impl Observer for Patience {
+    fn progress(&self, done: u64, total: u64) {
+        assert!(done <= total);
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+    fn has_enough(&self, _: bool) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
+
+/// Protects: where samples go is decided by the picture alone: any threads, any size of tiles that is asked for, stopped anywhere, in
+/// the middle of a round and between rounds, and gone on with.
+#[test]
+fn only_the_picture_decides() {
+    let ready = of(&settings());
+    let whole = rendered(&ready);
+    let samples = whole.samples(&whole.whole());
+    assert!(samples.start() < samples.end() && *samples.start() >= 16, "{samples:?}");
+    assert!(whole.uncertainty().expect("four replicates").root_relmse.high <= 0.03);
+    assert!(bits(&in_order(|| rendered(&ready))) == bits(&whole), "threads");
+    assert!(bits(&rendered(&of(&Settings { tile_size: 7, ..settings() }))) == bits(&whole), "tiles");
+    for step in [1, 5, 24] {
+        let mut film = ready.film("scene");
+        let mut pauses = 0;
+        loop {
+            in_order(|| ready.render_part(&mut film, &whole.whole(), &Patience(AtomicU32::new(step)))).expect("its own film");
+            if film.lacking(&whole.whole()) == 0 {
+                break;
+            }
+            pauses += 1;
+        }
+        assert!(pauses > 2 && bits(&film) == bits(&whole), "stopped every {step} tiles");
+    }
+}
+
+/// Protects: a film that was stopped anywhere is a map of samples, and rendering by it gives its bits; another picture's is refused.
+#[test]
+fn maps_are_replayed() {
+    let ready = of(&settings());
+    let mut film = ready.film("scene");
+    let whole = film.whole();
+    in_order(|| ready.render_part(&mut film, &whole, &Patience(AtomicU32::new(70)))).expect("its own film");
+    assert!(film.lacking(&whole) > 0);
+    let mut again = ready.film("scene");
+    again.replay(&film).expect("a map of the same picture");
+    ready.render_part(&mut again, &whole, &()).expect("its own film");
+    assert!(bits(&again) == bits(&film));
+    assert_eq!(again.lacking(&whole), 0);
+    assert!(of(&Settings { seed: 9, ..settings() }).film("scene").replay(&film).is_err());
+    assert!(ready.film("another scene").replay(&film).is_err());
+}
