@@ -239,6 +239,41 @@ fn damaged_films_do_no_harm() {
     }
 }
 
+/// Protects: an error that is asked for is reached, by the interval that the report states, with more samples where they are needed;
+/// threads and another accelerator give the same bits; what an end by budget or by the most samples leaves is said.
+#[test]
+fn an_error_is_reached() {
+    let desk = desk();
+    let all = format!("--max-error 0.01 {LAYERS}");
+    render(&desk, &format!("{all} -o a.exr --stats a.json")).exits_with(0).says_like("noise: root relMSE");
+    let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
+    let high = stats["error"]["root_relmse"]["high"].as_f64().expect("an interval");
+    assert!(high <= 0.01 && high > 0.005, "{high}");
+    let picture = desk.picture("a.exr");
+    let samples = &picture.layer("samples.N").expect("asked for").samples;
+    let (least, most) = samples.iter().fold((f32::MAX, 0.0_f32), |(least, most), &n| (least.min(n), most.max(n)));
+    assert!(least >= 16.0 && most > 1.5 * least, "{least} to {most}");
+    render(&desk, &format!("{all} -o b.exr --threads 1 --accel linear")).exits_with(0);
+    same_bits(&desk, "a.exr", "b.exr");
+    render(&desk, "--max-error 0.0001 --spp 40 -o c.exr").exits_with(0).says_like("is not reached");
+    render(&desk, "--max-error 0.1 --part 1/2 --checkpoint p.film").exits_with(2);
+    render(&desk, "--max-error 0 -o d.exr").exits_with(2);
+}
+
+/// Protects: the film of a render that its budget ended is a map of samples, by which another render has its bits, whether samples
+/// went where the error is or not; the film of other settings is refused.
+#[test]
+fn what_a_budget_ended_is_replayed() {
+    let desk = desk();
+    for (name, words) in [("even", ""), ("error", "--max-error 0.0001")] {
+        render(&desk, &format!("{words} --budget 1s {LAYERS} -o {name}.exr --checkpoint {name}.film")).exits_with(0);
+        render(&desk, &format!("{words} {LAYERS} --replay {name}.film -o {name}-again.exr --threads 1")).exits_with(0);
+        same_bits(&desk, &format!("{name}.exr"), &format!("{name}-again.exr"));
+    }
+    render(&desk, &format!("--seed 3 {LAYERS} --replay even.film -o c.exr")).exits_with(3).says_like("seed");
+    render(&desk, &format!("{LAYERS} --replay error.film -o d.exr")).exits_with(3).says_like("maximum error");
+}
+
 /// Protects: a time that is too short for anything still gives every pixel the samples of one pass, which is said, and what it
 /// made can be gone on from to the bits of one run.
 #[test]

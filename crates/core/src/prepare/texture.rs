@@ -42,7 +42,7 @@ impl<R: Real> Sampler<R> {
     pub fn texel(&self, image: &ImageData, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
         let [r, g, b, a] = match footprint.levels {
             [] => self.filtered(image, self.mapped(coordinates)),
-            _ => self.from_afar(image, self.mapped(coordinates), footprint),
+            _ => self.seen_afar(image, self.mapped(coordinates), footprint),
         };
         [r * self.factor.x(), g * self.factor.y(), b * self.factor.z(), a]
     }
@@ -59,7 +59,7 @@ impl<R: Real> Sampler<R> {
     /// Between the two levels whose texels are as large as the footprint. Nearer than the image's own texels, and of images
     /// without an area, it is the image.
     #[inline(never)]
-    fn from_afar(&self, image: &ImageData, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
+    fn seen_afar(&self, image: &ImageData, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
         let level = self.level(image, footprint.side.to_f64());
         if level <= 0.0 {
             return self.filtered(image, coordinates);

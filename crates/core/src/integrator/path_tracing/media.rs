@@ -156,6 +156,6 @@ mod tests {
         assert_eq!(media.beyond(3, false).beyond(9, false).first_by(&[]), Some(7));
         assert_eq!(media.beyond(4, false).first_by(&[]), Some(9));
         assert_eq!((Media::default().beyond(1, false).first_by(&[]), Media::default().first_by(&[])), (None, None));
-        assert_eq!((0..9).fold(Media::default(), |media, m| media.beyond(m, true)).first_by(&[]), Some(3));
+        assert_eq!((0..9).fold(Media::default(), |media, m| media.beyond(m, true)).first_by(&[]), Some(6));
     }
 }

@@ -51,7 +51,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 media = beyond;
                 Through::<P> { share: Vector::ONE, counts: false }
             } else {
-                self.through_wall(walk, (&leg, &hit, &met), sizeless)
+                self.through_wall(walk, &leg, &hit, &met, sizeless)
             };
             segments += u32::from(through.counts);
             share *= through.share;
@@ -73,7 +73,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     fn through_wall(
         &self,
         walk: &Walk<P::Real>,
-        (leg, hit, at): (&Leg<P::Real>, &Hit<P::Real>, &Interaction<P::Real>),
+        leg: &Leg<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
         sizeless: bool,
     ) -> Through<P> {
         let of = |share: Vec3Of<P>| Through::<P> { share, counts: false };
