@@ -123,8 +123,22 @@ fn there_is_an_end() {
     }
 }
 
-/// Protects: what is met decides neither how much it counts nor when its tile ends: pictures of rare bright samples are as bright as the
-/// truth on average. The same rounds with each half deciding for itself, or with replicates weighed by their samples, are not.
+/// Protects: replicates count the same however many samples they have: of the means 1, 2, 3 and 6 with 4, 8, 4 and 8 samples the mean is 3,
+/// and by samples it would be 10/3. Its variance is (4 + 1 + 0 + 9)/12.
+#[test]
+fn replicates_count_the_same() {
+    let mut film = row(1, 4096);
+    for (replicate, (mean, n)) in [(1.0, 4), (2.0, 8), (3.0, 4), (6.0, 8)].into_iter().enumerate() {
+        let pixels = film.plan.pixels();
+        let sums = vec![[mean * f64::from(n); 3]; pixels];
+        film.planes[replicate] = Some(Plane { sums, samples: vec![n; pixels], ..Plane::default() });
+    }
+    assert!(film.picture().rgb.iter().all(|colour| colour.iter().all(|c| (c - 3.0).abs() < 1e-6)));
+    let rmse = film.uncertainty().expect("four replicates").rmse.value;
+    assert!((rmse - (14.0_f64 / 12.0).sqrt()).abs() < 1e-12, "{rmse}");
+}
+
+/// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of their standard error.
 #[test]
 fn rare_light_is_not_lost() {
     const RUNS: u64 = 300;
