@@ -133,7 +133,7 @@ fn intervals(renders: u64) {
             };
             let errors: Vec<f64> = all.iter().map(of).collect();
             let judged: Vec<(&Taken, f64)> = all.iter().zip(errors.iter().copied()).collect();
-            let sure: Vec<(&Taken, f64)> = judged.iter().copied().filter(|(render, _)| render.claimed.converged).collect();
+            let sure: Vec<(&Taken, f64)> = judged.iter().copied().filter(|(render, _)| render.claimed.doubt.is_none()).collect();
             let holds = |(render, error): &&(&Taken, f64)| {
                 let of = render.claimed.root_relmse;
                 (of.low..=of.high).contains(error)

@@ -9,7 +9,7 @@ use raywright_io::Loaded;
 use raywright_io::output::Metadata;
 use serde::Serialize;
 
-use crate::args::{ChoiceArgs, RenderArgs, SceneArgs};
+use crate::args::{ChoiceArgs, SceneArgs};
 use crate::plan::Plan;
 
 /// Program and version.
@@ -27,11 +27,11 @@ pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &ChoiceArgs) -> Metadata 
 }
 
 /// What tells a scene from others, with all that flags change in it: parts of one picture have the same.
-pub fn identity(loaded: &Loaded, args: &RenderArgs) -> String {
-    let SceneArgs { at, set, model_scene, variant, env, env_rotation, env_strength, allow_outside: _ } = &args.changes;
+pub fn identity(loaded: &Loaded, changes: &SceneArgs, choices: &ChoiceArgs) -> String {
+    let SceneArgs { at, set, model_scene, variant, env, env_rotation, env_strength, allow_outside: _ } = changes;
     // What an environment is read from counts towards the hash.
     let environment = (env.is_some(), env_rotation, env_strength);
-    format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), chosen(&args.choices))
+    format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), chosen(choices))
 }
 
 /// Settings as a picture's file says them, with the samples that there are.

@@ -17,6 +17,13 @@ pub struct Counters {
     pub scatter: u64,
     /// Rays towards lights.
     pub shadow: u64,
+    /// Paths that went on by a mirror or through glass after they had been scattered: lamps that they meet can't be asked for, so that
+    /// such light is found by chance alone.
+    #[serde(default)]
+    pub unaided: u64,
+    /// Lamps met by such paths.
+    #[serde(default)]
+    pub found: u64,
     /// Samples that entered the film.
     pub samples: u64,
     /// Samples dropped because they were not finite.
@@ -39,6 +46,8 @@ impl AddAssign for Counters {
         self.refraction += other.refraction;
         self.scatter += other.scatter;
         self.shadow += other.shadow;
+        self.unaided += other.unaided;
+        self.found += other.found;
         self.samples += other.samples;
         self.dropped += other.dropped;
         self.met += other.met;

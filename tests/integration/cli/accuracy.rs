@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::support::Desk;
 
 /// A mirror ball over a floor, under a lamp.
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 format = 1
 render = { size = [64, 48], samples = 4, max_depth = 4 }
 cameras = [{ name = "front", pose.look_at = { eye = [0, 1, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]
@@ -47,7 +47,9 @@ fn every_rung_has_a_row() {
         "  error-bound *",
         "  off ",
         "  1024 ",
-        "not called for by this scene, and not measured: light-sampling, fresnel, microfacets, texture-filter",
+        "not called for by this scene, and not measured: integrator, light-sampling, fresnel, microfacets, colour, texture-filter",
+        "what each adds to time and picture",
+        "  mirror reflection",
         "worth their time",
         "raywright render ...",
     ] {
@@ -118,6 +120,10 @@ fn the_page_stands_alone() {
     // Ladders of 3, 2, 2, 6, 4 and 6 rungs, one of each in use; the reference has no error.
     let (renders, errors) = (page.matches("data-kind=\"render\"").count(), page.matches("data-kind=\"error\"").count());
     assert_eq!((renders, errors), (1 + 1 + 2 + 1 + 1 + 5 + 3 + 5, 1 + 2 + 1 + 1 + 5 + 3 + 5));
+    // What changes no picture is priced, and each effect with what it adds; a table's rows have one width.
+    for words in ["<h2>What changes no picture</h2>", "<td>mirror reflection</td><td>+", "<th>adds to time</th>"] {
+        assert!(page.contains(words), "no {words}");
+    }
     assert!(
         page.contains("raywright render &#39;a&amp;b&lt;c.scene.toml&#39;")
             || page.contains("raywright render 'a&amp;b&lt;c.scene.toml'")

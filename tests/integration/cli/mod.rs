@@ -10,6 +10,7 @@ mod help;
 mod mistakes;
 mod models;
 mod overwriting;
+mod page;
 mod render;
 mod reports;
 mod scenes;

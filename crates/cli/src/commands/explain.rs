@@ -44,7 +44,7 @@ fn measured(args: &ExplainArgs, loaded: &Loaded, settings: &Settings) -> Result<
 }
 
 /// The costs as a table, dearest first.
-fn dear(costs: &EffectCosts) -> String {
+pub fn dear(costs: &EffectCosts) -> String {
     let [width, height] = costs.size;
     let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
     let mut rows = vec![["  effect", "time", "rays", "changes (RMSE)", "FLIP"].map(str::to_owned)];

@@ -69,16 +69,17 @@ pub fn measure_effects(
     Bench { scene, observer, stopwatch, start: Instant::now(), budget }.run(settings, listener)
 }
 
-struct Bench<'a> {
-    scene: &'a Scene,
-    observer: &'a dyn Observer,
-    stopwatch: Stopwatch,
-    start: Instant,
-    budget: Duration,
+/// Renders with and without, in the time that there is.
+pub(super) struct Bench<'a> {
+    pub scene: &'a Scene,
+    pub observer: &'a dyn Observer,
+    pub stopwatch: Stopwatch,
+    pub start: Instant,
+    pub budget: Duration,
 }
 
 impl Bench<'_> {
-    fn run(&self, settings: &Settings, listener: &mut dyn Listener) -> Result<EffectCosts, PrepareError> {
+    pub fn run(&self, settings: &Settings, listener: &mut dyn Listener) -> Result<EffectCosts, PrepareError> {
         let simulated = detect(self.scene, settings).simulated();
         let measured: Vec<Effect> = Effect::ALL.iter().copied().filter(|&e| simulated.has(e) && SWITCHABLE.has(e)).collect();
         listener.step("looking how fast it renders", 0.0);
@@ -88,7 +89,8 @@ impl Bench<'_> {
         for effect in measured {
             let (mut with, mut without) = (Vec::new(), Vec::new());
             for round in 0..ROUNDS {
-                listener.step(effect.name(), self.start.elapsed().as_secs_f64() / self.budget.as_secs_f64());
+                let share = self.start.elapsed().as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
+                listener.step(&format!("without {}", effect.name()), share.min(1.0));
                 let off = Settings { without: settings.without.or(EffectSet::of(&[effect])), ..settings.clone() };
                 match (self.take(&settings, round), self.take(&off, round)) {
                     (Ok(all), Ok(less)) => {

@@ -16,6 +16,8 @@ mod studio;
 use core::time::Duration;
 
 use crate::display::Display;
+use crate::film::{Film, PartError};
+use crate::ladder::Choice;
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
@@ -48,16 +50,47 @@ impl Listener for () {
     fn step(&mut self, _: &str, _: f64) {}
 }
 
+/// The reference of a measurement, which the next one of the same scene can do with.
+#[derive(Clone, Debug)]
+pub struct KeptReference {
+    /// The rungs that it was rendered on, besides the scene's own.
+    pub rungs: Vec<Choice>,
+    /// What was rendered.
+    pub film: Film,
+}
+
+/// Where a measurement begins.
+#[derive(Clone, Debug, Default)]
+pub struct Start<'a> {
+    /// What tells the scene from others, in a text that is only ever compared.
+    pub scene: &'a str,
+    /// The reference of an earlier measurement, whose rungs and size are taken over; none: one is rendered.
+    pub reference: Option<KeptReference>,
+}
+
+/// Why there is no measurement.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeasureError {
+    /// A render can't be prepared, or the observer stopped it.
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    /// The reference is of another scene, or of other settings.
+    #[error(transparent)]
+    Reference(PartError),
+}
+
 /// Measures a validated scene as its settings ask for it, on the current thread pool. Times are those of all threads together.
+/// Gives the reference back, to be kept.
 ///
 /// # Errors
-/// See [`PrepareError`]; [`PrepareError::Cancelled`] where the observer stopped it.
+/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped it.
 pub fn measure(
     scene: &Scene,
     settings: &Settings,
     effort: &Effort,
+    start: Start<'_>,
     observer: &dyn Observer,
     listener: &mut dyn Listener,
-) -> Result<Report, PrepareError> {
-    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, studio::stopwatch).run(listener)
+) -> Result<(Report, KeptReference), MeasureError> {
+    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, studio::stopwatch).run(start, listener)
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::effects::EffectCosts;
 use super::estimate::Errors;
 use crate::bench::Spread;
 use crate::picture::Picture;
@@ -23,6 +24,8 @@ pub struct Report {
     pub prices: Vec<PriceReport>,
     /// Ladders that the scene does not call for.
     pub not_called_for: Vec<&'static str>,
+    /// What each effect of the scene adds to time and picture; none where there was no time for it.
+    pub costs: Option<EffectCosts>,
     /// Settings that none measured beats in both time and error, by ascending time; each measured again after it was chosen.
     pub frontier: Vec<Candidate>,
     /// Seconds that it all took.
@@ -54,6 +57,8 @@ pub struct Reference {
     pub standard_error: f64,
     /// Seconds of all threads that it took.
     pub seconds: f64,
+    /// Whether it is that of an earlier measurement.
+    pub kept: bool,
 }
 
 /// Time and error of one setting.

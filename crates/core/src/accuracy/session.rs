@@ -1,16 +1,17 @@
 //! One measurement from start to end: how large the pictures are, the reference, rounds over all rungs, the frontier; each with its
 //! share of the time.
 
+mod price;
 mod reach;
+mod walks;
 
 use std::time::Instant;
 
-use super::frontier::{Point, Steps, pareto, walk};
-use super::report::{Candidate, LadderReport, Price, PriceReport, Report, RungReport, Shown};
+use super::report::{LadderReport, Report, RungReport, Shown};
 use super::setting::Setting;
 use super::shots::Shots;
 use super::studio::{Stopwatch, Studio};
-use super::{Effort, Listener};
+use super::{Effort, KeptReference, Listener, MeasureError, Start};
 use crate::display::Display;
 use crate::effects::detect;
 use crate::ladder::{Choice, Ladder, Rung, reached};
@@ -21,13 +22,10 @@ use crate::settings::Settings;
 
 /// Shares of the budget by the end of which each part has to be done.
 const REFERENCE: f64 = 0.35;
-const RUNGS: f64 = 0.65;
-const PRICES: f64 = 0.75;
-const WALKS: f64 = 0.9;
-/// Rounds that a step of a walk takes, and that a candidate is measured again.
-const STEP_ROUNDS: u64 = 2;
-/// Random numbers of candidates that are measured again begin here.
-const FRESH: u64 = 1 << 32;
+const RUNGS: f64 = 0.62;
+const PRICES: f64 = 0.7;
+const EFFECTS: f64 = 0.78;
+const WALKS: f64 = 0.92;
 
 pub(super) struct Session<'a> {
     scene: &'a Scene,
@@ -78,27 +76,32 @@ impl<'a> Session<'a> {
         }
     }
 
-    pub fn run(mut self, listener: &mut dyn Listener) -> Result<Report, PrepareError> {
+    pub fn run(mut self, start: Start<'_>, listener: &mut dyn Listener) -> Result<(Report, KeptReference), MeasureError> {
         listener.step("looking how fast it renders", 0.0);
-        let exact = self.within_reach()?;
-        self.settings.size = match self.effort.size {
+        let reached = self.within_reach()?;
+        let (exact, size) = match &start.reference {
+            Some(kept) => (Setting::of(&kept.rungs), Some(kept.film.size())),
+            None => (reached, None),
+        };
+        self.settings.size = match self.effort.size.or(size) {
             Some(size) => size,
             None => self.affordable()?,
         };
         let settings = self.settings.clone();
         let studio = self.studio(&settings);
         listener.step("rendering the reference", self.spent());
-        let (truth, reference) = studio.reference(&exact, self.display, self.at(REFERENCE))?;
+        let (truth, reference, film) = studio.reference(&exact, self.display, self.at(REFERENCE), start)?;
         let mut shots = Shots::new(&studio, &truth);
         self.rounds(&mut shots, listener)?;
         let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &shots)).collect();
         let prices = self.prices(&shots, listener)?;
+        let costs = self.costs(listener)?;
         let pictures = self.pictures(&shots);
         let frontier = self.frontier(&mut shots, listener)?;
         // The scene's own setting is the first of the first round, which ends late or with an error if that can't be had.
         let own = shots.measured(&Setting::default()).ok_or(PrepareError::Cancelled)?;
         let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).copied().collect();
-        Ok(Report {
+        let report = Report {
             size: self.settings.size,
             full_size: self.full_size,
             reference,
@@ -106,11 +109,13 @@ impl<'a> Session<'a> {
             ladders,
             prices,
             not_called_for: Ladder::ALL.into_iter().filter(|l| !called_for.contains(l)).map(Ladder::name).collect(),
+            costs,
             frontier,
             seconds: self.start.elapsed().as_secs_f64(),
             cut_short: self.cut_short,
             pictures,
-        })
+        };
+        Ok((report, KeptReference { rungs: exact.choices().to_vec(), film }))
     }
 
     fn studio<'s>(&self, settings: &'s Settings) -> Studio<'s>
@@ -192,102 +197,6 @@ impl<'a> Session<'a> {
         let reference = Shown { name: "reference".to_owned(), picture: shots.truth.truth.picture.clone() };
         [reference].into_iter().chain(all.filter_map(render)).collect()
     }
-
-    fn prices(&mut self, shots: &Shots<'_>, listener: &mut dyn Listener) -> Result<Vec<PriceReport>, PrepareError> {
-        let mut reports = Vec::new();
-        for &ladder in &self.priced {
-            let in_use = ladder.in_use(self.scene, &self.settings);
-            let mut rungs = Vec::new();
-            for (choice, rung) in ladder.choices().zip(ladder.rungs()) {
-                let setting = self.setting(choice);
-                let own = setting == Setting::default();
-                listener.step(&format!("time of {choice}"), self.spent());
-                let paid = shots.paid(&setting, self.at(PRICES))?;
-                rungs.push(Price { rung: rung.name.to_owned(), about: rung.about, in_use: own, paid });
-            }
-            reports.push(PriceReport { ladder: ladder.name(), in_use, rungs });
-        }
-        Ok(reports)
-    }
-
-    fn frontier(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<Vec<Candidate>, PrepareError> {
-        let steps: Vec<Steps> = self.pictured.iter().filter_map(|&ladder| self.steps(ladder, shots)).collect();
-        let Some(own) = shots.point(&Setting::default()) else { return Ok(Vec::new()) };
-        let mut failed = None;
-        let end = self.at(WALKS);
-        let found = walk(&steps, own, &mut |setting| {
-            listener.step(&format!("together: {setting}"), self.spent());
-            for round in 0..STEP_ROUNDS {
-                match shots.take(setting, round, end) {
-                    Ok(true) => {}
-                    Ok(false) => return None,
-                    Err(error) => {
-                        failed = Some(error);
-                        return None;
-                    }
-                }
-            }
-            shots.point(setting)
-        });
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        let mut known: Vec<Setting> = [Setting::default()].into_iter().chain(self.choices().map(Setting::one)).collect();
-        known.extend(found.into_iter().map(|(setting, _)| setting));
-        let mut chosen = unbeaten(known, |setting| shots.point(setting));
-        // The best of many is partly the luckiest: only what it does with other random numbers counts.
-        let mut again = Shots::new(shots.studio, shots.truth);
-        for round in FRESH..FRESH + STEP_ROUNDS {
-            for setting in [&Setting::default()].into_iter().chain(chosen.iter().filter(|s| **s != Setting::default())) {
-                listener.step(&format!("once more: {setting}"), self.spent());
-                self.cut_short |= !again.take(setting, round, self.at(1.0))?;
-            }
-        }
-        chosen = unbeaten(chosen, |setting| again.point(setting));
-        let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: again.measured(setting)? });
-        Ok(chosen.iter().filter_map(candidate).collect())
-    }
-
-    /// What is known of a ladder's rungs, as far as they were measured; none where the scene's own has no place among them.
-    ///
-    /// What a rung gets wrong is its difference to the ladder's most exact one with the same random numbers: beside the error of
-    /// few samples it would not be seen, and yet decide what many are worth.
-    fn steps(&self, ladder: Ladder, shots: &Shots<'_>) -> Option<Steps> {
-        let in_use = ladder.in_use(self.scene, &self.settings);
-        let exact = self.most_exact(ladder);
-        let point = |setting: &Setting| {
-            let point = shots.point(setting)?;
-            let error = if ladder.shares_random_numbers() { shots.paired(setting, &exact)?.relative } else { point.error };
-            Some(Point { error, ..point })
-        };
-        let own = point(&Setting::default())?;
-        let mut rungs = Vec::new();
-        for choice in ladder.choices().filter(|choice| choice.rung() != in_use) {
-            rungs.extend(point(&Setting::one(choice)).map(|point| (Some(choice), point)));
-        }
-        let below = |choice: &Choice| match (choice.rung().parse::<u32>(), in_use.parse::<u32>()) {
-            (Ok(rung), Ok(own)) => Some(rung < own),
-            _ => {
-                let place = |name: &str| ladder.rungs().iter().position(|rung| rung.name == name);
-                Some(place(choice.rung())? < place(&in_use)?)
-            }
-        };
-        let mut place = 0;
-        for (choice, _) in &rungs {
-            place += usize::from(choice.as_ref().map_or(Some(false), below)?);
-        }
-        rungs.insert(place, (None, own));
-        Some(Steps { ladder, rungs, own: place })
-    }
-}
-
-/// Those that were measured and that no other one beats, simple settings before others where both are worth the same.
-fn unbeaten(mut settings: Vec<Setting>, point: impl Fn(&Setting) -> Option<Point>) -> Vec<Setting> {
-    settings.sort_by_key(|setting| setting.flags().len());
-    let known: Vec<(Setting, Point)> =
-        settings.into_iter().filter_map(|setting| point(&setting).map(|point| (setting, point))).collect();
-    let points: Vec<_> = known.iter().map(|(_, point)| *point).collect();
-    pareto(&points).into_iter().map(|i| known[i].0.clone()).collect()
 }
 
 #[cfg(test)]

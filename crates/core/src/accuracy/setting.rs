@@ -16,6 +16,16 @@ impl Setting {
         Self(vec![choice])
     }
 
+    /// Several ladders on other rungs; the last one counts where a ladder is named twice.
+    pub fn of(choices: &[Choice]) -> Self {
+        choices.iter().fold(Self::default(), |setting, &choice| setting.with(choice))
+    }
+
+    /// The rungs, in the order of their ladders.
+    pub fn choices(&self) -> &[Choice] {
+        &self.0
+    }
+
     /// The same with one ladder on another rung.
     #[must_use]
     pub fn with(&self, choice: Choice) -> Self {

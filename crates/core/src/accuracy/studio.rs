@@ -6,10 +6,11 @@ use super::estimate::Truth;
 use super::report::Reference as Told;
 use super::setting::{Setting, reference};
 use super::shots::Reference;
+use super::{MeasureError, Start};
 use crate::bench::clock::process_seconds;
 use crate::dispatch::prepare;
 use crate::display::Display;
-use crate::film::Part;
+use crate::film::{Film, Part};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::PrepareError;
@@ -119,35 +120,48 @@ impl Studio<'_> {
         })
     }
 
-    /// The reference on these rungs: replicate by replicate until time is out, two at least.
-    pub fn reference(&self, exact: &Setting, display: Display, end: Instant) -> Result<(Reference, Told), PrepareError> {
+    /// The reference on these rungs: the one that there is, or replicate by replicate until time is out, two at least.
+    pub fn reference(
+        &self,
+        exact: &Setting,
+        display: Display,
+        end: Instant,
+        start: Start<'_>,
+    ) -> Result<(Reference, Told, Film), MeasureError> {
         let (scene, mut settings) = reference(exact, self.scene, self.settings, REPLICATES * SAMPLES);
         settings.replicates = Some(REPLICATES);
         settings.aovs = vec![Aov::StandardError];
         let ready = prepare(&scene, &settings, self.observer)?;
-        let mut film = ready.film("");
-        let (whole, mut done) = (film.whole(), 0);
+        let mut film = ready.film(start.scene);
+        let kept = start.reference.is_some();
+        if let Some(earlier) = start.reference {
+            film.adopt(earlier.film).map_err(MeasureError::Reference)?;
+        }
+        let whole = film.whole();
+        let is_there = |&replicate: &u32| film.lacking(&Part { replicates: replicate..replicate + 1, ..whole.clone() }) == 0;
+        let mut done = (0..REPLICATES).take_while(is_there).count() as u32;
+        let before = film.counters().rays();
         let seconds = (self.stopwatch)(&mut || {
-            while done < REPLICATES && (done < 2 || Instant::now() < end) && !self.observer.cancelled() {
+            while done < REPLICATES && (done < 2 || !kept && Instant::now() < end) && !self.observer.cancelled() {
                 let part = Part { replicates: done..done + 1, ..whole.clone() };
                 // The film is this scene's own.
                 let rendered = ready.render_part(&mut film, &part, self.observer);
                 debug_assert!(rendered.is_ok());
                 done += 1;
             }
-            film.counters().rays()
+            film.counters().rays() - before
         });
         if self.observer.cancelled() {
-            return Err(PrepareError::Cancelled);
+            return Err(PrepareError::Cancelled.into());
         }
         let picture = film.picture();
         let channels = ["stderr.R", "stderr.G", "stderr.B"].map(|name| picture.layer(name).map_or(&[][..], |l| &l.samples));
         let error = (0..picture.pixels()).map(|i| channels.map(|c| c.get(i).copied().unwrap_or(0.0))).collect();
         let truth = Truth { error, picture };
         let standard_error = truth.standard_error();
-        let told = Told { samples: done * SAMPLES, rungs: exact.flags(), standard_error, seconds };
+        let told = Told { samples: done * SAMPLES, rungs: exact.flags(), standard_error, seconds, kept };
         let shown = display.to_values(&truth.picture);
-        Ok((Reference { truth, display, shown }, told))
+        Ok((Reference { truth, display, shown }, told, film))
     }
 
     fn why(&self, error: PrepareError) -> Unfinished {

@@ -57,11 +57,11 @@ impl Film {
             return Aim::Exhausted;
         }
         let claimed = self.uncertainty();
-        if claimed.is_some_and(|claimed| claimed.converged && claimed.root_relmse.high <= error) {
+        if claimed.is_some_and(|claimed| claimed.doubt.is_none() && claimed.root_relmse.high <= error) {
             return Aim::Reached;
         }
         // A squared error falls at least as fast as samples are added.
-        let lacking = claimed.filter(|claimed| claimed.converged).map_or(GROWTH, |claimed| {
+        let lacking = claimed.filter(|claimed| claimed.doubt.is_none()).map_or(GROWTH, |claimed| {
             let upper = claimed.root_relmse.high / error;
             upper * upper
         });

@@ -34,7 +34,7 @@ pub(crate) use plan::Plan;
 pub(crate) use plane::{Plane, Rect};
 pub use record::{FilmHeader, HeaderError, Numbers};
 pub(crate) use sums::{Block, Gather, Moments, Plain, Sums};
-pub use uncertainty::{Estimate, Uncertainty};
+pub use uncertainty::{Doubt, Estimate, Uncertainty};
 
 use core::ops::{Range, RangeInclusive};
 
@@ -133,6 +133,11 @@ impl Film {
     /// What tells its scene from others, as [`Ready::film`](crate::Ready::film) was told.
     pub fn scene(&self) -> &str {
         &self.identity.scene
+    }
+
+    /// Width and height in pixels, of the crop where there is one.
+    pub fn size(&self) -> [u32; 2] {
+        [self.plan.crop.width, self.plan.crop.height]
     }
 
     /// All there is to render.

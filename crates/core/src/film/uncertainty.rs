@@ -11,6 +11,10 @@
 //! With fewer than four replicates there is no such pair; then the value is a guess, and no interval is claimed for it. That noise is
 //! as large as the error itself in pixels that carry it, so that for n such pixels the interval's variance is larger by 1/n: found by
 //! calibration (`benches/calibration.rs`), which also says from how many on the interval may be trusted.
+//!
+//! Light that no sample has found is in neither. What can be noticed is that it may be there: paths that were scattered and then went on
+//! by a mirror or through glass meet lamps by chance alone, and where many did and few met one, more of that light is to be expected
+//! than was seen. The number that were found is a Poisson number, known to a sixth where it is forty.
 
 use core::ops::{AddAssign, Range};
 
@@ -26,6 +30,9 @@ const Z: f64 = 1.959_963_984_540_054;
 
 /// Fewer pixels that carry the error say too little of it.
 const FEWEST: f64 = 40.0;
+
+/// And fewer lamps met by chance alone too little of their light.
+const FEWEST_FOUND: u64 = 40;
 
 /// Replicates that an interval needs.
 const ENOUGH: u32 = 4;
@@ -58,9 +65,20 @@ pub struct Uncertainty {
     pub root_relmse: Estimate,
     /// Replicates of each pixel, at least.
     pub replicates: u32,
-    /// Whether the interval of the relative error means what it says: there are four replicates, and enough pixels carry the error.
-    /// Otherwise a few have most of it, as where light is rarely found.
-    pub converged: bool,
+    /// Why the interval of the relative error may not mean what it says; none where it does.
+    pub doubt: Option<Doubt>,
+}
+
+/// Why an interval may not hold what it claims.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Doubt {
+    /// There are fewer than four replicates.
+    FewSamples,
+    /// Lamps are met by way of mirrors or glass, which is by chance alone, and few were: most of such light may be unseen.
+    LightByChance,
+    /// A few pixels have most of the error.
+    FewPixels,
 }
 
 /// Sums over pixels.
@@ -137,8 +155,14 @@ impl Film {
         }
         let (pixels, replicates) = (self.plan.pixels() as f64, f64::from(fewest));
         let (rmse, root_relmse) = (absolute.estimate(pixels, replicates), relative.estimate(pixels, replicates));
-        let converged = fewest >= ENOUGH && root_relmse.carriers >= FEWEST;
-        Some(Uncertainty { rmse, root_relmse, replicates: fewest, converged })
+        let by_chance = self.counters.unaided > 0 && self.counters.found < FEWEST_FOUND;
+        let doubts = [
+            (fewest < ENOUGH, Doubt::FewSamples),
+            (by_chance, Doubt::LightByChance),
+            (root_relmse.carriers < FEWEST, Doubt::FewPixels),
+        ];
+        let doubt = doubts.into_iter().find_map(|(is, doubt)| is.then_some(doubt));
+        Some(Uncertainty { rmse, root_relmse, replicates: fewest, doubt })
     }
 
     /// Sums over some rows, in radiance and relative.

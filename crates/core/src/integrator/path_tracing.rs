@@ -54,6 +54,8 @@ struct Walk<R: Real> {
     cutouts: u32,
     /// Whether it has met a surface.
     hit: bool,
+    /// Whether it has left one in a direction in which light could have been asked for.
+    scattered: bool,
     /// The bodies that it is in.
     media: Media,
     /// Where the ray left, and how.
@@ -98,6 +100,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             traced: 0,
             cutouts: 0,
             hit: false,
+            scattered: false,
             media: self.media,
             left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
             wavelength: None,
@@ -194,7 +197,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
     #[inline(always)]
-    fn go_on(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>, drawn: &Sampled<P::Real>, onward: Onward<P>) -> bool {
+    fn go_on(&mut self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>, drawn: &Sampled<P::Real>, onward: Onward<P>) -> bool {
         let mut throughput = walk.throughput * drawn.weight;
         if walk.traced >= ROULETTE_FROM {
             // Also ends what is no number.
@@ -215,6 +218,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         // What goes straight on through a wall is still found by lights that were asked before it.
         if !onward.straight {
             let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
+            self.counters.unaided += u64::from(walk.scattered && drawn.delta && !self.scene.lights.emitters.is_empty());
+            walk.scattered |= !drawn.delta;
             walk.left = Left { from: at.surface.point, normal: onward.lit, density };
         }
         if self.scene.tracks_media && onward.through {

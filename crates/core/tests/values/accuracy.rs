@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use raywright_core::Settings;
-use raywright_core::accuracy::{Effort, LadderReport, Report, measure};
+use raywright_core::accuracy::{Effort, LadderReport, MeasureError, Report, Start, measure};
 use raywright_core::prepare::PrepareError;
 use raywright_core::scene::Scene;
 use raywright_core::settings::Sampling;
@@ -24,7 +24,7 @@ fn corridor() -> Scene {
 
 fn measured(scene: &Scene) -> Report {
     let settings = Settings { max_depth: 4, ..settings(scene, DOWN) };
-    measure(scene, &settings, &EFFORT, &(), &mut ()).expect("a report")
+    measure(scene, &settings, &EFFORT, Start::default(), &(), &mut ()).expect("a report").0
 }
 
 fn ladder<'a>(report: &'a Report, name: &str) -> &'a LadderReport {
@@ -68,7 +68,7 @@ fn the_frontier_ends_without_error() {
     );
     let errors: Vec<f64> = report.frontier.iter().map(|candidate| candidate.measured.errors.relmse.value).collect();
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
-    assert_eq!(report.not_called_for, ["shadows", "light-sampling", "fresnel", "microfacets", "texture-filter", "pixel-filter"]);
+    assert_eq!(report.not_called_for, ["integrator", "shadows", "light-sampling", "fresnel", "microfacets", "colour", "texture-filter", "pixel-filter"]);
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
         assert!(price.paid.as_ref().expect("there is time").same_bits, "{}", price.rung);
     }
@@ -80,8 +80,8 @@ fn noise_is_no_bias() {
     let stripes = json!({ "local": 0, "emission": "1 + sin(1e4*p.x)" });
     let scene = floor(classic(stripes), json!({ "render": { "samples": 16 } }));
     let effort = Effort { rounds: 6, ..EFFORT };
-    let report = measure(&scene, &Settings { sampling: Sampling::General(16), ..settings(&scene, DOWN) }, &effort, &(), &mut ())
-        .expect("a report");
+    let settings = Settings { sampling: Sampling::General(16), ..settings(&scene, DOWN) };
+    let (report, _) = measure(&scene, &settings, &effort, Start::default(), &(), &mut ()).expect("a report");
     let samples = ladder(&report, "samples");
     let noise: Vec<f64> =
         samples.rungs.iter().map(|rung| rung.measured.as_ref().and_then(|m| m.errors.noise).expect("noise")).collect();
@@ -100,6 +100,33 @@ fn a_measurement_can_be_stopped() {
         }
     }
     let scene = corridor();
-    let stopped = measure(&scene, &settings(&scene, DOWN), &EFFORT, &Stop, &mut ());
-    assert_eq!(stopped.err(), Some(PrepareError::Cancelled));
+    let stopped = measure(&scene, &settings(&scene, DOWN), &EFFORT, Start::default(), &Stop, &mut ());
+    assert_eq!(stopped.err(), Some(PrepareError::Cancelled.into()));
+}
+
+/// Protects: a kept reference is the truth of the next measurement, to the bit and without a further ray; one of another scene, seed or size
+/// is refused.
+#[test]
+fn a_reference_is_used_again() {
+    let scene = corridor();
+    let settings = Settings { max_depth: 4, ..settings(&scene, DOWN) };
+    let again = |scene: &str, settings: &Settings, effort: &Effort, reference| {
+        measure(&corridor(), settings, effort, Start { scene, reference }, &(), &mut ())
+    };
+    let (first, kept) = again("a", &settings, &EFFORT, None).expect("a report");
+    let (second, same) =
+        again("a", &settings, &Effort { size: None, ..EFFORT }, Some(kept.clone())).expect("its own reference");
+    assert!(!first.reference.kept && second.reference.kept && second.size == [4, 3]);
+    assert_eq!((first.pictures[0].picture.rgb.clone(), kept.rungs.clone()), (second.pictures[0].picture.rgb.clone(), same.rungs));
+    assert_eq!((first.reference.samples, kept.film.counters()), (second.reference.samples, same.film.counters()));
+    let lengths = |report: &Report| ladder(report, "path-length").rungs.iter().map(|rung| rung.own_error).collect::<Vec<_>>();
+    assert_eq!(lengths(&first), lengths(&second));
+    let refused = |scene, settings: &Settings, effort: &Effort| {
+        let error = again(scene, settings, effort, Some(kept.clone())).expect_err("another picture");
+        assert!(matches!(error, MeasureError::Reference(_)), "{error}");
+        error.to_string()
+    };
+    assert!(refused("b", &settings, &EFFORT).contains("scene differs"));
+    assert!(refused("a", &Settings { seed: 7, ..settings.clone() }, &EFFORT).contains("seed differs"));
+    assert!(refused("a", &settings, &Effort { size: Some([5, 3]), ..EFFORT }).contains("size differs"));
 }

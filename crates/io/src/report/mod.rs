@@ -2,6 +2,7 @@
 
 mod page;
 mod plot;
+mod tables;
 
 pub use page::{Page, accuracy_plot};
 pub use plot::{Axis, Colour, Line, Mark, Plot, Point};

@@ -5,9 +5,9 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::accuracy::{Candidate, Interval, LadderReport, Measured, Report, RungReport};
+use raywright_core::accuracy::{Candidate, Measured, Report};
 use raywright_core::display::Display;
-use raywright_core::effects::{EffectReport, Status};
+use raywright_core::effects::EffectReport;
 use raywright_core::metrics::{differences, heat_map, statistics};
 use raywright_core::picture::Picture;
 
@@ -107,17 +107,13 @@ fn power(exponent: i32) -> String {
 }
 
 /// Three significant digits.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
         let digits = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).max(0) as usize };
         format!("{value:.digits$}")
     } else {
         format!("{value:.1e}")
     }
-}
-
-fn interval(of: Interval, f: fn(f64) -> f64) -> String {
-    if of.is_lost_in_noise() { format!("&lt;\u{2009}{}", number(f(of.high))) } else { number(f(of.value)) }
 }
 
 impl Page<'_> {
@@ -131,54 +127,15 @@ impl Page<'_> {
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{}</style></head>\n\
              <body><main>\n<h1>{title}</h1>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n\
-             <div class=\"wide\">{plot}</div>\n{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
+             <div class=\"wide\">{plot}</div>\n{}{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
             include_str!("page.css"),
             escaped(self.command),
             self.frontier(),
             self.rungs(),
+            self.prices(),
             self.pictures(),
             self.effects(),
             include_str!("page.js"),
-        )
-    }
-
-    /// The settings worth their time, each with its command.
-    fn frontier(&self) -> String {
-        let mut rows = String::new();
-        for (candidate, command) in self.report.frontier.iter().zip(self.commands) {
-            let own = if candidate.flags.is_empty() { " class=\"own\"" } else { "" };
-            let _ = writeln!(
-                rows,
-                "<tr{own}><td class=\"text\"><code>{}</code></td>{}</tr>",
-                escaped(command),
-                cells(&candidate.measured, None)
-            );
-        }
-        if rows.is_empty() {
-            return String::new();
-        }
-        format!(
-            "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
-             error is small enough is the cheapest setting for that error; the last one within a time is the best for that time.</p>\n\
-             <div class=\"wide\"><table><thead><tr><th>command</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
-        )
-    }
-
-    fn rungs(&self) -> String {
-        let mut rows = String::new();
-        let _ = writeln!(rows, "<tr class=\"own\"><td>as it is</td>{}</tr>", cells(&self.report.own, None));
-        for LadderReport { ladder, rungs, .. } in &self.report.ladders {
-            let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"9\">{ladder}</td></tr>");
-            rungs.iter().for_each(|rung| rows += &row(rung));
-        }
-        let absent = match self.report.not_called_for.as_slice() {
-            [] => String::new(),
-            names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
-        };
-        format!(
-            "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Alone: root mean square difference to the ladder's most exact rung with \
-             the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
-             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{absent}"
         )
     }
 
@@ -231,48 +188,4 @@ impl Page<'_> {
         let bytes = png_bytes(picture, display, &Metadata::default()).unwrap_or_default();
         format!("data:image/png;base64,{}", STANDARD.encode(bytes))
     }
-
-    fn effects(&self) -> String {
-        let mut rows = String::new();
-        for finding in &self.effects.effects {
-            let status = match finding.status {
-                Status::Simulated => "simulated",
-                Status::LeftOut => "left out",
-                Status::Absent => continue,
-            };
-            let (name, because) = (escaped(finding.effect.name()), escaped(&finding.because));
-            let _ = writeln!(rows, "<tr><td>{name}</td><td class=\"text\">{status}</td><td class=\"text\">{because}</td></tr>");
-        }
-        format!(
-            "<h2>What the scene calls for</h2>\n<div class=\"wide\"><table><thead><tr><th>effect</th><th>status</th><th>because</th></tr>\
-             </thead><tbody>\n{rows}</tbody></table></div>\n"
-        )
-    }
-}
-
-const HEADS: &str =
-    "<th>CPU ms</th><th>× own</th><th>√relMSE</th><th>RMSE</th><th>bias</th><th>noise</th><th>FLIP</th><th>alone</th>";
-
-fn row(rung: &RungReport) -> String {
-    let (own, name, about) = (if rung.in_use { " class=\"own\"" } else { "" }, escaped(&rung.rung), escaped(rung.about));
-    match &rung.measured {
-        Some(measured) => format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", cells(measured, rung.own_error)),
-        None => format!("<tr{own}><td title=\"{about}\">{name}</td><td colspan=\"8\" class=\"text\">takes too long</td></tr>\n"),
-    }
-}
-
-fn cells(of: &Measured, own_error: Option<f64>) -> String {
-    let errors = &of.errors;
-    let bias = if errors.rmse.is_lost_in_noise() { String::new() } else { number(errors.bias) };
-    let list = [
-        format!("{} ±{:.0} %", number(of.seconds.median * 1e3), of.seconds.relative() * 100.0),
-        number(of.ratio.median),
-        interval(errors.relmse, f64::sqrt),
-        interval(errors.rmse, |x| x),
-        bias,
-        errors.noise.map(number).unwrap_or_default(),
-        number(of.flip),
-        own_error.map(number).unwrap_or_default(),
-    ];
-    list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
 }

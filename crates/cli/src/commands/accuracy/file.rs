@@ -166,8 +166,9 @@ fn circumstances(processor: Option<&str>, threads: usize, clock: &str, report: &
             "{machine}{threads} {plural}, {clock} without preparation: median of {renders} renders ± half the distance of the quartiles"
         ),
         format!(
-            "reference: f64, every ladder on its most exact rung that does not take too long, {} samples; its standard error {} is \
+            "reference{}: f64, every ladder on its most exact rung that does not take too long, {} samples; its standard error {} is \
              subtracted",
+            if reference.kept { " (of an earlier run)" } else { "" },
             reference.samples,
             significant(reference.standard_error, 2),
         ),

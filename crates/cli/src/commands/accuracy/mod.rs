@@ -1,11 +1,12 @@
 //! `accuracy`: what each rung of each ladder costs and gets wrong on one scene, and which combinations are worth their time.
 
 mod file;
+mod reference;
 mod text;
 
 use raywright_core::Settings;
-use raywright_core::accuracy::{Effort, Listener, measure};
-use raywright_io::{EnvironmentSource, Limits};
+use raywright_core::accuracy::{Effort, Listener, MeasureError, Start, measure};
+use raywright_io::{EnvironmentSource, Error, Limits};
 
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
@@ -29,21 +30,35 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
         outputs.add(path, "-o")?;
     }
     let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
+    if let Some(path) = &args.reference {
+        outputs.add(path, "--reference")?;
+    }
     let mut loaded = scene_input::read(&name, &args.changes, Limits::default(), verbosity)?;
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::complete(&mut loaded, &args.changes, verbosity);
     let mut settings = Settings::of(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
-    settings.max_memory = Some(args.max_memory.unwrap_or(Limits::default().memory_bytes));
+    let limits = Limits { memory_bytes: args.max_memory.unwrap_or(Limits::default().memory_bytes), ..Limits::default() };
+    settings.max_memory = Some(limits.memory_bytes);
+    let kept = args.reference.as_deref().map(|path| reference::read(path, &limits)).transpose()?.flatten();
+    let identity = origin::identity(&loaded, &args.changes, &args.choices);
+    let start = Start { scene: &identity, reference: kept };
     let effort = Effort { budget: args.budget, size: args.size, rounds: args.rounds };
     let watch = Watch::until(interrupt::flag()?);
     let mut steps = Steps::start(verbosity);
     let threads = Threads::new(args.threads)?;
-    let report = threads
-        .run(|| measure(&loaded.scene, &settings, &effort, &watch, &mut steps))
-        .map_err(|error| failed(&loaded.source.name, error))?;
+    let measured = threads.run(|| measure(&loaded.scene, &settings, &effort, start, &watch, &mut steps));
+    let (report, kept) = measured.map_err(|error| match (error, &args.reference) {
+        (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
+        (MeasureError::Reference(error), None) => Error::usage(error).into(),
+        (MeasureError::Prepare(error), _) => failed(&loaded.source.name, error),
+    })?;
     drop(steps);
+    if let Some(path) = args.reference.as_deref().filter(|_| !report.reference.kept) {
+        reference::write(path, kept, &loaded)?;
+        verbosity.say(path.display());
+    }
     let document = Document::new(&loaded, &asked(args), &settings, threads.run(rayon::current_num_threads), &report);
     for (path, kind) in files {
         document.write(path, kind)?;

@@ -5,6 +5,7 @@ use raywright_core::bench::Spread;
 use raywright_io::human_bytes;
 
 use super::file::Document;
+use crate::commands::explain::dear;
 use crate::clock::spoken;
 use crate::scatter::scatter;
 use crate::table::{Align, lay_out, lay_out_aligned, significant};
@@ -18,6 +19,7 @@ pub fn table(document: &Document<'_>) -> String {
     let mut text = format!("{}\n{}\n", document.scene, document.circumstances.join("\n"));
     text += &rungs(report);
     text += &prices(report);
+    text += &report.costs.as_ref().map(dear).unwrap_or_default();
     if !report.not_called_for.is_empty() {
         text += &format!("\nnot called for by this scene, and not measured: {}\n", report.not_called_for.join(", "));
     }

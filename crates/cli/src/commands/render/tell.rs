@@ -1,7 +1,7 @@
 //! What `render` says besides its result: what is left out, lost or not met, and with `-v` where the time went.
 
 use raywright_core::effects::EffectReport;
-use raywright_core::film::{Estimate, Film, Uncertainty};
+use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, extent};
 use raywright_io::{Loaded, Warning};
@@ -71,29 +71,33 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
 
 /// How far the picture probably is from the true one, and whether that is what was asked for.
 pub fn tell_noise(film: &Film, asked: Option<f64>, verbosity: Verbosity) {
-    let Some(Uncertainty { rmse, root_relmse, converged, replicates }) = film.uncertainty() else { return };
-    if let Some(asked) = asked.filter(|&asked| !converged || root_relmse.high > asked) {
+    let Some(Uncertainty { rmse, root_relmse, doubt, replicates: _ }) = film.uncertainty() else { return };
+    if let Some(asked) = asked.filter(|&asked| doubt.is_some() || root_relmse.high > asked) {
         verbosity.warn(format_args!(
             "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
         ));
     }
     let shown =
         |of: Estimate| format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3));
-    if replicates < 4 {
-        let (relative, absolute) = (significant(root_relmse.value, 2), significant(rmse.value, 2));
-        return verbosity.say(format_args!(
-            "noise: root relMSE about {relative}, RMSE about {absolute} (how sure that is, 64 samples or more tell)"
-        ));
+    let noise = format!("root relMSE {}, RMSE {}", shown(root_relmse), shown(rmse));
+    match doubt {
+        None => verbosity.say(format_args!("noise: {noise}")),
+        Some(Doubt::FewSamples) => {
+            let (relative, absolute) = (significant(root_relmse.value, 2), significant(rmse.value, 2));
+            verbosity.say(format_args!(
+                "noise: root relMSE about {relative}, RMSE about {absolute} (how sure that is, 64 samples or more tell)"
+            ));
+        }
+        Some(Doubt::FewPixels) => verbosity.warn(format_args!(
+            "not converged: a few pixels carry most of the noise ({noise}), as where light is rarely found; more --spp finds it more often"
+        )),
+        Some(Doubt::LightByChance) => verbosity.warn(format_args!(
+            "not converged: lamps that shine by way of mirrors or glass are met by chance, and only {} of {} such paths met one ({noise}); \
+             more --spp meets more",
+            film.counters().found,
+            film.counters().unaided
+        )),
     }
-    if converged {
-        return verbosity.say(format_args!("noise: root relMSE {}, RMSE {}", shown(root_relmse), shown(rmse)));
-    }
-    verbosity.warn(format_args!(
-        "not converged: a few pixels carry most of the noise (root relMSE {}, RMSE {}), as where light is rarely found; more --spp finds \
-         it more often",
-        shown(root_relmse),
-        shown(rmse)
-    ));
 }
 
 /// What `-v` adds: where the time went, what was traced, what was held in memory.

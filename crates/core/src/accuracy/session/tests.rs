@@ -33,7 +33,7 @@ fn measured(size: Option<[u32; 2]>, heard: &mut Heard) -> Report {
     let effort = Effort { budget: Duration::from_secs(600), size, rounds: 3 };
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
     let session = Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), stopwatch);
-    session.run(heard).expect("a report")
+    session.run(Start::default(), heard).expect("a report").0
 }
 
 /// Protects: times are those of rendering alone, and ratios are a setting's time over the scene's own: n segments take n/4 of what
@@ -63,6 +63,15 @@ fn times_are_what_the_clock_says() {
         heard.0
     );
     assert!(heard.0.is_sorted_by(|a, b| a.1 <= b.1) && heard.0.iter().all(|(_, share)| (0.0..=1.0).contains(share)));
+}
+
+/// Protects: effects are priced by the same clock: what mirrors add to one ray of camera is three more.
+#[test]
+fn effects_are_priced_too() {
+    let report = measured(Some([4, 2]), &mut Heard::default());
+    let costs = report.costs.expect("time");
+    let mirror = costs.effects.iter().find(|cost| cost.effect == "mirror reflection").expect("a mirror");
+    assert_eq!((costs.size, mirror.rays, mirror.ratio.median, costs.late.len()), ([4, 2], 4.0, 4.0, 0));
 }
 
 /// Protects: the frontier goes by time and error alone: each setting on it is slower and better than the one before it, the fastest

@@ -1,7 +1,7 @@
 //! Errors of whole pictures against closed forms, and against the truth of a scene whose pixels are known.
 
 use super::{layers, ready, rendered, settings};
-use crate::film::{Film, Plane};
+use crate::film::{Counters, Doubt, Film, Plane};
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 use crate::{Ready, prepare};
@@ -36,7 +36,7 @@ fn errors_of_pictures_by_hand() {
     let half = 1.959_963_984_540_054 * (78.0 / 24.0 / (1.25_f64 * 1.25) / 50.0 + 0.02).sqrt() / 2.0;
     assert!((found.rmse.high / found.rmse.value - half.exp()).abs() < 1e-12);
     assert!((found.rmse.low / found.rmse.value - (-half).exp()).abs() < 1e-12);
-    assert!(found.converged && found.replicates == 4);
+    assert_eq!((found.doubt, found.replicates), (None, 4));
 }
 
 /// Protects: a squared difference is relative to the product of the two replicates that are not in it, and 0.01. With the means 1, 1, 1
@@ -82,7 +82,7 @@ fn two_replicates_are_held_against_neighbours() {
             film.planes[replicate] = Some(Plane { sums, samples: vec![4; pixels.len()], ..Plane::default() });
         }
         let found = film.uncertainty().expect("two replicates");
-        assert!(!found.converged && found.replicates == 2);
+        assert_eq!((found.doubt, found.replicates), (Some(Doubt::FewSamples), 2));
         found.rmse
     };
     // Variances of 3/4 in the upper row, and products of 9 there alone, over 4 = 2R(R − 1); two pixels carry it.
@@ -98,9 +98,21 @@ fn few_pixels_say_little() {
     let mut pixels = [[1.0, 1.01, 0.99, 1.0]; 100];
     pixels[40] = [1.0, 1.0, 1.0, 90.0];
     let found = film(&pixels).uncertainty().expect("four replicates");
-    assert!(!found.converged && found.rmse.carriers < 2.0, "{found:?}");
+    assert!(found.doubt == Some(Doubt::FewPixels) && found.rmse.carriers < 2.0, "{found:?}");
     let still = film(&[[0.5; 4]; 10]).uncertainty().expect("four replicates");
-    assert_eq!((still.rmse.value, still.rmse.high, still.converged), (0.0, 0.0, true));
+    assert_eq!((still.rmse.value, still.rmse.high, still.doubt), (0.0, 0.0, None));
+}
+
+/// Protects: where paths went on by mirrors or through glass and met no lamp, or few, it is said that such light may be unseen; where
+/// they met many, and where no path did that, nothing is.
+#[test]
+fn light_by_chance_is_doubted() {
+    let of = |unaided, found| {
+        let mut film = film(&[[1.0, 2.0, 3.0, 4.0]; 100]);
+        film.counters = Counters { unaided, found, ..film.counters };
+        film.uncertainty().expect("four replicates").doubt
+    };
+    assert_eq!([of(0, 0), of(1, 0), of(9, 39), of(9, 40)], [None, Some(Doubt::LightByChance), Some(Doubt::LightByChance), None]);
 }
 
 /// Protects: nothing is said where nothing is known: of one replicate, of a pixel without samples, of a pattern.

@@ -69,7 +69,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Adds what a surface gives off, in the share that a ray has in finding it.
-    fn emits(&self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
+    fn emits(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
         let share = match self.scene.lights.emitters.of(at.object, hit.primitive) {
             Some(emitter) => {
                 let light = LightId::Emitter(emitter);
@@ -80,6 +80,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             }
             None => P::Real::ONE,
         };
+        self.counters.found += u64::from(walk.scattered && walk.left.density == f64::INFINITY);
         walk.radiance += walk.throughput * emission * share;
     }
 

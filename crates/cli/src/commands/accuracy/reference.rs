@@ -1,0 +1,54 @@
+//! The reference of a measurement in a file: a film, whose settings say the rungs that it was rendered on.
+
+use std::path::Path;
+
+use raywright_core::accuracy::KeptReference;
+use raywright_core::display::Display;
+use raywright_core::film::PartError;
+use raywright_core::ladder::Choice;
+use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
+use raywright_io::{Error, Limits, Loaded};
+
+use crate::commands::render::film::refuse_other_program;
+use crate::failure::Failure;
+use crate::origin::{SOFTWARE, command_line};
+
+/// What the settings of such a film begin with.
+const MARK: &str = "reference";
+
+/// The one that a file holds; none where there is no file yet.
+pub fn read(path: &Path, limits: &Limits) -> Result<Option<KeptReference>, Failure> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let KeptFilm { film, metadata, .. } = read_film(path, limits)?;
+    refuse_other_program(path, &metadata)?;
+    let mut words = metadata.settings.split(' ');
+    let rungs = (words.next() == Some(MARK)).then(|| words.map(Choice::parse).collect::<Result<Vec<_>, _>>().ok()).flatten();
+    let rungs = rungs.ok_or_else(|| {
+        Error::input(path.display(), "it is no reference of `raywright accuracy`").with_hint("name a file that is not there yet")
+    })?;
+    Ok(Some(KeptReference { rungs, film }))
+}
+
+/// Keeps one.
+pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(), Failure> {
+    let words = [MARK.to_owned()].into_iter().chain(reference.rungs.iter().map(Choice::to_string));
+    let metadata = Metadata {
+        software: SOFTWARE.to_owned(),
+        scene_hash: loaded.hash.clone(),
+        settings: words.collect::<Vec<_>>().join(" "),
+        seed: None,
+        command: command_line(),
+    };
+    Ok(write_film(path, &mut KeptFilm { film: reference.film, metadata, display: Display::of(&loaded.scene.render) })?)
+}
+
+/// Why a kept one is none of this scene.
+pub fn foreign(path: &Path, error: &PartError) -> Failure {
+    let what = match error {
+        PartError::Foreign { what, .. } => format!("it is the reference of something else: the {what} differs"),
+        other => other.to_string(),
+    };
+    Error::input(path.display(), what).with_hint("give the scene and flags that it was made with, or name another file").into()
+}

@@ -1,0 +1,116 @@
+//! A rung that was asked for, and how scene and settings are put on it.
+
+use core::fmt;
+
+use raywright_bvh::{AcceleratorKind, BuildQuality};
+
+use super::{FILTERS, Ladder};
+use crate::effects::{Effect, EffectSet};
+use crate::filter::PixelFilter;
+use crate::material::FresnelRule;
+use crate::scene::{ConstantOffset, Integrator, OffsetDirection, Scene, SpawnRule};
+use crate::settings::{LightSampling, Microfacets, PrecisionChoice, Sampling, Settings};
+use crate::suggest::closest;
+
+/// The constant offset of scenes that name none, in metres.
+pub(super) const OFFSET: ConstantOffset =
+    ConstantOffset { offset: 1e-3, along: OffsetDirection::Normal, camera_min: 0.0, secondary_min: 0.0, shadow_min: 0.0 };
+
+/// A rung of a ladder that was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choice {
+    pub(super) ladder: Ladder,
+    pub(super) rung: &'static str,
+}
+
+/// Why a text names no rung.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct UnknownRung(String);
+
+impl Choice {
+    /// Reads `LADDER=RUNG`.
+    ///
+    /// # Errors
+    /// What is wrong with the text, with the nearest word or all of them.
+    pub fn parse(text: &str) -> Result<Self, UnknownRung> {
+        let (ladder, rung) =
+            text.split_once('=').ok_or_else(|| UnknownRung("expected LADDER=RUNG, such as precision=fast".to_owned()))?;
+        let known: Vec<&str> = Ladder::ALL.iter().map(|ladder| ladder.name()).collect();
+        let found = Ladder::ALL.into_iter().find(|known| known.name() == ladder);
+        let ladder = found.ok_or_else(|| unknown("ladder", ladder, &known))?;
+        let names: Vec<&'static str> = ladder.rungs().iter().map(|rung| rung.name).collect();
+        let found = names.iter().find(|name| **name == rung);
+        let rung = found.ok_or_else(|| unknown(&format!("rung of {}", ladder.name()), rung, &names))?;
+        Ok(Self { ladder, rung })
+    }
+
+    /// The ladder.
+    pub fn ladder(&self) -> Ladder {
+        self.ladder
+    }
+
+    /// Name of the rung.
+    pub fn rung(&self) -> &'static str {
+        self.rung
+    }
+
+    /// Puts scene and settings on the rung.
+    pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) {
+        // Names of rungs come from the ladder, so each is found and each number is one.
+        let at = self.ladder.rungs().iter().position(|rung| rung.name == self.rung).unwrap_or_default();
+        let number = || self.rung.parse().unwrap_or(1);
+        match self.ladder {
+            Ladder::Integrator => settings.integrator = [Integrator::Whitted, Integrator::Path][at],
+            Ladder::Precision => {
+                settings.precision = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference][at];
+            }
+            Ladder::RayOffset => match (at, scene.classic.spawn) {
+                (0, SpawnRule::ErrorBound) => scene.classic.spawn = SpawnRule::Constant(OFFSET),
+                (0, SpawnRule::Constant(_)) => {}
+                _ => scene.classic.spawn = SpawnRule::ErrorBound,
+            },
+            Ladder::Shadows => switch(settings, Effect::Shadows, at == 0),
+            Ladder::Colour => switch(settings, Effect::Dispersion, at == 0),
+            Ladder::LightSampling => {
+                settings.light_sampling = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both][at];
+            }
+            Ladder::Fresnel => settings.fresnel = [FresnelRule::Schlick, FresnelRule::Model, FresnelRule::Exact][at],
+            Ladder::Microfacets => settings.microfacets = [Microfacets::Single, Microfacets::Compensated][at],
+            Ladder::TextureFilter => {
+                let filter = FILTERS[at];
+                scene.textures.iter_mut().for_each(|texture| texture.filter = filter);
+            }
+            Ladder::PathLength => settings.max_depth = number(),
+            Ladder::PixelFilter => settings.filter = PixelFilter::ALL[at],
+            Ladder::Samples => settings.sampling = Sampling::resolve(scene, Some(number())),
+            Ladder::Build => settings.accelerator = AcceleratorKind::Tree(BuildQuality::ALL[at]),
+            Ladder::Accelerator => match at {
+                0 => settings.accelerator = AcceleratorKind::Linear,
+                1 => settings.accelerator = AcceleratorKind::LinearBoxes,
+                _ if matches!(settings.accelerator, AcceleratorKind::Tree(_)) => {}
+                _ => settings.accelerator = AcceleratorKind::default(),
+            },
+        }
+    }
+}
+
+/// Switches an effect off or on.
+fn switch(settings: &mut Settings, effect: Effect, off: bool) {
+    let (one, others) = (EffectSet::of(&[effect]), settings.without.without(EffectSet::of(&[effect])));
+    settings.without = if off { others.or(one) } else { others };
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.ladder.name(), self.rung)
+    }
+}
+
+fn unknown(what: &str, name: &str, known: &[&str]) -> UnknownRung {
+    let hint = match closest(name, known.iter().copied()) {
+        Some(word) => format!("did you mean `{word}`?"),
+        None => format!("known: {}", known.join(", ")),
+    };
+    UnknownRung(format!("there is no {what} `{name}`; {hint}"))
+}

@@ -1,0 +1,229 @@
+//! The ladders: every choice that trades accuracy for time, under a name, with its rungs and what each gets wrong.
+//!
+//! A ladder is a closed set of rungs from fast to exact. Which rung is in use is read from scene and settings, and choosing one
+//! changes these and nothing else, so that a rung and the flag or key that means the same cannot differ.
+
+mod choice;
+mod rungs;
+
+use raywright_bvh::{AcceleratorKind, BuildQuality};
+use serde::Serialize;
+
+use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
+use crate::filter::PixelFilter;
+use crate::scene::{Filter, Integrator, Scene, SpawnRule};
+use crate::settings::Settings;
+pub use choice::{Choice, UnknownRung};
+use rungs::facts;
+
+/// One ladder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Ladder {
+    /// How light is computed.
+    Integrator,
+    /// Arithmetic of rays and surfaces.
+    Precision,
+    /// Where a ray that leaves a surface starts.
+    RayOffset,
+    /// Whether something between a light and a surface counts.
+    Shadows,
+    /// How a path tracer finds light that has a size.
+    LightSampling,
+    /// By which formulas a path tracer's surfaces reflect.
+    Fresnel,
+    /// What becomes of light that microfacets send to each other.
+    Microfacets,
+    /// Whether colours that are bent apart have a wavelength.
+    Colour,
+    /// How texels are combined.
+    TextureFilter,
+    /// How many segments a path may have.
+    PathLength,
+    /// How much of a pixel's surroundings counts towards it.
+    PixelFilter,
+    /// How many samples a pixel takes.
+    Samples,
+    /// How long the tree is built for how fast it is walked.
+    Build,
+    /// How rays find what they hit.
+    Accelerator,
+}
+
+/// One rung of a ladder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Rung {
+    /// Name in reports and on the command line.
+    pub name: &'static str,
+    /// What it is, and what it gets wrong.
+    pub about: &'static str,
+}
+
+impl Ladder {
+    /// Every ladder, those that change pictures first.
+    pub const ALL: [Self; 14] = [
+        Self::Integrator,
+        Self::Precision,
+        Self::RayOffset,
+        Self::Shadows,
+        Self::LightSampling,
+        Self::Fresnel,
+        Self::Microfacets,
+        Self::Colour,
+        Self::TextureFilter,
+        Self::PathLength,
+        Self::PixelFilter,
+        Self::Samples,
+        Self::Build,
+        Self::Accelerator,
+    ];
+
+    /// Name in reports and on the command line.
+    pub const fn name(self) -> &'static str {
+        facts(self).name
+    }
+
+    /// Its rungs, from fast to exact; where no picture depends on them, from the least preparation to the most.
+    pub const fn rungs(self) -> &'static [Rung] {
+        facts(self).rungs
+    }
+
+    /// The rung of a scene that says nothing.
+    pub const fn default_rung(self) -> &'static str {
+        facts(self).default_rung
+    }
+
+    /// Its rungs as choices, in the same order.
+    pub fn choices(self) -> impl DoubleEndedIterator<Item = Choice> {
+        self.rungs().iter().map(move |rung| Choice { ladder: self, rung: rung.name })
+    }
+
+    /// Whether the picture depends on it; otherwise only time and memory do.
+    pub const fn changes_pictures(self) -> bool {
+        !matches!(self, Self::Build | Self::Accelerator)
+    }
+
+    /// Whether its rungs are different pictures of equal right, so that none is the more exact one: what the scene asks for is what
+    /// the others are compared with.
+    pub const fn is_a_matter_of_taste(self) -> bool {
+        matches!(self, Self::PixelFilter)
+    }
+
+    /// Whether a render on one rung can have the random numbers of a render on another, so that they differ by the choice alone.
+    pub const fn shares_random_numbers(self) -> bool {
+        !matches!(self, Self::Samples | Self::LightSampling | Self::Integrator | Self::Colour)
+    }
+
+    /// A scene reaches it when it calls for one of these; every scene does where the set is empty.
+    pub const fn effects(self) -> EffectSet {
+        match self {
+            Self::RayOffset => EffectSet::of(&[
+                Effect::Shadows,
+                Effect::SoftShadows,
+                Effect::MirrorReflection,
+                Effect::Refraction,
+                Effect::Transparency,
+            ]),
+            Self::Shadows => EffectSet::of(&[Effect::Shadows]),
+            Self::LightSampling => EffectSet::of(&[Effect::SoftShadows, Effect::SkyLight]),
+            Self::Fresnel | Self::Microfacets => EffectSet::of(&[Effect::PhysicalMaterials]),
+            Self::Colour => EffectSet::of(&[Effect::Dispersion]),
+            Self::TextureFilter => EffectSet::of(&[Effect::ImageTextures]),
+            Self::PathLength => EffectSet::of(&[Effect::MirrorReflection, Effect::Refraction, Effect::Transparency]),
+            _ => EffectSet::EMPTY,
+        }
+    }
+
+    /// Name of the rung in use; a number of samples or segments need not be that of a rung.
+    pub fn in_use(self, scene: &Scene, settings: &Settings) -> String {
+        let mixed = || "mixed".to_owned();
+        let rung = |at: usize| self.rungs()[at].name.to_owned();
+        match self {
+            Self::Integrator => if chosen(scene, settings) == Integrator::Path { "path" } else { "whitted" }.to_owned(),
+            Self::Precision => rung(settings.precision as usize),
+            Self::RayOffset => match scene.classic.spawn {
+                SpawnRule::Constant(_) => "constant".to_owned(),
+                SpawnRule::ErrorBound => "error-bound".to_owned(),
+            },
+            Self::Shadows => if settings.without.has(Effect::Shadows) { "off" } else { "on" }.to_owned(),
+            Self::LightSampling => rung(settings.light_sampling as usize),
+            Self::Fresnel => rung(settings.fresnel as usize),
+            Self::Microfacets => rung(settings.microfacets as usize),
+            Self::Colour => if settings.without.has(Effect::Dispersion) { "rgb" } else { "spectral" }.to_owned(),
+            Self::TextureFilter => match scene.textures.first() {
+                Some(first) if scene.textures.iter().any(|t| t.filter != first.filter) => mixed(),
+                first => rung(first.map_or(2, |t| place(&FILTERS, t.filter).unwrap_or(2))),
+            },
+            Self::PathLength if settings.max_depth == Settings::UNLIMITED => "unlimited".to_owned(),
+            Self::PathLength => settings.max_depth.to_string(),
+            Self::PixelFilter => {
+                place(&PixelFilter::ALL, settings.filter).map_or_else(mixed, rung)
+            }
+            Self::Samples => settings.sampling.count().to_string(),
+            Self::Build => match settings.accelerator {
+                AcceleratorKind::Tree(quality) => {
+                    place(&BuildQuality::ALL, quality).map_or_else(mixed, rung)
+                }
+                _ => "none".to_owned(),
+            },
+            Self::Accelerator => match settings.accelerator {
+                AcceleratorKind::Linear => "linear".to_owned(),
+                AcceleratorKind::LinearBoxes => "linear-boxes".to_owned(),
+                AcceleratorKind::Tree(_) => "bvh".to_owned(),
+            },
+        }
+    }
+}
+
+fn place<T: PartialEq>(list: &[T], item: T) -> Option<usize> {
+    list.iter().position(|known| *known == item)
+}
+
+/// What the rungs are in a scene, in the same order.
+const FILTERS: [Filter; 3] = [Filter::Nearest, Filter::Mipmaps, Filter::Bilinear];
+
+/// A ladder as one render stands on it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Standing {
+    /// Name of the ladder.
+    pub ladder: &'static str,
+    /// Name of the rung in use.
+    pub rung: String,
+    /// The rung where nothing is said.
+    pub default: &'static str,
+    /// Whether the picture depends on it.
+    pub changes_pictures: bool,
+    /// All rungs, from fast to exact.
+    pub rungs: &'static [Rung],
+}
+
+/// The ladders that a scene reaches: those whose effects it calls for.
+pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> impl Iterator<Item = Ladder> + use<> {
+    let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
+    // Whitted ray tracing always asks, and meets nothing by chance; paths go on from every surface.
+    let paths = chosen(scene, settings) == Integrator::Path;
+    let is_fixed = settings.sampling.is_fixed();
+    let called_for = move |ladder: Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
+    Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
+        // Classic surfaces have one reading by each integrator, and neither is the more exact one.
+        Ladder::Integrator => paths || present.has(Effect::PhysicalMaterials),
+        Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => paths && called_for(ladder),
+        Ladder::PathLength => paths || called_for(ladder),
+        Ladder::PixelFilter => !is_fixed,
+        _ => called_for(ladder),
+    })
+}
+
+/// The ladders that a scene reaches, with the rungs in use.
+pub fn standings(scene: &Scene, settings: &Settings, effects: &EffectReport) -> Vec<Standing> {
+    let standing = |ladder: Ladder| Standing {
+        ladder: ladder.name(),
+        rung: ladder.in_use(scene, settings),
+        default: ladder.default_rung(),
+        changes_pictures: ladder.changes_pictures(),
+        rungs: ladder.rungs(),
+    };
+    reached(scene, settings, effects).map(standing).collect()
+}
+
+#[cfg(test)]
+mod tests;

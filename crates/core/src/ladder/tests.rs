@@ -1,0 +1,76 @@
+//! Tests of the ladders: choosing a rung, and what is said of mistakes.
+
+use super::choice::OFFSET;
+use super::*;
+use crate::scene::{ColourSpace, ConstantOffset, Texture, Wrap};
+
+fn scene() -> Scene {
+    let texture = |filter| Texture {
+        name: String::new(),
+        image: String::new(),
+        colour_space: ColourSpace::Srgb,
+        filter,
+        wrap_u: Wrap::Repeat,
+        wrap_v: Wrap::Repeat,
+    };
+    Scene { textures: vec![texture(Filter::Bilinear), texture(Filter::Nearest)], ..Scene::default() }
+}
+
+/// Protects: choosing any rung of any ladder puts scene and settings onto it and onto no other ladder's rung, from
+/// wherever they stood; the default is a rung.
+#[test]
+fn a_chosen_rung_is_in_use() {
+    for ladder in Ladder::ALL {
+        assert!(ladder.rungs().iter().any(|rung| rung.name == ladder.default_rung()), "{ladder:?}");
+        for before in ladder.rungs() {
+            for after in ladder.rungs() {
+                let (mut scene, mut settings) = (scene(), Settings::of(&scene()));
+                for rung in [before, after] {
+                    let choice = Choice::parse(&format!("{}={}", ladder.name(), rung.name)).expect("a rung");
+                    choice.apply(&mut scene, &mut settings);
+                    assert_eq!((ladder.in_use(&scene, &settings).as_str(), choice.ladder()), (rung.name, ladder));
+                    assert_eq!(choice.to_string(), format!("{}={}", ladder.name(), rung.name));
+                }
+                for other in Ladder::ALL {
+                    let tree = [Ladder::Build, Ladder::Accelerator];
+                    if other != ladder && !(tree.contains(&other) && tree.contains(&ladder)) {
+                        let own = other.in_use(&super::tests::scene(), &Settings::of(&super::tests::scene()));
+                        assert_eq!(other.in_use(&scene, &settings), own, "{ladder:?} moved {other:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Protects: a scene's own constant offset stays when the constant rung is asked for.
+#[test]
+fn the_own_constant_stays() {
+    let own = SpawnRule::Constant(ConstantOffset { offset: 0.25, ..OFFSET });
+    let mut scene = scene();
+    scene.classic.spawn = own;
+    let mut settings = Settings::of(&scene);
+    Choice::parse("ray-offset=constant").expect("a rung").apply(&mut scene, &mut settings);
+    assert_eq!(scene.classic.spawn, own);
+}
+
+/// Protects: a path tracer goes on from every surface, so that its paths have a length to choose; without mirrors Whitted's have none.
+#[test]
+fn paths_have_a_length_to_choose() {
+    let reached_by = |integrator| {
+        let (scene, settings) = (scene(), Settings { integrator, ..Settings::of(&scene()) });
+        let effects = crate::effects::detect(&scene, &settings);
+        reached(&scene, &settings, &effects).any(|ladder| ladder == Ladder::PathLength)
+    };
+    assert_eq!([Integrator::Path, Integrator::Whitted].map(reached_by), [true, false]);
+}
+
+/// Protects: what is no rung is refused with the nearest word, or with all of them.
+#[test]
+fn mistakes_are_explained() {
+    let said = |text| Choice::parse(text).expect_err("no rung").to_string();
+    assert_eq!(said("precision"), "expected LADDER=RUNG, such as precision=fast");
+    assert_eq!(said("precison=fast"), "there is no ladder `precison`; did you mean `precision`?");
+    assert_eq!(said("precision=exact"), "there is no rung of precision `exact`; known: fast, robust, reference");
+    assert!(said("brightness=red").contains("known: integrator, precision"));
+}

@@ -1,0 +1,159 @@
+//! The tables of the page: settings worth their time, rungs, prices, effects.
+
+use std::fmt::Write;
+
+use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, Paid, RungReport};
+use raywright_core::effects::Status;
+
+use super::page::{Page, number};
+use super::plot::escaped;
+use crate::limits::human_bytes;
+
+fn interval(of: Interval, f: fn(f64) -> f64) -> String {
+    if of.is_lost_in_noise() { format!("&lt;\u{2009}{}", number(f(of.high))) } else { number(f(of.value)) }
+}
+
+impl Page<'_> {
+    /// The settings worth their time, each with its command.
+    pub(super) fn frontier(&self) -> String {
+        let mut rows = String::new();
+        for (candidate, command) in self.report.frontier.iter().zip(self.commands) {
+            let own = if candidate.flags.is_empty() { " class=\"own\"" } else { "" };
+            let _ = writeln!(
+                rows,
+                "<tr{own}><td class=\"text\"><code>{}</code></td>{}</tr>",
+                escaped(command),
+                cells(&candidate.measured, None)
+            );
+        }
+        if rows.is_empty() {
+            return String::new();
+        }
+        format!(
+            "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
+             error is small enough is the cheapest setting for that error; the last one within a time is the best for that time.</p>\n\
+             <div class=\"wide\"><table><thead><tr><th>command</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+        )
+    }
+
+    pub(super) fn rungs(&self) -> String {
+        let mut rows = String::new();
+        let _ = writeln!(rows, "<tr class=\"own\"><td>as it is</td>{}</tr>", cells(&self.report.own, None));
+        for LadderReport { ladder, rungs, .. } in &self.report.ladders {
+            let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"9\">{ladder}</td></tr>");
+            rungs.iter().for_each(|rung| rows += &row(rung));
+        }
+        let absent = match self.report.not_called_for.as_slice() {
+            [] => String::new(),
+            names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
+        };
+        format!(
+            "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Alone: root mean square difference to the ladder's most exact rung with \
+             the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
+             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{absent}"
+        )
+    }
+
+    /// Rungs that no picture depends on.
+    pub(super) fn prices(&self) -> String {
+        let mut rows = String::new();
+        for ladder in &self.report.prices {
+            let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"5\">{}</td></tr>", ladder.ladder);
+            for price in &ladder.rungs {
+                let own = if price.in_use { " class=\"own\"" } else { "" };
+                let cells = price.paid.as_ref().map_or_else(|| late(4), paid);
+                let (name, about) = (escaped(&price.rung), escaped(price.about));
+                let _ = writeln!(rows, "<tr{own}><td title=\"{about}\">{name}</td>{cells}</tr>");
+            }
+        }
+        if rows.is_empty() {
+            return rows;
+        }
+        format!(
+            "<h2>What changes no picture</h2>\n<p class=\"soft\">Paid in time and memory alone; that the pictures are the same bits is \
+             checked.</p>\n<div class=\"wide\"><table><thead><tr><th>rung</th><th>CPU ms</th><th>× own</th><th>preparing, CPU ms</th>\
+             <th>memory</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+        )
+    }
+
+    /// What the scene calls for, and what each effect that can be switched off adds.
+    pub(super) fn effects(&self) -> String {
+        let costs = self.report.costs.as_ref();
+        let mut rows = String::new();
+        for finding in &self.effects.effects {
+            let status = match finding.status {
+                Status::Simulated => "simulated",
+                Status::LeftOut => "left out",
+                Status::Absent => continue,
+            };
+            let (name, because) = (escaped(finding.effect.name()), escaped(&finding.because));
+            let cost = costs.and_then(|costs| costs.effects.iter().find(|cost| cost.effect == finding.effect.name()));
+            let _ = writeln!(
+                rows,
+                "<tr><td>{name}</td>{}<td class=\"text\">{status}: {because}</td></tr>",
+                cost.map_or_else(|| "<td></td>".repeat(4), added)
+            );
+        }
+        format!(
+            "<h2>What the scene calls for</h2>\n<p class=\"soft\">{}</p>\n<div class=\"wide\"><table><thead><tr><th>effect</th>\
+             <th>adds to time</th><th>to rays</th><th>changes, RMSE</th><th>FLIP</th><th>status</th></tr></thead><tbody>\n{rows}</tbody>\
+             </table></div>\n",
+            costs.map_or_else(|| "There was no time to measure what each costs.".to_owned(), how_measured)
+        )
+    }
+}
+
+/// What an effect adds: median and range of its rounds.
+fn added(of: &EffectCost) -> String {
+    let percent = |ratio: f64| format!("{:+.0} %", 100.0 * (ratio - 1.0));
+    let time = format!("{} ({} to {})", percent(of.ratio.median), percent(of.ratio.min), percent(of.ratio.max));
+    [time, percent(of.rays), number(of.rmse), number(of.flip)].iter().map(|cell| format!("<td>{cell}</td>")).collect()
+}
+
+fn how_measured(costs: &EffectCosts) -> String {
+    let [width, height] = costs.size;
+    let late = if costs.late.is_empty() { String::new() } else { format!("; no time for {}", costs.late.join(", ")) };
+    format!(
+        "Rendered with and without each effect that can be switched off, in turns and with the same random numbers, at \
+         {width}×{height}: what the effect adds{late}."
+    )
+}
+
+const HEADS: &str =
+    "<th>CPU ms</th><th>× own</th><th>√relMSE</th><th>RMSE</th><th>bias</th><th>noise</th><th>FLIP</th><th>alone</th>";
+
+fn row(rung: &RungReport) -> String {
+    let (own, name, about) = (if rung.in_use { " class=\"own\"" } else { "" }, escaped(&rung.rung), escaped(rung.about));
+    match &rung.measured {
+        Some(measured) => format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", cells(measured, rung.own_error)),
+        None => format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", late(8)),
+    }
+}
+
+fn cells(of: &Measured, own_error: Option<f64>) -> String {
+    let errors = &of.errors;
+    let bias = if errors.rmse.is_lost_in_noise() { String::new() } else { number(errors.bias) };
+    let list = [
+        format!("{} ±{:.0} %", number(of.seconds.median * 1e3), of.seconds.relative() * 100.0),
+        number(of.ratio.median),
+        interval(errors.relmse, f64::sqrt),
+        interval(errors.rmse, |x| x),
+        bias,
+        errors.noise.map(number).unwrap_or_default(),
+        number(of.flip),
+        own_error.map(number).unwrap_or_default(),
+    ];
+    list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
+}
+
+/// What stands in so many columns of a rung without figures.
+fn late(columns: u32) -> String {
+    format!("<td colspan=\"{columns}\" class=\"text\">takes too long</td>")
+}
+
+fn paid(of: &Paid) -> String {
+    let bits = if of.same_bits { "" } else { ", ANOTHER PICTURE" };
+    let time = format!("{} ±{:.0} %", number(of.seconds.median * 1e3), of.seconds.relative() * 100.0);
+    let list = [time, number(of.ratio.median), number(of.preparing.median * 1e3), human_bytes(of.geometry) + bits];
+    list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
+}

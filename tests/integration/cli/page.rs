@@ -1,0 +1,80 @@
+//! The page of `accuracy` in a real browser: its controls do what they say, by keyboard too, and it fits a phone. Skipped where there is no
+//! Chromium; `.ci/run` brings one.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::support::Desk;
+
+/// What is asked of the page, from inside it. A line for each answer that is wrong goes into the document, which the browser hands out.
+const QUESTIONS: &str = r#"
+<script>
+const wrong = [];
+const ask = (what, right) => { if (!right) wrong.push(what); };
+const changed = (control, value) => { control.value = value; control.dispatchEvent(new Event("input", { bubbles: true })); };
+addEventListener("load", () => {
+  const names = [...one.options].map(option => option.value);
+  ask("the scene's own setting is on the left", one.value === "as it is");
+  ask("the reference is on the right", other.value === "reference");
+  ask("every picture is whole", [...document.images].every(image => image.naturalWidth === 16 && image.naturalHeight === 12));
+  ask("its error is shown", !heat.hidden && heat.src === of("as it is", "error").src);
+  changed(one, "path-length=1");
+  ask("another picture on the left", over.src === of("path-length=1", "render").src && over.alt === "path-length=1");
+  ask("with its own error", heat.src === of("path-length=1", "error").src);
+  ask("and not that of another", heat.src !== of("as it is", "error").src);
+  changed(other, "samples=1");
+  ask("another picture on the right", under.src === of("samples=1", "render").src);
+  changed(one, "reference");
+  ask("the reference has no error", heat.hidden);
+  changed(edge, "25");
+  ask("the edge moves", getComputedStyle(over).clipPath.replaceAll(" ", "") === "inset(075%0px0px)" || over.style.clipPath.includes("75%"));
+  for (const control of [one, other, edge]) {
+    control.focus();
+    ask(`${control.id} takes the keyboard`, document.activeElement === control);
+    ask(`${control.id} has a label`, control.labels.length === 1);
+  }
+  const page = document.documentElement;
+  ask(`nothing sticks out: ${page.scrollWidth} in ${page.clientWidth}`, page.scrollWidth <= page.clientWidth);
+  const light = text => { const [r, g, b] = text.match(/\d+/g).map(Number); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+  const style = getComputedStyle(document.body);
+  ask("text stands out from the paper", Math.abs(light(style.color) - light(style.backgroundColor)) > 150);
+  ask(`${names.length} settings`, names.length > 10);
+  document.title = wrong.length ? "WRONG: " + wrong.join("; ") : "ALL RIGHT";
+});
+</script>
+"#;
+
+fn browser() -> Option<PathBuf> {
+    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    names.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name))).find(|path| path.is_file())
+}
+
+/// Protects: choosing pictures shows these and their errors, the edge between them moves, all of it can be reached by keyboard, and nothing is
+/// wider than a phone.
+#[test]
+fn the_page_works_in_a_browser() {
+    let Some(browser) = browser() else {
+        eprintln!("skipped: no Chromium");
+        return;
+    };
+    let desk = Desk::new();
+    desk.write("ball.scene.toml", super::accuracy::SCENE);
+    let words = ["accuracy", "ball.scene.toml", "--size", "16x12", "--budget", "10min", "--rounds", "2", "-o", "a.html", "-q"];
+    desk.run(&words).exits_with(0);
+    let page = std::fs::read_to_string(desk.path("a.html")).expect("a page");
+    desk.write("asked.html", page.replace("</body>", &format!("{QUESTIONS}</body>")));
+    for width in ["360", "1400"] {
+        let run = Command::new(&browser)
+            .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"])
+            .args(["--disable-component-update", "--disable-sync", "--dump-dom", "--virtual-time-budget=20000"])
+            .arg(format!("--window-size={width},800"))
+            .arg(format!("--user-data-dir={}", desk.path(format!("profile-{width}")).display()))
+            .arg(desk.path("asked.html"))
+            .output()
+            .expect("a browser");
+        let document = String::from_utf8_lossy(&run.stdout);
+        let title = document.split_once("<title>").and_then(|(_, rest)| rest.split_once("</title>")).map(|(title, _)| title);
+        assert_eq!(title, Some("ALL RIGHT"), "at {width} pixels: {}", String::from_utf8_lossy(&run.stderr));
+    }
+}
