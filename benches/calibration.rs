@@ -116,7 +116,7 @@ fn root(of: f64) -> f64 {
 
 /// Whether intervals hold what they are of.
 fn intervals(renders: u64) {
-    println!("{renders} renders of 30 x 20 pixels each\n");
+    println!("{renders} renders of 60 x 40 pixels each\n");
     println!(
         "| scene | samples | root relMSE | claimed | interval holds, of all | flagged | interval holds, of the others | \
          beyond twice, of the others | pixels that carry it |"
@@ -124,7 +124,7 @@ fn intervals(renders: u64) {
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, scene) in scenes() {
         for samples in [16, 64] {
-            let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, [30, 20], samples, None, seed)).collect();
+            let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, [60, 40], samples, None, seed)).collect();
             let (sum, n) = (sum_of(&all), renders as f64);
             // The others' own error adds a share of one in so many.
             let of = |render: &Taken| {
