@@ -114,6 +114,7 @@ const BUILD: &[Rung] = &[
     rung("fast", "least build time: split from the top, large sets by samples"),
     rung("medium", "split from the top and improved, and clustered where sizes differ much"),
     rung("high", "several times the build time: more is improved, long triangles across the axes are split"),
+    rung("compact", "least memory, slower rays: as medium, and neighbouring triangles share corners"),
 ];
 const ACCELERATOR: &[Rung] = &[
     rung("linear", "every primitive is tested"),
@@ -260,9 +261,7 @@ impl Ladder {
             }
             Self::Samples => settings.sampling.count().to_string(),
             Self::Build => match settings.accelerator {
-                AcceleratorKind::Tree(quality) => {
-                    place(&BuildQuality::ALL, quality).map_or_else(mixed, |i| BUILD[i].name.to_owned())
-                }
+                AcceleratorKind::Tree(quality) => build_rung(quality).to_owned(),
                 _ => "none".to_owned(),
             },
             Self::Accelerator => match settings.accelerator {
@@ -276,6 +275,16 @@ impl Ladder {
 
 fn place<T: PartialEq>(list: &[T], item: T) -> Option<usize> {
     list.iter().position(|known| *known == item)
+}
+
+/// How trees are built, by the name of a rung of [`Ladder::Build`]; none where it has no such rung.
+pub fn build_quality(rung: &str) -> Option<BuildQuality> {
+    BUILD.iter().position(|known| known.name == rung).map(|at| BuildQuality::ALL[at])
+}
+
+/// The rung of [`Ladder::Build`] that builds trees so.
+pub fn build_rung(quality: BuildQuality) -> &'static str {
+    place(&BuildQuality::ALL, quality).map_or("", |at| BUILD[at].name)
 }
 
 /// A rung of a ladder that was asked for.

@@ -9,6 +9,8 @@
 
 #![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
+use core::mem::MaybeUninit;
+
 use glam::{DVec3, Vec3};
 
 use super::block::Block;
@@ -488,8 +490,8 @@ fn block<S: Doubles, M: Meets>(
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
 ) {
-    let triangles = &wide.blocks[number];
-    let seen = see(s, bundle, triangles, last(pencil));
+    let mut room = MaybeUninit::uninit();
+    let seen = see(s, bundle, wide.block(number, &mut room), last(pencil));
     let mut lanes = seen.lanes;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
@@ -521,7 +523,7 @@ fn settle<S: Doubles, M: Meets>(
     pencil: &mut Pencil,
     meets: &M,
 ) {
-    let triangle: Triangle<f32> = wide.blocks[number].triangle(lane);
+    let triangle: Triangle<f32> = wide.triangle((number * WIDTH + lane) as u32);
     let facts = wide.facts(number);
     let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
     let (mut outside, mut hits) = (found.outside, found.hits & left);

@@ -1,0 +1,172 @@
+//! Blocks whose triangles share corners: less memory, and the same bits.
+//!
+//! The triangles of a block are neighbours, so eight of a closed mesh have some nine corners in place of 24. Each block has its own short
+//! list of them, which its lanes name by a byte; a walk makes the block anew where it meets it. Refused: indices into one list of the whole mesh
+//! (12 bytes a triangle and a cache miss a corner), quantised corners (other hits).
+
+use core::mem::MaybeUninit;
+
+use rayon::prelude::*;
+
+use super::block::{Block, Facts};
+use super::{WIDTH, Wide};
+use crate::shapes::Triangle;
+
+/// Blocks that a thread packs at once. Nothing depends on it.
+const PIECE: usize = 512;
+
+/// A block by the names of its corners.
+#[derive(Clone, Debug)]
+struct Named {
+    longest: [f32; WIDTH],
+    /// Where its corners begin among those of all.
+    first: u32,
+    /// Which of them: `corners[corner][lane]`.
+    corners: [[u8; WIDTH]; 3],
+}
+
+/// All blocks of a tree.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Packed {
+    blocks: Vec<Named>,
+    corners: Vec<[f32; 3]>,
+}
+
+impl Packed {
+    /// The most bytes that a block takes: no two of its triangles share a corner.
+    pub const MOST_BYTES: usize = size_of::<Named>() + 3 * WIDTH * size_of::<[f32; 3]>();
+
+    fn new(blocks: &[Block], facts: &[Facts]) -> Self {
+        let piece = |(blocks, facts): (&[Block], &[Facts])| {
+            let mut piece = Self { blocks: Vec::with_capacity(blocks.len()), corners: Vec::new() };
+            blocks.iter().zip(facts).for_each(|(block, facts)| piece.push(block, facts.count.into()));
+            piece
+        };
+        let pieces: Vec<_> = blocks.par_chunks(PIECE).zip(facts.par_chunks(PIECE)).map(piece).collect();
+        let mut all = Self {
+            blocks: Vec::with_capacity(blocks.len()),
+            corners: Vec::with_capacity(pieces.iter().map(|piece| piece.corners.len()).sum()),
+        };
+        for piece in pieces {
+            let base = all.corners.len() as u32;
+            all.blocks.extend(piece.blocks.into_iter().map(|named| Named { first: named.first + base, ..named }));
+            all.corners.extend(piece.corners);
+        }
+        all
+    }
+
+    /// Appends a block of so many triangles. Corners are the same where all bits are.
+    fn push(&mut self, block: &Block, count: usize) {
+        let first = self.corners.len();
+        let mut corners = [[0; WIDTH]; 3];
+        for lane in 0..count {
+            for (side, corner) in block.triangle(lane).vertices.into_iter().enumerate() {
+                let own = &self.corners[first..];
+                let same = |known: &[f32; 3]| known.map(f32::to_bits) == corner.to_array().map(f32::to_bits);
+                let at = own.iter().position(same).unwrap_or(own.len());
+                if at == own.len() {
+                    self.corners.push(corner.to_array());
+                }
+                corners[side][lane] = at as u8;
+            }
+        }
+        self.blocks.push(Named { longest: block.longest, first: first as u32, corners });
+    }
+
+    /// A block as the kernels read it; a lane that is not in use has some corner three times, and nothing hits it.
+    #[inline(always)]
+    pub fn block(&self, number: usize) -> Block {
+        let named = &self.blocks[number];
+        let mut block = Block { longest: named.longest, ..Block::EMPTY };
+        let own = &self.corners[named.first as usize..];
+        for (side, places) in named.corners.iter().enumerate() {
+            for (lane, &place) in places.iter().enumerate() {
+                let [x, y, z] = own[usize::from(place)];
+                block.corners[0][side][lane] = x;
+                block.corners[1][side][lane] = y;
+                block.corners[2][side][lane] = z;
+            }
+        }
+        block
+    }
+
+    /// The same for who seldom asks.
+    #[cold]
+    #[inline(never)]
+    fn made(&self, number: usize) -> Block {
+        self.block(number)
+    }
+
+    fn triangle(&self, number: usize, lane: usize) -> Triangle<f32> {
+        let named = &self.blocks[number];
+        let corner = |side: usize| self.corners[named.first as usize + usize::from(named.corners[side][lane])].into();
+        Triangle { vertices: [corner(0), corner(1), corner(2)] }
+    }
+
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.blocks.as_slice()) + size_of_val(self.corners.as_slice())
+    }
+}
+
+impl Wide {
+    /// Lets the triangles of each block share corners from now on.
+    pub(crate) fn pack(&mut self) {
+        self.packed = Packed::new(&self.blocks, &self.facts);
+        self.blocks = Vec::new();
+    }
+
+    /// A block, made in `room` where it is packed.
+    #[inline(always)]
+    pub(super) fn block<'a>(&'a self, number: usize, room: &'a mut MaybeUninit<Block>) -> &'a Block {
+        match self.blocks.get(number) {
+            Some(block) => block,
+            None => room.write(self.packed.made(number)),
+        }
+    }
+
+    /// A triangle by its number.
+    #[inline]
+    pub(crate) fn triangle(&self, number: u32) -> Triangle<f32> {
+        let (block, lane) = (number as usize / WIDTH, number as usize % WIDTH);
+        match self.blocks.get(block) {
+            Some(block) => block.triangle(lane),
+            None => self.packed.triangle(block, lane),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    /// Protects: packed blocks have the bits that they were made from, zeros of either sign and lanes not in use included, and a fan of eight
+    /// triangles ten corners: 60 bytes and ten times twelve.
+    #[test]
+    fn packed_blocks_are_those_that_they_were() {
+        let corner = |i: usize| Vec3::new(i as f32, (i * i) as f32, if i.is_multiple_of(2) { 0.0 } else { -0.0 });
+        let twins = [Vec3::new(0.0, 1.0, 2.0), Vec3::new(-0.0, 1.0, 2.0), Vec3::ONE];
+        let lanes: Vec<[Vec3; 3]> = (0..8).map(|i| [corner(9), corner(i), corner(i + 1)]).collect();
+        let blocks: Vec<(Block, Facts)> = [&lanes[..], &[twins, lanes[3]]]
+            .map(|triangles| {
+                let mut block = Block::EMPTY;
+                triangles.iter().enumerate().for_each(|(lane, &corners)| block.set(lane, corners));
+                (block, Facts { count: triangles.len() as u8, ..Facts::default() })
+            })
+            .into();
+        let (blocks, facts): (Vec<Block>, Vec<Facts>) = blocks.into_iter().unzip();
+        let packed = Packed::new(&blocks, &facts);
+        assert_eq!(packed.bytes(), 2 * 60 + (10 + 6) * 12);
+        let bits = |corners: [Vec3; 3]| corners.map(|p| p.to_array().map(f32::to_bits));
+        for (number, (block, facts)) in blocks.iter().zip(&facts).enumerate() {
+            let again = packed.block(number);
+            assert_eq!(again.longest, block.longest);
+            for lane in 0..usize::from(facts.count) {
+                let expected = bits(block.triangle(lane).vertices);
+                assert_eq!(bits(again.triangle(lane).vertices), expected, "block {number}, lane {lane}");
+                assert_eq!(bits(packed.triangle(number, lane).vertices), expected, "block {number}, lane {lane}");
+            }
+        }
+    }
+}
