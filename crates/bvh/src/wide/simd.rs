@@ -161,14 +161,33 @@ mod tests {
         [Vec3::new(a[0], a[1], depth()), Vec3::new(b[0], b[1], depth()), Vec3::new(c[0], c[1], depth())]
     }
 
-    /// A triangle with an edge on whose line the origin lies, which has fractions, so that products with offsets from it have more digits than
-    /// f64 keeps: whole numbers and twelfth powers of a half of one step.
+    /// A triangle with an edge that passes the origin by a few units of what rounding takes from products of 42 digits with each other: the
+    /// corners at its ends are whole numbers, the origin has twenty binary places. With D along the edge, u × D = 1 and k × a small number, ends at
+    /// k u + m D and an origin at (k + 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times a whole number.
     fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
-        let mut whole = |bits: u32| ((next(state) >> (64 - bits)) as i64 - (1 << (bits - 1))) as f32;
-        let step = Vec3::new(whole(11), whole(11), 0.0);
-        let [a, b] = [step * (whole(11).abs() + 1.0), -step * (whole(11).abs() + 1.0)];
-        let origin = step * (whole(12) / 4096.0);
-        ([a, b, Vec3::new(whole(22), whole(22), 0.0)].map(|p| p + Vec3::Z * whole(10)), origin)
+        let mut below = |most: u64| (next(state) % most) as i64;
+        let (d, u) = loop {
+            let d = [below(1 << 16) - (1 << 15), below(1 << 16) - (1 << 15)];
+            // Euclid's algorithm: the rest is s·d₀ + t·d₁.
+            let (mut rests, mut factors) = (d, [[1, 0], [0, 1]]);
+            while rests[1] != 0 {
+                let q = rests[0] / rests[1];
+                rests = [rests[1], rests[0] - q * rests[1]];
+                factors = [factors[1], [factors[0][0] - q * factors[1][0], factors[0][1] - q * factors[1][1]]];
+            }
+            if rests[0].abs() == 1 {
+                break (d, [factors[0][1] * rests[0], -factors[0][0] * rests[0]]);
+            }
+        };
+        let digits = below(12);
+        let (k, r) = (1 + below(8), below(1 << digits) * (below(3) - 1));
+        let ends = [1 + below(60), -1 - below(60)].map(|m| [0, 1].map(|i| k * u[i] + m * d[i]));
+        let far = ((k << 20) + r) as i128;
+        let along = far * i128::from(u[0] * d[0] + u[1] * d[1]) / i128::from(d[0] * d[0] + d[1] * d[1]);
+        let origin = [0, 1].map(|i| (far * i128::from(u[i]) - along * i128::from(d[i])) as f32 / 1_048_576.0);
+        let third = [below(1 << 22) - (1 << 21), below(1 << 22) - (1 << 21)];
+        let corners = [ends[0], ends[1], third].map(|p| Vec3::new(p[0] as f32, p[1] as f32, below(1024) as f32));
+        (corners, Vec3::new(origin[0], origin[1], 0.0))
     }
 
     /// Protects: the exact test in registers is that of single triangles to the bit, or leaves it to that: where rounding alone would turn
