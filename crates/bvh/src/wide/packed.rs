@@ -4,8 +4,6 @@
 //! list of them, which its lanes name by a byte; a walk makes the block anew where it meets it. Refused: indices into one list of the whole mesh
 //! (12 bytes a triangle and a cache miss a corner), quantised corners (other hits).
 
-use core::mem::MaybeUninit;
-
 use rayon::prelude::*;
 
 use super::block::{Block, Facts};
@@ -21,8 +19,8 @@ struct Named {
     longest: [f32; WIDTH],
     /// Where its corners begin among those of all.
     first: u32,
-    /// Which of them: `corners[corner][lane]`.
-    corners: [[u8; WIDTH]; 3],
+    /// Which of them a lane has.
+    corners: [[u8; 3]; WIDTH],
 }
 
 /// All blocks of a tree.
@@ -58,16 +56,16 @@ impl Packed {
     /// Appends a block of so many triangles. Corners are the same where all bits are.
     fn push(&mut self, block: &Block, count: usize) {
         let first = self.corners.len();
-        let mut corners = [[0; WIDTH]; 3];
-        for lane in 0..count {
-            for (side, corner) in block.triangle(lane).vertices.into_iter().enumerate() {
+        let mut corners = [[0; 3]; WIDTH];
+        for (lane, names) in corners.iter_mut().enumerate().take(count) {
+            for (name, corner) in names.iter_mut().zip(block.triangle(lane).vertices) {
                 let own = &self.corners[first..];
                 let same = |known: &[f32; 3]| known.map(f32::to_bits) == corner.to_array().map(f32::to_bits);
                 let at = own.iter().position(same).unwrap_or(own.len());
+                *name = at as u8;
                 if at == own.len() {
                     self.corners.push(corner.to_array());
                 }
-                corners[side][lane] = at as u8;
             }
         }
         self.blocks.push(Named { longest: block.longest, first: first as u32, corners });
@@ -79,9 +77,9 @@ impl Packed {
         let named = &self.blocks[number];
         let mut block = Block { longest: named.longest, ..Block::EMPTY };
         let own = &self.corners[named.first as usize..];
-        for (side, places) in named.corners.iter().enumerate() {
-            for (lane, &place) in places.iter().enumerate() {
-                let [x, y, z] = own[usize::from(place)];
+        for (lane, names) in named.corners.iter().enumerate() {
+            for (side, &name) in names.iter().enumerate() {
+                let [x, y, z] = own[usize::from(name)];
                 block.corners[0][side][lane] = x;
                 block.corners[1][side][lane] = y;
                 block.corners[2][side][lane] = z;
@@ -90,16 +88,9 @@ impl Packed {
         block
     }
 
-    /// The same for who seldom asks.
-    #[cold]
-    #[inline(never)]
-    fn made(&self, number: usize) -> Block {
-        self.block(number)
-    }
-
     fn triangle(&self, number: usize, lane: usize) -> Triangle<f32> {
         let named = &self.blocks[number];
-        let corner = |side: usize| self.corners[named.first as usize + usize::from(named.corners[side][lane])].into();
+        let corner = |side: usize| self.corners[named.first as usize + usize::from(named.corners[lane][side])].into();
         Triangle { vertices: [corner(0), corner(1), corner(2)] }
     }
 
@@ -115,13 +106,10 @@ impl Wide {
         self.blocks = Vec::new();
     }
 
-    /// A block, made in `room` where it is packed.
+    /// Whether there are blocks and they are packed.
     #[inline(always)]
-    pub(super) fn block<'a>(&'a self, number: usize, room: &'a mut MaybeUninit<Block>) -> &'a Block {
-        match self.blocks.get(number) {
-            Some(block) => block,
-            None => room.write(self.packed.made(number)),
-        }
+    pub(super) fn is_packed(&self) -> bool {
+        !self.packed.blocks.is_empty()
     }
 
     /// A triangle by its number.
@@ -156,8 +144,10 @@ mod tests {
             })
             .into();
         let (blocks, facts): (Vec<Block>, Vec<Facts>) = blocks.into_iter().unzip();
+        // So many that they are packed in several pieces.
+        let (blocks, facts) = (blocks.repeat(PIECE), facts.repeat(PIECE));
         let packed = Packed::new(&blocks, &facts);
-        assert_eq!(packed.bytes(), 2 * 60 + (10 + 6) * 12);
+        assert_eq!(packed.bytes(), PIECE * (2 * 60 + (10 + 6) * 12));
         let bits = |corners: [Vec3; 3]| corners.map(|p| p.to_array().map(f32::to_bits));
         for (number, (block, facts)) in blocks.iter().zip(&facts).enumerate() {
             let again = packed.block(number);

@@ -9,8 +9,6 @@
 
 #![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
-use core::mem::MaybeUninit;
-
 use glam::{DVec3, Vec3};
 
 use super::block::Block;
@@ -366,11 +364,12 @@ impl Seen {
     }
 }
 
-/// Asks about all that the rays may meet. False where it is not for rays that differ so much, and nothing was done.
+/// Asks about all that the rays may meet. False where it is not for rays that differ so much, or blocks are packed (to make them here
+/// slowed rays down by a tenth where none is), and nothing was done.
 #[inline(always)]
 pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
     let bundle = if wide.nodes.is_empty() && wide.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
-    if bundle.is_none() && !(wide.nodes.is_empty() && wide.blocks.is_empty()) {
+    if bundle.is_none() && !(wide.nodes.is_empty() && wide.blocks.is_empty()) || wide.is_packed() {
         return false;
     }
     if wide.always > 0 {
@@ -490,8 +489,7 @@ fn block<S: Doubles, M: Meets>(
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
 ) {
-    let mut room = MaybeUninit::uninit();
-    let seen = see(s, bundle, wide.block(number, &mut room), last(pencil));
+    let seen = see(s, bundle, &wide.blocks[number], last(pencil));
     let mut lanes = seen.lanes;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
@@ -523,7 +521,7 @@ fn settle<S: Doubles, M: Meets>(
     pencil: &mut Pencil,
     meets: &M,
 ) {
-    let triangle: Triangle<f32> = wide.triangle((number * WIDTH + lane) as u32);
+    let triangle: Triangle<f32> = wide.blocks[number].triangle(lane);
     let facts = wide.facts(number);
     let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
     let (mut outside, mut hits) = (found.outside, found.hits & left);
