@@ -145,7 +145,8 @@ mod tests {
             .into();
         let (blocks, facts): (Vec<Block>, Vec<Facts>) = blocks.into_iter().unzip();
         // So many that they are packed in several pieces.
-        let (blocks, facts) = (blocks.repeat(PIECE), facts.repeat(PIECE));
+        let blocks: Vec<Block> = (0..PIECE).flat_map(|_| blocks.clone()).collect();
+        let facts = facts.repeat(PIECE);
         let packed = Packed::new(&blocks, &facts);
         assert_eq!(packed.bytes(), PIECE * (2 * 60 + (10 + 6) * 12));
         let bits = |corners: [Vec3; 3]| corners.map(|p| p.to_array().map(f32::to_bits));
