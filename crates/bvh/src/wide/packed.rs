@@ -136,17 +136,16 @@ mod tests {
         let corner = |i: usize| Vec3::new(i as f32, (i * i) as f32, if i.is_multiple_of(2) { 0.0 } else { -0.0 });
         let twins = [Vec3::new(0.0, 1.0, 2.0), Vec3::new(-0.0, 1.0, 2.0), Vec3::ONE];
         let lanes: Vec<[Vec3; 3]> = (0..8).map(|i| [corner(9), corner(i), corner(i + 1)]).collect();
-        let blocks: Vec<(Block, Facts)> = [&lanes[..], &[twins, lanes[3]]]
-            .map(|triangles| {
-                let mut block = Block::EMPTY;
-                triangles.iter().enumerate().for_each(|(lane, &corners)| block.set(lane, corners));
-                (block, Facts { count: triangles.len() as u8, ..Facts::default() })
-            })
-            .into();
-        let (blocks, facts): (Vec<Block>, Vec<Facts>) = blocks.into_iter().unzip();
-        // So many that they are packed in several pieces.
-        let blocks: Vec<Block> = (0..PIECE).flat_map(|_| blocks.clone()).collect();
-        let facts = facts.repeat(PIECE);
+        let fan = [&lanes[..], &[twins, lanes[3]]];
+        // So many that they are packed in several pieces, each block in a place of its own.
+        let block = |number: usize| {
+            let (mut block, triangles) = (Block::EMPTY, fan[number % 2]);
+            for (lane, corners) in triangles.iter().enumerate() {
+                block.set(lane, corners.map(|p| Vec3::new(p.x, p.y + number as f32, p.z)));
+            }
+            (block, Facts { count: triangles.len() as u8, ..Facts::default() })
+        };
+        let (blocks, facts): (Vec<Block>, Vec<Facts>) = (0..2 * PIECE).map(block).unzip();
         let packed = Packed::new(&blocks, &facts);
         assert_eq!(packed.bytes(), PIECE * (2 * 60 + (10 + 6) * 12));
         let bits = |corners: [Vec3; 3]| corners.map(|p| p.to_array().map(f32::to_bits));

@@ -87,6 +87,8 @@ fn bounces(geometry: &Geometry<Robust>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
 
 #[cfg(test)]
 mod tests {
+    use raywright_bvh::BuildQuality;
+
     use super::*;
     use crate::bench::clock::steady;
     use crate::scene::Object;
