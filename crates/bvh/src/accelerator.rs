@@ -99,7 +99,7 @@ impl Accelerator {
                     let references = quality.most_references(triangles);
                     let others = boxes.saturating_sub(triangles);
                     let names = if quality.splits() { references.saturating_add(others).saturating_mul(4) } else { 0 };
-                    Wide::most_bytes(references, others).saturating_add(names)
+                    Wide::most_bytes(references, others, quality.packs()).saturating_add(names)
                 }
                 None => Tree::most_bytes(boxes),
             },

@@ -21,7 +21,7 @@ use crate::binary::Binary;
 use crate::tree::Tree;
 use crate::wide::{Wide, cost};
 
-/// How long a build may take for how good a tree. Pictures do not depend on it.
+/// How long a build may take for how good a tree, and how large it may be. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
     /// Least build time: split from the top, large sets by samples.
@@ -29,20 +29,23 @@ pub enum BuildQuality {
     /// Split from the top, and improved; where sizes differ much, `obvhs` clusters too and the cheaper tree is kept.
     #[default]
     Medium,
-    /// Several times the build time and, where long triangles lie across the axes, up to three more references for each box: more is
-    /// improved, and such triangles are split.
+    /// Several times the build time and, where long triangles lie across the axes, half as many references again: more is improved, and such
+    /// triangles are split.
     High,
+    /// Least memory: split as in medium quality, but the triangles of a block share their corners, which [`crate::Robust`] gathers wherever a
+    /// ray meets the block. In the other precisions it is as medium.
+    Compact,
 }
 
 impl BuildQuality {
-    /// Every quality, fastest build first.
-    pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
+    /// Every quality: fastest build first, then what is smallest.
+    pub const ALL: [Self; 4] = [Self::Fast, Self::Medium, Self::High, Self::Compact];
 
     /// Most references that there may be to `count` boxes.
     pub(crate) fn most_references(self, count: u64) -> u64 {
         match self {
-            Self::Fast | Self::Medium => count,
-            Self::High => count.saturating_mul(1 + MORE as u64),
+            Self::Fast | Self::Medium | Self::Compact => count,
+            Self::High => count.saturating_add((count as f64 * MORE) as u64),
         }
     }
 
@@ -50,10 +53,16 @@ impl BuildQuality {
     pub(crate) fn splits(self) -> bool {
         self == Self::High
     }
+
+    /// Whether blocks of triangles are packed.
+    pub(crate) fn packs(self) -> bool {
+        self == Self::Compact
+    }
 }
 
-/// Most references that splitting triangles adds for each box.
-const MORE: f64 = 3.0;
+/// Most references that splitting triangles adds for each box: with more than this, a triangle would take over 105 bytes of tree. Measured:
+/// `../../../benches/runs`.
+const MORE: f64 = 0.5;
 /// Splits of larger sets are looked for with this many of their boxes where time is short.
 const SAMPLE: usize = 4096;
 /// Shares of the nodes that are moved at once in improving a tree, and how many that is at most.
@@ -118,6 +127,10 @@ pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 /// over their surfaces, which is one where all are alike. Measured: 1.1 to 9 on the surfaces of bodies, terrain and needles, 60 and more in rooms.
 const UNEVEN: f64 = 16.0;
 
+/// Trees over boxes of sizes more alike than this are not improved: split from the top they are as good, and rays of terrain and needles
+/// were slower in what moving their parts made of them. Measured: `../../../benches/runs`.
+const ALIKE: f64 = 2.0;
+
 /// Larger sets are clustered in high quality alone: clustering takes four times as long as splitting from the top. Measured: of three million
 /// triangles, a room and what was scattered in it, it made no better tree.
 const CLUSTERED: usize = 1 << 19;
@@ -173,11 +186,14 @@ fn binary(
     let (mut binary, mut looks) = binned(boxes, owners, is_triangle, manner, stop);
     let mut work = BuildWork::default();
     if quality != BuildQuality::Fast {
-        let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
-        let share = share.min(most / binary.nodes.len() as f32);
-        looks += improved(&mut binary, share, stop);
+        let unevenness = unevenness(boxes);
+        if unevenness > ALIKE {
+            let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
+            let share = share.min(most / binary.nodes.len() as f32);
+            looks += improved(&mut binary, share, stop);
+        }
         let few = quality == BuildQuality::High || boxes.len() <= CLUSTERED;
-        if few && unevenness(boxes) > UNEVEN && !stop() {
+        if few && unevenness > UNEVEN && !stop() {
             let (other, counted) = clustered(boxes, owners, quality, stop);
             looks += counted;
             if let Some(other) = other

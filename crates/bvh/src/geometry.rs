@@ -161,6 +161,9 @@ impl<P: Precision> Geometry<P> {
         if let Accelerator::Wide(wide, _) = &mut accelerator {
             group.move_triangles(wide, unbounded);
             let spheres = flat.map_or(0, |flat| flat.spheres);
+            if flat.is_none() && matches!(kind, AcceleratorKind::Tree(quality) if quality.packs()) {
+                wide.pack();
+            }
             group.make_rows(wide, planes, unbounded..unbounded + spheres);
         }
         group.follow();

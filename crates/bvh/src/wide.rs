@@ -16,6 +16,7 @@ mod filter;
 mod flat;
 mod kernel;
 mod names;
+mod packed;
 mod pencil;
 mod portable;
 mod rebase;
@@ -41,6 +42,7 @@ pub(crate) use self::block::Facts;
 pub(crate) use self::collapse::cost;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
+use self::packed::Packed;
 pub(crate) use self::pencil::{Meets, Pencil, RAYS};
 pub(crate) use self::rebase::Rebase;
 pub(crate) use self::row::{Roots, Row};
@@ -140,6 +142,8 @@ pub(crate) struct Wide {
     /// Root first; none where everything is tested.
     nodes: Vec<Node>,
     blocks: Vec<Block>,
+    /// The blocks, where they are packed.
+    packed: Packed,
     /// Of each block.
     facts: Vec<Facts>,
     /// First those that every query tests.
@@ -197,12 +201,6 @@ impl Wide {
         self.always = self.rows.len();
     }
 
-    /// A triangle by its number.
-    #[inline]
-    pub fn triangle(&self, number: u32) -> Triangle<f32> {
-        self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
-    }
-
     /// The facts of a block.
     #[inline(always)]
     pub fn facts(&self, block: usize) -> &Facts {
@@ -223,6 +221,7 @@ impl Wide {
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.blocks.as_slice())
+            + self.packed.bytes()
             + size_of_val(self.facts.as_slice())
             + size_of_val(self.rows.as_slice())
             + size_of_val(self.names.as_slice())
@@ -238,18 +237,19 @@ impl Wide {
         triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Block>() + size_of::<Facts>()) as u64)
     }
 
-    /// The most bytes that the tree over so many triangles and other primitives takes.
+    /// The most bytes that the tree over so many triangles and other primitives takes, its blocks packed or not.
     ///
     /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f have an inner child: these were
     /// full, so they had 8f − (t − 1) leaves. The others have nine triangles at least, or another primitive and one lane
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(triangles: u64, others: u64) -> u64 {
+    pub fn most_bytes(triangles: u64, others: u64, packed: bool) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let nodes = if triangles == 0 { few(others) } else { (triangles / 7).saturating_add(others).saturating_add(1) };
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
-        let each = (size_of::<Block>() + size_of::<Facts>()) as u64;
+        let block = if packed { Packed::MOST_BYTES } else { size_of::<Block>() };
+        let each = (block + size_of::<Facts>()) as u64;
         blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64))
     }
 }

@@ -114,3 +114,23 @@ fn mistakes_have_their_codes() {
     let empty = desk.run(&["bench", "empty.scene.toml"]);
     empty.exits_with(3).says("error: empty.scene.toml: the scene has no object that a ray could hit");
 }
+
+/// The tree is built as asked, and the report names it; a rung that there is not is told with those that there are.
+#[test]
+fn the_tree_is_built_as_asked() {
+    let desk = Desk::new();
+    let report = |more: &[&'static str]| -> Value {
+        let run = desk.run(
+            &[&["bench", "--max-n", "300", "--repeats", "1", "--seconds", "0.01", "--shape", "triangles", "--json"], more]
+                .concat(),
+        );
+        run.exits_with(0).says("");
+        serde_json::from_str(run.text()).expect("JSON")
+    };
+    let bytes =
+        |report: &Value| report["generated"][0]["rows"].as_array().and_then(|rows| rows.last()?["tree"]["bytes"].as_u64());
+    let (fast, compact) = (report(&[]), report(&["--build", "compact"]));
+    assert_eq!((&fast["builder"], &compact["builder"]), (&"fast".into(), &"compact".into()));
+    assert_ne!(bytes(&fast), bytes(&compact), "{fast} {compact}");
+    desk.run(&quick(&["--build", "slow"])).exits_with(2).says_like("expected one of fast, medium, high, compact");
+}

@@ -2,10 +2,9 @@
 //! they spare.
 
 use super::doubles::Doubles;
-use super::filter;
 use super::row::Line;
 use super::setup::Setup;
-use super::simd::Simd;
+use super::simd::{Simd, asked};
 use super::walk::Answer;
 use super::{WIDTH, Wide};
 use crate::scalar::Robust;
@@ -58,17 +57,7 @@ pub(super) fn blocks<S: Simd, A: Answer>(
 ) -> bool {
     for (number, block) in wide.blocks.iter().enumerate() {
         answer.block(number);
-        let far = answer.far();
-        let left = filter::left(s, setup, block, Setup::last(far));
-        if left.lanes == 0 {
-            continue;
-        }
-        let [wanted, ends] = answer.lanes(number);
-        if A::ANY && ends & filter::certain(s, &left, setup.near, far) != 0 {
-            return true;
-        }
-        let lanes = left.lanes & wanted;
-        if lanes != 0 && s.settle(wide, [number, lanes as usize], setup, probe, answer) {
+        if asked(s, block, number, setup, probe, answer) {
             return true;
         }
     }

@@ -3,9 +3,10 @@
 
 use glam::Vec4;
 
+use super::block::Block;
 use super::doubles::Doubles;
 use super::setup::Setup;
-use super::simd::{Simd, settled};
+use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
 use super::walk::Answer;
 use super::{Child, WIDTH, Wide};
@@ -107,13 +108,17 @@ impl Simd for Portable {
     #[inline(never)]
     fn settle<A: Answer>(
         self,
-        wide: &Wide,
+        block: &Block,
         at: [usize; 2],
         setup: &Setup,
         probe: Option<&Probe<Robust>>,
         answer: &mut A,
     ) -> bool {
-        settled(self, wide, at, setup, probe, answer)
+        settled(self, block, at, setup, probe, answer)
+    }
+    #[inline(never)]
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+        unpacked(self, wide, number, setup, probe, answer)
     }
 }
 

@@ -2,6 +2,7 @@
 #![expect(unsafe_code, reason = "a sort of what was written")]
 
 use super::block::Block;
+use super::filter;
 use super::setup::Setup;
 use super::sight::{Met, Sight, Unsure};
 use super::stack::{Stack, Waiting};
@@ -50,22 +51,30 @@ pub(super) trait Simd: Copy {
         Err(Unsure)
     }
     /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
-    fn settle<A: Answer>(self, wide: &Wide, at: [usize; 2], setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A)
-    -> bool;
+    fn settle<A: Answer>(
+        self,
+        block: &Block,
+        at: [usize; 2],
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        answer: &mut A,
+    ) -> bool;
+    /// [`unpacked`], the same way.
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool;
 }
 
 /// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.
 #[inline(always)]
 pub(super) fn settled<S: Simd, A: Answer>(
     s: S,
-    wide: &Wide,
-    [block, lanes]: [usize; 2],
+    triangles: &Block,
+    [number, lanes]: [usize; 2],
     setup: &Setup,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
     let sight = probe.map_or_else(|| Sight::new(setup.origin, setup.direction), Sight::of);
-    let (number, triangles, mut lanes) = (block, &wide.blocks[block], lanes as u32);
+    let mut lanes = lanes as u32;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
         lanes &= lanes - 1;
@@ -75,6 +84,42 @@ pub(super) fn settled<S: Simd, A: Answer>(
         }
     }
     false
+}
+
+/// All that is asked about a block, from the filter on. Whether that ended it.
+#[inline(always)]
+pub(super) fn asked<S: Simd, A: Answer>(
+    s: S,
+    block: &Block,
+    number: usize,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    let far = answer.far();
+    let left = filter::left(s, setup, block, Setup::last(far));
+    if left.lanes == 0 {
+        return false;
+    }
+    let [wanted, ends] = answer.lanes(number);
+    if A::ANY && ends & filter::certain(s, &left, setup.near, far) != 0 {
+        return true;
+    }
+    let lanes = left.lanes & wanted;
+    lanes != 0 && s.settle(block, [number, lanes as usize], setup, probe, answer)
+}
+
+/// The same of a packed block.
+#[inline(always)]
+pub(super) fn unpacked<S: Simd, A: Answer>(
+    s: S,
+    wide: &Wide,
+    number: usize,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    asked(s, &wide.packed.block(number), number, setup, probe, answer)
 }
 
 /// The test of single triangles.
@@ -116,6 +161,35 @@ mod tests {
         [Vec3::new(a[0], a[1], depth()), Vec3::new(b[0], b[1], depth()), Vec3::new(c[0], c[1], depth())]
     }
 
+    /// A triangle with an edge that passes the origin by a few units of what rounding takes from products of 42 digits with each other: the
+    /// corners at its ends are whole numbers, the origin has twenty binary places. With D along the edge, u × D = 1 and k × a small number, ends at
+    /// k u + m D and an origin at (k + 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times a whole number.
+    fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
+        let mut below = |most: u64| (next(state) % most) as i64;
+        let (d, u) = loop {
+            let d = [below(1 << 16) - (1 << 15), below(1 << 16) - (1 << 15)];
+            // Euclid's algorithm: the rest is s·d₀ + t·d₁.
+            let (mut rests, mut factors) = (d, [[1, 0], [0, 1]]);
+            while rests[1] != 0 {
+                let q = rests[0] / rests[1];
+                rests = [rests[1], rests[0] - q * rests[1]];
+                factors = [factors[1], [factors[0][0] - q * factors[1][0], factors[0][1] - q * factors[1][1]]];
+            }
+            if rests[0].abs() == 1 {
+                break (d, [factors[0][1] * rests[0], -factors[0][0] * rests[0]]);
+            }
+        };
+        let digits = below(12);
+        let (k, r) = (1 + below(8), below(1 << digits) * (below(3) - 1));
+        let ends = [1 + below(60), -1 - below(60)].map(|m| [0, 1].map(|i| k * u[i] + m * d[i]));
+        let far = ((k << 20) + r) as i128;
+        let along = far * i128::from(u[0] * d[0] + u[1] * d[1]) / i128::from(d[0] * d[0] + d[1] * d[1]);
+        let origin = [0, 1].map(|i| (far * i128::from(u[i]) - along * i128::from(d[i])) as f32 / 1_048_576.0);
+        let third = [below(1 << 22) - (1 << 21), below(1 << 22) - (1 << 21)];
+        let corners = [ends[0], ends[1], third].map(|p| Vec3::new(p[0] as f32, p[1] as f32, below(1024) as f32));
+        (corners, Vec3::new(origin[0], origin[1], 0.0))
+    }
+
     /// Protects: the exact test in registers is that of single triangles to the bit, or leaves it to that: where rounding alone would turn
     /// the sign of an edge, edge-on and elsewhere, for each axis that a direction is longest along.
     #[test]
@@ -125,9 +199,10 @@ mod tests {
         for round in 0..60_000 {
             let turn = |v: Vec3| [v, Vec3::new(v.z, v.x, v.y), Vec3::new(v.y, v.z, v.x)][round % 3];
             let mut block = Block::EMPTY;
-            block.set(round % WIDTH, triangle(state).map(turn));
+            let (corners, origin) = if round % 4 < 2 { (triangle(state), Vec3::ZERO) } else { long(state) };
+            block.set(round % WIDTH, corners.map(turn));
             let tilt = Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
-            let (origin, direction) = (Vec3::ZERO, turn((ALONG + tilt) * [1.0, -1.0][round / 2 % 2]));
+            let (origin, direction) = (turn(origin), turn((ALONG + tilt) * [1.0, -1.0][round / 4 % 2]));
             let alone = block.triangle(round % WIDTH).crossing(&Probe::<Robust>::new(Ray::new(origin, direction)));
             let sight = Sight::new(origin.to_array(), direction.to_array());
             let Ok(met) = avx2.crossing(&block, round % WIDTH, &sight) else {

@@ -94,6 +94,9 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     }
 }
 
+/// No lanes: a block that is packed, about which is asked outside of the walk's loop.
+const PACKED: u32 = u32::MAX;
+
 /// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
 /// `MAPPED`: the ray was rounded, see [`Setup::mapped`].
 #[inline(always)]
@@ -154,7 +157,8 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
             } else if current.is_block() {
                 answer.block(current.index());
                 s.prefetch(wide.facts.get(current.index()));
-                let left = filter::left(s, black_box(setup), &wide.blocks[current.index()], far.last);
+                let Some(block) = wide.blocks.get(current.index()) else { break PACKED };
+                let left = filter::left(s, black_box(setup), block, far.last);
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());
                     if A::ANY && ends & filter::certain(s, &left, setup.near, far.value) != 0 {
@@ -179,10 +183,10 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
                 }
             };
         };
-        let over = if left == 0 {
-            answer.other(current.index())
-        } else {
-            s.settle(wide, [current.index(), left as usize], setup, probe, answer)
+        let over = match left {
+            0 => answer.other(current.index()),
+            PACKED => s.packed(wide, current.index(), setup, probe, answer),
+            lanes => s.settle(&wide.blocks[current.index()], [current.index(), lanes as usize], setup, probe, answer),
         };
         if over {
             return true;

@@ -16,7 +16,7 @@ use super::pencil::{self, Meets, Pencil};
 use super::row::Line;
 use super::setup::Setup;
 use super::sight::{Met, Sight, Unsure};
-use super::simd::{Simd, settled};
+use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
 use super::walk::{Answer, walk};
 use super::{Child, WIDTH, Wide};
@@ -265,26 +265,52 @@ fn pencil_avx512<M: Meets>(s: Avx512, wide: &Wide, pencil: &mut Pencil, meets: &
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn settle_avx2<A: Answer>(
     s: Avx2,
-    wide: &Wide,
+    block: &Block,
     at: [usize; 2],
     setup: &Setup,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    settled(s, wide, at, setup, probe, answer)
+    settled(s, block, at, setup, probe, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn packed_avx2<A: Answer>(
+    s: Avx2,
+    wide: &Wide,
+    number: usize,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    unpacked(s, wide, number, setup, probe, answer)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn settle_avx512<A: Answer>(
     s: Avx512,
-    wide: &Wide,
+    block: &Block,
     at: [usize; 2],
     setup: &Setup,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    settled(s, wide, at, setup, probe, answer)
+    settled(s, block, at, setup, probe, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn packed_avx512<A: Answer>(
+    s: Avx512,
+    wide: &Wide,
+    number: usize,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    answer: &mut A,
+) -> bool {
+    unpacked(s, wide, number, setup, probe, answer)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
@@ -373,14 +399,20 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn settle<A: Answer>(
         self,
-        wide: &Wide,
+        block: &Block,
         at: [usize; 2],
         setup: &Setup,
         probe: Option<&Probe<Robust>>,
         answer: &mut A,
     ) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { settle_avx2(self, wide, at, setup, probe, answer) }
+        unsafe { settle_avx2(self, block, at, setup, probe, answer) }
+    }
+
+    #[inline(always)]
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { packed_avx2(self, wide, number, setup, probe, answer) }
     }
 
     #[inline(always)]
@@ -420,14 +452,20 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn settle<A: Answer>(
         self,
-        wide: &Wide,
+        block: &Block,
         at: [usize; 2],
         setup: &Setup,
         probe: Option<&Probe<Robust>>,
         answer: &mut A,
     ) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { settle_avx512(self, wide, at, setup, probe, answer) }
+        unsafe { settle_avx512(self, block, at, setup, probe, answer) }
+    }
+
+    #[inline(always)]
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { packed_avx512(self, wide, number, setup, probe, answer) }
     }
 
     #[inline(always)]

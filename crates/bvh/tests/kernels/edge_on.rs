@@ -8,6 +8,8 @@ use super::meshes::Random;
 
 const GROUPS: usize = 1500;
 const RAYS: usize = 40;
+const NEEDLES: usize = 4;
+const WALLS: usize = 4;
 
 /// One of a few numbers that f32 holds in few digits, or in all of them.
 fn step(random: &mut Random) -> f32 {
@@ -25,8 +27,13 @@ fn nudged(random: &mut Random, v: Vec3) -> Vec3 {
     Vec3::new(one(v.x), one(v.y), one(v.z))
 }
 
+/// Directions that differ by a unit in the last place.
+fn about(random: &mut Random, direction: Vec3) -> Vec<Vec3> {
+    (0..RAYS).map(|_| nudged(random, direction)).collect()
+}
+
 /// Asks every kernel, alone and from one point, what the scan says, before the origin too. Returns how many rays hit.
-fn compared(random: &mut Random, origin: Vec3, direction: Vec3, triangles: &[[Vec3; 3]], kind: AcceleratorKind) -> usize {
+fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: AcceleratorKind) -> usize {
     let built = |kind: AcceleratorKind| {
         let mut group = Group::<Robust>::default();
         group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
@@ -34,7 +41,6 @@ fn compared(random: &mut Random, origin: Vec3, direction: Vec3, triangles: &[[Ve
     };
     let (scan, mut tree) = (built(AcceleratorKind::Linear), built(kind));
     assert!(tree.build_work().is_some_and(|work| work.depth > 0));
-    let directions: Vec<Vec3> = (0..RAYS).map(|_| nudged(random, direction)).collect();
     let mut hits = 0;
     for min in [0.0, f32::NEG_INFINITY] {
         let range = Interval { min, max: f32::INFINITY };
@@ -43,11 +49,11 @@ fn compared(random: &mut Random, origin: Vec3, direction: Vec3, triangles: &[[Ve
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
             let alone: Vec<_> = directions.iter().map(|&d| bits(tree.closest(&Ray::new(origin, d), range, &mut ()))).collect();
-            assert_eq!(alone, expected, "{kernel:?}, {kind:?}, from {origin:?} along {direction:?}: {triangles:?}");
+            assert_eq!(alone, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
             let mut together = vec![];
-            tree.closest_from(&FromOnePoint { origin, directions: &directions, time: 0.0, range }, &mut together);
+            tree.closest_from(&FromOnePoint { origin, directions, time: 0.0, range }, &mut together);
             let together: Vec<_> = together.into_iter().map(bits).collect();
-            assert_eq!(together, expected, "{kernel:?}, {kind:?}, from {origin:?} along {direction:?}: {triangles:?}");
+            assert_eq!(together, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
         }
     }
     hits
@@ -74,7 +80,7 @@ fn order_does_not_decide() {
             let at = origin + random.point() * (direction.length() * 2000.0);
             triangles.push([at, at + random.point() * direction.length(), at + random.point() * direction.length()]);
         }
-        hits += compared(random, origin, direction, &triangles, AcceleratorKind::default());
+        hits += compared(origin, &about(random, direction), &triangles, AcceleratorKind::default());
     }
     assert!(hits > GROUPS * RAYS / 4, "{hits} hits");
 }
@@ -106,8 +112,81 @@ fn order_does_not_decide_among_parts() {
             Geometry::new(group, AcceleratorKind::Tree(quality)).bytes()
         };
         let [medium, high] = [BuildQuality::Medium, BuildQuality::High].map(bytes);
-        assert!(high > medium + medium / 2, "{medium} and {high} bytes");
-        hits += compared(random, origin, direction, &triangles, AcceleratorKind::Tree(BuildQuality::High));
+        assert!(high > medium + medium / 4, "{medium} and {high} bytes");
+        hits += compared(origin, &about(random, direction), &triangles, AcceleratorKind::Tree(BuildQuality::High));
     }
     assert!(hits > GROUPS * RAYS / 8, "{hits} hits");
+}
+
+/// Rays from one point and needles that lie in one plane with them, as exactly as f32 can say: a coordinate is the sum of the others. Corners
+/// are whole numbers and the origin has small fractions, so that offsets have more digits than products with them keep, and only the
+/// rounding of f64 tells on which side of a ray a corner is. The needles lie along an axis of the plane or across it, so that their boxes are as
+/// narrow, and right before each stand walls across the rays.
+struct Flat {
+    origin: Vec3,
+    directions: Vec<Vec3>,
+    triangles: Vec<[Vec3; 3]>,
+}
+
+fn flat(random: &mut Random, turn: usize) -> Flat {
+    // All sums are of fewer than 24 digits, so they are what they say. The axes take turns.
+    let on = |x: f32, y: f32| {
+        let v = Vec3::new(x, y, x + y);
+        [v, v.yzx(), v.zxy()][turn]
+    };
+    let across = [Vec3::new(1.0, 1.0, -1.0), Vec3::new(1.0, -1.0, 1.0), Vec3::new(-1.0, 1.0, 1.0)][turn];
+    let sign = |random: &mut Random| [1.0, -1.0][random.below(2)];
+    let whole = |random: &mut Random, most: f32| (random.unit() * most).floor() * sign(random);
+    let fraction = |random: &mut Random| whole(random, 4_000_000.0) / 8_388_608.0;
+    let origin = on(fraction(random), fraction(random));
+    let size = [1000.0, 50_000.0, 1_000_000.0][random.below(3)];
+    let place = [whole(random, size), whole(random, size)];
+    let (mut triangles, mut directions) = (vec![], vec![]);
+    for _ in 0..NEEDLES {
+        let (way, k) = (random.below(3), sign(random));
+        let length = size * [1.0, 0.3, 0.1, 0.03, 0.01][random.below(5)];
+        let corner = |along: f32, up: f32| {
+            let along = along.round();
+            let [x, y] = [[along, up], [up, along], [along, up - along]][way];
+            on(place[0] + x, place[1] + y)
+        };
+        let step = |random: &mut Random| random.below(3) as f32 - 1.0;
+        let ends = [-k, k, k].map(|side| side * length * random.unit());
+        let needle = ends.map(|end| corner(end, step(random)));
+        triangles.push(needle);
+        for _ in 0..WALLS {
+            let nearer = 1.0 - 10.0_f32.powf(-1.0 - 5.0 * random.unit());
+            let [a, b] = [needle[0], needle[1]].map(|p| origin + (p - origin) * nearer);
+            let aside = across * (length * (0.1 + random.unit()));
+            triangles.push([a + aside, a - aside, a + (b - a) * 2.0]);
+        }
+        // At places of the needle, in whole numbers of at most 22 digits.
+        for _ in 0..RAYS / NEEDLES {
+            let target = needle[0].lerp(needle[1], random.unit()) - origin;
+            let [x, y] = [[target.x, target.y], [target.z, target.x], [target.y, target.z]][turn];
+            let scale = 4_000_000.0 / x.abs().max(y.abs()).max(1.0);
+            directions.push(on((x * scale).round(), (y * scale).round()) / 8_388_608.0);
+        }
+    }
+    // Behind all of it, so many that there is a tree.
+    for _ in 0..60 {
+        let at = on(place[0], place[1]) * (2.5 + random.unit());
+        triangles.push([at, at + random.point() * size, at + random.point() * size]);
+    }
+    Flat { origin, directions, triangles }
+}
+
+/// Protects: what the rule for faces seen edge-on is for ([`raywright_bvh`]'s `shapes::edges`). Edge functions that are noise have
+/// errors of a quarter where they are as small as their products' rounding, and so would a distance that they weigh: the needle would be met
+/// before its box begins, by a scan and by trees that have met no wall yet, and not by others. Found by a search; without the rule, some in a
+/// thousand of these rays differ.
+#[test]
+fn faces_in_the_plane_of_the_ray_are_met_alike() {
+    let (random, mut hits) = (&mut Random(47), 0);
+    for round in 0..GROUPS {
+        let Flat { origin, directions, triangles } = flat(random, round % 3);
+        let quality = BuildQuality::ALL[round / 3 % BuildQuality::ALL.len()];
+        hits += compared(origin, &directions, &triangles, AcceleratorKind::Tree(quality));
+    }
+    assert!(hits > GROUPS * RAYS, "{hits} hits");
 }

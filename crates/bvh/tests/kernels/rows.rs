@@ -2,7 +2,9 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility,
+};
 
 use super::meshes::{Random, range};
 use super::{asked, bits};
@@ -162,4 +164,31 @@ fn nothing_and_next_to_nothing() {
     let plane = Geometry::new(group, AcceleratorKind::default());
     assert_eq!(plane.closest(&down, Interval::positive(), &mut ()).map(|hit| hit.t), Some(1.0));
     assert!(plane.any(&down, Interval::positive(), &mut |_| false, &mut ()));
+}
+
+/// Protects: a ray that touches a sphere hits it, where it touches: its discriminant is zero to the bit. By closed form, from every kernel, alone
+/// and from one point.
+#[test]
+fn rays_that_touch_hit() {
+    let mut group = Group::<Robust>::default();
+    for i in 0..8_u8 {
+        let centre = Vec3::X * 10.0 * f32::from(i);
+        group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
+    }
+    let mut rows = Geometry::new(group, AcceleratorKind::default());
+    assert!(rows.build_work().is_some_and(|work| work.depth == 0));
+    let origin = Vec3::new(-5.0, 1.0, 0.0);
+    for kernel in Kernel::available() {
+        rows.set_kernel(kernel);
+        for (i, t) in (0..8_u8).map(|i| (u32::from(i), 5.0 + 10.0 * f32::from(i))) {
+            let range = Interval { min: t - 1.0, max: f32::INFINITY };
+            let hit = |hit: Option<Hit<f32>>| hit.map(|hit| (hit.t, hit.object));
+            assert_eq!(hit(rows.closest(&Ray::new(origin, Vec3::X), range, &mut ())), Some((t, i)), "{kernel:?}");
+            let mut together = vec![];
+            let asked = FromOnePoint { origin, directions: &[Vec3::X, Vec3::NEG_X, Vec3::X], time: 0.0, range };
+            rows.closest_from(&asked, &mut together);
+            let together: Vec<_> = together.into_iter().map(hit).collect();
+            assert_eq!(together, [Some((t, i)), None, Some((t, i))], "{kernel:?}");
+        }
+    }
 }

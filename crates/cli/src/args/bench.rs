@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use raywright_core::bench::Kind;
+use raywright_core::bvh::BuildQuality;
+use raywright_core::ladder::{Ladder, build_quality};
 
 use super::SceneArgs;
 use super::values;
@@ -19,7 +21,8 @@ code 1 if they do not. One thread is used, and its CPU time is what counts, so t
 Examples:
   raywright bench                             Spheres and triangles
   raywright bench --max-n 10000 --plot n.svg  A shorter table, with a plot
-  raywright bench duck.glb                    A model's own rays")]
+  raywright bench duck.glb                    A model's own rays
+  raywright bench duck.glb --build compact    The same in the smallest tree")]
 pub struct BenchArgs {
     /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB, OBJ, or preset:NAME
     #[arg(value_name = "SCENE")]
@@ -36,6 +39,10 @@ pub struct BenchArgs {
     /// Primitives in the largest generated scene, at most 10000000
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
     pub max_n: u32,
+
+    /// How the tree is built: a rung of the ladder `build`, fast, medium, high or compact
+    #[arg(long, value_name = "RUNG", default_value = "fast", value_parser = build)]
+    pub build: BuildQuality,
 
     /// Times that each is measured, in turn; more make median and spread more certain
     #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -61,6 +68,12 @@ pub struct BenchArgs {
     /// Print errors only, besides the result
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// How the tree is built.
+fn build(text: &str) -> Result<BuildQuality, String> {
+    let names = || Ladder::Build.rungs().iter().map(|rung| rung.name).collect::<Vec<_>>().join(", ");
+    build_quality(text).ok_or_else(|| format!("expected one of {}", names()))
 }
 
 /// A time that is worth measuring in, in seconds.

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::generated::Numbers;
 use super::measure::{Contest, Contestant, Method, Row, row, timed_builds};
-use super::{BenchError, Care, KINDS, SEEDS};
+use super::{BenchError, Care, SEEDS};
 use crate::camera::{Camera, frame};
 use crate::lookup::Lookup;
 use crate::prepare::build_geometry;
@@ -35,7 +35,7 @@ pub fn given(scene: &Scene, settings: &Settings, care: &Care, on_row: &mut dyn F
 fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
     let lookup = Lookup::new(scene);
     let build = |kind| timed_builds(method, || (), |()| build_geometry::<Robust>(scene, &lookup, kind, &()));
-    let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = KINDS.map(build);
+    let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = method.care.kinds().map(build);
     let (scan, simd_scan, tree) = (scan?, simd_scan?, tree?);
     if tree.geometry.is_empty() {
         return Err(BenchError::Empty);
@@ -87,12 +87,15 @@ fn bounces(geometry: &Geometry<Robust>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
 
 #[cfg(test)]
 mod tests {
+    use raywright_bvh::BuildQuality;
+
     use super::*;
     use crate::bench::clock::steady;
     use crate::scene::Object;
 
     /// By a clock that goes with the work, so that what is timed does not depend on the machine's load.
-    const HASTY: Method = Method { care: Care { repeats: 1, sample_seconds: 1e-4 }, stopwatch: steady };
+    const HASTY: Method =
+        Method { care: Care { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast }, stopwatch: steady };
 
     fn given(scene: &Scene, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
         measured(scene, &Settings::of(scene), &HASTY, on_row)

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use raywright_bvh::{Geometry, Hit, Interval, Ray, Robust, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, Robust, Visits};
 use serde::Serialize;
 
 use super::clock::{Stopwatch, stopwatch};
@@ -15,6 +15,15 @@ pub struct Care {
     pub repeats: usize,
     /// Seconds that one timed sample should take; shorter ones show the clock and not the work.
     pub sample_seconds: f64,
+    /// How the tree is built.
+    pub build: BuildQuality,
+}
+
+impl Care {
+    /// Scan, SIMD scan and tree.
+    pub(super) fn kinds(&self) -> [AcceleratorKind; 3] {
+        [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(self.build)]
+    }
 }
 
 /// How it is done: with what care, and by which clock.
@@ -298,7 +307,6 @@ pub(super) fn timed_builds<I, G>(method: &Method, input: impl Fn() -> I, build: 
 
 #[cfg(test)]
 mod tests {
-    use raywright_bvh::AcceleratorKind;
 
     use super::*;
     use crate::bench::{Kind, group};
@@ -310,7 +318,10 @@ mod tests {
         let geometry = Geometry::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
         let who = Contestant { geometry: &geometry, build: Spread::of(&[1.0]), bytes: 0 };
         let rays = crate::bench::rays(16, 1);
-        let method = Method { care: Care { repeats: 1, sample_seconds: 1e-4 }, stopwatch: crate::bench::clock::steady };
+        let method = Method {
+            care: Care { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast },
+            stopwatch: crate::bench::clock::steady,
+        };
         let mut scan = Challenger::new("scan", &who, &rays, &method);
         for [own, tree] in [[6.0, 2.0], [5.0, 2.0], [8.0, 4.0]] {
             scan.record(Some(own), tree);
@@ -328,7 +339,10 @@ mod tests {
     fn samples_fill_their_time() {
         let geometry = Geometry::<Robust>::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
         let sized = |rays: u32, sample_seconds| {
-            let method = Method { care: Care { repeats: 1, sample_seconds }, stopwatch: crate::bench::clock::steady };
+            let method = Method {
+                care: Care { repeats: 1, sample_seconds, build: BuildQuality::Fast },
+                stopwatch: crate::bench::clock::steady,
+            };
             let rays = crate::bench::rays(rays, 1);
             let sample = Sample::sized(&geometry, &rays, &method);
             assert!((sample.seconds_a_ray - 3e-8).abs() < 1e-20);

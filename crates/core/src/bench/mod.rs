@@ -11,7 +11,7 @@ mod given;
 mod measure;
 mod statistics;
 
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Robust};
+use raywright_bvh::{Geometry, GeometryError, Group, Robust};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
@@ -45,10 +45,6 @@ const RAYS: u32 = 1 << 16;
 const SEEDS: [u64; 2] = [0x5eed_0001, 0x5eed_0002];
 /// Where growth exponents are fitted: below, caches and constant costs rule.
 const FIT_FROM: f64 = 1e3;
-
-/// Scan, SIMD scan and tree.
-const KINDS: [AcceleratorKind; 3] =
-    [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(BuildQuality::Fast)];
 
 /// How the cost grows with the number of primitives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -93,7 +89,7 @@ fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut dyn FnMut(&
     for &size in sizes {
         let group: Group<Robust> = group(kind, size, SEEDS[0])?;
         let build = |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
-        let [scan, simd_scan, tree] = KINDS.map(build);
+        let [scan, simd_scan, tree] = method.care.kinds().map(build);
         let contest = Contest {
             scan: contestant(&scan.0, scan.1),
             simd_scan: contestant(&simd_scan.0, simd_scan.1),
@@ -133,12 +129,14 @@ fn contestant(geometry: &Geometry<Robust>, build: Spread) -> Contestant<'_> {
 
 #[cfg(test)]
 mod tests {
+    use raywright_bvh::{AcceleratorKind, BuildQuality};
+
     use super::*;
 
     /// Care enough to run everything, not to measure anything, by a clock that goes with the work: what is timed does not
     /// depend on the machine's load.
     fn hasty(sample_seconds: f64) -> Method {
-        Method { care: Care { repeats: 2, sample_seconds }, stopwatch: clock::steady }
+        Method { care: Care { repeats: 2, sample_seconds, build: BuildQuality::Fast }, stopwatch: clock::steady }
     }
 
     /// Protects: rows are complete and plausible, and the scan's tests are exactly N: what is timed is what is claimed.

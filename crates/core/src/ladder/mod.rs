@@ -160,9 +160,7 @@ impl Ladder {
             }
             Self::Samples => settings.sampling.count().to_string(),
             Self::Build => match settings.accelerator {
-                AcceleratorKind::Tree(quality) => {
-                    place(&BuildQuality::ALL, quality).map_or_else(mixed, rung)
-                }
+                AcceleratorKind::Tree(quality) => build_rung(quality).to_owned(),
                 _ => "none".to_owned(),
             },
             Self::Accelerator => match settings.accelerator {
@@ -172,6 +170,16 @@ impl Ladder {
             },
         }
     }
+}
+
+/// How trees are built, by the name of a rung of [`Ladder::Build`]; none where it has no such rung.
+pub fn build_quality(rung: &str) -> Option<BuildQuality> {
+    Ladder::Build.rungs().iter().position(|known| known.name == rung).map(|at| BuildQuality::ALL[at])
+}
+
+/// The rung of [`Ladder::Build`] that builds trees so.
+pub fn build_rung(quality: BuildQuality) -> &'static str {
+    place(&BuildQuality::ALL, quality).map_or("", |at| Ladder::Build.rungs()[at].name)
 }
 
 fn place<T: PartialEq>(list: &[T], item: T) -> Option<usize> {

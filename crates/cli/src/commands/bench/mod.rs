@@ -58,7 +58,7 @@ fn refuse_other_formats(path: &Path) -> Result<(), Failure> {
 /// How long a sample may be so that `rows` of them, of both scans and the tree, keep within the time given.
 fn care(args: &BenchArgs, rows: usize) -> Care {
     let samples = f64::from(args.repeats) * 3.0 * rows as f64;
-    Care { repeats: args.repeats as usize, sample_seconds: (args.seconds / samples).min(LONGEST_SAMPLE) }
+    Care { repeats: args.repeats as usize, sample_seconds: (args.seconds / samples).min(LONGEST_SAMPLE), build: args.build }
 }
 
 fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
@@ -102,6 +102,8 @@ fn failed(error: BenchError, name: &str) -> Failure {
 mod tests {
     use clap::Parser;
 
+    use raywright_core::bvh::BuildQuality;
+
     use super::*;
     use crate::args::{Arguments, Command};
 
@@ -117,8 +119,8 @@ mod tests {
             care(&args, rows)
         };
         // 0.75 s / (4 repeats · 3 samples · 2 rows)
-        assert_eq!(care("0.75", 2), Care { repeats: 4, sample_seconds: 0.03125 });
-        assert_eq!(care("0.75", 5), Care { repeats: 4, sample_seconds: 0.0125 });
+        assert_eq!(care("0.75", 2), Care { repeats: 4, sample_seconds: 0.03125, build: BuildQuality::Fast });
+        assert_eq!(care("0.75", 5), Care { repeats: 4, sample_seconds: 0.0125, build: BuildQuality::Fast });
         assert_eq!(care("1000", 2).sample_seconds, 0.05);
     }
 

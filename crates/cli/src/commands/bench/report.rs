@@ -4,6 +4,7 @@ use std::thread::available_parallelism;
 
 use raywright_core::bench::clock::CLOCK;
 use raywright_core::bench::{Care, FILL, Given, Series};
+use raywright_core::ladder::build_rung;
 use serde::Serialize;
 
 use crate::machine::processor;
@@ -66,7 +67,7 @@ impl Report {
             threads: THREADS,
             clock: CLOCK,
             precision: "robust",
-            builder: "fast",
+            builder: build_rung(care.build),
             repeats: care.repeats,
             sample_seconds: care.sample_seconds,
             measured,
