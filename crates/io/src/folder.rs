@@ -142,7 +142,7 @@ impl Folder {
             None => return refuse(OUT),
         };
         let unreadable = |cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
-        let path = path.canonicalize().map_err(unreadable)?;
+        let path = path.canonicalize().or_else(|cause| in_any_case(root, local).ok_or(cause)).map_err(unreadable)?;
         match self.outside || path.starts_with(root) {
             true => Ok(path),
             false => refuse("is a link that leads out of the scene's folder (--allow-outside follows it)"),
@@ -166,6 +166,24 @@ fn inside(reference: &str) -> Option<PathBuf> {
         }
     }
     Some(plain)
+}
+
+/// The one file inside a folder whose name differs from a reference in the case of letters alone: many files were written where
+/// that makes no difference.
+fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
+    let mut path = root.to_owned();
+    for part in &inside(reference)? {
+        let wanted = part.to_str()?.to_lowercase();
+        let names = path.read_dir().ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let mut fitting = names.filter(|name| name.to_lowercase() == wanted);
+        // Of several, none is more right than the others.
+        let (name, other) = (fitting.next()?, fitting.next());
+        if other.is_some() {
+            return None;
+        }
+        path.push(name);
+    }
+    path.canonicalize().ok()
 }
 
 /// Whether a reference starts like an address (`http:`, `file:`) or a drive (`C:`).

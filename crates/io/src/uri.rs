@@ -40,10 +40,12 @@ pub(crate) fn read(folder: &Folder, uri: &str) -> Outcome<Vec<u8>> {
     let decoded = percent_decode_str(uri)
         .decode_utf8()
         .map_err(|_| Fault::input(format!("`{}` has a percent escape that is not UTF-8", shown(uri))))?;
+    // Some writers do not escape, and a file may really be called `50%25.png`; some part folders as Windows does.
+    let others = [uri.to_owned(), decoded.replace('\\', "/")];
     match folder.read(&decoded) {
-        // Some writers do not escape: a file may really be called `50%25.png`.
-        Err(ReadError::Unreadable(why)) if decoded.as_ref() != uri => {
-            folder.read(uri).map_err(|_| ReadError::Unreadable(why).into())
+        Err(ReadError::Unreadable(why)) => {
+            let mut found = others.iter().filter(|other| **other != decoded).filter_map(|other| folder.read(other).ok());
+            found.next().ok_or_else(|| ReadError::Unreadable(why).into())
         }
         other => other.map_err(Fault::from),
     }
@@ -92,7 +94,10 @@ mod tests {
         assert_eq!(read(&folder, "a%20b.bin"), Ok(b"1".to_vec()));
         assert_eq!(read(&folder, "a b.bin"), Ok(b"1".to_vec()));
         assert_eq!(read(&folder, "50%25.bin"), Ok(b"2".to_vec()));
-        for uri in ["%2e%2e/x", "%2Fetc/passwd", "file:///etc/passwd", "http://localhost/x", "%FF.bin"] {
+        assert_eq!(read(&folder, ".\\a%20b.bin"), Ok(b"1".to_vec()), "as Windows parts folders");
+        for uri in
+            ["%2e%2e/x", "%2Fetc/passwd", "file:///etc/passwd", "http://localhost/x", "%FF.bin", "..\\x", "%5Cetc%5Cpasswd"]
+        {
             assert!(read(&folder, uri).is_err(), "{uri}");
         }
     }

@@ -159,3 +159,28 @@ fn a_hash_knows_where_things_end() {
     let hashes = [hash(&[b"ab", b"c"]), hash(&[b"a", b"bc"]), hash(&[b"abc"]), hash(&[b"abc", b""])];
     assert!((0..4).all(|i| (0..i).all(|j| hashes[i] != hashes[j])), "{hashes:?}");
 }
+
+/// Protects: a name in another case finds its file, in folders too, but never one of two, one outside, or one through a link that leads
+/// out; where a file has the very name, that is the one.
+#[test]
+fn names_in_another_case_are_found() {
+    let outer = scene_folder();
+    let scene = outer.path().join("scene");
+    std::fs::create_dir(scene.join("Maps")).expect("a folder");
+    for (name, text) in [("Maps/Wood Ü.PNG", "1"), ("two.txt", "2"), ("Two.txt", "3")] {
+        std::fs::write(scene.join(name), text).expect("a file");
+    }
+    if std::fs::read_dir(&scene).expect("a folder").count() < 4 {
+        return; // this file system takes both for one
+    }
+    let folder = Folder::around(&scene.join("x.toml"), 10).expect("the folder exists");
+    assert_eq!(folder.read("maps/wood ü.png"), Ok(b"1".to_vec()));
+    assert_eq!(folder.read("two.txt"), Ok(b"2".to_vec()));
+    assert!(matches!(folder.read("TWO.txt"), Err(ReadError::Unreadable(_))));
+    assert!(matches!(folder.read("../SECRET.txt"), Err(ReadError::Refused(_))));
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../secret.txt", scene.join("Link.txt")).expect("a link");
+        assert!(matches!(folder.read("link.txt"), Err(ReadError::Refused(_))));
+    }
+}

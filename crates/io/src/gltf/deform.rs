@@ -12,6 +12,7 @@ use super::buffers::absent;
 use super::document::Document;
 use super::entries::{Node, Primitive};
 use super::mesh::Vertices;
+use super::nodes::Placed;
 use crate::import::{Fault, Outcome};
 
 /// Moves of single vertices that one file may ask for: weights and joints in a few lines of text could keep a reader busy for ever.
@@ -24,15 +25,18 @@ pub(super) struct Pose {
     pub weights: Vec<f64>,
     /// The joints that take vertices to the world; none: the node does.
     pub skin: Option<Rc<Skinned>>,
+    /// Whether faces are seen from their other side: a node says so by its handedness even where joints place its mesh (glTF 2.0,
+    /// section 3.7.4, "Instantiation").
+    pub mirrored: bool,
 }
 
-/// What tells one shape of a mesh from another: the bits of the weights, and the skin.
-pub(super) type PoseKey = (Vec<u64>, Option<usize>);
+/// What tells one shape of a mesh from another: the bits of the weights, the skin, and whether it is mirrored.
+pub(super) type PoseKey = (Vec<u64>, Option<usize>, bool);
 
 impl Pose {
     /// Equal keys, equal shapes.
     pub fn key(&self) -> PoseKey {
-        (self.weights.iter().map(|weight| weight.to_bits()).collect(), self.skin.as_ref().map(|skin| skin.index))
+        (self.weights.iter().map(|weight| weight.to_bits()).collect(), self.skin.as_ref().map(|skin| skin.index), self.mirrored)
     }
 
     /// Whether vertices stay where they are.
@@ -62,10 +66,10 @@ pub(super) struct Moving {
 
 impl Import<'_> {
     /// How a node's mesh is moved.
-    pub(super) fn pose(&mut self, index: usize, node: &Node) -> Outcome<Pose> {
+    pub(super) fn pose(&mut self, placed: &Placed, node: &Node) -> Outcome<Pose> {
         let mesh = node.mesh.and_then(|mesh| self.document.meshes.get(mesh as usize));
         let own = || mesh.map(|mesh| mesh.weights.clone());
-        let animated = self.moved.get(&index).and_then(|moved| moved.weights.clone());
+        let animated = self.moved.get(&placed.node).and_then(|moved| moved.weights.clone());
         let mut weights = animated.or_else(|| node.weights.clone()).or_else(own).unwrap_or_default();
         if let Some(weight) = weights.iter().find(|weight| !weight.is_finite()) {
             return Err(Fault::input(format!("a weight of {weight} makes no sense")));
@@ -74,7 +78,8 @@ impl Import<'_> {
             weights.clear();
         }
         let skin = node.skin.map(|skin| self.skin(skin as usize)).transpose()?;
-        Ok(Pose { weights, skin })
+        let mirrored = skin.is_some() && placed.world.matrix3.determinant() < 0.0;
+        Ok(Pose { weights, skin, mirrored })
     }
 
     /// A skin with its joints where they stand, worked out when it is first used.

@@ -57,6 +57,10 @@ impl<'a> Import<'a> {
             self.deform(primitive, pose, &vertices, positions.count(), &mut moving)?;
             let single = |list: Vec<DVec3>| list.into_iter().map(|v| v.as_vec3().to_array()).collect();
             (data.positions, data.normals) = (single(moving.positions), single(moving.normals));
+            if pose.mirrored {
+                data.indices.iter_mut().for_each(|[_, b, c]| core::mem::swap(b, c));
+                data.normals.as_flattened_mut().iter_mut().for_each(|c| *c = -*c);
+            }
         }
         // What is moved, and what has none, gets tangents where it is prepared.
         if material.bumpy && pose.is_rest() && !data.normals.is_empty() {

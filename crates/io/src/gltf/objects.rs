@@ -57,7 +57,7 @@ impl<'a> Import<'a> {
 
     /// Adds an object for each primitive of a node's mesh, at each place where the node shows it.
     pub(super) fn mesh_of_node(&mut self, index: usize, node: &Node, placed: &Placed) -> Outcome<()> {
-        let pose = self.pose(placed.node, node)?;
+        let pose = self.pose(placed, node)?;
         // A skin's joints place its meshes; where their node is does not matter.
         let world = pose.skin.as_ref().map_or(placed.world, |skin| DAffine3::from_translation(skin.origin));
         let places = match node.extensions.instancing.as_ref().filter(|_| pose.skin.is_none()) {

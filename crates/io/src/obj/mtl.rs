@@ -58,7 +58,8 @@ pub(super) fn load(names: &[String], folder: &Folder, warnings: &mut Warnings) -
 
 /// Whether a statement of a library names an image.
 fn names_image(statement: &Statement) -> bool {
-    statement.keyword.starts_with("map_") || matches!(statement.keyword, "bump" | "disp" | "decal" | "refl" | "norm")
+    let keyword = key(statement.keyword);
+    keyword.starts_with("map_") || matches!(keyword, "bump" | "disp" | "decal" | "refl" | "norm")
 }
 
 /// The libraries behind one `mtllib`: one file whose name may have blanks, or else several files.
@@ -106,9 +107,22 @@ fn safe(text: &str, warnings: &mut Warnings) -> String {
     out
 }
 
+/// Keys in the case of the manual, which is how `tobj` and this importer know them; some programs write others.
+const KEYS: [&str; 33] = [
+    "newmtl", "Ka", "Kd", "Ks", "Ke", "Kt", "Tf", "Tr", "d", "Ns", "Ni", "illum", "Pr", "Pm", "Ps", "Pc", "Pcr", "aniso",
+    "anisor", "norm", "bump", "disp", "decal", "refl", "map_Ka", "map_Kd", "map_Ks", "map_Ke", "map_Ns", "map_d", "map_Bump",
+    "map_Pr", "map_Pm",
+];
+
+/// A key as the manual writes it.
+fn key(keyword: &str) -> &str {
+    KEYS.iter().find(|key| key.eq_ignore_ascii_case(keyword)).copied().unwrap_or(keyword)
+}
+
 /// A statement as tobj takes it.
 fn completed(statement: &Statement) -> Option<String> {
     let Statement { keyword, rest, .. } = *statement;
+    let keyword = key(keyword);
     let numbers = || rest.split_whitespace().map_while(number).map(|(word, _)| word);
     match keyword {
         "newmtl" => Some(format!("newmtl {}", if rest.is_empty() { "unnamed" } else { rest })),
@@ -142,5 +156,17 @@ mod tests {
         let [unnamed, named] = materials.as_slice() else { panic!("{materials:?}") };
         assert_eq!((unnamed.name.as_str(), unnamed.diffuse), ("unnamed", Some([0.5; 3])));
         assert_eq!((named.name.as_str(), named.emissive, named.dissolve), ("a b", Some([1.0, 2.0, 2.0]), Some(0.25)));
+    }
+
+    /// Protects: keys in another case than the manual's mean the same; those that no one knows stay as they are.
+    #[test]
+    fn keys_are_known_in_any_case() {
+        let text = "NEWMTL a\nKD 0.25 0.5 1\nmap_kd x.png\nMAP_PR y.png\nillum 2\nXy 1\n";
+        let (materials, _) = tobj::load_mtl_buf(&mut safe(text, &mut Warnings::default()).as_bytes()).unwrap();
+        assert_eq!(materials[0].diffuse, Some([0.25, 0.5, 1.0]));
+        assert_eq!(materials[0].diffuse_texture.as_deref(), Some("x.png"));
+        let mut others: Vec<&str> = materials[0].unknown_param.keys().map(String::as_str).collect();
+        others.sort_unstable();
+        assert_eq!(others, ["Xy", "map_Pr"]);
     }
 }

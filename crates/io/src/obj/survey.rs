@@ -227,28 +227,29 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    /// The indices of a corner, each of something that exists. Only where a file has no texture coordinates or no normals at all,
-    /// references to them, which some programs write, mean nothing.
+    /// The indices of a corner, each of something that exists. Normals alone may be referred to where a file has none at all, which
+    /// some programs write, if a smoothing group says how to make them.
     fn corner(&mut self, word: &str) -> Outcome<Corner> {
         let mut parts = word.split('/');
         let [v, vt, vn] = [parts.next().unwrap_or_default(), parts.next().unwrap_or_default(), parts.next().unwrap_or_default()];
         if parts.next().is_some() {
             return Err(Fault::input("has more than three parts"));
         }
-        let there = |part: &str, kind: usize, what: &str| {
-            let missing = || Fault::input(format!("{what} {} of {}", shown(part), self.totals[kind]));
+        let there = |part: &str, kind: usize, what: &str, remedy: &str| {
+            let missing = || Fault::input(format!("{what} {} of {}{remedy}", shown(part), self.totals[kind]));
             self.index(part, kind)?.ok_or_else(missing)
         };
-        let optional = |part: &str, kind: usize, what: &str| match part.is_empty() || self.totals[kind] == 0 {
+        let optional = |part: &str, kind: usize, what: &str, remedy: &str| match part.is_empty() {
             true => Ok(None),
-            false => there(part, kind, what).map(Some),
+            false => there(part, kind, what, remedy).map(Some),
         };
-        let (texture, normal) = (optional(vt, 1, "texture coordinate")?, optional(vn, 2, "normal")?);
-        let position = there(v, 0, "vertex")?;
-        for (part, kind, what) in [(vt, 1, "texture coordinates"), (vn, 2, "normals")] {
-            if !part.is_empty() && self.totals[kind] == 0 {
-                self.warnings.add(format!("faces refer to {what}, of which the file has none"));
-            }
+        let texture = optional(vt, 1, "texture coordinate", "; export it again with its `vt` lines, or without this index")?;
+        let made = self.totals[2] == 0 && self.smoothing != 0;
+        let normal =
+            if made { None } else { optional(vn, 2, "normal", "; export it again with its `vn` lines, or without this index")? };
+        let position = there(v, 0, "vertex", "")?;
+        if made && !vn.is_empty() {
+            self.warnings.add("faces refer to normals, of which the file has none; they were made by smoothing groups");
         }
         Ok(Corner { position, texture, normal })
     }

@@ -137,6 +137,30 @@ fn skins_go_with_their_joints() {
     near(normals.expect("it has normals"), [quarter * DVec3::Z; 3]);
 }
 
+/// Protects: a skinned mesh below a mirror is seen from the side that its file calls its front: corners go with the joints, their
+/// order and the normals are those of the mirrored triangle. Another node's handedness makes another shape.
+#[test]
+fn skins_below_mirrors_keep_their_front() {
+    let made = skinned([DAffine3::IDENTITY; 2], [[255, 0, 0, 0]; 3]);
+    let made = made.with(|d| {
+        let nodes = d["nodes"].as_array_mut().expect("a list");
+        nodes[1]["translation"] = json!([7, 7, 7]);
+        nodes.push(json!({ "mesh": 0, "skin": 0 }));
+        nodes.push(json!({ "scale": [-1, 1, 1], "children": [1, 3, 4] }));
+        d["scenes"][0]["nodes"] = json!([6, 5]);
+    });
+    let loaded = shown(&made, None);
+    assert_eq!((loaded.scene.meshes.len(), loaded.scene.objects.len()), (2, 2));
+    for object in &loaded.scene.objects {
+        let (corners, normals) = world_triangles(&loaded, object);
+        let [a, b, c] = corners[0];
+        let geometric = (b - a).cross(c - a);
+        let faces = if std::ptr::eq(object, &loaded.scene.objects[0]) { 1.0 } else { -1.0 };
+        near([a, a.min(b).min(c), a.max(b).max(c)], [DVec3::ZERO, DVec3::NEG_X, DVec3::Y]);
+        near([geometric, normals[0][0], normals[0][2]], [DVec3::Z * faces; 3]);
+    }
+}
+
 /// Protects: a model that stands a million kilometres away keeps its shape, which single precision has no room for there; and
 /// joints that no scene shows stand somewhere all the same.
 #[test]

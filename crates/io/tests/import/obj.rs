@@ -158,12 +158,26 @@ fn errors_name_line_and_cause() {
         ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
         ("v 0 0 0\nvt 0 0\nf 1/2 1/1 1/1\n", "line 3: f: `1/2`: texture coordinate 2 of 1"),
         ("v 0 0 0\nvt 0 0\nf 1/-2 1/1 1/1\n", "texture coordinate -2 of 1"),
-        ("v 0 0 0\nvn 0 0 1\nf 1//7 1//1 1//1\n", "normal 7 of 1"),
+        ("v 0 0 0\nvn 0 0 1\nf 1//7 1//1 1//1\n", "normal 7 of 1; export it again with its `vn` lines"),
+        // Also where there is none at all, and in the last corner of many faces.
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n", "line 4: f: `1/1`: texture coordinate 1 of 0; export it again"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1//1 2//2 3//3\n", "line 5: f: `1//1`: normal 1 of 0"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 3/0\n", "line 6: f: `3/0`: indices start at 1"),
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nf 1/1/1 2/2/2 3/3/3\n", "line 5: f: `1/1/1`: texture coordinate 1 of 0"),
     ] {
         let (_folder, path) = write(text);
         let error = try_load(&path).expect_err(text).to_string();
         assert!(error.contains(words) && error.contains("test.obj"), "{text:?}: {error}");
     }
+}
+
+/// Protects: references to normals in a file that has none are passed over, with a warning, where a smoothing group makes them.
+#[test]
+fn smoothing_groups_make_normals_that_are_missing() {
+    let (_folder, path) = write("v 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nf 1//1 2//2 3//3\n");
+    let file = load(&path);
+    assert_eq!(mesh_of(&file, &file.scene.objects[0]).normals, [[0.0, 0.0, 1.0]; 3]);
+    assert!(file.warnings[0].message.contains("refer to normals"), "{:?}", file.warnings);
 }
 
 /// Protects: texts of two bytes a character, with a mark or without, and files that are no text are refused for what they are.

@@ -1,0 +1,176 @@
+//! What may go wrong with a text that is sound JSON: values that are others', extreme, of another type, too few or too many.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value, json};
+use toml::de::{DeTable, DeValue};
+
+use crate::bytes;
+use crate::random::Random;
+
+/// Values that files have under each name, to be put where another file has that name.
+#[derive(Default)]
+pub struct Pool(BTreeMap<String, Vec<Value>>);
+
+/// Words that mean something in a place or in an expression.
+const WORDS: [&str; 16] = [
+    "",
+    "../../secret.png",
+    "/dev/zero",
+    "file:///etc/hosts",
+    "data:;base64,AAAA",
+    "%00",
+    "%",
+    "(",
+    ")",
+    "^",
+    "/0",
+    "noise(",
+    "if(x",
+    ",",
+    "-",
+    "1e309",
+];
+
+impl Pool {
+    /// Takes up all values of a tree that are not large.
+    pub fn add(&mut self, value: &Value) {
+        match value {
+            Value::Array(list) => list.iter().for_each(|inner| self.add(inner)),
+            Value::Object(map) => {
+                for (key, inner) in map {
+                    let kept = self.0.entry(key.clone()).or_default();
+                    if kept.len() < 64 && inner.to_string().len() < 2000 && !kept.contains(inner) {
+                        kept.push(inner.clone());
+                    }
+                    self.add(inner);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A value that some file has under a name.
+    fn value(&self, key: &str, random: &mut Random) -> Option<Value> {
+        self.0.get(key).map(|values| random.of(values).clone())
+    }
+
+    /// Any name with a value.
+    fn entry(&self, random: &mut Random) -> Option<(String, Value)> {
+        let (key, values) = self.0.iter().nth(random.below(self.0.len()))?;
+        Some((key.clone(), random.of(values).clone()))
+    }
+}
+
+/// The values of a TOML file, which the same scene in JSON has.
+pub fn of_toml(text: &str) -> Option<Value> {
+    DeTable::parse(text).ok().map(|table| of_table(table.get_ref()))
+}
+
+fn of_table(table: &DeTable<'_>) -> Value {
+    table.iter().map(|(key, value)| (key.get_ref().to_string(), of_value(value.get_ref()))).collect::<Map<_, _>>().into()
+}
+
+fn of_value(value: &DeValue<'_>) -> Value {
+    match value {
+        DeValue::String(text) => json!(text),
+        DeValue::Boolean(told) => json!(told),
+        DeValue::Integer(digits) => json!(i64::from_str_radix(digits.as_str(), digits.radix()).unwrap_or_default()),
+        DeValue::Float(digits) => json!(digits.as_str().parse::<f64>().unwrap_or_default()),
+        DeValue::Array(items) => items.iter().map(|item| of_value(item.get_ref())).collect(),
+        DeValue::Table(table) => of_table(table),
+        DeValue::Datetime(_) => Value::Null,
+    }
+}
+
+/// Changes some values of a tree.
+pub fn mangle(root: &mut Value, pool: &Pool, random: &mut Random) {
+    for _ in 0..=random.below(4) {
+        descend(root, "", pool, random);
+    }
+}
+
+/// Goes down to a value, by chance at each branch, and changes it.
+fn descend(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
+    let stays = random.below(6) == 0;
+    match value {
+        Value::Array(list) if !list.is_empty() && !stays => {
+            let at = random.below(list.len());
+            descend(&mut list[at], key, pool, random);
+        }
+        Value::Object(map) if !map.is_empty() && !stays => {
+            let at = random.below(map.len());
+            if let Some((key, inner)) = map.iter_mut().nth(at) {
+                descend(inner, key, pool, random);
+            }
+        }
+        _ => change(value, key, pool, random),
+    }
+}
+
+fn change(value: &mut Value, key: &str, pool: &Pool, random: &mut Random) {
+    match (random.below(8), &mut *value) {
+        (0, _) => {
+            *value = random.of(&[json!(null), json!(true), json!([]), json!({}), json!("x"), json!(7), json!([[[[]]]])]).clone()
+        }
+        (1 | 2, _) => drop(pool.value(key, random).map(|new| *value = new)),
+        (_, Value::Number(number)) => *value = extreme(number.as_f64().unwrap_or(0.0), random),
+        (_, Value::String(text)) => string(text, random),
+        (_, Value::Array(list)) => array(list, random),
+        (_, Value::Object(map)) => object(map, pool, random),
+        (_, Value::Bool(told)) => *told = !*told,
+        (_, Value::Null) => *value = json!(0),
+    }
+}
+
+/// A number that is near, small, or large beyond reason.
+fn extreme(number: f64, random: &mut Random) -> Value {
+    match random.below(6) {
+        0 => json!(number as i64 + 1),
+        1 => json!(number as i64 - 1),
+        2 => json!(random.below(12)),
+        3 => json!(-number),
+        4 => json!(*random.of(&[1u64 << 16, 1 << 31, (1 << 32) - 1, 1 << 32, 1 << 62, u64::MAX])),
+        _ => json!(*random.of(&[1e-320, 1e-45, 1e-7, 0.5, 1e9, 1e20, 3.5e38, 1e308, -1e308])),
+    }
+}
+
+fn string(text: &mut String, random: &mut Random) {
+    match random.below(4) {
+        0 => *text = random.of(&WORDS).to_string(),
+        1 => *text = text.repeat(1 + random.below(40)),
+        2 => *text = random.of(&["(", "-", "1+", "a"]).repeat(1 << random.below(14)),
+        _ => {
+            let mut bytes = text.clone().into_bytes();
+            bytes::mangle(&mut bytes, random);
+            let at = random.below(bytes.len());
+            bytes.splice(at..at, random.of(&WORDS).bytes());
+            *text = String::from_utf8_lossy(&bytes).into_owned();
+        }
+    }
+}
+
+fn array(list: &mut Vec<Value>, random: &mut Random) {
+    let (a, b) = (random.below(list.len()), random.below(list.len()));
+    match random.below(6) {
+        0 => list.clear(),
+        1 if !list.is_empty() => drop(list.remove(a)),
+        2 if !list.is_empty() => list.swap(a, b),
+        3 if list.len() < 100 => list.extend(list.clone()),
+        4 if list.len() < 100 => *list = vec![list.clone(); 1 + random.below(20)].concat(),
+        _ if !list.is_empty() => list.insert(a, list[b].clone()),
+        _ => list.push(json!(0)),
+    }
+}
+
+fn object(map: &mut Map<String, Value>, pool: &Pool, random: &mut Random) {
+    let name = map.keys().nth(random.below(map.len())).cloned().unwrap_or_default();
+    match random.below(3) {
+        0 => drop(map.remove(&name)),
+        1 => drop(pool.entry(random).map(|(key, value)| map.insert(key, value))),
+        _ => {
+            let inner = Value::Object(map.clone());
+            map.insert(name, inner);
+        }
+    }
+}
