@@ -10,6 +10,8 @@
 //! light in every precision, so that pictures of two precisions differ by their arithmetic and not by their noise. Where the
 //! 23 bits of one number are too few, as for picking one of a million emitters, both of a pair are used.
 
+mod sobol;
+
 use crate::hash::mix;
 
 /// What a pair of numbers is for. Each purpose has dimensions of its own.
@@ -101,7 +103,7 @@ impl Sequence {
     /// Two numbers in [0, 1): the first two of four dimensions, which together take less time than one after the other.
     #[inline]
     pub fn pair(self, index: u32) -> [f32; 2] {
-        let [x, y, ..] = sobol_burley::sample_4d(index % SEQUENCE, 0, self.scramble);
+        let [x, y, ..] = sobol::point(index % SEQUENCE, self.scramble);
         [x, y]
     }
 }
@@ -109,7 +111,7 @@ impl Sequence {
 /// Four numbers in [0, 1) for one purpose at one vertex of a sample's path: they are even together, and cost little more than one.
 #[inline]
 pub(crate) fn four(at: Address, purpose: Purpose) -> [f32; 4] {
-    sobol_burley::sample_4d(at.index % SEQUENCE, 0, Sequence::of(at, purpose).scramble)
+    sobol::point(at.index % SEQUENCE, Sequence::of(at, purpose).scramble)
 }
 
 /// Two numbers in [0, 1) for one purpose at one vertex of a sample's path.

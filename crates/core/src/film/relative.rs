@@ -25,6 +25,11 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
     pixels.map(|((a, b), near)| core::array::from_fn(|i| weight(a[i], b[i], near[i]))).collect()
 }
 
+/// Factor that makes a squared error relative to a colour that is known.
+pub(super) fn weight_of(colour: f64) -> f64 {
+    1.0 / (colour * colour + FLOOR)
+}
+
 /// Means over neighbours along one axis: of so many pixels, `step` apart.
 fn around(of: &[[f64; 3]], length: usize, step: usize) -> Vec<[f64; 3]> {
     let mean = |at: usize| {

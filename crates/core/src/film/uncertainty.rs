@@ -23,10 +23,15 @@ use serde::Serialize;
 
 use super::Film;
 use super::estimate::There;
-use super::relative::{REACH, weights};
+use super::relative::{REACH, weight_of, weights};
 
 /// 97.5 % of normal values are below.
 const Z: f64 = 1.959_963_984_540_054;
+
+/// Squared errors relative to what other replicates have, and to what the replicates in the error have, may differ by this factor. The
+/// first are too large where light is rarely found, since others seldom found it too, and the second too small, since a bright sample
+/// is in both: what is true lies in between.
+const APART: f64 = 4.0;
 
 /// Fewer pixels that carry the error say too little of it.
 const FEWEST: f64 = 40.0;
@@ -77,7 +82,7 @@ pub enum Doubt {
     FewSamples,
     /// Lamps are met by way of mirrors or glass, which is by chance alone, and few were: most of such light may be unseen.
     LightByChance,
-    /// A few pixels have most of the error.
+    /// A few pixels have most of the error, or in each of many a few samples.
     FewPixels,
 }
 
@@ -89,6 +94,8 @@ struct Sum {
     square: f64,
     /// Of squared products of two independent differences between replicates.
     product: f64,
+    /// Of variances relative to what the replicates in them have.
+    seen: f64,
 }
 
 impl AddAssign for Sum {
@@ -96,6 +103,7 @@ impl AddAssign for Sum {
         self.variance += other.variance;
         self.square += other.square;
         self.product += other.product;
+        self.seen += other.seen;
     }
 }
 
@@ -123,6 +131,7 @@ impl Sum {
 struct Pixel {
     variance: f64,
     product: f64,
+    seen: f64,
 }
 
 /// A few rows of pixels with what their replicates say, in radiance and relative.
@@ -159,7 +168,7 @@ impl Film {
         let doubts = [
             (fewest < ENOUGH, Doubt::FewSamples),
             (by_chance, Doubt::LightByChance),
-            (root_relmse.carriers < FEWEST, Doubt::FewPixels),
+            (root_relmse.carriers < FEWEST || relative.variance > APART * relative.seen, Doubt::FewPixels),
         ];
         let doubt = doubts.into_iter().find_map(|(is, doubt)| is.then_some(doubt));
         Some(Uncertainty { rmse, root_relmse, replicates: fewest, doubt })
@@ -189,8 +198,8 @@ impl Film {
         let inner = (rows.start - first) * width..(rows.end - first) * width;
         [&band.absolute[inner.clone()], &band.relative[inner]].map(|pixels| {
             let mut sum = Sum::default();
-            for &Pixel { variance, product } in pixels {
-                sum += Sum { variance, square: variance * variance, product };
+            for &Pixel { variance, product, seen } in pixels {
+                sum += Sum { variance, square: variance * variance, product, seen };
             }
             sum
         })
@@ -207,7 +216,12 @@ impl Band {
                 let one: [f64; 3] = core::array::from_fn(|i| a[pixel][i] - b[pixel][i]);
                 let two: [f64; 3] = core::array::from_fn(|i| c[pixel][i] - d[pixel][i]);
                 self.absolute[pixel].add(one, two, [1.0; 3], [1.0; 3], shares);
-                self.relative[pixel].add(one, two, of_first[pixel], of_second[pixel], shares);
+                let relative = &mut self.relative[pixel];
+                relative.add(one, two, of_first[pixel], of_second[pixel], shares);
+                for (difference, [x, y]) in [(one, [a, b]), (two, [c, d])] {
+                    let squares = (0..3).map(|i| difference[i] * difference[i] * weight_of((x[pixel][i] + y[pixel][i]) / 2.0));
+                    relative.seen += shares[0] * squares.sum::<f64>() / 16.0;
+                }
             }
         }
     }

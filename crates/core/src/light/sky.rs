@@ -177,9 +177,10 @@ impl<R: Real> Map<R> {
         let y = v * R::from_f64(f64::from(height)) - half;
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
+        let (left, top) = (x0.to_f64() as i64, y0.to_f64() as i64);
         // At most one turn away, so no division is needed.
-        let column = |x: R| {
-            let (x, width) = (x.to_f64() as i64, i64::from(width));
+        let column = |x: i64| {
+            let width = i64::from(width);
             (if x < 0 {
                 x + width
             } else if x >= width {
@@ -188,10 +189,10 @@ impl<R: Real> Map<R> {
                 x
             }) as usize
         };
-        let row = |y: R| (y.to_f64() as i64).clamp(0, i64::from(height) - 1) as usize;
+        let row = |y: i64| y.clamp(0, i64::from(height) - 1) as usize;
         let at = |x: usize, y: usize| self.texel(x, y);
         let mix = |a: R::Vec3, b: R::Vec3, w: R| a * (R::ONE - w) + b * w;
-        let (left, right, top, bottom) = (column(x0), column(x0 + R::ONE), row(y0), row(y0 + R::ONE));
+        let (left, right, top, bottom) = (column(left), column(left + 1), row(top), row(top + 1));
         mix(mix(at(left, top), at(right, top), fx), mix(at(left, bottom), at(right, bottom), fx), fy) * self.strength
     }
 }

@@ -9,7 +9,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::PrepareError;
 use super::pyramid;
-use super::texture::{Footprint, Sampler};
+use super::texture::{Codes, Footprint, Place, Sampler};
 use crate::expr::{Programs, Scope, Variable, compile};
 use crate::interaction::{Beam, Interaction};
 use crate::lookup::Lookup;
@@ -24,6 +24,7 @@ pub(crate) struct Sources<R: Real> {
     pub images: Vec<Arc<ImageData>>,
     /// Mip maps of images, for each colour space in which one is read with them; empty where no texture asks for any.
     pub pyramids: Vec<Vec<ImageData>>,
+    codes: Codes<R>,
 }
 
 /// A use of a texture.
@@ -38,10 +39,35 @@ pub(crate) struct TextureUse<R: Real> {
     set: usize,
     /// Expressions in place of the surface's own coordinates.
     coordinates: Option<[Input<R>; 2]>,
+    /// The first use that finds the same texels wherever it is asked, as the maps of a material mostly do; none: what is found depends
+    /// on more than a set of coordinates.
+    lies_as: Option<u32>,
 }
 
 impl<R: Real> TextureUse<R> {
+    /// Where it reads its image, where that depends on a set of coordinates alone.
+    #[inline(always)]
+    fn place(&self, here: &Here<'_, R>) -> Option<Place<R>> {
+        let first = self.lies_as?;
+        Some(match here.place.get() {
+            Some((found, place)) if found == first => place,
+            _ => {
+                let coordinates = here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]);
+                let place = self.sampler.place(&here.sources.images[self.image as usize], coordinates);
+                here.place.set(Some((first, place)));
+                place
+            }
+        })
+    }
+
+    #[inline(always)]
     fn texel(&self, here: &Here<'_, R>) -> [R; 4] {
+        let Some(place) = self.place(here) else { return self.texel_anywhere(here) };
+        self.sampler.texel_at(&here.sources.images[self.image as usize], &here.sources.codes, &place)
+    }
+
+    #[inline(never)]
+    fn texel_anywhere(&self, here: &Here<'_, R>) -> [R; 4] {
         let coordinates = match &self.coordinates {
             Some(own) => own.map(|input| input.number(here)),
             None => here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]),
@@ -53,7 +79,7 @@ impl<R: Real> TextureUse<R> {
                 side: here.at.footprint.get(self.set).copied().unwrap_or(R::ZERO),
             },
         };
-        self.sampler.texel(&here.sources.images[self.image as usize], coordinates, footprint)
+        self.sampler.texel(&here.sources.images[self.image as usize], &here.sources.codes, coordinates, footprint)
     }
 
     fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
@@ -65,7 +91,7 @@ impl<R: Real> Sources<R> {
     /// Reads inputs at an interaction.
     #[inline(always)]
     pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> Here<'a, R> {
-        Here { sources: self, at, beam: Beam::default(), last: Cell::new(None) }
+        Here { sources: self, at, beam: Beam::default(), last: Cell::new(None), place: Cell::new(None) }
     }
 }
 
@@ -76,6 +102,8 @@ pub(crate) struct Here<'a, R: Real> {
     pub beam: Beam<R>,
     /// The use of a texture that was read last and its texel: several inputs may read channels of one.
     last: Cell<Option<(u32, [R; 4])>>,
+    /// Where the use that was read last lies: see [`TextureUse::lies_as`].
+    place: Cell<Option<(u32, Place<R>)>>,
 }
 
 impl<R: Real> Here<'_, R> {
@@ -226,7 +254,13 @@ pub(super) struct Compiler<'a, R: Real> {
 
 impl<'a, R: Real> Compiler<'a, R> {
     pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>) -> Self {
-        let sources = Sources { programs: Programs::default(), textures: Vec::new(), images: Vec::new(), pyramids: Vec::new() };
+        let sources = Sources {
+            programs: Programs::default(),
+            textures: Vec::new(),
+            images: Vec::new(),
+            pyramids: Vec::new(),
+            codes: Codes::new(),
+        };
         Self { names, lookup, path: String::new(), sources, places: HashMap::new(), pyramids: HashMap::new(), finest: false }
     }
 
@@ -260,8 +294,24 @@ impl<'a, R: Real> Compiler<'a, R> {
         // How expressions stretch an image is not known, so what they read is the image itself.
         let filtered = texture.filter == Filter::Mipmaps && coordinates.is_none() && !self.finest;
         let pyramid = filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
-        self.sources.textures.push(TextureUse { image, sampler, pyramid, set: reference.uv_set as usize, coordinates });
+        let set = reference.uv_set as usize;
+        let depends = pyramid.is_some() || coordinates.is_some();
+        let lies_as = (!depends).then(|| self.first_like(image, &sampler, set));
+        self.sources.textures.push(TextureUse { image, sampler, pyramid, set, coordinates, lies_as });
         Ok(Some(Input::Texture(self.sources.textures.len() as u32 - 1, reference.channel)))
+    }
+
+    /// The first use that finds the same texels as one that is about to be added: it, or one of the last ones, since the maps of a
+    /// material come one after the other.
+    fn first_like(&self, image: u32, sampler: &Sampler<R>, set: usize) -> u32 {
+        const LAST: usize = 16;
+        let Sources { textures, images, .. } = &self.sources;
+        let size = |image: u32| (images[image as usize].width, images[image as usize].height);
+        let alike = |other: &&TextureUse<R>| {
+            other.lies_as.is_some() && other.set == set && size(other.image) == size(image) && other.sampler.lies_as(sampler)
+        };
+        let found = textures.iter().rev().take(LAST).find(alike).and_then(|other| other.lies_as);
+        found.unwrap_or(textures.len() as u32)
     }
 
     fn place_of(&mut self, image: &Arc<ImageData>) -> u32 {

@@ -4,13 +4,13 @@
 use rayon::prelude::*;
 use raywright_bvh::Real;
 
-use super::texture::texel;
+use super::texture::{Codes, texel};
 use crate::scene::{ImageData, Pixels};
 
 /// What an image looks like from afar: each level half as wide and high as the one before, rounded down, to a single texel. The
 /// image itself is level 0 and not among them. Colours are linear, so that black and white make the grey of half the light.
 pub(super) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
-    let mut levels: Vec<ImageData> = Vec::new();
+    let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), Codes::new());
     while let Some([width, height]) = halved(levels.last().map_or([image.width, image.height], |last| [last.width, last.height]))
     {
         let above = levels.last().unwrap_or(image);
@@ -18,7 +18,7 @@ pub(super) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
         let mut pixels = vec![[0.0; 4]; width as usize * height as usize];
         pixels.par_chunks_mut(width as usize).zip(&rows).for_each(|(line, row)| {
             for (pixel, column) in line.iter_mut().zip(&columns) {
-                *pixel = mean(above, srgb, column, row);
+                *pixel = mean(above, (&codes, srgb), column, row);
             }
         });
         levels.push(ImageData { width, height, pixels: Pixels::Linear(pixels) });
@@ -55,11 +55,16 @@ fn shares(from: u32, to: u32) -> Vec<(usize, Vec<f64>)> {
     (0..to).map(covered).collect()
 }
 
-fn mean(image: &ImageData, srgb: bool, (left, columns): &(usize, Vec<f64>), (top, rows): &(usize, Vec<f64>)) -> [f32; 4] {
+fn mean(
+    image: &ImageData,
+    (codes, srgb): (&Codes<f64>, bool),
+    (left, columns): &(usize, Vec<f64>),
+    (top, rows): &(usize, Vec<f64>),
+) -> [f32; 4] {
     let mut sum = [0.0; 4];
     for (y, row) in (*top..).zip(rows) {
         for (x, column) in (*left..).zip(columns) {
-            let texel = texel::<f64>(image, srgb, x, y);
+            let texel = texel(image, codes, srgb, y * image.width as usize + x);
             sum.iter_mut().zip(texel).for_each(|(sum, value)| *sum += value * row * column);
         }
     }

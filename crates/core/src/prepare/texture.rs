@@ -39,11 +39,33 @@ impl<R: Real> Sampler<R> {
     }
 
     /// The filtered texel of an image: linear red, green, blue, with the factor, and alpha.
-    pub fn texel(&self, image: &ImageData, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
-        let [r, g, b, a] = match footprint.levels {
-            [] => self.filtered(image, self.mapped(coordinates)),
-            _ => self.seen_afar(image, self.mapped(coordinates), footprint),
-        };
+    pub fn texel(&self, image: &ImageData, codes: &Codes<R>, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
+        match footprint.levels {
+            [] => self.weighed(self.filtered(image, codes, self.mapped(coordinates))),
+            _ => self.weighed(self.seen_afar(image, codes, self.mapped(coordinates), footprint)),
+        }
+    }
+
+    /// [`Self::texel`] of the image itself, at its [`Self::place`].
+    #[inline(always)]
+    pub fn texel_at(&self, image: &ImageData, codes: &Codes<R>, place: &Place<R>) -> [R; 4] {
+        self.weighed(self.read(image, codes, place))
+    }
+
+    /// Where texture coordinates lie in an image: the same for all whose sizes are alike, under uses that [`Self::lies_as`] this one.
+    #[inline(always)]
+    pub fn place(&self, image: &ImageData, coordinates: [R; 2]) -> Place<R> {
+        self.place_of(image, self.mapped(coordinates))
+    }
+
+    /// Whether another use finds the same texels.
+    pub fn lies_as(&self, other: &Self) -> bool {
+        let nearest = |sampler: &Self| sampler.filter == Filter::Nearest;
+        nearest(self) == nearest(other) && self.wrap == other.wrap && self.transform == other.transform
+    }
+
+    #[inline(always)]
+    fn weighed(&self, [r, g, b, a]: [R; 4]) -> [R; 4] {
         [r * self.factor.x(), g * self.factor.y(), b * self.factor.z(), a]
     }
 
@@ -59,15 +81,15 @@ impl<R: Real> Sampler<R> {
     /// Between the two levels whose texels are as large as the footprint. Nearer than the image's own texels, and of images
     /// without an area, it is the image.
     #[inline(never)]
-    fn seen_afar(&self, image: &ImageData, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
+    fn seen_afar(&self, image: &ImageData, codes: &Codes<R>, coordinates: [R; 2], footprint: Footprint<'_, R>) -> [R; 4] {
         let level = self.level(image, footprint.side.to_f64());
         if level <= 0.0 {
-            return self.filtered(image, coordinates);
+            return self.filtered(image, codes, coordinates);
         }
         let last = footprint.levels.len();
         let at = |level: usize| match level.min(last) {
-            0 => self.filtered(image, coordinates),
-            reduced => self.filtered(&footprint.levels[reduced - 1], coordinates),
+            0 => self.filtered(image, codes, coordinates),
+            reduced => self.filtered(&footprint.levels[reduced - 1], codes, coordinates),
         };
         let finer = level.min(last as f64) as usize;
         let share = level - finer as f64;
@@ -82,53 +104,99 @@ impl<R: Real> Sampler<R> {
         if texels > 0.0 { 0.5 * libm::log2(texels) } else { f64::NEG_INFINITY }
     }
 
-    fn filtered(&self, image: &ImageData, [u, v]: [R; 2]) -> [R; 4] {
+    fn filtered(&self, image: &ImageData, codes: &Codes<R>, coordinates: [R; 2]) -> [R; 4] {
+        self.read(image, codes, &self.place_of(image, coordinates))
+    }
+
+    #[inline(always)]
+    fn place_of(&self, image: &ImageData, [u, v]: [R; 2]) -> Place<R> {
         let x = scaled(u.to_f64(), image.width, self.wrap[0]);
         let y = scaled(v.to_f64(), image.height, self.wrap[1]);
+        let (x, y) = if self.filter == Filter::Nearest { (x, y) } else { (x - 0.5, y - 0.5) };
+        let (x0, y0) = (Real::floor(x), Real::floor(y));
         let column = |x: f64| index(x, image.width, self.wrap[0]);
-        let row = |y: f64| index(y, image.height, self.wrap[1]);
-        match self.filter {
-            Filter::Nearest => self.fetch(image, column(Real::floor(x)), row(Real::floor(y))),
-            Filter::Bilinear | Filter::Mipmaps => {
-                let (x, y) = (x - 0.5, y - 0.5);
-                let (x0, y0) = (Real::floor(x), Real::floor(y));
-                let (fx, fy) = (R::from_f64(x - x0), R::from_f64(y - y0));
-                let (left, right) = (column(x0), column(x0 + 1.0));
-                let (top, bottom) = (row(y0), row(y0 + 1.0));
-                let upper = blend(self.fetch(image, left, top), self.fetch(image, right, top), fx);
-                let lower = blend(self.fetch(image, left, bottom), self.fetch(image, right, bottom), fx);
-                blend(upper, lower, fy)
-            }
+        let row = |y: f64| index(y, image.height, self.wrap[1]) * image.width as usize;
+        let (left, right, top, bottom) = (column(x0), column(x0 + 1.0), row(y0), row(y0 + 1.0));
+        Place {
+            corners: [top + left, top + right, bottom + left, bottom + right],
+            weights: [R::from_f64(x - x0), R::from_f64(y - y0)],
         }
     }
 
-    fn fetch(&self, image: &ImageData, column: usize, row: usize) -> [R; 4] {
-        texel(image, self.srgb, column, row)
+    /// All four texels are asked for before any is waited for: mostly they lie in no cache.
+    #[inline(always)]
+    fn read(&self, image: &ImageData, codes: &Codes<R>, place: &Place<R>) -> [R; 4] {
+        if self.filter == Filter::Nearest {
+            return texel(image, codes, self.srgb, place.corners[0]);
+        }
+        let [upper_left, upper_right, lower_left, lower_right] = match &image.pixels {
+            Pixels::Linear(pixels) => place.corners.map(|at| pixels[at].map(R::from_f32)),
+            Pixels::Codes(pixels) => place.corners.map(|at| pixels[at]).map(|code| codes.linear(code, self.srgb)),
+        };
+        let [fx, fy] = place.weights;
+        blend(blend(upper_left, upper_right, fx), blend(lower_left, lower_right, fx), fy)
+    }
+}
+
+/// Texels around a point of an image, and where it lies between them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place<R> {
+    /// Upper left and right, lower left and right, as places in the list of pixels.
+    corners: [usize; 4],
+    /// From left to right and from top to bottom, in [0, 1).
+    weights: [R; 2],
+}
+
+/// What the codes of an image stand for.
+#[derive(Clone, Debug)]
+pub(crate) struct Codes<R> {
+    shares: [R; 256],
+    srgb: [R; 256],
+}
+
+impl<R: Real> Codes<R> {
+    pub fn new() -> Self {
+        let share = |code: usize| code as f64 / 255.0;
+        Self {
+            shares: core::array::from_fn(|code| R::from_f64(share(code))),
+            srgb: core::array::from_fn(|code| R::from_f64(decode(TransferCurve::Srgb, share(code)))),
+        }
+    }
+
+    /// Alpha is a share of the largest code always.
+    #[inline(always)]
+    fn linear(&self, [r, g, b, a]: [u8; 4], srgb: bool) -> [R; 4] {
+        let colours = if srgb { &self.srgb } else { &self.shares };
+        let at = |table: &[R; 256], code: u8| table[usize::from(code)];
+        [at(colours, r), at(colours, g), at(colours, b), at(&self.shares, a)]
+    }
+}
+
+impl<R: Real> Default for Codes<R> {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
 /// A pixel of an image as linear numbers.
 #[inline(always)]
-pub(super) fn texel<R: Real>(image: &ImageData, srgb: bool, column: usize, row: usize) -> [R; 4] {
-    let at = row * image.width as usize + column;
+pub(super) fn texel<R: Real>(image: &ImageData, codes: &Codes<R>, srgb: bool, at: usize) -> [R; 4] {
     match &image.pixels {
         Pixels::Linear(pixels) => pixels[at].map(R::from_f32),
-        Pixels::Codes(pixels) => {
-            let [r, g, b, a] = pixels[at];
-            let (colours, share) = (codes(srgb), codes(false));
-            let [r, g, b] = [r, g, b].map(|code| colours[usize::from(code)]);
-            [r, g, b, share[usize::from(a)]].map(R::from_f64)
-        }
+        Pixels::Codes(pixels) => codes.linear(pixels[at], srgb),
     }
 }
 
-fn blend<R: Real>(a: [R; 4], b: [R; 4], weight: R) -> [R; 4] {
-    core::array::from_fn(|i| a[i] * (R::ONE - weight) + b[i] * weight)
+#[inline(always)]
+fn blend<R: Real>([ar, ag, ab, aa]: [R; 4], [br, bg, bb, ba]: [R; 4], weight: R) -> [R; 4] {
+    let one = |a: R, b: R| a * (R::ONE - weight) + b * weight;
+    [one(ar, br), one(ag, bg), one(ab, bb), one(aa, ba)]
 }
 
 /// A coordinate in texels. Whole turns of a repeating image are removed first, so that large tile counts keep their
 /// precision; what is not a number reads the first texel. In f64 whatever the precision: there an f32 just below a seam, or
 /// below a border between texels, stays below it.
+#[inline(always)]
 fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
     if !u.is_finite() {
         return 0.0;
@@ -142,11 +210,13 @@ fn scaled(u: f64, size: u32, wrap: Wrap) -> f64 {
 }
 
 /// What is left without the whole turns; below one, where the difference would round to it.
+#[inline(always)]
 fn fraction(u: f64) -> f64 {
     (u - Real::floor(u)).min(1.0_f64.next_down())
 }
 
 /// The texel that a whole coordinate means. Whatever the rounding before, it lies in the image.
+#[inline(always)]
 fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
     let (i, n) = (texel as i64, i64::from(size));
     // Whole turns are gone already, so that at most one is left: no division.
@@ -172,17 +242,8 @@ fn index(texel: f64, size: u32, wrap: Wrap) -> usize {
 
 /// An sRGB code as a linear number.
 pub(crate) fn decoded(code: u8) -> f64 {
-    codes(true)[usize::from(code)]
-}
-
-/// What codes stand for: linear numbers of sRGB, or shares of the largest one.
-#[inline]
-fn codes(srgb: bool) -> &'static [f64; 256] {
-    static TABLES: LazyLock<[[f64; 256]; 2]> = LazyLock::new(|| {
-        let share = |code: usize| code as f64 / 255.0;
-        [core::array::from_fn(share), core::array::from_fn(|code| decode(TransferCurve::Srgb, share(code)))]
-    });
-    &TABLES[usize::from(srgb)]
+    static CODES: LazyLock<Codes<f64>> = LazyLock::new(Codes::new);
+    CODES.srgb[usize::from(code)]
 }
 
 #[cfg(test)]

@@ -57,6 +57,38 @@ fn transforms_and_expressions_of_coordinates() {
     shown(json!({ "name": "ramp", "uv": ["p.x + 0.55", "p.y + 0.05"], "factor": [1, 2, 0.5] }), true, [1.5, 0.5, 0.5]);
 }
 
+/// Protects: maps of one material that lie differently are read each where it lies, in whichever order: by another set of coordinates,
+/// map of them, way to repeat, filter or size. Whoever looks up one place for several must ask for all of these.
+#[test]
+fn maps_of_one_material() {
+    let moved = |name: &str, [u, v]: [f64; 2]| json!({ "name": name, "uv_transform": [[1, 0, u], [0, 1, v]] });
+    let cases = [
+        (json!({ "name": "ramp" }), [0.0, 0.0, 1.0]),
+        (json!({ "name": "ramp", "uv_set": 1 }), [1.5, 0.5, 1.0]),
+        (moved("ramp", [0.5, 0.25]), [1.0, 0.25, 1.0]),
+        (moved("ramp", [1.0625, 0.0]), [0.0, 0.0, 1.0]),
+        (moved("mirrored", [1.0625, 0.0]), [1.5, 0.0, 1.0]),
+        (moved("soft", [1.0625, 0.0]), [0.125, 0.0, 1.0]),
+        (json!({ "name": "linear", "uv_set": 1 }), [0.2, 0.4, 1.0]),
+        (json!({ "name": "ramp", "uv": [0.3, 0.6] }), [0.5, 0.5, 1.0]),
+    ];
+    for (one, first) in &cases {
+        for (other, second) in &cases {
+            let model = json!({ "colour": { "texture": one }, "ambient": 1, "emission": { "texture": other } });
+            let mut scene = leaf(classic(model), true);
+            for (name, change) in
+                [("mirrored", json!({ "wrap_u": "mirrored_repeat" })), ("soft", json!({ "filter": "bilinear" }))]
+            {
+                let mut texture = json!({ "name": name, "image": "ramp", "filter": "nearest", "colour_space": "linear" });
+                change.as_object().into_iter().flatten().for_each(|(key, value)| texture[key] = value.clone());
+                scene.textures.push(serde_json::from_value(texture).expect("a texture"));
+            }
+            scene.lights.clear();
+            sees(&scene, AT, core::array::from_fn(|i| first[i] + second[i]));
+        }
+    }
+}
+
 /// Protects: codes over 255, or decoded by the sRGB curve: 0.2 → ((0.2 + 0.055)/1.055)^2.4.
 #[test]
 fn codes_and_curves() {

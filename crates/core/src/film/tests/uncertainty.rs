@@ -103,6 +103,17 @@ fn few_pixels_say_little() {
     assert_eq!((still.rmse.value, still.rmse.high, still.doubt), (0.0, 0.0, None));
 }
 
+/// Protects: where each of many pixels has a bright sample in one replicate alone, what the error is relative to is not known: the three
+/// others have black, so that 25 is relative to 0.01, and what the pair itself has is 2.5.
+#[test]
+fn light_that_others_miss_is_doubted() {
+    let of = |means| film(&[means; 100]).uncertainty().expect("four replicates");
+    let rare = of([0.0, 0.0, 0.0, 5.0]);
+    assert!(rare.root_relmse.carriers > 99.0 && rare.doubt == Some(Doubt::FewPixels), "{rare:?}");
+    // Of 1 and 0.8 each is relative to what the other has, nearly.
+    assert_eq!(of([1.0, 1.0, 1.0, 0.8]).doubt, None);
+}
+
 /// Protects: where paths went on by mirrors or through glass and met no lamp, or few, it is said that such light may be unseen; where
 /// they met many, and where no path did that, nothing is.
 #[test]

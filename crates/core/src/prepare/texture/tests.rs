@@ -20,7 +20,7 @@ fn numbered() -> ImageData {
 
 fn read<R: Real>(sampler: &Sampler<R>, u: R, v: R) -> f64 {
     static NUMBERED: LazyLock<ImageData> = LazyLock::new(numbered);
-    sampler.filtered(&NUMBERED, [u, v])[0].to_f64()
+    sampler.filtered(&NUMBERED, &Codes::new(), [u, v])[0].to_f64()
 }
 
 /// ⌊u·n⌋ without rounding: a double is a whole number times a power of two.
@@ -125,14 +125,15 @@ fn a_repeating_texture_is_continuous_at_its_seam() {
 #[test]
 fn codes_are_decoded_in_the_precision_that_reads_them() {
     let curve = |c: f64| if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };
+    let codes = Codes::new();
     for code in 0..=255_u8 {
         let image = ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[code; 4]]) };
         let read = sampler::<f64>(Filter::Nearest, [Wrap::Repeat; 2]);
         let plain = Sampler { srgb: false, ..read };
         let share = f64::from(code) / 255.0;
-        let [r, _, b, a] = read.filtered(&image, [0.0; 2]);
+        let [r, _, b, a] = read.filtered(&image, &codes, [0.0; 2]);
         assert!((r - curve(share)).abs() < 1e-15 && r == b, "{code}: {r}");
-        assert_eq!(([a, plain.filtered(&image, [0.0; 2])[1]]), [share; 2]);
+        assert_eq!(([a, plain.filtered(&image, &codes, [0.0; 2])[1]]), [share; 2]);
     }
 }
 
@@ -141,12 +142,12 @@ fn codes_are_decoded_in_the_precision_that_reads_them() {
 #[test]
 fn footprints_choose_levels() {
     let image = numbered();
-    let levels = pyramid::levels(&image, false);
+    let (levels, codes) = (pyramid::levels(&image, false), Codes::new());
     assert_eq!(levels.len(), 2);
     for wrap in [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp] {
         let sampler = sampler::<f64>(Filter::Mipmaps, [wrap; 2]);
         for (u, v) in [(0.1, 0.2), (0.83, 0.61), (-1.3, 2.4)] {
-            let read = |image: &ImageData| sampler.filtered(image, [u, v])[0];
+            let read = |image: &ImageData| sampler.filtered(image, &codes, [u, v])[0];
             let (own, half, all) = (read(&image), read(&levels[0]), read(&levels[1]));
             assert!((all - 4.5).abs() < 1e-6);
             for (texels, expected) in [
@@ -163,7 +164,7 @@ fn footprints_choose_levels() {
             ] {
                 // Of a square of so many texels a side: the image is 5 by 2 of them.
                 let side = texels / f64::from(SIZE[0] * SIZE[1]).sqrt();
-                let [found, ..] = sampler.texel(&image, [u, v], Footprint { levels: &levels, side });
+                let [found, ..] = sampler.texel(&image, &codes, [u, v], Footprint { levels: &levels, side });
                 assert!((found - expected).abs() < 1e-6, "{wrap:?} {texels} texels at {u} {v}: {found}, not {expected}");
             }
         }
@@ -172,7 +173,33 @@ fn footprints_choose_levels() {
     let stretched =
         Sampler { transform: Some([[0.0, 2.0, 0.0], [2.0, 0.0, 0.0]]), ..sampler::<f64>(Filter::Mipmaps, [Wrap::Repeat; 2]) };
     let side = 1.0 / f64::from(SIZE[0] * SIZE[1]).sqrt();
-    let [found, ..] = stretched.texel(&image, [0.3, 0.1], Footprint { levels: &levels, side });
-    let [expected, ..] = stretched.filtered(&levels[0], [0.2, 0.6]);
+    let [found, ..] = stretched.texel(&image, &codes, [0.3, 0.1], Footprint { levels: &levels, side });
+    let [expected, ..] = stretched.filtered(&levels[0], &codes, [0.2, 0.6]);
     assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
+}
+
+/// Protects: uses that lie alike find the same texels, whatever their codes and factors are; uses that find others do not.
+#[test]
+fn places_are_shared_where_texels_are() {
+    let (image, codes) = (numbered(), Codes::new());
+    let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::Clamp];
+    let filters = [Filter::Nearest, Filter::Bilinear];
+    let transforms = [None, Some([[1.0, 0.0, 0.3], [0.0, 1.0, 0.0]]), Some([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])];
+    let mut uses = Vec::new();
+    for filter in filters {
+        for wrap in wraps.into_iter().flat_map(|across| wraps.map(|down| [across, down])) {
+            uses.extend(transforms.map(|transform| Sampler::<f64> { transform, ..sampler(filter, wrap) }));
+        }
+    }
+    let points = [[0.13, 0.2], [0.83, 0.61], [-1.3, 2.4], [1.07, -0.2]];
+    for (i, one) in uses.iter().enumerate() {
+        for (k, other) in uses.iter().enumerate() {
+            let darker = Sampler { srgb: false, factor: other.factor * 0.5, ..*other };
+            assert_eq!(one.lies_as(&darker), i == k, "{one:?} {other:?}");
+            let alike = |uv: [f64; 2]| {
+                darker.read(&image, &codes, &one.place(&image, uv)) == darker.filtered(&image, &codes, darker.mapped(uv))
+            };
+            assert!(i != k || points.into_iter().all(alike), "{one:?}");
+        }
+    }
 }
