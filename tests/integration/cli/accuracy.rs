@@ -121,7 +121,7 @@ fn the_page_stands_alone() {
     let (renders, errors) = (page.matches("data-kind=\"render\"").count(), page.matches("data-kind=\"error\"").count());
     assert_eq!((renders, errors), (1 + 1 + 2 + 1 + 1 + 5 + 3 + 5, 1 + 2 + 1 + 1 + 5 + 3 + 5));
     // What changes no picture is priced, and each effect with what it adds; a table's rows have one width.
-    for words in ["<h2>What changes no picture</h2>", "<td>mirror reflection</td><td>+", "<th>adds to time</th>"] {
+    for words in ["<h2>What changes no picture</h2>", "<td>mirror reflection</td><td>", "<th>adds to time</th>"] {
         assert!(page.contains(words), "no {words}");
     }
     assert!(
@@ -131,6 +131,30 @@ fn the_page_stands_alone() {
     let svg = std::fs::read_to_string(desk.path("a.svg")).expect("a plot");
     assert!(svg.starts_with("<svg") && svg.contains(">worth their time, together<") && svg.contains("<title>samples=64</title>"));
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
+/// Protects: a reference is kept in a file, and the next run takes it; a film of another kind or scene is refused with its name, and stays.
+#[test]
+fn a_reference_is_kept() {
+    let desk = desk();
+    let words = quick(&["--reference", "ball.film"]);
+    let first = desk.run(&words);
+    first.exits_with(0);
+    assert!(first.text().contains("\nreference: f64") && first.stderr.contains("ball.film"), "{}", first.stderr);
+    let kept = std::fs::read(desk.path("ball.film")).expect("a file");
+    let second = desk.run(&words);
+    second.exits_with(0);
+    assert!(second.text().contains("\nreference (of an earlier run): f64"), "{}", second.text());
+    desk.write("other.scene.toml", SCENE.replace("radius = 1", "radius = 2"));
+    let other = ["accuracy", "other.scene.toml", "--size", "16x12", "--budget", "10min", "--reference", "ball.film"];
+    let run = desk.run(&other);
+    run.exits_with(3);
+    assert!(run.stderr.contains("ball.film") && run.stderr.contains("the scene differs"), "{}", run.stderr);
+    assert!(std::fs::read(desk.path("ball.film")).expect("a file") == kept);
+    desk.run(&["render", "ball.scene.toml", "--size", "8x6", "--spp", "8", "--checkpoint", "render.film", "-q"]).exits_with(0);
+    let run = desk.run(&quick(&["--reference", "render.film"]));
+    run.exits_with(3);
+    assert!(run.stderr.contains("it is no reference"), "{}", run.stderr);
 }
 
 /// Protects: what can't be written, read or measured is said before anything is rendered.

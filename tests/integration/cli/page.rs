@@ -66,7 +66,14 @@ fn the_page_works_in_a_browser() {
     desk.write("asked.html", page.replace("</body>", &format!("{QUESTIONS}</body>")));
     for width in ["360", "1400"] {
         let run = Command::new(&browser)
-            .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"])
+            .args([
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-quic",
+                "--no-first-run",
+                "--disable-background-networking",
+            ])
             .args(["--disable-component-update", "--disable-sync", "--dump-dom", "--virtual-time-budget=20000"])
             .arg(format!("--window-size={width},800"))
             .arg(format!("--user-data-dir={}", desk.path(format!("profile-{width}")).display()))

@@ -197,7 +197,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
     #[inline(always)]
-    fn go_on(&mut self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>, drawn: &Sampled<P::Real>, onward: Onward<P>) -> bool {
+    fn go_on(
+        &mut self,
+        walk: &mut Walk<P::Real>,
+        at: &Interaction<P::Real>,
+        drawn: &Sampled<P::Real>,
+        onward: Onward<P>,
+    ) -> bool {
         let mut throughput = walk.throughput * drawn.weight;
         if walk.traced >= ROULETTE_FROM {
             // Also ends what is no number.

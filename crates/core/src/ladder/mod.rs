@@ -155,9 +155,7 @@ impl Ladder {
             },
             Self::PathLength if settings.max_depth == Settings::UNLIMITED => "unlimited".to_owned(),
             Self::PathLength => settings.max_depth.to_string(),
-            Self::PixelFilter => {
-                place(&PixelFilter::ALL, settings.filter).map_or_else(mixed, rung)
-            }
+            Self::PixelFilter => place(&PixelFilter::ALL, settings.filter).map_or_else(mixed, rung),
             Self::Samples => settings.sampling.count().to_string(),
             Self::Build => match settings.accelerator {
                 AcceleratorKind::Tree(quality) => build_rung(quality).to_owned(),

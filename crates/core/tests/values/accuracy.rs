@@ -68,7 +68,10 @@ fn the_frontier_ends_without_error() {
     );
     let errors: Vec<f64> = report.frontier.iter().map(|candidate| candidate.measured.errors.relmse.value).collect();
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
-    assert_eq!(report.not_called_for, ["integrator", "shadows", "light-sampling", "fresnel", "microfacets", "colour", "texture-filter", "pixel-filter"]);
+    assert_eq!(
+        report.not_called_for,
+        ["integrator", "shadows", "light-sampling", "fresnel", "microfacets", "colour", "texture-filter", "pixel-filter"]
+    );
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
         assert!(price.paid.as_ref().expect("there is time").same_bits, "{}", price.rung);
     }
@@ -114,8 +117,7 @@ fn a_reference_is_used_again() {
         measure(&corridor(), settings, effort, Start { scene, reference }, &(), &mut ())
     };
     let (first, kept) = again("a", &settings, &EFFORT, None).expect("a report");
-    let (second, same) =
-        again("a", &settings, &Effort { size: None, ..EFFORT }, Some(kept.clone())).expect("its own reference");
+    let (second, same) = again("a", &settings, &Effort { size: None, ..EFFORT }, Some(kept.clone())).expect("its own reference");
     assert!(!first.reference.kept && second.reference.kept && second.size == [4, 3]);
     assert_eq!((first.pictures[0].picture.rgb.clone(), kept.rungs.clone()), (second.pictures[0].picture.rgb.clone(), same.rungs));
     assert_eq!((first.reference.samples, kept.film.counters()), (second.reference.samples, same.film.counters()));

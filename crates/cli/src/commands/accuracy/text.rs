@@ -5,8 +5,8 @@ use raywright_core::bench::Spread;
 use raywright_io::human_bytes;
 
 use super::file::Document;
-use crate::commands::explain::dear;
 use crate::clock::spoken;
+use crate::commands::explain::dear;
 use crate::scatter::scatter;
 use crate::table::{Align, lay_out, lay_out_aligned, significant};
 

@@ -56,7 +56,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     tell::tell_clamp(&mut loaded, &ready, &plan.settings, verbosity);
 
     let metadata = origin::metadata(&loaded, &plan, &args.choices);
-    let mut session = Session::start(args, &ready, origin::identity(&loaded, &args.changes, &args.choices), metadata, plan.display, limits(args))?;
+    let mut session = Session::start(
+        args,
+        &ready,
+        origin::identity(&loaded, &args.changes, &args.choices),
+        metadata,
+        plan.display,
+        limits(args),
+    )?;
     threads.run(|| session.render(&ready, &args.report, &clock, stop))?;
     let render = clock.lap();
 

@@ -69,7 +69,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Adds what a surface gives off, in the share that a ray has in finding it.
-#[inline]
+    #[inline]
     fn emits(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
         // What glows in parts is dark mostly; no share of nothing is worth asking for.
         if emission == Vector::ZERO {
