@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Mutex;
 
 use raywright_core::prepare::PrepareError;
-use raywright_core::scene::{Pattern, Scene};
+use raywright_core::scene::{Integrator, Pattern, Scene};
 use raywright_core::settings::{Aov, Crop, Sampling, Settings};
 use raywright_core::{Observer, estimate, prepare};
 use serde_json::json;
@@ -155,4 +155,30 @@ fn a_pixel_of_many_paths_can_be_stopped() {
     assert_eq!((stopped.finished, stopped.counters.camera, stopped.unfinished), (false, 0, 1));
     let whole = prepare(&scene, &Settings { max_depth: 14, ..settings(&scene, DOWN) }, &()).expect("prepares").render(&());
     assert!(whole.finished && whole.counters.reflection > 1000, "{:?}", whole.counters);
+}
+
+/// Protects: what paths meet by chance alone is counted, and nothing else. Between a floor that glows and a ceiling that mirrors, both much wider
+/// than they are apart, nearly every path that the floor scattered goes on by the mirror and meets the floor's light again; a ceiling that
+/// scatters sends none by chance, a floor that does not glow is no lamp, and what the camera sees in a mirror was asked for by none.
+#[test]
+fn lamps_met_by_chance_are_counted() {
+    let of = |glow: f64, roughness: f64, view| {
+        let wide = |y: f64, z: f64| json!({ "quad": { "corner": [-500, y, 500.0 * z], "edge_u": [1000, 0, 0], "edge_v": [0, 0, -1000.0 * z] } });
+        let scene = scene(json!({ "render": { "samples": 16, "integrator": "path" },
+            "materials": [{ "name": "floor", "model": physical(json!({ "base_colour": 0.9, "emission": glow })) },
+                { "name": "ceiling", "model": physical(json!({ "base_colour": 1, "metallic": 1, "roughness": roughness })) }],
+            "objects": [{ "shape": wide(0.0, 1.0), "material": "floor" }, { "shape": wide(3.0, -1.0), "material": "ceiling" }] }));
+        let sampling = Sampling::General(16);
+        let settings = Settings { size: [4, 3], sampling, max_depth: 3, integrator: Integrator::Path, ..settings(&scene, view) };
+        let counters = rendered(&scene, &settings).counters;
+        (counters.samples as f64, counters.unaided as f64, counters.found as f64)
+    };
+    let (samples, unaided, found) = of(1.0, 0.0, DOWN);
+    assert!(unaided > 0.95 * samples && unaided <= samples && found == unaided, "{unaided} and {found} of {samples}");
+    let (.., unaided, found) = of(1.0, 1.0, DOWN);
+    assert_eq!((unaided, found), (0.0, 0.0));
+    let (.., unaided, found) = of(0.0, 0.0, DOWN);
+    assert_eq!((unaided, found), (0.0, 0.0));
+    let (.., unaided, found) = of(1.0, 0.0, [[0.0, 1.0, 0.0], [0.0, 3.0, 0.0]]);
+    assert_eq!((unaided, found), (0.0, 0.0));
 }
