@@ -1,6 +1,6 @@
 //! A verdict for every file of the shared assets, by the program itself, within ten seconds and two gigabytes.
 //!
-//! `cargo test --release --test integration verdicts -- --nocapture` prints the table: file, exit code, seconds, and what was said.
+//! `cargo test --test integration verdicts -- --nocapture` prints the table: file, exit code, seconds, and what was said.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
