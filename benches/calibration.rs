@@ -3,7 +3,8 @@
 //!
 //! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour; the default is 100. The truth is the
 //! mean of all renders but the one that is judged. `cargo bench --bench calibration -- 1000 max-error` does it for pictures that are
-//! asked for an error: how often they have it, and what they cost beside an oracle that knows how many samples suffice everywhere.
+//! asked for an error: how often they have it, and what they cost beside an oracle that knows how many samples suffice everywhere. Names of
+//! scenes behind that choose some of them.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/turns.rs"]
@@ -45,6 +46,8 @@ fn scenes() -> Vec<(String, Scene)> {
     for (name, text) in [("caustic", CAUSTIC), ("rare light", RARE)] {
         all.push((name.to_owned(), serde_json::from_str(text).unwrap_or_else(|e| panic!("{name} is right: {e}"))));
     }
+    let chosen: Vec<String> = std::env::args().skip(1).filter(|word| all.iter().any(|(name, _)| name == word)).collect();
+    all.retain(|(name, _)| chosen.is_empty() || chosen.contains(name));
     all
 }
 
