@@ -3,6 +3,7 @@
 use raywright_core::Settings;
 use raywright_core::bvh::AcceleratorKind;
 use raywright_core::display::Display;
+use raywright_core::ladder::{Choice, Ladder};
 use raywright_core::scene::Pattern;
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_io::Loaded;
@@ -31,7 +32,13 @@ pub fn identity(loaded: &Loaded, changes: &SceneArgs, choices: &ChoiceArgs) -> S
     let SceneArgs { at, set, model_scene, variant, env, env_rotation, env_strength, allow_outside: _ } = changes;
     // What an environment is read from counts towards the hash.
     let environment = (env.is_some(), env_rotation, env_strength);
-    format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), chosen(choices))
+    format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), of_picture(choices))
+}
+
+/// Those of them that parts of one picture have in common: how many samples there are is the film's business.
+fn of_picture(choices: &ChoiceArgs) -> String {
+    let decides = |choice: &&Choice| choice.ladder().changes_pictures() && choice.ladder() != Ladder::Samples;
+    chosen(&ChoiceArgs { rungs: choices.rungs.iter().filter(decides).copied().collect(), without: choices.without.clone() })
 }
 
 /// Settings as a picture's file says them, with the samples that there are.

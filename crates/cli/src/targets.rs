@@ -15,21 +15,21 @@ pub enum Target {
     Stdout,
     /// A file that the user named, by its final name: what is there is replaced.
     File(PathBuf, Format),
-    /// A PNG that is called after the scene, because the user named none: it replaces a picture of ours and nothing else.
-    Unnamed(PathBuf),
+    /// A picture that is called after the scene, because the user named none: it replaces a picture of ours and nothing else.
+    Unnamed(PathBuf, Format),
 }
 
 impl Target {
     /// Whether it can hold more than colour and coverage.
     pub fn has_layers(&self) -> bool {
-        matches!(self, Self::File(_, Format::Exr))
+        matches!(self, Self::File(_, Format::Exr) | Self::Unnamed(_, Format::Exr))
     }
 
     /// The file, if it is one.
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Stdout => None,
-            Self::File(path, _) | Self::Unnamed(path) => Some(path),
+            Self::File(path, _) | Self::Unnamed(path, _) => Some(path),
         }
     }
 }
@@ -109,8 +109,8 @@ pub fn pictures(named: &[PathBuf], outputs: &mut Outputs) -> Result<Vec<Target>,
 }
 
 /// The picture that is called after the scene, where that name is free or holds a picture of ours.
-pub fn unnamed(stem: &str, outputs: &mut Outputs, inputs: &Inputs) -> Result<Target, Failure> {
-    let path = PathBuf::from(format!("{stem}.png"));
+pub fn unnamed(stem: &str, format: Format, outputs: &mut Outputs, inputs: &Inputs) -> Result<Target, Failure> {
+    let path = PathBuf::from(format!("{stem}.{}", if format == Format::Exr { "exr" } else { "png" }));
     outputs.add(&path, "-o")?;
     outputs.keep_clear_of(inputs)?;
     if path.exists() && !is_own_picture(&path) {
@@ -119,7 +119,7 @@ pub fn unnamed(stem: &str, outputs: &mut Outputs, inputs: &Inputs) -> Result<Tar
         let error = Failure::new(Exit::from(ErrorKind::File), message);
         return Err(error.with_hint(format_args!("name the picture with -o; -o {name} replaces that file")));
     }
-    Ok(Target::Unnamed(path))
+    Ok(Target::Unnamed(path, format))
 }
 
 /// The path without the parts that mean nothing.
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn layers_need_a_named_exr() {
         let file = |format| Target::File("a".into(), format);
-        let targets = [Target::Stdout, file(Format::Png), file(Format::Exr), Target::Unnamed("a.png".into())];
+        let targets = [Target::Stdout, file(Format::Png), file(Format::Exr), Target::Unnamed("a.png".into(), Format::Png)];
         assert_eq!(targets.map(|target| target.has_layers()), [false, false, true, false]);
     }
 }

@@ -13,7 +13,7 @@ use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
 use self::ahead::Ahead;
 use crate::counters::Counters;
-use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Sums, Unit};
+use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit};
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, Kernel, Tracer};
 use crate::observer::Observer;
@@ -21,7 +21,7 @@ use crate::picture::Picture;
 use crate::prepare::Prepared;
 use crate::sampler::{Address, Purpose, Sequence, pair};
 use crate::scene::Pattern;
-use crate::settings::{Aov, Crop, Sampling, Settings};
+use crate::settings::{Accumulation, Aov, Crop, Sampling, Settings};
 
 /// A picture with what it took.
 #[derive(Clone, Debug)]
@@ -233,6 +233,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     /// None where the observer stopped it halfway.
     fn run(&self, start: &Plane) -> Option<Unit> {
         match self.plan.random {
+            true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start),
             true => self.gather::<Moments>(start),
             false => self.gather::<Plain<P::Real>>(start),
         }
@@ -361,8 +362,8 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     }
 
     fn address(&self, x: u32, y: u32, index: u32) -> Address {
-        let Settings { seed, frame, .. } = *self.settings;
-        Address { seed, frame, pixel: [x, y], replicate: self.replicate, index, ..Address::default() }
+        let Settings { seed, frame, sampler, .. } = *self.settings;
+        Address { seed, frame, sampler, pixel: [x, y], replicate: self.replicate, index, ..Address::default() }
     }
 
     /// The camera rays of a row from one sample of a pixel on: those of this pixel, then of the next ones.

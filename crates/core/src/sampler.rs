@@ -9,10 +9,14 @@
 //! The numbers are f32 whatever the precision, and on purpose: a sample has the same place in its pixel, on the lens and on a
 //! light in every precision, so that pictures of two precisions differ by their arithmetic and not by their noise. Where the
 //! 23 bits of one number are too few, as for picking one of a million emitters, both of a pair are used.
+//!
+//! Other samplers are rungs of a ladder: they have the same addresses and make other numbers of them.
 
+mod grid;
 mod sobol;
 
 use crate::hash::mix;
+use crate::settings::SamplerKind;
 
 /// What a pair of numbers is for. Each purpose has dimensions of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +61,8 @@ pub struct Address {
     pub bounce: u32,
     /// Which of the paths that a sample may divide into: zero for the one that never left by a side branch.
     pub branch: u64,
+    /// What makes numbers of the rest.
+    pub sampler: SamplerKind,
 }
 
 /// Where a path divides: the side branches, beside the main one that goes on in the loop.
@@ -84,6 +90,7 @@ impl Address {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sequence {
     scramble: u32,
+    sampler: SamplerKind,
 }
 
 impl Sequence {
@@ -97,13 +104,24 @@ impl Sequence {
             u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56,
             at.branch,
         ];
-        Self { scramble: words.into_iter().fold(mix(at.seed), |hash, word| mix(hash ^ word)) as u32 }
+        Self { scramble: words.into_iter().fold(mix(at.seed), |hash, word| mix(hash ^ word)) as u32, sampler: at.sampler }
+    }
+
+    /// Four numbers in [0, 1): they are even together, and cost little more than one.
+    #[inline]
+    fn four(self, index: u32) -> [f32; 4] {
+        let (index, scramble) = (index % SEQUENCE, self.scramble);
+        match self.sampler {
+            SamplerKind::Sobol => sobol::point(index, scramble),
+            SamplerKind::Stratified => grid::stratified(index, scramble),
+            SamplerKind::Independent => grid::independent(index, scramble),
+        }
     }
 
     /// Two numbers in [0, 1): the first two of four dimensions, which together take less time than one after the other.
     #[inline]
     pub fn pair(self, index: u32) -> [f32; 2] {
-        let [x, y, ..] = sobol::point(index % SEQUENCE, self.scramble);
+        let [x, y, ..] = self.four(index);
         [x, y]
     }
 }
@@ -111,7 +129,7 @@ impl Sequence {
 /// Four numbers in [0, 1) for one purpose at one vertex of a sample's path: they are even together, and cost little more than one.
 #[inline]
 pub(crate) fn four(at: Address, purpose: Purpose) -> [f32; 4] {
-    sobol::point(at.index % SEQUENCE, Sequence::of(at, purpose).scramble)
+    Sequence::of(at, purpose).four(at.index)
 }
 
 /// Two numbers in [0, 1) for one purpose at one vertex of a sample's path.
@@ -145,6 +163,8 @@ mod tests {
             Address { index: SEQUENCE, ..base },
             Address { bounce: 1, ..base },
             Address { branch: 1, ..base },
+            Address { sampler: SamplerKind::Stratified, ..base },
+            Address { sampler: SamplerKind::Independent, ..base },
         ];
         let purposes = [
             Purpose::Pixel,

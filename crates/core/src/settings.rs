@@ -1,12 +1,16 @@
 //! What a render is asked for besides the scene: every choice that the command line can override, resolved to plain values.
 
+mod rungs;
+
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::{Deserialize, Serialize};
 
+use crate::display::Output;
 use crate::effects::EffectSet;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
+pub use rungs::{Accumulation, AreaShadows, KernelChoice, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
 /// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
 /// estimate of the error allows, because each is less even than all samples together would be.
@@ -20,42 +24,6 @@ pub fn replicates(samples: u32) -> u32 {
         8..64 => 2,
         _ => 4,
     }
-}
-
-/// A rung of the arithmetic ladder (`--precision`). All rungs trace the same samples: positions in the pixel, on the lens and
-/// on lights are the same f32 numbers, so what differs between their pictures is arithmetic alone.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum PrecisionChoice {
-    /// Textbook formulas in f32.
-    Fast,
-    /// f32 storage, cancellation-free intersections with an f64 core.
-    #[default]
-    Robust,
-    /// f64 throughout.
-    Reference,
-}
-
-/// How a path tracer finds light that has a size: a rung of the ladder of light sampling. All are right in the mean; what differs is
-/// noise. Lights without size are always asked, and what a mirror or smooth glass shows is always met.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum LightSampling {
-    /// Paths meet it by chance.
-    Scattering,
-    /// Each vertex asks one light for it.
-    Lights,
-    /// Both, each in the share in which it is the better one.
-    #[default]
-    Both,
-}
-
-/// Which kernel runs. Both give the same bits; the general one exists as the proof of that.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum KernelChoice {
-    /// The smallest kernel that covers the scene.
-    #[default]
-    Fitting,
-    /// The kernel that covers everything.
-    General,
 }
 
 /// Where in a pixel its samples lie.
@@ -100,16 +68,6 @@ impl Sampling {
     pub fn is_fixed(self) -> bool {
         matches!(self, Self::Pattern(_))
     }
-}
-
-/// What becomes of light that microfacets send to each other, under path tracing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Microfacets {
-    /// It is lost.
-    Single,
-    /// It is given back, so that white metal sends back all.
-    #[default]
-    Compensated,
 }
 
 /// A part of the picture in pixels, counted from the top left.
@@ -201,6 +159,16 @@ pub struct Settings {
     pub fresnel: FresnelRule,
     /// What becomes of light that microfacets send to each other.
     pub microfacets: Microfacets,
+    /// Which part of a lamp has to be seen for its light to arrive.
+    pub area_shadows: AreaShadows,
+    /// When chance ends paths.
+    pub roulette: Roulette,
+    /// Where random numbers come from.
+    pub sampler: SamplerKind,
+    /// What samples are added up in.
+    pub accumulation: Accumulation,
+    /// What files keep of the picture, which does not depend on it.
+    pub output: Output,
     /// Seed of the general sampler.
     pub seed: u64,
     /// Number of the picture in a sequence, so that neighbours in it do not share their noise.
@@ -250,6 +218,11 @@ impl Settings {
             light_sampling: LightSampling::default(),
             fresnel: FresnelRule::default(),
             microfacets: Microfacets::default(),
+            area_shadows: AreaShadows::default(),
+            roulette: Roulette::default(),
+            sampler: SamplerKind::default(),
+            accumulation: Accumulation::default(),
+            output: Output::default(),
             seed: scene.render.seed,
             frame: 0,
             replicates: None,

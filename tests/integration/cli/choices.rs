@@ -41,3 +41,39 @@ fn choices_reach_picture_and_file() {
     let (_, settings, samples, _) = render(&["--rung", "samples=4"]);
     assert!(samples == 4 * 64 && settings.contains(" samples=4 ") && settings.ends_with(" rung:samples=4"), "{settings}");
 }
+
+/// Protects: the kind of output reaches the file: 16 bits and dithered codes in PNGs that are read as they were written, floats in an EXR that
+/// is called after the scene, and a PNG for floats is refused; the linear picture is the same in all, and its film goes on with another kind.
+#[test]
+fn outputs_are_what_was_asked_for() {
+    let desk = Desk::new();
+    desk.write("room.scene.toml", SCENE);
+    let base =
+        ["render", "room.scene.toml", "--without", "shadows", "--exposure", "-0.7", "--gamma", "none", "--tonemap", "none", "-q"];
+    let render = |more: &[&str]| desk.run(&[&base[..], more].concat());
+    for (rung, name) in [("8-bit", "8.png"), ("8-bit-dither", "d.png"), ("16-bit", "16.png")] {
+        render(&["--rung", &format!("output={rung}"), "-o", name, "-o", &format!("{name}.exr")]).exits_with(0).says("");
+    }
+    // The last but one byte of a PNG's header but three says how many bits there are.
+    let bits = |name: &str| std::fs::read(desk.path(name)).expect("a picture")[24];
+    assert_eq!((bits("8.png"), bits("d.png"), bits("16.png")), (8, 8, 16));
+    let value = 2.0_f64.powf(-0.7);
+    let values = |name: &str| desk.stored(name).picture.rgb.iter().map(|pixel| f64::from(pixel[0])).collect::<Vec<f64>>();
+    assert!(values("16.png").iter().all(|v| (v - value).abs() < 0.51 / 65535.0), "{:?} instead of {value}", values("16.png"));
+    assert!(values("8.png").iter().all(|v| (v - value).abs() < 0.51 / 255.0));
+    let dithered = values("d.png");
+    assert!(
+        dithered.iter().any(|v| *v != dithered[0]) && dithered.iter().all(|v| (v - value).abs() < 1.0 / 255.0),
+        "{dithered:?}"
+    );
+    assert_eq!(desk.stored("8.png.exr").picture.rgb, desk.stored("16.png.exr").picture.rgb);
+
+    render(&["--rung", "output=float"]).exits_with(0);
+    assert_eq!(desk.stored("room.exr").picture.rgb, desk.stored("8.png.exr").picture.rgb);
+    assert!(!desk.path("room.png").exists());
+    render(&["--rung", "output=float", "-o", "f.png"]).exits_with(2).says_like("a PNG has codes of display values");
+
+    render(&["--checkpoint", "a.film", "-o", "a.png"]).exits_with(0);
+    render(&["--resume", "a.film", "--rung", "output=16-bit", "-o", "b.png"]).exits_with(0);
+    assert_eq!(bits("b.png"), 16);
+}

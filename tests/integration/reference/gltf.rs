@@ -43,7 +43,7 @@ fn difference(scenario: &str, renderer: &str, model: &str, camera: ([f64; 3], [f
         ..Settings::of(&scene)
     };
     let picture = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture;
-    let display = Display { tone_map: ToneMap::AcesHill, curve: TransferCurve::Gamma22, exposure_stops: 0.0 };
+    let display = Display { tone_map: ToneMap::AcesHill, curve: TransferCurve::Gamma22, exposure_stops: 0.0, ..Display::PLAIN };
     let ours = display.to_codes(&picture);
     let channels = ours.len() / (size[0] * size[1]) as usize;
     let alpha = picture.alpha.as_ref().expect("a transparent background");

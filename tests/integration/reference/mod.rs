@@ -51,7 +51,8 @@ pub fn render_scene(scene: &Scene, adjust: impl Fn(&mut Settings)) -> Rendered {
 }
 
 /// The display transform that most references use.
-pub const ACES_22: Display = Display { tone_map: ToneMap::Aces, curve: TransferCurve::Gamma22, exposure_stops: 0.0 };
+pub const ACES_22: Display =
+    Display { tone_map: ToneMap::Aces, curve: TransferCurve::Gamma22, exposure_stops: 0.0, ..Display::PLAIN };
 
 /// Share of the pixels chosen by `mask` in which some channel differs by more than `threshold`.
 pub fn share_beyond(a: &Picture, b: &Picture, threshold: f32, mask: impl Fn(usize) -> bool) -> f64 {

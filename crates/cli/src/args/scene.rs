@@ -53,7 +53,7 @@ pub struct SceneArgs {
 pub struct ChoiceArgs {
     /// Stand on another rung of a ladder, such as ray-offset=constant; may be repeated. `raywright explain SCENE` lists the
     /// ladders that a scene reaches
-    #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = Choice::parse, action = clap::ArgAction::Append)]
+    #[arg(long = "rung", value_name = "LADDER=RUNG", value_parser = Choice::parse, value_delimiter = ',')]
     pub rungs: Vec<Choice>,
 
     /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,

@@ -25,6 +25,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         tone_map: args.tonemap.unwrap_or_default(),
         curve: args.gamma.unwrap_or_default(),
         exposure_stops: args.exposure.unwrap_or_default(),
+        ..Display::default()
     };
     let (picture, reference) = (read(&args.picture)?, read(&args.reference)?);
     let comparison = compare(side(&picture), side(&reference), display)

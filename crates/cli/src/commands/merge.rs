@@ -60,6 +60,7 @@ fn shown(asked: &DisplayArgs, own: Display) -> Display {
         tone_map: asked.tonemap.unwrap_or(own.tone_map),
         curve: asked.gamma.unwrap_or(own.curve),
         exposure_stops: asked.exposure.unwrap_or(own.exposure_stops),
+        ..own
     }
 }
 

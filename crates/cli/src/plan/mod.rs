@@ -54,6 +54,7 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
         tone_map: display.tonemap.unwrap_or(own.tone_map),
         curve: display.gamma.unwrap_or(own.curve),
         exposure_stops: display.exposure.unwrap_or(own.exposure_stops),
+        ..own
     };
     Ok(Plan { settings, display })
 }

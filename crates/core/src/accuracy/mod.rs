@@ -7,6 +7,7 @@
 mod effects;
 mod estimate;
 mod frontier;
+mod outputs;
 mod report;
 mod session;
 mod setting;
@@ -25,6 +26,7 @@ use crate::settings::Settings;
 
 pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{Errors, Interval};
+pub use outputs::OutputReport;
 pub use report::{Candidate, LadderReport, Measured, Paid, Price, PriceReport, Reference, Report, RungReport, Shown};
 pub use setting::Setting;
 

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::effects::EffectCosts;
 use super::estimate::Errors;
+use super::outputs::OutputReport;
 use crate::bench::Spread;
 use crate::picture::Picture;
 
@@ -22,6 +23,8 @@ pub struct Report {
     pub ladders: Vec<LadderReport>,
     /// Those that no picture depends on.
     pub prices: Vec<PriceReport>,
+    /// What files keep of the scene's own picture.
+    pub outputs: Vec<OutputReport>,
     /// Ladders that the scene does not call for.
     pub not_called_for: Vec<&'static str>,
     /// What each effect of the scene adds to time and picture; none where there was no time for it.

@@ -7,14 +7,15 @@ mod walks;
 
 use std::time::Instant;
 
+use super::outputs::outputs;
 use super::report::{LadderReport, Report, RungReport, Shown};
 use super::setting::Setting;
 use super::shots::Shots;
 use super::studio::{Stopwatch, Studio};
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
 use crate::display::Display;
-use crate::effects::detect;
-use crate::ladder::{Choice, Ladder, Rung, reached};
+use crate::effects::{EffectSet, detect};
+use crate::ladder::{Choice, Ladder, called_for, reached};
 use crate::observer::Observer;
 use crate::prepare::PrepareError;
 use crate::scene::Scene;
@@ -36,6 +37,8 @@ pub(super) struct Session<'a> {
     stopwatch: Stopwatch,
     start: Instant,
     full_size: [u32; 2],
+    /// What the scene calls for.
+    present: EffectSet,
     pictured: Vec<Ladder>,
     priced: Vec<Ladder>,
     /// Rungs that take too long to be looked at.
@@ -53,8 +56,9 @@ impl<'a> Session<'a> {
         stopwatch: Stopwatch,
     ) -> Self {
         let effects = detect(scene, settings);
-        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) =
-            reached(scene, settings, &effects).partition(|ladder| ladder.changes_pictures());
+        let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects)
+            .filter(|&ladder| ladder != Ladder::Output)
+            .partition(|ladder| ladder.changes_pictures());
         // Where time is short, it is not many samples that the other ladders wait for.
         pictured.sort_by_key(|&ladder| ladder == Ladder::Samples);
         let full_size = settings.size;
@@ -69,6 +73,7 @@ impl<'a> Session<'a> {
             stopwatch,
             start,
             full_size,
+            present: called_for(&effects),
             pictured,
             priced,
             beyond: Vec::new(),
@@ -96,11 +101,13 @@ impl<'a> Session<'a> {
         let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &shots)).collect();
         let prices = self.prices(&shots, listener)?;
         let costs = self.costs(listener)?;
+        let own_picture = shots.first(&Setting::default());
+        let outputs = own_picture.map(|own| outputs(own, self.display, self.settings.output, self.stopwatch)).unwrap_or_default();
         let pictures = self.pictures(&shots);
         let frontier = self.frontier(&mut shots, listener)?;
         // The scene's own setting is the first of the first round, which ends late or with an error if that can't be had.
         let own = shots.measured(&Setting::default()).ok_or(PrepareError::Cancelled)?;
-        let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).copied().collect();
+        let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).chain(&[Ladder::Output]).copied().collect();
         let report = Report {
             size: self.settings.size,
             full_size: self.full_size,
@@ -108,6 +115,7 @@ impl<'a> Session<'a> {
             own,
             ladders,
             prices,
+            outputs,
             not_called_for: Ladder::ALL.into_iter().filter(|l| !called_for.contains(l)).map(Ladder::name).collect(),
             costs,
             frontier,
@@ -134,10 +142,16 @@ impl<'a> Session<'a> {
         (self.start.elapsed().as_secs_f64() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
+    /// The rungs of a ladder that are something else to this scene.
+    fn choices_of(&self, ladder: Ladder) -> impl DoubleEndedIterator<Item = Choice> + use<> {
+        let present = self.present;
+        ladder.choices().filter(move |choice| choice.differs(present))
+    }
+
     /// Every rung that a picture depends on and that is not in use.
     fn choices(&self) -> impl Iterator<Item = Choice> {
         let in_use = |choice: &Choice| choice.rung() == choice.ladder().in_use(self.scene, &self.settings);
-        let all = self.pictured.iter().flat_map(|ladder| ladder.choices());
+        let all = self.pictured.iter().flat_map(|&ladder| self.choices_of(ladder));
         all.filter(move |choice| !in_use(choice) && !self.beyond.contains(choice))
     }
 
@@ -149,7 +163,7 @@ impl<'a> Session<'a> {
 
     /// The most exact rung of those within reach.
     fn most_exact(&self, ladder: Ladder) -> Setting {
-        let choice = ladder.choices().rev().find(|choice| !self.beyond.contains(choice));
+        let choice = self.choices_of(ladder).rev().find(|choice| !self.beyond.contains(choice));
         choice.map(|choice| self.setting(choice)).unwrap_or_default()
     }
 
@@ -175,19 +189,19 @@ impl<'a> Session<'a> {
     fn ladder(&self, ladder: Ladder, shots: &Shots<'_>) -> LadderReport {
         let in_use = ladder.in_use(self.scene, &self.settings);
         let exact = self.most_exact(ladder);
-        let rung = |(choice, rung): (Choice, &Rung)| {
+        let rung = |choice: Choice| {
             let setting = self.setting(choice);
             let paired = if ladder.shares_random_numbers() { shots.paired(&setting, &exact) } else { None };
             RungReport {
-                rung: rung.name.to_owned(),
-                about: rung.about,
+                rung: choice.rung().to_owned(),
+                about: choice.about(),
                 in_use: setting == Setting::default(),
                 flag: setting.flags().pop(),
                 measured: shots.measured(&setting),
                 own_error: paired.map(|paired| paired.rmse),
             }
         };
-        LadderReport { ladder: ladder.name(), rungs: ladder.choices().zip(ladder.rungs()).map(rung).collect(), in_use }
+        LadderReport { ladder: ladder.name(), rungs: self.choices_of(ladder).map(rung).collect(), in_use }
     }
 
     /// The reference, and what each setting looks like that was rendered.

@@ -1,4 +1,4 @@
-//! From linear radiance to what a screen shows: exposure, tone map, transfer curve, 8-bit codes.
+//! From linear radiance to what a screen shows: exposure, tone map, transfer curve, codes.
 //!
 //! Every number has a defined picture: negative radiance is black, infinite radiance is as bright as can be, and a pixel
 //! with a NaN is [`NAN_MARKER`], which no scene shows by itself. The steps are computed in f64 with our own choice of
@@ -8,6 +8,7 @@ mod agx;
 mod codes;
 pub mod curve;
 mod matrix;
+mod output;
 mod tone;
 
 use rayon::prelude::*;
@@ -17,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::picture::Picture;
 use crate::scene::{Render, ToneMap, TransferCurve};
 pub use codes::CodeTable;
+pub use output::Output;
 use tone::Operator;
 
 /// Display values of a pixel that holds a NaN: pure magenta.
@@ -31,15 +33,19 @@ pub struct Display {
     pub curve: TransferCurve,
     /// Stops: radiance is multiplied by 2 to this power first.
     pub exposure_stops: f64,
+    /// What files keep of the values.
+    #[serde(default)]
+    pub output: Output,
 }
 
 impl Display {
     /// No exposure, no tone map, the sRGB curve: for pictures whose values are display-linear already.
-    pub const PLAIN: Self = Self { tone_map: ToneMap::None, curve: TransferCurve::Srgb, exposure_stops: 0.0 };
+    pub const PLAIN: Self =
+        Self { tone_map: ToneMap::None, curve: TransferCurve::Srgb, exposure_stops: 0.0, output: Output::Eight };
 
     /// What a scene asks for.
     pub fn of(render: &Render) -> Self {
-        Self { tone_map: render.tone_map, curve: render.gamma, exposure_stops: render.exposure }
+        Self { tone_map: render.tone_map, curve: render.gamma, exposure_stops: render.exposure, output: Output::default() }
     }
 
     /// The mapping of single pixels, with its tables made.
@@ -52,30 +58,27 @@ impl Display {
         }
     }
 
-    /// 8-bit codes of a picture, row after row from the top: three a pixel, or four where the picture has a coverage.
+    /// Codes of a picture, row after row from the top: three a pixel, or four where the picture has a coverage; of two bytes each, the high one
+    /// first, where [`Output::Sixteen`] is asked for. [`Output::Float`] has no codes: they are those of sixteen bits.
     ///
     /// A coverage is stored straight, as PNG wants it: colours are divided by it before they are mapped.
     pub fn to_codes(self, picture: &Picture) -> Vec<u8> {
         let map = self.prepare();
-        let width = picture.width.max(1) as usize;
-        if let Some(alpha) = &picture.alpha {
-            let mut codes = vec![[0_u8; 4]; picture.rgb.len()];
-            let rows = picture.rgb.par_chunks(width).zip(alpha.par_chunks(width));
-            codes.par_chunks_mut(width).zip(rows).for_each(|(out, (rgb, alpha))| {
-                for (out, (&rgb, &alpha)) in out.iter_mut().zip(rgb.iter().zip(alpha)) {
-                    let [r, g, b] = map.codes(straight(rgb, alpha));
-                    *out = [r, g, b, curve::quantise(f64::from(alpha).clamp(0.0, 1.0))];
-                }
-            });
-            codes.into_flattened()
-        } else {
-            let mut codes = vec![[0_u8; 3]; picture.rgb.len()];
-            codes.par_chunks_mut(width).zip(picture.rgb.par_chunks(width)).for_each(|(out, rgb)| {
-                for (out, &rgb) in out.iter_mut().zip(rgb) {
-                    *out = map.codes(rgb);
-                }
-            });
-            codes.into_flattened()
+        let colour = |i: usize| match &picture.alpha {
+            Some(alpha) => straight(picture.rgb[i], alpha[i]),
+            None => picture.rgb[i],
+        };
+        match (self.output, &picture.alpha) {
+            (Output::Eight, None) => by_rows(picture, |i, _| map.codes(colour(i))),
+            (Output::Dithered, None) => by_rows(picture, |i, place| map.dithered(colour(i), place)),
+            (Output::Eight, Some(alpha)) => by_rows(picture, |i, _| with(map.codes(colour(i)), eight(alpha[i]))),
+            (Output::Dithered, Some(alpha)) => by_rows(picture, |i, place| with(map.dithered(colour(i), place), eight(alpha[i]))),
+            (_, None) => by_rows(picture, |i, _| wide(map.sixteen(colour(i)))),
+            (_, Some(alpha)) => by_rows(picture, |i, _| {
+                let [[r0, r1], [g0, g1], [b0, b1]] = map.sixteen(colour(i)).map(u16::to_be_bytes);
+                let [a0, a1] = output::sixteen(f64::from(alpha[i]).clamp(0.0, 1.0)).to_be_bytes();
+                [r0, r1, g0, g1, b0, b1, a0, a1]
+            }),
         }
     }
 
@@ -85,6 +88,31 @@ impl Display {
         let rgb = picture.rgb.par_iter().map(|&rgb| map.values(rgb)).collect();
         Picture { width: picture.width, height: picture.height, rgb, alpha: None, layers: Vec::new() }
     }
+}
+
+/// Bytes of all pixels, by number and place, rows over threads.
+fn by_rows<const N: usize>(picture: &Picture, bytes: impl Fn(usize, [u32; 2]) -> [u8; N] + Sync) -> Vec<u8> {
+    let width = picture.width.max(1) as usize;
+    let mut all = vec![[0_u8; N]; picture.rgb.len()];
+    all.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        for (x, out) in row.iter_mut().enumerate() {
+            *out = bytes(y * width + x, [x as u32, y as u32]);
+        }
+    });
+    all.into_flattened()
+}
+
+fn with([r, g, b]: [u8; 3], a: u8) -> [u8; 4] {
+    [r, g, b, a]
+}
+
+fn eight(alpha: f32) -> u8 {
+    curve::quantise(f64::from(alpha).clamp(0.0, 1.0))
+}
+
+fn wide(codes: [u16; 3]) -> [u8; 6] {
+    let [[r0, r1], [g0, g1], [b0, b1]] = codes.map(u16::to_be_bytes);
+    [r0, r1, g0, g1, b0, b1]
 }
 
 /// Colour without the coverage that multiplies it; black where nothing is covered.
@@ -104,10 +132,7 @@ pub struct DisplayMap {
 impl DisplayMap {
     /// Display values in 0..1 of linear radiance; [`NAN_MARKER`] where a channel is NaN.
     pub fn values(&self, rgb: [f32; 3]) -> [f32; 3] {
-        match self.display_linear(rgb) {
-            Some(linear) => linear.map(|y| curve::encode(self.curve, f64::from(y)) as f32),
-            None => NAN_MARKER,
-        }
+        self.values_in_full(rgb).map(|value| value as f32)
     }
 
     /// 8-bit codes of linear radiance: floor(255 v + ½) of the display value v in f64.
@@ -116,6 +141,25 @@ impl DisplayMap {
         match self.display_linear(rgb) {
             Some(linear) => linear.map(|y| self.codes.code(y)),
             None => NAN_MARKER.map(|v| curve::quantise(f64::from(v))),
+        }
+    }
+
+    /// 16-bit codes of linear radiance.
+    pub fn sixteen(&self, rgb: [f32; 3]) -> [u16; 3] {
+        self.values_in_full(rgb).map(output::sixteen)
+    }
+
+    /// 8-bit codes of linear radiance at a place of the picture, dithered.
+    pub fn dithered(&self, rgb: [f32; 3], place: [u32; 2]) -> [u8; 3] {
+        let values = self.values_in_full(rgb);
+        core::array::from_fn(|channel| output::dithered(values[channel], place, channel))
+    }
+
+    /// Display values before they are rounded to f32.
+    fn values_in_full(&self, rgb: [f32; 3]) -> [f64; 3] {
+        match self.display_linear(rgb) {
+            Some(linear) => linear.map(|y| curve::encode(self.curve, f64::from(y))),
+            None => NAN_MARKER.map(f64::from),
         }
     }
 

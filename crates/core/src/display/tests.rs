@@ -10,7 +10,9 @@ const CURVES: [TransferCurve; 3] = [TransferCurve::Srgb, TransferCurve::Gamma22,
 fn every_display() -> impl Iterator<Item = Display> {
     MAPS.into_iter().flat_map(|tone_map| {
         let exposures = [-1.0, 0.0, 2.5];
-        CURVES.into_iter().flat_map(move |curve| exposures.map(|exposure_stops| Display { tone_map, curve, exposure_stops }))
+        CURVES
+            .into_iter()
+            .flat_map(move |curve| exposures.map(|exposure_stops| Display { tone_map, curve, exposure_stops, ..Display::PLAIN }))
     })
 }
 
@@ -151,7 +153,43 @@ fn a_picture_keeps_its_places() {
 #[test]
 fn a_scene_says_how_it_is_shown() {
     for display in every_display() {
-        let Display { tone_map, curve, exposure_stops } = display;
+        let Display { tone_map, curve, exposure_stops, .. } = display;
         assert_eq!(Display::of(&Render { tone_map, gamma: curve, exposure: exposure_stops, ..Render::default() }), display);
     }
+}
+
+/// Protects: codes of sixteen bits are two bytes a channel, the high one first, coverage too, in the order of the picture; dithered ones are
+/// one of the two nearest by place, and what has a code already keeps it.
+#[test]
+fn codes_of_every_kind() {
+    let picture = Picture {
+        width: 2,
+        height: 1,
+        rgb: vec![[0.25, 0.5, 1.0], [0.0, 0.1, 7.0]],
+        alpha: Some(vec![1.0, 0.5]),
+        layers: Vec::new(),
+    };
+    let linear = Display { curve: TransferCurve::None, output: Output::Sixteen, ..Display::PLAIN };
+    // 65535/4 + ½ = 16384.25, 65535/2 + ½ = 32768, and of the second pixel, whose colours are divided by its coverage, 0.2: 13107.5.
+    let halves = [16384_u16, 32768, 65535, 65535, 0, 13107, 65535, 32768];
+    assert_eq!(linear.to_codes(&picture), halves.iter().flat_map(|code| code.to_be_bytes()).collect::<Vec<u8>>());
+    let opaque = Picture { alpha: None, ..picture.clone() };
+    let halves = [16384_u16, 32768, 65535, 0, 6554, 65535];
+    assert_eq!(linear.to_codes(&opaque), halves.iter().flat_map(|code| code.to_be_bytes()).collect::<Vec<u8>>());
+
+    let flat = |rgb| Picture { width: 64, height: 64, rgb: vec![rgb; 64 * 64], alpha: None, layers: Vec::new() };
+    let dithered = Display { output: Output::Dithered, ..linear };
+    let codes = dithered.to_codes(&flat([0.3, 0.7, 1.0]));
+    let mean = |channel: usize| codes.iter().skip(channel).step_by(3).map(|&code| f64::from(code)).sum::<f64>() / 4096.0;
+    assert!(
+        (mean(0) - 76.5).abs() < 0.02 && (mean(1) - 178.5).abs() < 0.02 && mean(2) == 255.0,
+        "{} {} {}",
+        mean(0),
+        mean(1),
+        mean(2)
+    );
+    assert!(codes.chunks_exact(3).all(|c| (76..=77).contains(&c[0]) && (178..=179).contains(&c[1])));
+    let neighbours = codes.chunks_exact(3).zip(codes.chunks_exact(3).skip(1)).filter(|(a, b)| a[0] != b[0]).count();
+    assert!(neighbours > 1500, "neighbours differ mostly: {neighbours} of 4096");
+    assert_eq!(dithered.to_codes(&opaque).len(), 6);
 }

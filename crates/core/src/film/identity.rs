@@ -31,6 +31,10 @@ impl Identity {
             light_sampling,
             fresnel,
             microfacets,
+            area_shadows,
+            roulette,
+            sampler,
+            accumulation,
             seed,
             frame,
             precision,
@@ -43,9 +47,10 @@ impl Identity {
             tile_size: _,
             accelerator: _,
             kernel: _,
+            output: _,
             max_memory: _,
         } = settings;
-        let settings: [(&str, &dyn Debug); 17] = [
+        let settings: [(&str, &dyn Debug); 21] = [
             ("size", size),
             ("camera", camera),
             ("pattern of samples", &sampling.pattern()),
@@ -56,6 +61,10 @@ impl Identity {
             ("light sampling", light_sampling),
             ("Fresnel rule", fresnel),
             ("rule of microfacets", microfacets),
+            ("shadows of lamps", area_shadows),
+            ("Russian roulette", roulette),
+            ("sampler", sampler),
+            ("accumulation", accumulation),
             ("seed", seed),
             ("frame", frame),
             ("maximum error", max_error),

@@ -25,14 +25,21 @@ use crate::light::LightId;
 use crate::material::Sampled;
 use crate::prepare::{Alpha, Material};
 use crate::sampler::{Address, Purpose, pair};
-use crate::settings::LightSampling;
-
-/// Segments that every path may have before chance decides whether it goes on. Earlier, chance costs more noise than it saves time.
-const ROULETTE_FROM: u32 = 4;
+use crate::settings::{LightSampling, Roulette};
 
 /// From so many segments on a path ends by chance however bright it is, so that one in a white room, of which nothing is ever lost, has an end
 /// too: twenty more on average. Paths that are limited end before.
 const ENDS_FROM: u32 = 64;
+
+/// Segments that every path may have before chance decides whether it goes on. Before the fourth, chance costs more noise than it saves
+/// time in most scenes.
+pub(crate) const fn roulette_from(roulette: Roulette) -> u32 {
+    match roulette {
+        Roulette::Early => 1,
+        Roulette::Late => 4,
+        Roulette::Off => ENDS_FROM,
+    }
+}
 
 /// Chance to go on from there.
 const GOES_ON: f64 = 0.95;
@@ -175,12 +182,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             return P::Real::ONE;
         }
         let lights = &self.scene.lights;
-        if self.scene.light_sampling == LightSampling::Scattering {
+        let sampling = self.scene.sampling_of(light);
+        if sampling == LightSampling::Scattering {
             return P::Real::ONE;
         }
         let probability = lights.choice().probability::<P::Real>(light, from, normal);
         let other = if probability > 0.0 { drawn(probability) } else { 0.0 };
-        match self.scene.light_sampling {
+        match sampling {
             LightSampling::Lights if other > 0.0 => P::Real::ZERO,
             LightSampling::Lights => P::Real::ONE,
             _ => P::Real::from_f64(weight(density, other)),
@@ -205,7 +213,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         onward: Onward<P>,
     ) -> bool {
         let mut throughput = walk.throughput * drawn.weight;
-        if walk.traced >= ROULETTE_FROM {
+        if walk.traced >= self.scene.roulette_from {
             // Also ends what is no number.
             let most = if walk.traced < ENDS_FROM { P::Real::ONE } else { P::Real::from_f64(GOES_ON) };
             let survives = throughput.max_element().min(most);

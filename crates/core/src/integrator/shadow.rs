@@ -1,10 +1,10 @@
 //! How much of a light arrives: shadow rays under the scene's rule.
 
-use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vector};
+use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 use super::{Kernel, Leg, Tracer};
 use crate::interaction::Interaction;
-use crate::light::{LightSample, Target};
+use crate::light::{LightId, LightSample, Target};
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
 use crate::sampler::{Address, Purpose, pair};
 
@@ -30,7 +30,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         want_distance: bool,
     ) -> Between<P::Real> {
         match self.towards(light, at) {
-            Some((ray, range)) => self.between(&ray.at_time(at.time), range, want_distance),
+            Some((ray, range)) => self.between((&ray.at_time(at.time), range), &light.target, want_distance),
             // The light is where the ray would start: nothing is in between.
             None => Between { share: P::Real::ONE, distance: P::Real::INFINITY },
         }
@@ -43,7 +43,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
             (_, Target::Surface(surface)) => at.surface.spawn_to_surface(surface),
-            (Spawn::ErrorBound, Target::Point(position)) => at.surface.spawn_to(*position),
+            (Spawn::ErrorBound, Target::Point(position) | Target::Middle { point: position, .. }) => {
+                at.surface.spawn_to(*position)
+            }
             (Spawn::ErrorBound, Target::Infinity) => {
                 let range = Interval { min: P::Real::ZERO, max: rules.shadow_max_distance };
                 Some((Ray::new(at.surface.spawn(l), l), range))
@@ -52,12 +54,29 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             (Spawn::Constant { offset, shadow_min, .. }, target) => {
                 let p = at.surface.point;
                 let max = match target {
-                    Target::Point(position) => (*position - p).length(),
+                    Target::Point(position) | Target::Middle { point: position, .. } => (*position - p).length(),
                     _ => rules.shadow_max_distance,
                 };
                 Some((Ray::new(p + l * offset, l), Interval { min: shadow_min, max }))
             }
         }
+    }
+
+    /// A lamp as a point sees it that was drawn, and is to be seen by its middle where shadows are hard; none where it hides itself.
+    #[inline(always)]
+    pub(super) fn aimed(&self, light: LightId, drawn: LightSample<P::Real>, from: Vec3Of<P>) -> Option<LightSample<P::Real>> {
+        match light {
+            LightId::Emitter(emitter) if self.scene.casts_hard(emitter) => {
+                self.scene.lights.emitters.by_middle(emitter, drawn, from)
+            }
+            _ => Some(drawn),
+        }
+    }
+
+    /// Whether a hit on the way to a lamp's middle is the lamp itself.
+    #[inline(always)]
+    pub(super) fn is_own(&self, target: &Target<P::Real>, hit: &Hit<P::Real>) -> bool {
+        matches!(*target, Target::Middle { emitter, .. } if self.scene.lights.emitters.of(hit.outermost(), hit.primitive) == Some(emitter))
     }
 
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
@@ -73,14 +92,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if at.normal.dot(drawn.direction) <= P::Real::ZERO {
             return None;
         }
-        let (ray, range) = self.towards(&drawn, at)?;
-        let share = self.between(&ray.at_time(at.time), range, false).share;
+        let aimed = self.aimed(LightId::Emitter(index), drawn, at.surface.point)?;
+        let (ray, range) = self.towards(&aimed, at)?;
+        let share = self.between((&ray.at_time(at.time), range), &aimed.target, false).share;
         (share > P::Real::ZERO).then_some((drawn, share))
     }
 
     /// Traces towards a light.
     #[inline]
-    fn between(&mut self, ray: &Ray<P::Real>, range: Interval<P::Real>, want_distance: bool) -> Between<P::Real> {
+    fn between(
+        &mut self,
+        (ray, range): (&Ray<P::Real>, Interval<P::Real>),
+        target: &Target<P::Real>,
+        want_distance: bool,
+    ) -> Between<P::Real> {
         self.counters.shadow += 1;
         let scene = self.scene;
         let mut nearest = P::Real::INFINITY;
@@ -90,6 +115,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 ray,
                 range,
                 &mut |hit| {
+                    if self.is_own(target, hit) {
+                        return false;
+                    }
                     nearest = nearest.min(hit.t);
                     if first.is_none_or(|f| hit.order() < f.order()) {
                         first = Some(*hit);
@@ -106,6 +134,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             ray,
             range,
             &mut |hit| {
+                if self.is_own(target, hit) {
+                    return false;
+                }
                 nearest = nearest.min(hit.t);
                 product.factor(passes::<P, K>(scene, ray, hit).to_f64());
                 product.opaque && !want_distance

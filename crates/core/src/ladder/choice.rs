@@ -5,11 +5,14 @@ use core::fmt;
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 
 use super::{FILTERS, Ladder};
+use crate::display::Output;
 use crate::effects::{Effect, EffectSet};
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{ConstantOffset, Integrator, OffsetDirection, Scene, SpawnRule};
-use crate::settings::{LightSampling, Microfacets, PrecisionChoice, Sampling, Settings};
+use crate::settings::{
+    Accumulation, AreaShadows, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling, Settings,
+};
 use crate::suggest::closest;
 
 /// The constant offset of scenes that name none, in metres.
@@ -55,6 +58,17 @@ impl Choice {
         self.rung
     }
 
+    /// What the rung is, and what it gets wrong.
+    pub fn about(&self) -> &'static str {
+        self.ladder.rungs().iter().find(|rung| rung.name == self.rung).map_or("", |rung| rung.about)
+    }
+
+    /// Whether the rung is another picture than its neighbour to a scene that calls for these effects: without lamps of a size there are no
+    /// penumbras to lose.
+    pub fn differs(&self, present: EffectSet) -> bool {
+        (self.ladder, self.rung) != (Ladder::Shadows, "hard") || present.has(Effect::SoftShadows)
+    }
+
     /// Puts scene and settings on the rung.
     pub fn apply(&self, scene: &mut Scene, settings: &mut Settings) {
         // Names of rungs come from the ladder, so each is found and each number is one.
@@ -70,7 +84,16 @@ impl Choice {
                 (0, SpawnRule::Constant(_)) => {}
                 _ => scene.classic.spawn = SpawnRule::ErrorBound,
             },
-            Ladder::Shadows => switch(settings, Effect::Shadows, at == 0),
+            Ladder::Shadows => {
+                switch(settings, Effect::Shadows, at == 0);
+                settings.area_shadows = if at == 1 { AreaShadows::Hard } else { AreaShadows::Soft };
+            }
+            Ladder::Roulette => settings.roulette = [Roulette::Early, Roulette::Late, Roulette::Off][at],
+            Ladder::Sampler => {
+                settings.sampler = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol][at];
+            }
+            Ladder::Accumulation => settings.accumulation = [Accumulation::Single, Accumulation::Double][at],
+            Ladder::Output => settings.output = Output::ALL[at],
             Ladder::Colour => switch(settings, Effect::Dispersion, at == 0),
             Ladder::LightSampling => {
                 settings.light_sampling = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both][at];

@@ -39,10 +39,18 @@ pub enum Ladder {
     TextureFilter,
     /// How many segments a path may have.
     PathLength,
+    /// When chance ends paths.
+    Roulette,
     /// How much of a pixel's surroundings counts towards it.
     PixelFilter,
     /// How many samples a pixel takes.
     Samples,
+    /// Where random numbers come from.
+    Sampler,
+    /// What samples are added up in.
+    Accumulation,
+    /// What files keep of the picture.
+    Output,
     /// How long the tree is built for how fast it is walked.
     Build,
     /// How rays find what they hit.
@@ -60,7 +68,7 @@ pub struct Rung {
 
 impl Ladder {
     /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 18] = [
         Self::Integrator,
         Self::Precision,
         Self::RayOffset,
@@ -71,8 +79,12 @@ impl Ladder {
         Self::Colour,
         Self::TextureFilter,
         Self::PathLength,
+        Self::Roulette,
         Self::PixelFilter,
         Self::Samples,
+        Self::Sampler,
+        Self::Accumulation,
+        Self::Output,
         Self::Build,
         Self::Accelerator,
     ];
@@ -97,9 +109,9 @@ impl Ladder {
         self.rungs().iter().map(move |rung| Choice { ladder: self, rung: rung.name })
     }
 
-    /// Whether the picture depends on it; otherwise only time and memory do.
+    /// Whether the picture depends on it; otherwise only time and memory do, or what a file keeps of it.
     pub const fn changes_pictures(self) -> bool {
-        !matches!(self, Self::Build | Self::Accelerator)
+        !matches!(self, Self::Build | Self::Accelerator | Self::Output)
     }
 
     /// Whether its rungs are different pictures of equal right, so that none is the more exact one: what the scene asks for is what
@@ -110,7 +122,7 @@ impl Ladder {
 
     /// Whether a render on one rung can have the random numbers of a render on another, so that they differ by the choice alone.
     pub const fn shares_random_numbers(self) -> bool {
-        !matches!(self, Self::Samples | Self::LightSampling | Self::Integrator | Self::Colour)
+        !matches!(self, Self::Samples | Self::Sampler | Self::LightSampling | Self::Integrator | Self::Colour | Self::Roulette)
     }
 
     /// A scene reaches it when it calls for one of these; every scene does where the set is empty.
@@ -123,7 +135,7 @@ impl Ladder {
                 Effect::Refraction,
                 Effect::Transparency,
             ]),
-            Self::Shadows => EffectSet::of(&[Effect::Shadows]),
+            Self::Shadows => EffectSet::of(&[Effect::Shadows, Effect::SoftShadows]),
             Self::LightSampling => EffectSet::of(&[Effect::SoftShadows, Effect::SkyLight]),
             Self::Fresnel | Self::Microfacets => EffectSet::of(&[Effect::PhysicalMaterials]),
             Self::Colour => EffectSet::of(&[Effect::Dispersion]),
@@ -144,7 +156,12 @@ impl Ladder {
                 SpawnRule::Constant(_) => "constant".to_owned(),
                 SpawnRule::ErrorBound => "error-bound".to_owned(),
             },
-            Self::Shadows => if settings.without.has(Effect::Shadows) { "off" } else { "on" }.to_owned(),
+            Self::Shadows if settings.without.has(Effect::Shadows) => rung(0),
+            Self::Shadows => rung(1 + settings.area_shadows as usize),
+            Self::Roulette => rung(settings.roulette as usize),
+            Self::Sampler => rung(settings.sampler as usize),
+            Self::Accumulation => rung(settings.accumulation as usize),
+            Self::Output => rung(settings.output as usize),
             Self::LightSampling => rung(settings.light_sampling as usize),
             Self::Fresnel => rung(settings.fresnel as usize),
             Self::Microfacets => rung(settings.microfacets as usize),
@@ -202,12 +219,19 @@ pub struct Standing {
     pub rungs: &'static [Rung],
 }
 
+/// The effects that a scene calls for.
+pub fn called_for(effects: &EffectReport) -> EffectSet {
+    effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect()
+}
+
 /// The ladders that a scene reaches: those whose effects it calls for.
 pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> impl Iterator<Item = Ladder> + use<> {
-    let present: EffectSet = effects.effects.iter().filter(|f| f.status != Status::Absent).map(|f| f.effect).collect();
+    let present = called_for(effects);
     // Whitted ray tracing always asks, and meets nothing by chance; paths go on from every surface.
     let paths = chosen(scene, settings) == Integrator::Path;
     let is_fixed = settings.sampling.is_fixed();
+    // Where samples lie at random places, or draw points of lamps.
+    let by_chance = !is_fixed || paths || present.has(Effect::SoftShadows) || present.has(Effect::FuzzyReflection);
     let called_for = move |ladder: Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
     Ladder::ALL.into_iter().filter(move |&ladder| match ladder {
         // Classic surfaces have one reading by each integrator, and neither is the more exact one.
@@ -215,6 +239,8 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
         Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => paths && called_for(ladder),
         Ladder::PathLength => paths || called_for(ladder),
         Ladder::PixelFilter => !is_fixed,
+        Ladder::Roulette => paths,
+        Ladder::Sampler | Ladder::Accumulation => by_chance,
         _ => called_for(ladder),
     })
 }

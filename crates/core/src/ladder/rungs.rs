@@ -15,7 +15,11 @@ const RAY_OFFSET: &[Rung] = &[
     rung("constant", "a constant distance: right at one scale, false shadows and leaks at others"),
     rung("error-bound", "outside the error of the hit point, at every scale"),
 ];
-const SHADOWS: &[Rung] = &[rung("off", "light passes through everything"), rung("on", "what stands in between counts")];
+const SHADOWS: &[Rung] = &[
+    rung("off", "light passes through everything"),
+    rung("hard", "a lamp is there where its middle is seen: no penumbras, and where it is half hidden all or nothing"),
+    rung("on", "what stands in between counts"),
+];
 const LIGHT_SAMPLING: &[Rung] = &[
     rung("scattering", "paths meet light by chance: noise where lights are small"),
     rung("lights", "each vertex asks one light: noise where surfaces are glossy and lights large"),
@@ -40,6 +44,26 @@ const PIXEL_FILTER: &[Rung] = &[
     rung("blackman-harris", "a narrower bell over three pixels"),
     rung("tent", "up to the middles of the neighbours"),
     rung("box", "the pixel alone: sharp, with stairs at high contrast"),
+];
+const ROULETTE: &[Rung] = &[
+    rung("early", "dim paths are ended by chance from the first surface on: less time a sample, more noise"),
+    rung("late", "from the fourth segment on"),
+    rung("off", "no path ends by chance: least noise a sample, most time"),
+];
+const SAMPLER: &[Rung] = &[
+    rung("independent", "each number by itself: noise falls with the root of the samples"),
+    rung("stratified", "sixteen at a time on a jittered grid: less noise where pictures are smooth"),
+    rung("sobol", "scrambled Sobol points: least noise, four dimensions even together"),
+];
+const ACCUMULATION: &[Rung] = &[
+    rung("f32", "each sample is added to an f32: rounded to the steps of the sum so far"),
+    rung("f64", "sums keep every digit of their samples"),
+];
+const OUTPUT: &[Rung] = &[
+    rung("8-bit", "PNG of 256 codes: steps in dark ramps, and nothing brighter than white"),
+    rung("8-bit-dither", "PNG of 256 codes, one of the two nearest by place: no steps, and a grain of one code"),
+    rung("16-bit", "PNG of 65 536 codes: nothing brighter than white"),
+    rung("float", "EXR alone: linear radiance as it is"),
 ];
 const PATH_LENGTH: &[Rung] = &[
     rung("1", "camera rays alone: no reflection, no refraction"),
@@ -103,6 +127,10 @@ pub(super) const fn facts(ladder: Ladder) -> Facts {
         Ladder::Colour => of("colour", COLOUR, "spectral"),
         Ladder::TextureFilter => of("texture-filter", TEXTURE_FILTER, "bilinear"),
         Ladder::PathLength => of("path-length", PATH_LENGTH, "8"),
+        Ladder::Roulette => of("roulette", ROULETTE, "late"),
+        Ladder::Sampler => of("sampler", SAMPLER, "sobol"),
+        Ladder::Accumulation => of("accumulation", ACCUMULATION, "f64"),
+        Ladder::Output => of("output", OUTPUT, "8-bit"),
         Ladder::PixelFilter => of("pixel-filter", PIXEL_FILTER, "box"),
         Ladder::Samples => of("samples", SAMPLES, "64"),
         Ladder::Build => of("build", BUILD, "medium"),

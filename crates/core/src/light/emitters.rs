@@ -1,6 +1,7 @@
 //! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray meets them.
 
 mod list;
+mod middle;
 
 use core::f64::consts::PI;
 

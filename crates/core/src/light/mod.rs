@@ -61,6 +61,13 @@ pub enum Target<R: Real> {
     Point(R::Vec3),
     /// A point of a surface, which must not be in its own light.
     Surface(Surface<R>),
+    /// The middle of an emitter, which is not in its own light either, although rays to there meet it.
+    Middle {
+        /// Where it is.
+        point: R::Vec3,
+        /// Which emitter.
+        emitter: u32,
+    },
 }
 
 /// How densely a direction is drawn.

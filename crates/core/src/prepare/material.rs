@@ -71,6 +71,15 @@ impl<R: Real> Material<R> {
         solid && self.shadow_transmittance() == Some(R::ZERO)
     }
 
+    /// Whether it may give off light.
+    pub fn glows(&self) -> bool {
+        match self {
+            Self::Classic(m) => m.emission.is_some(),
+            Self::Physical(m) => m.emission.is_some(),
+            Self::Unused => false,
+        }
+    }
+
     /// What it gives off at a point.
     pub fn emission_at(&self, here: &Here<'_, R>) -> R::Vec3 {
         match self {

@@ -20,7 +20,8 @@ use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector}
 use crate::camera::{Camera, Cone, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
-use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, Lights, Strategy, prepare_sky};
+use crate::integrator::roulette_from;
+use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, LightId, Lights, Strategy, prepare_sky};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
@@ -28,7 +29,7 @@ use crate::observer::Observer;
 use crate::scene::{
     self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule,
 };
-use crate::settings::{Background, LightSampling, Microfacets, Settings};
+use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Settings};
 
 pub(crate) use estimate::estimate;
 pub use extent::Extent;
@@ -162,7 +163,11 @@ pub struct Prepared<P: Precision> {
     /// What lies over, under and in materials that have such.
     pub(crate) layers: Vec<Layered<P::Real>>,
     /// How a path tracer finds light with a size.
-    pub(crate) light_sampling: LightSampling,
+    light_sampling: LightSampling,
+    /// Whether it is the middle of a lamp that has to be seen.
+    pub(crate) hard_shadows: bool,
+    /// Segments that a path has before chance may end it.
+    pub(crate) roulette_from: u32,
     /// What the brightest channel of a sample is brought down to; none: nothing is.
     pub(crate) clamp: Option<P::Real>,
     /// Whether rough surfaces give back what their facets send to each other.
@@ -232,7 +237,8 @@ impl<P: Precision> Prepared<P> {
                 Material::Unused
             });
         }
-        let facets = facets(scene, (&materials, &context.layers), &inputs.sources, paths);
+        let hard_shadows = settings.area_shadows == AreaShadows::Hard;
+        let facets = facets(scene, (&materials, &context.layers), &inputs.sources, (paths, hard_shadows));
         let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
@@ -296,10 +302,29 @@ impl<P: Precision> Prepared<P> {
             rules: Rules::new(&scene.classic),
             layers: context.layers,
             light_sampling: settings.light_sampling,
+            hard_shadows,
+            roulette_from: roulette_from(settings.roulette),
             clamp: settings.clamp.map(P::Real::from_f64),
             compensates: settings.microfacets == Microfacets::Compensated,
             veil: Vector::from_f64(scene.render.veil.0.into()),
         })
+    }
+
+    /// How a path tracer finds a light with a size. Lamps of which the middle alone counts are asked, since a path that meets one by chance
+    /// does not know what the middle sees.
+    #[inline(always)]
+    pub(crate) fn sampling_of(&self, light: LightId) -> LightSampling {
+        match light {
+            LightId::Emitter(i) if self.casts_hard(i) && self.light_sampling == LightSampling::Both => LightSampling::Lights,
+            _ => self.light_sampling,
+        }
+    }
+
+    /// Whether a lamp's shadows are hard. Where its light varies it is read where a shadow ray meets it, which has to be a point that was
+    /// drawn.
+    #[inline(always)]
+    pub(crate) fn casts_hard(&self, emitter: u32) -> bool {
+        self.hard_shadows && !self.lights.emitters.varies(emitter)
     }
 
     /// What it takes, without the film.
@@ -357,7 +382,7 @@ fn facets<R: Real>(
     scene: &Scene,
     (materials, layers): (&[Material<R>], &[Layered<R>]),
     sources: &Sources<R>,
-    paths: bool,
+    (paths, hard): (bool, bool),
 ) -> Vec<Facet> {
     let asks = scene.classic.shadow == ShadowRule::FirstInOrder || materials.iter().any(Material::asks_how_far);
     let facet = |(material, data): (&Material<R>, &scene::Material)| {
@@ -365,7 +390,8 @@ fn facets<R: Real>(
         let sets = data.uv_sets().into_iter().filter(|&set| (set as usize) < scene::MOST_UV_SETS);
         let solid = if paths { material.covers() } else { material.is_opaque() && !asks };
         Facet {
-            occlusion: if solid { Occlusion::Opaque } else { Occlusion::Ask },
+            // A ray to a lamp's middle passes the lamp itself.
+            occlusion: if solid && !(hard && material.glows()) { Occlusion::Opaque } else { Occlusion::Ask },
             // A path tracer asks whose light it is: that of surfaces and of the sky passes nothing that rays meet.
             without_shadow: if paths { Occlusion::Ask } else { Occlusion::None },
             coordinates,

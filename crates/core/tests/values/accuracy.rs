@@ -5,7 +5,7 @@ use core::time::Duration;
 use raywright_core::Settings;
 use raywright_core::accuracy::{Effort, LadderReport, MeasureError, Report, Start, measure};
 use raywright_core::prepare::PrepareError;
-use raywright_core::scene::Scene;
+use raywright_core::scene::{Scene, ToneMap, TransferCurve};
 use raywright_core::settings::Sampling;
 use serde_json::json;
 
@@ -56,6 +56,31 @@ fn errors_are_those_of_the_closed_form() {
     assert_eq!((report.size, report.reference.standard_error), ([4, 3], 0.0));
 }
 
+/// Protects: what files keep is measured on the scene's own picture: a grey of 0.2 lies 0.2·255 − 51 from its code under a linear curve, and
+/// one brighter than white is clipped; floats keep all of it, and each kind takes its bytes.
+#[test]
+fn files_keep_what_they_can() {
+    let grey = |radiance: f64| {
+        let mut scene = corridor();
+        let model = json!({ "classic": { "local": 0, "emission": radiance } });
+        scene.materials[0] = serde_json::from_value(json!({ "name": "m", "model": model })).expect("a material");
+        scene.render.gamma = TransferCurve::None;
+        scene.render.tone_map = ToneMap::None;
+        measured(&scene).outputs
+    };
+    let value = f64::from(0.2005_f32);
+    let (kept, white) = (grey(0.2005), grey(1.5));
+    let names: Vec<_> = kept.iter().map(|of| (of.rung, of.bytes_per_pixel, of.in_use)).collect();
+    assert_eq!(names, [("8-bit", 3, true), ("8-bit-dither", 3, false), ("16-bit", 6, false), ("float", 12, false)]);
+    let off = |steps: f64| (value - (steps * value).round() / steps).abs();
+    for (of, steps) in [(&kept[0], 255.0), (&kept[2], 65535.0)] {
+        assert!((of.rmse - off(steps)).abs() < 1e-7 && (of.greatest - off(steps)).abs() < 1e-7, "{of:?}");
+    }
+    assert!(kept[1].greatest > off(255.0) && kept[1].greatest < 1.0 / 255.0, "{:?}", kept[1]);
+    assert!(kept[3].rmse == 0.0 && kept[3].seconds.is_none() && kept[0].seconds.is_some());
+    assert_eq!((kept[0].clipped, white[0].clipped, white[2].clipped, white[3].clipped), (0.0, 1.0, 1.0, 0.0));
+}
+
 /// Protects: the frontier goes from the shortest paths to those without error, its settings ask for what they say, and ladders that
 /// the scene does not call for are named and not measured; trees and scans give one picture.
 #[test]
@@ -70,7 +95,19 @@ fn the_frontier_ends_without_error() {
     assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
     assert_eq!(
         report.not_called_for,
-        ["integrator", "shadows", "light-sampling", "fresnel", "microfacets", "colour", "texture-filter", "pixel-filter"]
+        [
+            "integrator",
+            "shadows",
+            "light-sampling",
+            "fresnel",
+            "microfacets",
+            "colour",
+            "texture-filter",
+            "roulette",
+            "pixel-filter",
+            "sampler",
+            "accumulation"
+        ]
     );
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
         assert!(price.paid.as_ref().expect("there is time").same_bits, "{}", price.rung);

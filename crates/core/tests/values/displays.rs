@@ -4,7 +4,7 @@ use raywright_core::display::Display;
 use raywright_core::scene::{ToneMap, TransferCurve};
 
 fn shown(tone_map: ToneMap, curve: TransferCurve, rgb: [f32; 3]) -> [f32; 3] {
-    Display { tone_map, curve, exposure_stops: 0.0 }.prepare().values(rgb)
+    Display { tone_map, curve, exposure_stops: 0.0, ..Display::PLAIN }.prepare().values(rgb)
 }
 
 /// Protects: AgX of three colours by its published matrices, range and sigmoid, computed apart from this code in double precision.

@@ -30,6 +30,7 @@ mod offsets;
 mod paths;
 mod physical;
 mod reflections;
+mod rungs;
 mod sampler;
 mod shadows;
 mod skies;

@@ -1,8 +1,10 @@
 //! Random numbers by address: every part of an address counts, and the numbers stay what they are.
 
 use raywright_core::sampler::{Address, Branch, Purpose, pair};
+use raywright_core::settings::SamplerKind;
 
-const AT: Address = Address { seed: 11, frame: 0, pixel: [3, 5], replicate: 0, index: 7, bounce: 0, branch: 0 };
+const AT: Address =
+    Address { seed: 11, frame: 0, pixel: [3, 5], replicate: 0, index: 7, bounce: 0, branch: 0, sampler: SamplerKind::Sobol };
 
 /// Protects: all bits of seed, frame, pixel, replicate, index, bounce and branch, and the purpose, are part of the address.
 #[test]

@@ -1,4 +1,4 @@
-//! The display picture as an 8-bit PNG.
+//! The display picture as a PNG of 8 or 16 bits.
 
 use std::io;
 
@@ -9,7 +9,7 @@ use raywright_core::scene::TransferCurve;
 
 use super::metadata::Metadata;
 
-/// A PNG of the picture as the display settings show it: 8-bit RGB, or RGBA where the picture has a coverage (stored
+/// A PNG of the picture as the display settings show it: RGB of 8 bits, or of 16 where they ask for more, or RGBA where the picture has a coverage (stored
 /// straight). An sRGB curve is declared by the sRGB chunk, any other by gAMA alone; metadata are tEXt chunks, or iTXt where a
 /// text is not plain ASCII. Pixels with a NaN have the codes of [`raywright_core::display::NAN_MARKER`].
 pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
@@ -17,7 +17,7 @@ pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, picture.width, picture.height);
     encoder.set_color(if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
-    encoder.set_depth(BitDepth::Eight);
+    encoder.set_depth(if display.output.bytes() == 1 { BitDepth::Eight } else { BitDepth::Sixteen });
     encoder.set_compression(Compression::Fast);
     // The specification wants this gamma beside an sRGB chunk too, for readers that do not know it.
     let gamma_times_100_000 = if display.curve == TransferCurve::None { 100_000 } else { 45_455 };

@@ -127,12 +127,13 @@ impl Page<'_> {
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{}</style></head>\n\
              <body><main>\n<h1>{title}</h1>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n\
-             <div class=\"wide\">{plot}</div>\n{}{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
+             <div class=\"wide\">{plot}</div>\n{}{}{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
             include_str!("page.css"),
             escaped(self.command),
             self.frontier(),
             self.rungs(),
             self.prices(),
+            self.outputs(),
             self.pictures(),
             self.effects(),
             include_str!("page.js"),

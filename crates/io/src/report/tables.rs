@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, Paid, RungReport};
+use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, Paid, RungReport};
 use raywright_core::effects::Status;
 
 use super::page::{Page, number};
@@ -73,6 +73,26 @@ impl Page<'_> {
             "<h2>What changes no picture</h2>\n<p class=\"soft\">Paid in time and memory alone; that the pictures are the same bits is \
              checked.</p>\n<div class=\"wide\"><table><thead><tr><th>rung</th><th>CPU ms</th><th>× own</th><th>preparing, CPU ms</th>\
              <th>memory</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+        )
+    }
+
+    /// What files keep of the picture.
+    pub(super) fn outputs(&self) -> String {
+        let row = |of: &OutputReport| {
+            let own = if of.in_use { " class=\"own\"" } else { "" };
+            let coding = of.seconds.map(|seconds| number(seconds.median * 1e3)).unwrap_or_default();
+            let figures = [of.rmse, of.greatest, of.flip].map(number);
+            let cells = [of.bytes_per_pixel.to_string(), coding].into_iter().chain(figures);
+            let cells: String =
+                cells.chain([format!("{:.1} %", 100.0 * of.clipped)]).map(|cell| format!("<td>{cell}</td>")).collect();
+            format!("<tr{own}><td title=\"{}\">{}</td>{cells}</tr>\n", escaped(of.about), escaped(of.rung))
+        };
+        let rows: String = self.report.outputs.iter().map(row).collect();
+        format!(
+            "<h2>What a file keeps</h2>\n<p class=\"soft\">Differences of display values, 0 to 1, from those that were computed. Clipped: \
+             pixels with a channel as bright as can be, which is lost where the picture is exposed again.</p>\n<div class=\"wide\">\
+             <table><thead><tr><th>rung</th><th>bytes a pixel</th><th>coding, CPU ms</th><th>RMSE</th><th>greatest</th><th>FLIP</th>\
+             <th>clipped</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         )
     }
 

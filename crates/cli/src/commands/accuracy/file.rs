@@ -139,12 +139,16 @@ impl<'a> Document<'a> {
     }
 }
 
-/// The command that renders a scene with flags that were asked for and those of a setting, which come before them.
+/// The command that renders a scene with flags that were asked for and those of a setting, which come before them; all rungs in one flag.
 fn command_of(scene: &str, asked: &[String], flags: &[String]) -> String {
-    let ladder = |flag: &str| flag.split_once('=').map(|(ladder, _)| ladder.to_owned());
-    let stays = |flag: &&String| !flag.starts_with("--rung ") || !flags.iter().any(|other| ladder(other) == ladder(flag));
-    let words = ["raywright render".to_owned(), quoted(scene)].into_iter();
-    words.chain(asked.iter().filter(stays).cloned()).chain(flags.iter().cloned()).collect::<Vec<_>>().join(" ")
+    let rung = |flag: &'_ String| flag.strip_prefix("--rung ").map(str::to_owned);
+    let ladder = |rung: &str| rung.split_once('=').map(|(ladder, _)| ladder.to_owned());
+    let chosen: Vec<String> = flags.iter().filter_map(rung).collect();
+    let stays = |rung: &String| !chosen.iter().any(|other| ladder(other) == ladder(rung));
+    let rungs: Vec<String> = asked.iter().filter_map(rung).filter(stays).chain(chosen.iter().cloned()).collect();
+    let others = asked.iter().chain(flags).filter(|flag| rung(flag).is_none()).cloned();
+    let all = (!rungs.is_empty()).then(|| format!("--rung {}", rungs.join(",")));
+    ["raywright render".to_owned(), quoted(scene)].into_iter().chain(others).chain(all).collect::<Vec<_>>().join(" ")
 }
 
 /// How it was measured: the machine, the size, the reference, and what is missing.
@@ -200,7 +204,12 @@ mod tests {
         let [asked, flags] = [["--integrator path", "--rung samples=16"], ["--rung samples=64", "--rung precision=fast"]]
             .map(|list| list.map(str::to_owned));
         let command = command_of("a b.glb", &asked, &flags);
-        assert_eq!(command, "raywright render 'a b.glb' --integrator path --rung samples=64 --rung precision=fast");
+        assert_eq!(command, "raywright render 'a b.glb' --integrator path --rung samples=64,precision=fast");
         assert_eq!(command_of("preset:x", &asked, &[]), "raywright render preset:x --integrator path --rung samples=16");
+        assert_eq!(
+            command_of("preset:x", &asked, &flags[1..]),
+            "raywright render preset:x --integrator path --rung samples=16,precision=fast"
+        );
+        assert_eq!(command_of("preset:x", &[], &[]), "raywright render preset:x");
     }
 }

@@ -1,6 +1,6 @@
 //! A measurement as a table for the terminal, with a small plot of the frontier.
 
-use raywright_core::accuracy::{Interval, LadderReport, Measured, Price, PriceReport, Report, RungReport};
+use raywright_core::accuracy::{Interval, LadderReport, Measured, OutputReport, Price, PriceReport, Report, RungReport};
 use raywright_core::bench::Spread;
 use raywright_io::human_bytes;
 
@@ -19,6 +19,7 @@ pub fn table(document: &Document<'_>) -> String {
     let mut text = format!("{}\n{}\n", document.scene, document.circumstances.join("\n"));
     text += &rungs(report);
     text += &prices(report);
+    text += &files(report);
     text += &report.costs.as_ref().map(dear).unwrap_or_default();
     if !report.not_called_for.is_empty() {
         text += &format!("\nnot called for by this scene, and not measured: {}\n", report.not_called_for.join(", "));
@@ -127,6 +128,23 @@ fn price(of: &Price) -> [String; 6] {
         spoken_finely(paid.preparing.median),
         format!("{}{bits}", human_bytes(paid.geometry)),
     ]
+}
+
+/// What files keep of the picture.
+fn files(report: &Report) -> String {
+    let heads = ["what a file keeps", "bytes a pixel", "coding", "RMSE", "greatest", "FLIP", "clipped"].map(str::to_owned);
+    let row = |of: &OutputReport| {
+        let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
+        let coding = of.seconds.as_ref().map(time).unwrap_or_default();
+        let errors = [of.rmse, of.greatest, of.flip].map(|error| significant(error, 2));
+        let [rmse, greatest, flip] = errors;
+        [name, of.bytes_per_pixel.to_string(), coding, rmse, greatest, flip, format!("{:.1} %", 100.0 * of.clipped)]
+    };
+    let rows: Vec<[String; 7]> = [heads].into_iter().chain(report.outputs.iter().map(row)).collect();
+    let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
+    let note =
+        "of display values, 0 to 1, against those that were computed; clipped: pixels with a channel as bright as can be\n";
+    format!("\n{}{note}", lay_out_aligned(columns, &rows))
 }
 
 /// The settings worth their time, as commands, and as a plot.

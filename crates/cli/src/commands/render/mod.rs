@@ -9,7 +9,7 @@ use std::path::Path;
 
 use raywright_core::Rendered;
 use raywright_core::settings::Settings;
-use raywright_io::output::write_atomically;
+use raywright_io::output::{Format, write_atomically};
 use raywright_io::{Error, Limits};
 
 use crate::args::RenderArgs;
@@ -33,6 +33,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let mut targets = targets::pictures(&args.outputs, &mut outputs)?;
     refuse_terminal(&targets)?;
     refuse_layers_without_place(args, &targets)?;
+    refuse_codes_for_floats(args, &targets)?;
     check_stats_target(args, &mut outputs)?;
     film::check(&args.film, args.light.max_error, &targets, &mut outputs)?;
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
@@ -41,12 +42,14 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let style = args.report.progress;
     let mut loaded = threads.run(|| scene_input::watched(&name, &args.changes, limits(args), verbosity, style))?;
     if targets.is_empty() && args.film.part.is_none() {
-        targets = vec![targets::unnamed(&loaded.source.stem, &mut outputs, &loaded.inputs)?];
+        let format = if wants_floats(args) { Format::Exr } else { Format::Png };
+        targets = vec![targets::unnamed(&loaded.source.stem, format, &mut outputs, &loaded.inputs)?];
     }
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::complete(&mut loaded, &args.changes, verbosity);
     let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded.scene, settings))?;
     plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
+    plan.display.output = plan.settings.output;
     let load = clock.lap();
 
     let ready = threads.run(|| prepared(&loaded, &plan.settings, &Watch::until(stop)))?;
@@ -109,6 +112,20 @@ fn refuse_layers_without_place(args: &RenderArgs, targets: &[Target]) -> Result<
     }
     let error = Error::usage("--aov adds layers to an .exr picture, and none is written");
     Err(error.with_hint("add one: -o picture.exr").into())
+}
+
+/// Whether pictures are to keep linear numbers alone.
+fn wants_floats(args: &RenderArgs) -> bool {
+    args.choices.rungs.iter().any(|choice| choice.to_string() == "output=float")
+}
+
+/// A PNG holds codes.
+fn refuse_codes_for_floats(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
+    if !wants_floats(args) || targets.iter().all(Target::has_layers) {
+        return Ok(());
+    }
+    let error = Error::usage("--rung output=float keeps linear numbers, and a PNG has codes of display values");
+    Err(error.with_hint("name pictures that end in .exr, or leave the rung away").into())
 }
 
 /// The report is JSON in a file of its own.

@@ -31,7 +31,7 @@ pub fn write(
                 written.push(path.display().to_string());
             }
             // Something else may lie there by now; a picture that took an hour is not given up for it.
-            Target::Unnamed(path) => {
+            Target::Unnamed(path, _) => {
                 let is_free = |other: &Path| other == path || is_free(other);
                 let name = output::write_unnamed_picture(path, &rendered.picture, display, metadata, is_free)?;
                 written.push(name.display().to_string());

@@ -32,7 +32,7 @@ impl Session<'_> {
         let mut exact = Setting::default();
         for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste())
         {
-            for choice in ladder.choices().rev() {
+            for choice in self.choices_of(ladder).rev() {
                 let setting = self.setting(choice);
                 match self.studio(&settings).take(&setting, 0, Instant::now() + patience) {
                     Ok(_) => {

@@ -15,7 +15,10 @@ use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::picture::Picture;
 use crate::scene::{Integrator, Pattern};
-use crate::settings::{Background, Crop, LightSampling, Microfacets, PrecisionChoice, Sampling, Settings};
+use crate::settings::{
+    Accumulation, AreaShadows, Background, Crop, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind, Sampling,
+    Settings,
+};
 use crate::{Observer, Ready};
 
 fn part(ready: &Ready, tile: u32, replicate: u32) -> Film {
@@ -168,11 +171,15 @@ fn what_does_not_belong_together_is_refused() {
     assert_eq!(foreign(other(|s| s.light_sampling = LightSampling::Lights)), "light sampling");
     assert_eq!(foreign(other(|s| s.fresnel = FresnelRule::Exact)), "Fresnel rule");
     assert_eq!(foreign(other(|s| s.microfacets = Microfacets::Single)), "rule of microfacets");
+    assert_eq!(foreign(other(|s| s.area_shadows = AreaShadows::Hard)), "shadows of lamps");
+    assert_eq!(foreign(other(|s| s.roulette = Roulette::Off)), "Russian roulette");
+    assert_eq!(foreign(other(|s| s.sampler = SamplerKind::Independent)), "sampler");
+    assert_eq!(foreign(other(|s| s.accumulation = Accumulation::Single)), "accumulation");
     assert_eq!(foreign(other(|s| s.without = [Effect::Shadows].into_iter().collect())), "list of effects switched off");
     assert_eq!(foreign(other(|s| s.sampling = Sampling::Pattern(Pattern::Corners))), "pattern of samples");
     assert_eq!(foreign(own.film("another scene")), "scene");
     // How a part is computed does not matter.
-    let alike = other(|s| s.accelerator = raywright_bvh::AcceleratorKind::Linear);
+    let alike = other(|s| (s.accelerator, s.output) = (raywright_bvh::AcceleratorKind::Linear, crate::display::Output::Sixteen));
     assert!(Film::merge(&[a, alike]).is_ok());
     let mut strange = ready(&Settings { seed: 1, ..settings(6) }).film("scene");
     let refused = own.render_part(&mut strange, &Part { tiles: 0..1, step: 1, replicates: 0..1 }, &());

@@ -56,7 +56,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 (answer, gain)
             }
             Density::SolidAngle(density) => {
-                let share = match scene.light_sampling {
+                let share = match scene.sampling_of(light) {
                     LightSampling::Scattering => return Vector::ZERO,
                     LightSampling::Lights => P::Real::ONE,
                     LightSampling::Both => P::Real::from_f64(weight(density, bsdf.pdf(view, seen.direction).to_f64())),
@@ -64,6 +64,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 (value(), share)
             }
         };
+        let Some(seen) = self.aimed(light, seen, point) else { return Vector::ZERO };
         let mut sent = seen.arriving * answer * (Real::abs(facing) * share);
         if sent == Vector::ZERO || !sent.is_finite() {
             return Vector::ZERO;
@@ -102,7 +103,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             &ray,
             range,
             &mut |hit| {
-                product.factor(self.lets_through(&ray, hit, sizeless).to_f64());
+                if !self.is_own(&light.target, hit) {
+                    product.factor(self.lets_through(&ray, hit, sizeless).to_f64());
+                }
                 product.opaque
             },
             &mut (),

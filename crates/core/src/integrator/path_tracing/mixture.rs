@@ -76,13 +76,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         };
         let one = P::Real::ONE;
         let (direction, weight, chance, side) = if way < met.mirrored {
-            self.counters.reflection += 1;
             (blend(met.interface.reflected, h, m.specular_roughness), m.specular_colour, met.mirrored, one)
         } else if let Some(refracted) = met.interface.refracted.filter(|_| way < met.mirrored + met.through) {
-            self.counters.refraction += 1;
             (blend(refracted, h - normal * (one + one) * h.dot(normal), m.refraction_roughness), Vector::ONE, met.through, -one)
         } else {
-            self.counters.scatter += 1;
             (h, albedo, diffused, one)
         };
         let priced = side == one && way >= met.mirrored && !m.published_roulette;
@@ -93,7 +90,16 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             drawn.weight = weight;
         }
         let ray = self.leave(at, direction, if normal == at.normal { side } else { -side });
-        self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: normal, through: side != one, straight: false })
+        let (mirrored, through) = (way < met.mirrored, side != one);
+        let goes_on =
+            self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: normal, through, straight: false });
+        let rays = match (mirrored, through) {
+            (true, _) => &mut self.counters.reflection,
+            (_, true) => &mut self.counters.refraction,
+            _ => &mut self.counters.scatter,
+        };
+        *rays += u64::from(goes_on);
+        goes_on
     }
 }
 

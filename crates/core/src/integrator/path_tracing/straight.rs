@@ -45,6 +45,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 // What lies before it was passed: it is met, or nothing of it.
                 let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied;
                 return if own { share * self.given_off(&met) } else { Vector::ZERO };
+            } else if self.is_own(&light.target, &hit) {
+                return share;
             } else if self.nests()
                 && let Some(beyond) = self.hidden(&media, &met)
             {
@@ -106,7 +108,7 @@ impl<R: Real> Interaction<R> {
     pub(super) fn distance_to(&self, target: &Target<R>) -> R {
         match target {
             Target::Infinity => R::INFINITY,
-            Target::Point(target) => (*target - self.surface.point).length(),
+            Target::Point(target) | Target::Middle { point: target, .. } => (*target - self.surface.point).length(),
             Target::Surface(target) => (target.point - self.surface.point).length(),
         }
     }

@@ -113,11 +113,6 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if (geometric.dot(drawn.direction) < P::Real::ZERO) != through {
             return false;
         }
-        match (drawn.delta, through) {
-            (_, true) => self.counters.refraction += 1,
-            (true, false) => self.counters.reflection += 1,
-            (false, false) => self.counters.scatter += 1,
-        }
         let (direction, rest) = match glass {
             // A coat may mirror about a normal of its own.
             Some(glass) if drawn.delta && (through || !L::COATED) => self.known(walk, hit, at, (glass, through), &drawn),
@@ -128,7 +123,15 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
         // Of delta lobes only walls send light on without an index.
         let straight = L::COATED && drawn.delta && through && self.is_wall(at.material);
-        self.go_on(walk, at, &drawn, Onward { ray: self.leave(at, direction, side), rest, luck, lit, through, straight })
+        let ray = self.leave(at, direction, side);
+        let goes_on = self.go_on(walk, at, &drawn, Onward { ray, rest, luck, lit, through, straight });
+        let rays = match (drawn.delta, through) {
+            (_, true) => &mut self.counters.refraction,
+            (true, false) => &mut self.counters.reflection,
+            (false, false) => &mut self.counters.scatter,
+        };
+        *rays += u64::from(goes_on);
+        goes_on
     }
 
     /// Whether a material is a wall that lets light straight through, all of it being there.

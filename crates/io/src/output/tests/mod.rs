@@ -108,7 +108,7 @@ fn png_holds_the_codes_of_the_display() {
         for (curve, gamma, srgb) in
             [(TransferCurve::Srgb, 45455, true), (TransferCurve::Gamma22, 45455, false), (TransferCurve::None, 100_000, false)]
         {
-            let display = Display { tone_map: ToneMap::Aces, curve, exposure_stops: -0.5 };
+            let display = Display { tone_map: ToneMap::Aces, curve, exposure_stops: -0.5, ..Display::PLAIN };
             let bytes = png_bytes(&picture, display, &metadata()).unwrap();
             let decoder = ::png::Decoder::new(std::io::Cursor::new(&bytes));
             let reader = decoder.read_info().unwrap();

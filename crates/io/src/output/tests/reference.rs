@@ -20,7 +20,7 @@ fn reference(name: &str) -> Option<PathBuf> {
 #[test]
 fn reference_display_pictures_are_reproduced() {
     let Some(folder) = reference("whitted") else { return };
-    let display = Display { tone_map: ToneMap::Aces, curve: TransferCurve::Gamma22, exposure_stops: 0.0 };
+    let display = Display { tone_map: ToneMap::Aces, curve: TransferCurve::Gamma22, exposure_stops: 0.0, ..Display::PLAIN };
     for (linear, shown) in [
         ("t0_640x360/linear.exr", "t0_640x360/final.png"),
         ("t2p5_640x360/linear.exr", "t2p5_640x360/final.png"),

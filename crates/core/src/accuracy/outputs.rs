@@ -1,0 +1,92 @@
+//! What files keep of the scene's own picture: every kind of them beside the display values that were computed, which no file of codes has.
+
+use serde::Serialize;
+
+use super::studio::Stopwatch;
+use crate::bench::Spread;
+use crate::display::{Display, Output};
+use crate::ladder::{Ladder, Rung};
+use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
+use crate::picture::Picture;
+
+/// Times that a picture is coded, of which the median counts.
+const ROUNDS: usize = 5;
+
+/// One kind of file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OutputReport {
+    /// Name of the rung.
+    pub rung: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// Whether it is the one in use.
+    pub in_use: bool,
+    /// Bytes of a pixel without coverage, before a file packs them.
+    pub bytes_per_pixel: u32,
+    /// Seconds of all threads for making codes of the picture; none where there are none to make.
+    pub seconds: Option<Spread>,
+    /// Root mean square difference of display values, which are 0 to 1, from those that were computed.
+    pub rmse: f64,
+    /// The greatest of them.
+    pub greatest: f64,
+    /// Mean FLIP of the two.
+    pub flip: f64,
+    /// Share of the pixels of which a channel is as bright as can be, so that it might as well have been brighter: what is gone where the
+    /// picture is exposed again.
+    pub clipped: f64,
+}
+
+/// Every rung on a picture, as the display settings show it.
+pub(super) fn outputs(picture: &Picture, display: Display, in_use: Output, stopwatch: Stopwatch) -> Vec<OutputReport> {
+    let shown = display.to_values(picture);
+    let saturated = shown.rgb.iter().filter(|rgb| rgb.iter().any(|&v| v >= 1.0)).count();
+    let share = saturated as f64 / shown.rgb.len().max(1) as f64;
+    let report = |(kind, rung): (Output, &Rung)| {
+        let bare = OutputReport {
+            rung: rung.name,
+            about: rung.about,
+            in_use: kind == in_use,
+            bytes_per_pixel: 3 * kind.bytes(),
+            seconds: None,
+            rmse: 0.0,
+            greatest: 0.0,
+            flip: 0.0,
+            clipped: 0.0,
+        };
+        if !kind.is_coded() {
+            return bare;
+        }
+        let coder = Display { output: kind, ..display };
+        let opaque = Picture { alpha: None, layers: Vec::new(), ..picture.clone() };
+        let mut codes = Vec::new();
+        let mut once = || {
+            stopwatch(&mut || {
+                codes = coder.to_codes(&opaque);
+                codes.len() as u64
+            })
+        };
+        let seconds: Vec<f64> = (0..ROUNDS).map(|_| once()).collect();
+        let stored = values(&codes, kind, &shown);
+        let differences =
+            || stored.rgb.iter().zip(&shown.rgb).flat_map(|(a, b)| (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])));
+        let count = (3 * shown.rgb.len()).max(1) as f64;
+        OutputReport {
+            seconds: Some(Spread::of(&seconds)),
+            rmse: (differences().map(|d| d * d).sum::<f64>() / count).sqrt(),
+            greatest: differences().map(f64::abs).fold(0.0, f64::max),
+            flip: statistics(&flip(&stored, &shown, DEFAULT_PIXELS_PER_DEGREE).unwrap_or_default()).mean,
+            clipped: share,
+            ..bare
+        }
+    };
+    Output::ALL.into_iter().zip(Ladder::Output.rungs()).map(report).collect()
+}
+
+/// The display values that codes stand for.
+fn values(codes: &[u8], kind: Output, like: &Picture) -> Picture {
+    let bytes = kind.bytes() as usize;
+    let most = if bytes == 1 { 255.0 } else { 65535.0 };
+    let value = |code: &[u8]| (code.iter().fold(0_u32, |sum, &byte| sum << 8 | u32::from(byte)) as f64 / most) as f32;
+    let pixel = |codes: &[u8]| core::array::from_fn(|i| value(&codes[i * bytes..(i + 1) * bytes]));
+    Picture { rgb: codes.chunks_exact(3 * bytes).map(pixel).collect(), ..like.clone() }
+}

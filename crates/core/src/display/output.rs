@@ -1,0 +1,87 @@
+//! What a file keeps of display values: codes of eight or sixteen bits, the nearest or one of two by place.
+
+use serde::{Deserialize, Serialize};
+
+/// What a file keeps of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Output {
+    /// The nearest of 256 codes of each display value.
+    #[default]
+    Eight,
+    /// One of the two nearest of them, so that the mean over neighbours is right and ramps have no steps.
+    Dithered,
+    /// The nearest of 65 536 codes.
+    Sixteen,
+    /// Linear radiance as it is, brighter than white too: no codes at all.
+    Float,
+}
+
+impl Output {
+    /// Every kind, from the fewest bytes to the most.
+    pub const ALL: [Self; 4] = [Self::Eight, Self::Dithered, Self::Sixteen, Self::Float];
+
+    /// Bytes of a channel before a file packs them.
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Self::Eight | Self::Dithered => 1,
+            Self::Sixteen => 2,
+            Self::Float => 4,
+        }
+    }
+
+    /// Whether it is codes of display values.
+    pub const fn is_coded(self) -> bool {
+        !matches!(self, Self::Float)
+    }
+}
+
+/// The 16-bit code of a display value in 0..1: floor(65535 v + ½).
+pub(super) fn sixteen(value: f64) -> u16 {
+    (65535.0 * value + 0.5) as u16
+}
+
+/// The 8-bit code of a display value in 0..1 at a place of the picture, in a channel: floor(255 v + d), where d goes evenly through [0, 1)
+/// from pixel to pixel, so that a value that is a code keeps it and the mean of any other is right.
+///
+/// d is interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014), whose neighbours
+/// are far apart: what is left is too fine to be seen. Channels are shifted against each other, so that greys err in brightness less.
+pub(super) fn dithered(value: f64, [x, y]: [u32; 2], channel: usize) -> u8 {
+    const SHIFT: f64 = 5.588_238;
+    let x = f64::from(x) + SHIFT * channel as f64;
+    let slope = 0.067_110_56 * x + 0.005_837_15 * f64::from(y);
+    let ramp = 52.982_918_9 * (slope - slope.floor());
+    (255.0 * value + (ramp - ramp.floor())) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects (F07): dither has no mean of its own: over any 32 by 32 pixels the mean code of a value is the value, to a tenth of a code, in
+    /// each channel, and codes themselves stay as they are.
+    #[test]
+    fn dither_has_the_right_mean() {
+        for (channel, value) in (0..3).flat_map(|channel| (0..=50).map(move |k| (channel, f64::from(k) / 50.0))) {
+            for corner in [[0, 0], [1000, 77], [65_500, 65_500]] {
+                let places = (0..32 * 32).map(|i| [corner[0] + i % 32, corner[1] + i / 32]);
+                let codes: Vec<u8> = places.map(|place| dithered(value, place, channel)).collect();
+                let mean = codes.iter().map(|&code| f64::from(code)).sum::<f64>() / 1024.0;
+                assert!((mean - 255.0 * value).abs() < 0.1, "{value} in {channel} at {corner:?}: {mean}");
+                let exact = 255.0 * value;
+                assert!(codes.iter().all(|&code| (f64::from(code) - exact).abs() < 1.0), "{value}: one of the two nearest");
+            }
+        }
+        for code in 0..=255_u8 {
+            let value = f64::from(code) / 255.0;
+            assert!((0..100).all(|i| dithered(value + 1e-9 * f64::from(code < 255), [i, 3 * i], 1) == code), "{code}");
+        }
+    }
+
+    /// Protects: sixteen bits are rounded to the nearest code, ends included.
+    #[test]
+    fn sixteen_bits_are_the_nearest() {
+        let found = [0.0, 0.49 / 65535.0, 0.51 / 65535.0, 0.5, 1.0 - 0.51 / 65535.0, 1.0].map(sixteen);
+        assert_eq!(found, [0, 0, 1, 32768, 65534, 65535]);
+    }
+}

@@ -1,0 +1,157 @@
+//! Rungs of light and chance against closed forms: shadows of lamps by their middles, roulette, samplers, sums.
+
+use raywright_core::Settings;
+use raywright_core::scene::{Integrator, Scene};
+use raywright_core::settings::{Accumulation, AreaShadows, LightSampling, Roulette, SamplerKind, Sampling};
+use serde_json::{Value, json};
+
+use crate::paths::{AT, lamp, mean, paths};
+use crate::support::{View, ball, classic, floor, rendered, scene, settings};
+
+/// A floor under a lamp and a wall that hides all of the lamp with x above `edge` from where [`AT`] looks, half way up. The view comes from
+/// x below the wall.
+fn half_hidden(lamp_object: Value, edge: f64) -> Scene {
+    let wall = json!({ "shape": { "quad": { "corner": [edge, 1, -9], "edge_u": [9, 0, 0], "edge_v": [0, 0, 18] } }, "material": "wall" });
+    let black = json!({ "name": "wall", "model": classic(json!({ "local": 0 })) });
+    floor(classic(json!({ "colour": 0.6 })), json!({ "materials": [lamp(5.0), black], "objects": [lamp_object, wall] }))
+}
+
+fn quad_lamp() -> Value {
+    json!({ "shape": { "quad": { "corner": [-1, 2, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": "lamp" })
+}
+
+/// The lamp of two triangles that [`quad_lamp`] is, turned upwards and downwards alike.
+fn box_lamp() -> Value {
+    json!({ "shape": { "box": { "min": [-1, 2, -1], "max": [1, 2.2, 1] } }, "material": "lamp" })
+}
+
+/// Protects: where shadows are hard all of a lamp's light arrives where its middle is seen, and none where it is not, by both integrators
+/// and both ways of asking, with no light twice: of lamps by solid angle and by area, flat, round and closed. Soft ones are in between.
+#[test]
+fn hard_shadows_go_by_the_middle() {
+    let ball_lamp = || ball([0.0, 2.0, 0.0], 0.8, "lamp");
+    for (what, object) in [("quad", quad_lamp()), ("ball", ball_lamp()), ("box", box_lamp())] {
+        // 20 m away it hides nothing; at −0.1 and 0.1 the middle is hidden, and seen.
+        let [open, hidden, seen] = [20.0, -0.1, 0.1].map(|edge| half_hidden(object.clone(), edge));
+        for (integrator, light_sampling) in [
+            (Integrator::Path, LightSampling::Both),
+            (Integrator::Path, LightSampling::Lights),
+            (Integrator::Whitted, LightSampling::Both),
+        ] {
+            let of = |scene: &Scene, area_shadows| {
+                mean(scene, &Settings { integrator, light_sampling, area_shadows, ..paths(scene, AT, 2) })
+            };
+            let (whole, error) = of(&open, AreaShadows::Soft);
+            for (scene, share) in [(&open, 1.0), (&hidden, 0.0), (&seen, 1.0)] {
+                let (found, noise) = of(scene, AreaShadows::Hard);
+                let allowed = 3.5 * (error[0].powi(2) + noise[0].powi(2)).sqrt() + 1e-9;
+                assert!(
+                    (found[0] - share * whole[0]).abs() <= allowed,
+                    "{what}, {integrator:?}, {share}: {found:?} of {whole:?}"
+                );
+            }
+            for scene in [&hidden, &seen] {
+                let (soft, _) = of(scene, AreaShadows::Soft);
+                assert!(soft[0] > 0.25 * whole[0] && soft[0] < 0.75 * whole[0], "{what}, {integrator:?}: {soft:?} of {whole:?}");
+            }
+        }
+    }
+}
+
+/// Protects: a triangle's middle is a point of it: a lamp of one triangle, of whose bounds the middle is another triangle's, is hidden by
+/// what stands before that point and not by what stands before the bounds' middle.
+#[test]
+fn a_triangle_has_a_middle_of_its_own() {
+    let triangle = |wall: [f64; 2]| {
+        let [from, to] = wall;
+        let wall = json!({ "shape": { "quad": { "corner": [from, 1, -9], "edge_u": [to - from, 0, 0], "edge_v": [0, 0, 18] } },
+            "material": "wall" });
+        let black = json!({ "name": "wall", "model": classic(json!({ "local": 0 })) });
+        floor(
+            classic(json!({ "colour": 0.6 })),
+            json!({ "materials": [lamp(5.0), black], "objects": [wall,
+                { "shape": { "triangle": { "vertices": [[-1, 2, -1], [1, 2, -1], [-1, 2, 1]] } }, "material": "lamp" }] }),
+        )
+    };
+    let hard = |scene: &Scene| mean(scene, &Settings { area_shadows: AreaShadows::Hard, ..paths(scene, AT, 2) }).0[0];
+    // The middle of the bounds is above the origin, that of the triangle at x < 0: what is half way up has half its x.
+    let [open, before_bounds, before_itself] = [[20.0, 21.0], [-0.02, 0.3], [-0.4, -0.02]].map(|wall| hard(&triangle(wall)));
+    assert!(
+        open > 0.1 && (before_bounds / open - 1.0).abs() < 0.1 && before_itself == 0.0,
+        "{open} {before_bounds} {before_itself}"
+    );
+}
+
+/// Protects: roulette is right in the mean on every rung, and longer paths are what it saves: in a closed room of albedo a that gives off e,
+/// e·(1 − aᵈ)/(1 − a) of d segments. Without it every path has all its segments; from the first surface on 1 + a + a² + .. of them; from the fourth on, where it counts
+/// for a⁴, 4 + a⁴·(1 + a + ..)
+#[test]
+fn roulette_only_saves_time() {
+    let wall = classic(json!({ "colour": 0.5, "emission": 0.5 }));
+    let mut room = ball([0.0; 3], 2.0, "wall");
+    room["side"] = json!("inside");
+    let room = scene(json!({ "materials": [{ "name": "wall", "model": wall }], "objects": [room] }));
+    const DEPTH: u32 = 10;
+    let expected = 0.5 * (1.0 - 0.5_f64.powi(DEPTH as i32)) / 0.5;
+    for (roulette, segments) in [(Roulette::Early, 1.998), (Roulette::Late, 4.123), (Roulette::Off, 10.0)] {
+        let settings = Settings {
+            roulette,
+            light_sampling: LightSampling::Scattering,
+            ..paths(&room, [[0.5, 0.2, 0.3], [0.0, 0.0, -1.0]], DEPTH)
+        };
+        let (found, error) = mean(&room, &settings);
+        assert!((found[0] - expected).abs() <= 3.5 * error[0] + 1e-4, "{roulette:?}: {found:?} instead of {expected}");
+        let counters = rendered(&room, &settings).counters;
+        let mean = counters.rays() as f64 / counters.camera as f64;
+        assert!((mean / segments - 1.0).abs() < 0.02, "{roulette:?}: {mean} segments instead of {segments}");
+    }
+}
+
+/// Half of every pixel's width shows white: pixels of an edge through their middles.
+fn edge() -> (Scene, View) {
+    let white = json!({ "classic": { "local": 0, "emission": 1 } });
+    let half = json!({ "shape": { "quad": { "corner": [0, 0, -50], "edge_u": [50, 0, 0], "edge_v": [0, 0, 100] } }, "material": "white" });
+    (scene(json!({ "materials": [{ "name": "white", "model": white }], "objects": [half] })), [[0.0, 2.0, 0.0], [0.0; 3]])
+}
+
+/// Protects: samplers are what they are called. Of sixteen samples of an edge through a pixel's middle a grid of four by four has eight on
+/// each side in every pixel, Sobol points too; independent ones have a standard deviation of a half over the root of sixteen.
+#[test]
+fn samplers_are_what_they_are_called() {
+    let (scene, view) = edge();
+    let of = |sampler, seed| {
+        let asked = Settings { sampler, seed, sampling: Sampling::General(16), replicates: Some(1), ..settings(&scene, view) };
+        f64::from(rendered(&scene, &asked).picture.rgb[0][0])
+    };
+    for sampler in [SamplerKind::Stratified, SamplerKind::Sobol] {
+        assert!((0..50).all(|seed| of(sampler, seed) == 0.5), "{sampler:?}");
+    }
+    let found: Vec<f64> = (0..400).map(|seed| of(SamplerKind::Independent, seed)).collect();
+    let mean = found.iter().sum::<f64>() / 400.0;
+    let deviation = (found.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 400.0).sqrt();
+    assert!((mean - 0.5).abs() < 0.02 && (deviation - 0.125).abs() < 0.015, "{mean} ± {deviation}");
+}
+
+/// Protects: the sum in f32 reaches the picture: a thousand samples about 0.7 end elsewhere than in f64, by less than a thousandth.
+#[test]
+fn accumulation_reaches_the_picture() {
+    let (scene, view) = edge();
+    let of = |accumulation| {
+        let asked = Settings { accumulation, sampling: Sampling::General(3000), replicates: Some(1), ..settings(&scene, view) };
+        let mut asked = Settings { size: [8, 8], ..asked };
+        asked.integrator = Integrator::Path;
+        rendered(&scene, &asked).picture.rgb
+    };
+    // Ones and noughts are exact in both; a third of each is not.
+    assert_eq!(of(Accumulation::Single), of(Accumulation::Double));
+    let mut grey = scene.clone();
+    grey.materials[0] =
+        serde_json::from_value(json!({ "name": "white", "model": { "classic": { "local": 0, "emission": 0.7 } } }))
+            .expect("grey");
+    let of = |accumulation| {
+        let asked = Settings { accumulation, sampling: Sampling::General(3000), replicates: Some(1), ..settings(&grey, view) };
+        f64::from(rendered(&grey, &asked).picture.rgb[0][0])
+    };
+    let [single, double] = [Accumulation::Single, Accumulation::Double].map(of);
+    assert!(single != double && (single / double - 1.0).abs() < 1e-3, "{single} {double}");
+}
