@@ -37,6 +37,9 @@ const RARE: &str = r#"{ "format": 1, "sky": { "constant": 0.1 },
                 { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.3 } }, "material": "glass" },
                 { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.01 } }, "material": "lamp" }] }"#;
 
+/// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few replicates for one.
+const SAMPLES: u32 = 64;
+
 /// What is judged: presets that there are, and two scenes that are hard.
 fn scenes() -> Vec<(String, Scene)> {
     let preset =
@@ -126,37 +129,35 @@ fn intervals(renders: u64) {
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, scene) in scenes() {
-        for samples in [16, 64] {
-            let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, [60, 40], samples, None, seed)).collect();
-            let (sum, n) = (sum_of(&all), renders as f64);
-            // The others' own error adds a share of one in so many.
-            let of = |render: &Taken| {
-                let others = |pixel: usize, i: usize| (sum[pixel][i] - f64::from(render.colours[pixel][i])) / (n - 1.0);
-                error(render, others) * root((n - 1.0) / n)
-            };
-            let errors: Vec<f64> = all.iter().map(of).collect();
-            let judged: Vec<(&Taken, f64)> = all.iter().zip(errors.iter().copied()).collect();
-            let sure: Vec<(&Taken, f64)> = judged.iter().copied().filter(|(render, _)| render.claimed.doubt.is_none()).collect();
-            let holds = |(render, error): &&(&Taken, f64)| {
-                let of = render.claimed.root_relmse;
-                (of.low..=of.high).contains(error)
-            };
-            let beyond = |(render, error): &&(&Taken, f64)| !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value));
-            let mut pixels: Vec<f64> = all.iter().map(|render| render.claimed.root_relmse.carriers).collect();
-            pixels.sort_by(f64::total_cmp);
-            println!(
-                "| {name} | {samples} | {:.4} | {:.4} | {} | {} | {} | {} | {:.0} ({:.0} to {:.0}) |",
-                root(mean(errors.iter().map(|e| e * e))),
-                root(mean(all.iter().map(|render| render.claimed.root_relmse.value.powi(2)))),
-                percent(judged.iter().filter(holds).count(), judged.len()),
-                percent(all.len() - sure.len(), all.len()),
-                percent(sure.iter().filter(holds).count(), sure.len()),
-                percent(sure.iter().filter(beyond).count(), sure.len()),
-                pixels[pixels.len() / 2],
-                pixels[pixels.len() / 20],
-                pixels[pixels.len() - 1 - pixels.len() / 20],
-            );
-        }
+        let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, [60, 40], SAMPLES, None, seed)).collect();
+        let (sum, n) = (sum_of(&all), renders as f64);
+        // The others' own error adds a share of one in so many.
+        let of = |render: &Taken| {
+            let others = |pixel: usize, i: usize| (sum[pixel][i] - f64::from(render.colours[pixel][i])) / (n - 1.0);
+            error(render, others) * root((n - 1.0) / n)
+        };
+        let errors: Vec<f64> = all.iter().map(of).collect();
+        let judged: Vec<(&Taken, f64)> = all.iter().zip(errors.iter().copied()).collect();
+        let sure: Vec<(&Taken, f64)> = judged.iter().copied().filter(|(render, _)| render.claimed.doubt.is_none()).collect();
+        let holds = |(render, error): &&(&Taken, f64)| {
+            let of = render.claimed.root_relmse;
+            (of.low..=of.high).contains(error)
+        };
+        let beyond = |(render, error): &&(&Taken, f64)| !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value));
+        let mut pixels: Vec<f64> = all.iter().map(|render| render.claimed.root_relmse.carriers).collect();
+        pixels.sort_by(f64::total_cmp);
+        println!(
+            "| {name} | {SAMPLES} | {:.4} | {:.4} | {} | {} | {} | {} | {:.0} ({:.0} to {:.0}) |",
+            root(mean(errors.iter().map(|e| e * e))),
+            root(mean(all.iter().map(|render| render.claimed.root_relmse.value.powi(2)))),
+            percent(judged.iter().filter(holds).count(), judged.len()),
+            percent(all.len() - sure.len(), all.len()),
+            percent(sure.iter().filter(holds).count(), sure.len()),
+            percent(sure.iter().filter(beyond).count(), sure.len()),
+            pixels[pixels.len() / 2],
+            pixels[pixels.len() / 20],
+            pixels[pixels.len() - 1 - pixels.len() / 20],
+        );
     }
 }
 

@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::support::Desk;
 
 /// What is asked of the page, from inside it. A line for each answer that is wrong goes into the document, which the browser hands out.
-const QUESTIONS: &str = r#"
+const QUESTIONS: &str = r##"
 <script>
 const wrong = [];
 const ask = (what, right) => { if (!right) wrong.push(what); };
@@ -35,14 +35,33 @@ addEventListener("load", () => {
   }
   const page = document.documentElement;
   ask(`nothing sticks out: ${page.scrollWidth} in ${page.clientWidth}`, page.scrollWidth <= page.clientWidth);
-  const light = text => { const [r, g, b] = text.match(/\d+/g).map(Number); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
-  const style = getComputedStyle(document.body);
-  ask("text stands out from the paper", Math.abs(light(style.color) - light(style.backgroundColor)) > 150);
+  const dark = location.hash === "#dark";
+  ask("the colours are those asked for", matchMedia("(prefers-color-scheme: dark)").matches === dark);
+  const linear = code => code <= 10.31475 ? code / 3294.6 : ((code / 255 + 0.055) / 1.055) ** 2.4;
+  const light = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+  const numbers = colour => (colour.match(/[\d.]+/g) ?? []).map(Number);
+  const paper = element => {
+    for (let at = element; at; at = at.parentElement) {
+      const colour = numbers(getComputedStyle(at).backgroundColor);
+      if (colour.length === 3 || colour[3] === 1) return light(colour);
+    }
+    return 1;
+  };
+  ask("the paper is as dark as the colours", (paper(document.body) < 0.1) === dark);
+  const written = [...document.body.querySelectorAll("*:not(script):not(style):not(option):not(title)")]
+    .filter(element => [...element.childNodes].some(node => node.nodeType === Node.TEXT_NODE && node.data.trim()));
+  ask(`${written.length} texts`, written.length > 100);
+  for (const element of written) {
+    const style = getComputedStyle(element);
+    const [a, b] = [light(numbers(element instanceof SVGElement ? style.fill : style.color)), paper(element)];
+    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    ask(`${element.textContent.trim().slice(0, 30)} stands out: ${contrast}`, contrast >= 4.5);
+  }
   ask(`${names.length} settings`, names.length > 10);
   document.title = wrong.length ? "WRONG: " + wrong.join("; ") : "ALL RIGHT";
 });
 </script>
-"#;
+"##;
 
 fn browser() -> Option<PathBuf> {
     let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
@@ -50,8 +69,8 @@ fn browser() -> Option<PathBuf> {
     names.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name))).find(|path| path.is_file())
 }
 
-/// Protects: choosing pictures shows these and their errors, the edge between them moves, all of it can be reached by keyboard, and nothing is
-/// wider than a phone.
+/// Protects: choosing pictures shows these and their errors, the edge between them moves, all of it can be reached by keyboard, nothing is
+/// wider than a phone, and every text stands out from what is below it by 4.5 (WCAG 2.2, contrast of text), in light colours and dark ones.
 #[test]
 fn the_page_works_in_a_browser() {
     let Some(browser) = browser() else {
@@ -64,7 +83,7 @@ fn the_page_works_in_a_browser() {
     desk.run(&words).exits_with(0);
     let page = std::fs::read_to_string(desk.path("a.html")).expect("a page");
     desk.write("asked.html", page.replace("</body>", &format!("{QUESTIONS}</body>")));
-    for width in ["360", "1400"] {
+    for (width, colours, scheme) in [("360", "light", 1), ("1400", "light", 1), ("360", "dark", 0), ("1400", "dark", 0)] {
         let run = Command::new(&browser)
             .args([
                 "--headless",
@@ -76,12 +95,13 @@ fn the_page_works_in_a_browser() {
             ])
             .args(["--disable-component-update", "--disable-sync", "--dump-dom", "--virtual-time-budget=20000"])
             .arg(format!("--window-size={width},800"))
-            .arg(format!("--user-data-dir={}", desk.path(format!("profile-{width}")).display()))
-            .arg(desk.path("asked.html"))
+            .arg(format!("--user-data-dir={}", desk.path(format!("profile-{width}-{colours}")).display()))
+            .arg(format!("--blink-settings=preferredColorScheme={scheme}"))
+            .arg(format!("file://{}#{colours}", desk.path("asked.html").display()))
             .output()
             .expect("a browser");
         let document = String::from_utf8_lossy(&run.stdout);
         let title = document.split_once("<title>").and_then(|(_, rest)| rest.split_once("</title>")).map(|(title, _)| title);
-        assert_eq!(title, Some("ALL RIGHT"), "at {width} pixels: {}", String::from_utf8_lossy(&run.stderr));
+        assert_eq!(title, Some("ALL RIGHT"), "at {width} pixels in {colours} colours: {}", String::from_utf8_lossy(&run.stderr));
     }
 }

@@ -64,9 +64,13 @@ impl Choice {
     }
 
     /// Whether the rung is another picture than its neighbour to a scene that calls for these effects: without lamps of a size there are no
-    /// penumbras to lose.
+    /// penumbras to lose, and without lights of none nothing that passes everything.
     pub fn differs(&self, present: EffectSet) -> bool {
-        (self.ladder, self.rung) != (Ladder::Shadows, "hard") || present.has(Effect::SoftShadows)
+        match (self.ladder, self.rung) {
+            (Ladder::Shadows, "hard") => present.has(Effect::SoftShadows),
+            (Ladder::Shadows, "off") => present.has(Effect::Shadows),
+            _ => true,
+        }
     }
 
     /// Puts scene and settings on the rung.

@@ -16,7 +16,7 @@ const RAY_OFFSET: &[Rung] = &[
     rung("error-bound", "outside the error of the hit point, at every scale"),
 ];
 const SHADOWS: &[Rung] = &[
-    rung("off", "light passes through everything"),
+    rung("off", "the light of lights without size passes through everything"),
     rung("hard", "a lamp is there where its middle is seen: no penumbras, and where it is half hidden all or nothing"),
     rung("on", "what stands in between counts"),
 ];

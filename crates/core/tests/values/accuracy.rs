@@ -4,6 +4,7 @@ use core::time::Duration;
 
 use raywright_core::Settings;
 use raywright_core::accuracy::{Effort, LadderReport, MeasureError, Report, Start, measure};
+use raywright_core::display::Output;
 use raywright_core::prepare::PrepareError;
 use raywright_core::scene::{Scene, ToneMap, TransferCurve};
 use raywright_core::settings::Sampling;
@@ -66,12 +67,13 @@ fn files_keep_what_they_can() {
         scene.materials[0] = serde_json::from_value(json!({ "name": "m", "model": model })).expect("a material");
         scene.render.gamma = TransferCurve::None;
         scene.render.tone_map = ToneMap::None;
-        measured(&scene).outputs
+        let settings = Settings { output: Output::Sixteen, ..settings(&scene, DOWN) };
+        measure(&scene, &settings, &EFFORT, Start::default(), &(), &mut ()).expect("a report").0.outputs
     };
     let value = f64::from(0.2005_f32);
     let (kept, white) = (grey(0.2005), grey(1.5));
     let names: Vec<_> = kept.iter().map(|of| (of.rung, of.bytes_per_pixel, of.in_use)).collect();
-    assert_eq!(names, [("8-bit", 3, true), ("8-bit-dither", 3, false), ("16-bit", 6, false), ("float", 12, false)]);
+    assert_eq!(names, [("8-bit", 3, false), ("8-bit-dither", 3, false), ("16-bit", 6, true), ("float", 12, false)]);
     let off = |steps: f64| (value - (steps * value).round() / steps).abs();
     for (of, steps) in [(&kept[0], 255.0), (&kept[2], 65535.0)] {
         assert!((of.rmse - off(steps)).abs() < 1e-7 && (of.greatest - off(steps)).abs() < 1e-7, "{of:?}");
@@ -109,6 +111,7 @@ fn the_frontier_ends_without_error() {
             "accumulation"
         ]
     );
+    assert_eq!(report.prices.iter().map(|ladder| ladder.ladder).collect::<Vec<_>>(), ["build", "accelerator"]);
     for price in report.prices.iter().flat_map(|ladder| &ladder.rungs) {
         assert!(price.paid.as_ref().expect("there is time").same_bits, "{}", price.rung);
     }

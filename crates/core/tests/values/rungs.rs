@@ -58,6 +58,36 @@ fn hard_shadows_go_by_the_middle() {
     }
 }
 
+/// Protects: where there is no middle to be seen, lamps light as ever: from within the box that they are, and where their light varies, by
+/// which what is met decides. Through a thin wall a lamp is seen by its middle all the same, and itself is not in the way.
+#[test]
+fn hard_shadows_have_their_exceptions() {
+    let [soft, hard] = [AreaShadows::Soft, AreaShadows::Hard];
+    let alike = |scene: &Scene, view: View, depth: u32, what: &str| {
+        let [(a, sa), (b, sb)] =
+            [soft, hard].map(|area_shadows| mean(scene, &Settings { area_shadows, ..paths(scene, view, depth) }));
+        let allowed = 3.5 * (sa[0] * sa[0] + sb[0] * sb[0]).sqrt() + 1e-6;
+        assert!(a[0] > 0.05 && (a[0] - b[0]).abs() <= allowed, "{what}: {a:?} ± {sa:?}, hard {b:?} ± {sb:?}");
+    };
+    let mut room = json!({ "shape": { "box": { "min": [-3, -1, -3], "max": [3, 4, 3] } }, "material": "lamp" });
+    room["side"] = json!("inside");
+    alike(&half_hidden(room, 0.1), AT, 2, "a box from within");
+
+    let varied = json!({ "name": "lamp", "model": { "classic": { "local": 0, "emission": "vec3(4 + sin(9*p.x))" } } });
+    let wall = json!({ "shape": { "quad": { "corner": [-0.1, 1, -9], "edge_u": [9, 0, 0], "edge_v": [0, 0, 18] } }, "material": "wall" });
+    let black = json!({ "name": "wall", "model": classic(json!({ "local": 0 })) });
+    let parts = json!({ "materials": [varied, black], "objects": [quad_lamp(), wall] });
+    alike(&floor(classic(json!({ "colour": 0.6 })), parts), AT, 2, "a lamp that varies");
+
+    let pane =
+        json!({ "shape": { "quad": { "corner": [-9, 1, -9], "edge_u": [18, 0, 0], "edge_v": [0, 0, 18] } }, "material": "pane" });
+    let glass = json!({ "name": "pane", "model": { "physical": { "transmission": 1, "roughness": 0, "thin_walled": true } } });
+    let parts = |lamp_object: Value| json!({ "materials": [lamp(5.0), glass.clone()], "objects": [lamp_object, pane.clone()] });
+    for (what, object) in [("quad", quad_lamp()), ("box", box_lamp())] {
+        alike(&floor(classic(json!({ "colour": 0.6 })), parts(object)), AT, 3, &format!("{what} behind a pane"));
+    }
+}
+
 /// Protects: a triangle's middle is a point of it: a lamp of one triangle, of whose bounds the middle is another triangle's, is hidden by
 /// what stands before that point and not by what stands before the bounds' middle.
 #[test]

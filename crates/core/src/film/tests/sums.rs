@@ -123,9 +123,17 @@ fn sums_go_on_where_they_were() {
         };
         for (n, m) in (0..40).flat_map(|n| (n..70).map(move |m| (n, m))) {
             let mut pixel = Gather::<f32, B>::default();
-            pixel.resume(once(n), n);
+            // As a film keeps it: in one number where no block is open.
+            let kept = once(n);
+            let kept = if n > 0 && n % 16 == 0 { Sums { sum: kept.total(), open: [0.0; 3], ..kept } } else { kept };
+            pixel.resume(kept, n);
             (n..m).for_each(|i| _ = pixel.add(sample(i), i % 3 == 0));
-            assert_eq!(Sums { spread: [0.0; 3], ..pixel.finish() }, Sums { spread: [0.0; 3], ..once(m) }, "{n} of {m}");
+            let (found, expected) = (pixel.finish(), once(m));
+            assert_eq!(
+                (found.total(), found.samples, found.hits),
+                (expected.total(), expected.samples, expected.hits),
+                "{n} of {m}"
+            );
         }
     }
     check::<Plain<f32>>();
@@ -134,7 +142,7 @@ fn sums_go_on_where_they_were() {
 }
 
 /// Protects (M12): sums in f32 are those of one f32 to which every sample is added, spreads beside them as good as ever, and sums in f64
-/// keep what these lose: of 60 000 samples about 0.7 a part in ten million of millions, and single ones more than one in a million.
+/// keep what these lose: of 60 000 samples about 0.7 these lose a millionth, whose last digit alone is a sixteenth of that.
 #[test]
 fn single_sums_are_those_of_one_f32() {
     let sample = |i: u32| 0.7 + 0.2 * (f64::from(i.wrapping_mul(0x9e37_79b9)) / 2.0_f64.powi(32) - 0.5);
@@ -149,5 +157,5 @@ fn single_sums_are_those_of_one_f32() {
     let (single, double) = (single.finish(), double.finish());
     assert_eq!((single.total()[0], single.spread), (f64::from(naive), double.spread));
     let wrong = |sum: f64| (sum / exact - 1.0).abs();
-    assert!(wrong(double.total()[0]) < 1e-13 && wrong(single.total()[0]) > 1e-6, "{} {}", double.total()[0], single.total()[0]);
+    assert!(wrong(double.total()[0]) < 1e-13 && wrong(single.total()[0]) > 5e-7, "{} {}", double.total()[0], single.total()[0]);
 }
