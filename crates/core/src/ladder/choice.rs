@@ -93,6 +93,7 @@ impl Choice {
                 settings.area_shadows = if at == 1 { AreaShadows::Hard } else { AreaShadows::Soft };
             }
             Ladder::Roulette => settings.roulette = [Roulette::Early, Roulette::Late, Roulette::Off][at],
+            Ladder::Clamp => settings.clamp = self.rung.parse().ok(),
             Ladder::Sampler => {
                 settings.sampler = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol][at];
             }

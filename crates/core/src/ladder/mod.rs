@@ -41,6 +41,8 @@ pub enum Ladder {
     PathLength,
     /// When chance ends paths.
     Roulette,
+    /// How bright a sample may be.
+    Clamp,
     /// How much of a pixel's surroundings counts towards it.
     PixelFilter,
     /// How many samples a pixel takes.
@@ -68,7 +70,7 @@ pub struct Rung {
 
 impl Ladder {
     /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Integrator,
         Self::Precision,
         Self::RayOffset,
@@ -80,6 +82,7 @@ impl Ladder {
         Self::TextureFilter,
         Self::PathLength,
         Self::Roulette,
+        Self::Clamp,
         Self::PixelFilter,
         Self::Samples,
         Self::Sampler,
@@ -159,6 +162,7 @@ impl Ladder {
             Self::Shadows if settings.without.has(Effect::Shadows) => rung(0),
             Self::Shadows => rung(1 + settings.area_shadows as usize),
             Self::Roulette => rung(settings.roulette as usize),
+            Self::Clamp => settings.clamp.map_or_else(|| "off".to_owned(), |most| most.to_string()),
             Self::Sampler => rung(settings.sampler as usize),
             Self::Accumulation => rung(settings.accumulation as usize),
             Self::Output => rung(settings.output as usize),
@@ -239,7 +243,7 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
         Ladder::LightSampling | Ladder::Fresnel | Ladder::Microfacets | Ladder::Colour => paths && called_for(ladder),
         Ladder::PathLength => paths || called_for(ladder),
         Ladder::PixelFilter => !is_fixed,
-        Ladder::Roulette => paths,
+        Ladder::Roulette | Ladder::Clamp => paths,
         Ladder::Sampler | Ladder::Accumulation => by_chance,
         _ => called_for(ladder),
     })

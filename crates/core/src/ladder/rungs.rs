@@ -50,6 +50,12 @@ const ROULETTE: &[Rung] = &[
     rung("late", "from the fourth segment on"),
     rung("off", "no path ends by chance: least noise a sample, most time"),
 ];
+const CLAMP: &[Rung] = &[
+    rung("1", "samples brighter than white are white: no fireflies, and dark where light is rare"),
+    rung("10", "what is brighter than ten times white is lost, from the sun in a mirror on"),
+    rung("100", "what is a hundred times as bright as white is lost"),
+    rung("off", "nothing is lost, and what is rare and bright is noise"),
+];
 const SAMPLER: &[Rung] = &[
     rung("independent", "each number by itself: noise falls with the root of the samples"),
     rung("stratified", "sixteen at a time on a jittered grid: less noise where pictures are smooth"),
@@ -128,6 +134,7 @@ pub(super) const fn facts(ladder: Ladder) -> Facts {
         Ladder::TextureFilter => of("texture-filter", TEXTURE_FILTER, "bilinear"),
         Ladder::PathLength => of("path-length", PATH_LENGTH, "8"),
         Ladder::Roulette => of("roulette", ROULETTE, "late"),
+        Ladder::Clamp => of("clamp", CLAMP, "off"),
         Ladder::Sampler => of("sampler", SAMPLER, "sobol"),
         Ladder::Accumulation => of("accumulation", ACCUMULATION, "f64"),
         Ladder::Output => of("output", OUTPUT, "8-bit"),

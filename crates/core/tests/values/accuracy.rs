@@ -106,6 +106,7 @@ fn the_frontier_ends_without_error() {
             "colour",
             "texture-filter",
             "roulette",
+            "clamp",
             "pixel-filter",
             "sampler",
             "accumulation"
