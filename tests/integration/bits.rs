@@ -211,7 +211,7 @@ fn kernels() {
             if ["whitted", "noise", "gltf/Duck/Duck.glb"].contains(&subject.name.as_str()) {
                 let settings = Settings { precision, ..Settings::of(&subject.scene) };
                 let chosen = prepare(&subject.scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).kernel_name();
-                assert_eq!(chosen == "general", subject.name.ends_with("glb"), "{}: {chosen} kernel", subject.name);
+                assert_eq!(chosen == "paths", subject.name.ends_with("glb"), "{}: {chosen} kernel", subject.name);
             }
             same(&format!("{}, {precision:?}: kernels", subject.name), &fitting, &with(KernelChoice::General));
         }

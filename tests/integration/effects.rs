@@ -1,7 +1,7 @@
 //! Only the effects that a scene calls for: what is absent has empty tables and traces no ray.
 
 use raywright::core::effects::{Effect, EffectSet, SWITCHABLE, Status};
-use raywright::core::scene::Colour;
+use raywright::core::scene::{Colour, Integrator};
 use raywright::core::settings::Settings;
 use raywright::core::{Scene, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
@@ -120,7 +120,8 @@ fn only_rough_glass_is_shown_clearer_than_it_is() {
             "objects": [{{ "shape": {{ "sphere": {{ "centre": [0, 0, 0], "radius": 1 }} }}, "material": "glass" }}] }}"#
         );
         let scene: Scene = serde_json::from_str(&text).expect("the scene is right");
-        let report = raywright::core::effects::detect(&scene, &Settings::of(&scene));
+        let settings = Settings { integrator: Integrator::Whitted, ..Settings::of(&scene) };
+        let report = raywright::core::effects::detect(&scene, &settings);
         let of = |effect: Effect| report.effects[effect as usize].clone();
         [Effect::Refraction, Effect::RoughRefraction, Effect::GlossyReflection]
             .map(|effect| (of(effect).status, of(effect).source))

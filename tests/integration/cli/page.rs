@@ -48,7 +48,7 @@ addEventListener("load", () => {
     return 1;
   };
   ask("the paper is as dark as the colours", (paper(document.body) < 0.1) === dark);
-  const written = [...document.body.querySelectorAll("*:not(script):not(style):not(option):not(title)")]
+  const written = [...document.body.querySelectorAll("*:not(script):not(style):not(option):not(title):not(desc)")]
     .filter(element => [...element.childNodes].some(node => node.nodeType === Node.TEXT_NODE && node.data.trim()));
   ask(`${written.length} texts`, written.length > 100);
   for (const element of written) {

@@ -57,6 +57,7 @@ sky.constant = 1
 [render]
 size = [16, 9]
 samples = 1
+integrator = "whitted"
 [[cameras]]
 pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }
 projection.pinhole = { vertical_fov = 40 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use raywright::core::effects::neutral_sky;
 use raywright::core::picture::Picture;
-use raywright::core::scene::{Camera, Pinhole, Pose, Projection};
+use raywright::core::scene::{Camera, Integrator, Pinhole, Pose, Projection};
 use raywright::core::settings::{Background, Sampling};
 use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load};
@@ -50,6 +50,8 @@ fn picture(scene: &Scene, camera: Option<Camera>, size: [u32; 2], samples: u32) 
         camera,
         sampling: Sampling::resolve(&scene, Some(samples)),
         background: Background::Transparent,
+        // The samples' pictures have no light that surfaces send to each other.
+        integrator: Integrator::Whitted,
         ..Settings::of(&scene)
     };
     prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture

@@ -29,14 +29,15 @@ pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
 }
 
 /// The integrator that runs. A scene that says nothing has Whitted's, whose pictures take no chance and so no more samples than edges
-/// need, unless it has materials that say nothing to it; what it leaves out is said.
+/// need, where it leaves nothing out that paths find: of classic materials. Physical ones light each other.
 pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
     match settings.integrator {
         Integrator::Auto => {
             let facts = Facts::gather(scene, None);
-            let says_nothing =
-                facts.mixture.is_some() || facts.absorption.is_some() || facts.nested.is_some() || facts.layers.calls_for_paths();
-            if says_nothing { Integrator::Path } else { Integrator::Whitted }
+            let mut lacks = List::default();
+            what_needs_a_path_tracer(&mut lacks, &facts);
+            let lacks = lacks.0.iter().any(|finding| finding.status == Status::LeftOut) || facts.layers.calls_for_paths();
+            if lacks { Integrator::Path } else { Integrator::Whitted }
         }
         asked => asked,
     }

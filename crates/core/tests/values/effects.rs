@@ -1,8 +1,9 @@
 //! What the report says of each effect: of the least scene that has it, and of scenes that nearly do.
 
-use raywright_core::Settings;
 use raywright_core::effects::Status::{self, Absent, LeftOut, Simulated};
 use raywright_core::effects::{Effect, EffectReport, detect};
+use raywright_core::scene::Integrator;
+use raywright_core::{Settings, prepare};
 use serde_json::{Value, json};
 
 use crate::support::{ball, classic, floor, physical, sun};
@@ -11,10 +12,11 @@ fn status_of(report: &EffectReport, name: &str) -> Status {
     report.status(Effect::named(name).unwrap_or_else(|| panic!("there is no effect named {name}")))
 }
 
+/// By Whitted's integrator, which says of each term what it does with it.
 #[track_caller]
 fn reports(model: Value, parts: Value, statuses: &[(&str, Status)]) {
     let scene = floor(model.clone(), parts);
-    let report = detect(&scene, &Settings::of(&scene));
+    let report = detect(&scene, &Settings { integrator: Integrator::Whitted, ..Settings::of(&scene) });
     for &(name, expected) in statuses {
         assert_eq!(status_of(&report, name), expected, "{name} of {model}");
     }
@@ -230,4 +232,33 @@ fn lenses() {
     assert_eq!(status(0.1, Value::Null), Simulated);
     assert_eq!(status(0.1, json!("centre")), LeftOut);
     assert_eq!(status(0.0, json!("centre")), Absent);
+}
+
+/// Protects: `auto` is Whitted's where that leaves nothing out, and paths elsewhere: classic materials under lights and lamps, and physical
+/// ones that nothing diffuses or blurs, against physical ones that light each other, blur what they reflect, or have what only paths know.
+#[test]
+fn auto_goes_by_what_is_left_out() {
+    let takes = |model: Value| {
+        let scene = floor(model, json!({ "lights": [sun([0.0, 1.0, 0.0])] }));
+        let settings = Settings::of(&scene);
+        (detect(&scene, &settings).integrator, prepare(&scene, &settings, &()).expect("prepares").follows_paths())
+    };
+    let whitted = [
+        classic(json!({ "reflection": { "weight": 0.5 } })),
+        classic(json!({ "local": 0, "emission": 1 })),
+        physical(json!({ "unlit": true })),
+        physical(json!({ "metallic": 1, "roughness": 0 })),
+    ];
+    let paths = [
+        physical(json!({})),
+        physical(json!({ "metallic": 1, "roughness": 0.5 })),
+        physical(json!({ "transmission": 1, "roughness": 0.5 })),
+        physical(json!({ "metallic": 1, "roughness": 0, "clearcoat": { "factor": 1 } })),
+    ];
+    for model in whitted {
+        assert_eq!(takes(model.clone()), ("whitted", false), "{model}");
+    }
+    for model in paths {
+        assert_eq!(takes(model.clone()), ("path", true), "{model}");
+    }
 }

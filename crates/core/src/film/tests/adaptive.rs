@@ -7,7 +7,7 @@ use crate::film::adaptive::Aim;
 use crate::film::{Film, Plane};
 use crate::hash::mix;
 use crate::observer::Observer;
-use crate::scene::Scene;
+use crate::scene::{Integrator, Scene};
 use crate::settings::{Aov, Sampling, Settings};
 use crate::{Ready, prepare};
 
@@ -179,6 +179,7 @@ fn settings() -> Settings {
         sampling: Sampling::General(400),
         max_error: Some(0.03),
         aovs: vec![Aov::Samples, Aov::StandardError],
+        integrator: Integrator::Whitted,
         ..Settings::of(&scene())
     }
 }

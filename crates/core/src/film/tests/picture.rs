@@ -3,7 +3,7 @@
 use super::{layers, ready, rendered, scene, settings};
 use crate::film::estimate::There;
 use crate::film::{Film, Plane};
-use crate::scene::{Pattern, Scene};
+use crate::scene::{Integrator, Pattern, Scene};
 use crate::settings::{Aov, Background, Sampling, Settings};
 use crate::{Rendered, prepare};
 
@@ -43,7 +43,13 @@ fn errors_say_what_they_are() {
         .push(serde_json::from_str(r#"{ "kind": { "directional": { "to_light": [0, 1, 0] } }, "colour": 1 }"#).expect("a light"));
     still.cameras[0].projection = serde_json::from_str(r#"{ "pinhole": { "vertical_fov": 50 } }"#).expect("a pinhole");
     let errors = |scene: &Scene, sampling| {
-        let settings = Settings { sampling, size: [11, 7], aovs: vec![Aov::StandardError], ..Settings::of(scene) };
+        let settings = Settings {
+            sampling,
+            size: [11, 7],
+            aovs: vec![Aov::StandardError],
+            integrator: Integrator::Whitted,
+            ..Settings::of(scene)
+        };
         let picture = render(scene, &settings).picture;
         picture.layer("stderr.G").expect("asked for").samples.clone()
     };
@@ -159,7 +165,12 @@ fn between_mirrored_rooms(floor: f64, ceiling: f64, sheet: &str) -> Scene {
 }
 
 fn one_sample(scene: &Scene) -> Vec<[f32; 3]> {
-    render(scene, &Settings { size: [16, 8], sampling: Sampling::General(1), ..Settings::of(scene) }).picture.rgb
+    render(
+        scene,
+        &Settings { size: [16, 8], sampling: Sampling::General(1), integrator: Integrator::Whitted, ..Settings::of(scene) },
+    )
+    .picture
+    .rgb
 }
 
 /// Protects: two branches of one path share no numbers. Seen in the mirror and through it, floor and ceiling are alike to the
