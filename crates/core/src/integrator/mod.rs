@@ -36,8 +36,8 @@ const MAX_CUTOUTS: u32 = 256;
 /// What a ray brought back.
 pub(crate) struct Brought<R: Real> {
     pub radiance: R::Vec3,
-    /// Whether the first segment hit something.
-    pub hit: bool,
+    /// Share of the ray that something covers, seen through what is there in part.
+    pub coverage: R,
 }
 
 /// A camera ray, with what it hits where that was asked before.
@@ -140,7 +140,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         }
         let mut path = self.camera_path(asked.ray, address);
         self.follow(&mut path, asked.met);
-        Brought { radiance: path.radiance + self.scene.veil, hit: path.hit }
+        Brought { radiance: path.radiance + self.scene.veil, coverage: path.covered }
     }
 
     /// What camera rays hit, where they leave one point at one time, which is asked for them together; nothing otherwise.
@@ -171,7 +171,8 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             segments: self.max_depth,
             cutouts: 0,
             camera: true,
-            hit: false,
+            share: P::Real::ONE,
+            covered: P::Real::ZERO,
             met: None,
         }
     }
