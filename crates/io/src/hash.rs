@@ -1,6 +1,7 @@
 //! The hash of what a scene was made from, worked out when someone asks: a preview of a small model takes less time than its hash.
 
 use std::fmt;
+use std::sync::OnceLock;
 
 use sha2::{Digest, Sha256};
 
@@ -14,11 +15,14 @@ pub struct SceneHash {
     so_far: Sha256,
     /// What comes after that.
     aside: Vec<u8>,
+    /// The digits, once they were asked for.
+    digits: OnceLock<String>,
 }
 
 impl SceneHash {
     /// Adds a piece.
     pub(crate) fn note(&mut self, bytes: &[u8]) {
+        self.digits.take();
         let length = (bytes.len() as u64).to_le_bytes();
         if self.aside.len() + length.len() + bytes.len() <= ASIDE {
             self.aside.extend(length);
@@ -34,8 +38,10 @@ impl SceneHash {
 
 impl fmt::Display for SceneHash {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let all = self.so_far.clone().chain_update(&self.aside).finalize();
-        all.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+        f.write_str(self.digits.get_or_init(|| {
+            let all = self.so_far.clone().chain_update(&self.aside).finalize();
+            all.iter().map(|byte| format!("{byte:02x}")).collect()
+        }))
     }
 }
 
