@@ -17,13 +17,14 @@ impl Aabb {
 
     /// The least box around the points; NaN everywhere when one of them is NaN, so that no primitive loses a corner unseen.
     pub fn from_points(points: impl IntoIterator<Item = DVec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, p| {
-            if p.is_nan() || b.min.is_nan() {
-                Self { min: DVec3::NAN, max: DVec3::NAN }
-            } else {
-                Self { min: b.min.min(p), max: b.max.max(p) }
-            }
-        })
+        let (mut min, mut max, mut is_number) = (Self::EMPTY.min, Self::EMPTY.max, true);
+        // One comparison each, where `min` and `max` of numbers would ask for NaN each time.
+        for point in points {
+            min = DVec3::select(point.cmplt(min), point, min);
+            max = DVec3::select(point.cmpgt(max), point, max);
+            is_number &= !point.is_nan();
+        }
+        if is_number { Self { min, max } } else { Self { min: DVec3::NAN, max: DVec3::NAN } }
     }
 
     /// The box around a shape by its support function, max p·direction over its points; none when one of them is.

@@ -144,7 +144,7 @@ impl<P: Precision> Group<P> {
         for (primitive, vertices) in triangles.enumerate() {
             let triangle = Triangle::new(vertices);
             self.triangles.push(triangle);
-            let added = check_bounds(triangle.bounds())
+            let added = check_corners(&triangle)
                 .and_then(|()| self.push(Kind::Triangle, visibility, primitive, self.triangles.len() - 1));
             if let Err(refused) = added {
                 self.slots.truncate(before.0);
@@ -319,6 +319,13 @@ pub(crate) fn few(spheres_alone: bool) -> usize {
 fn append<T>(list: &mut Vec<T>, item: T) -> u32 {
     list.push(item);
     list.len() as u32 - 1
+}
+
+/// Refuses a triangle that no tree can hold. Its box need not be made unless it is very large.
+fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
+    let most = R::from_f64(f64::from(f32::MAX) * 0.5);
+    let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < most;
+    if triangle.vertices.iter().all(within) { Ok(()) } else { check_bounds(triangle.bounds()) }
 }
 
 fn check_bounds(bounds: Option<Aabb>) -> Result<(), GeometryError> {

@@ -20,7 +20,7 @@ pub const SOFTWARE: &str = concat!("Raywright ", env!("CARGO_PKG_VERSION"));
 pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &ChoiceArgs) -> Metadata {
     Metadata {
         software: SOFTWARE.to_owned(),
-        scene_hash: loaded.hash.clone(),
+        scene_hash: loaded.hash.to_string(),
         settings: settings(&plan.settings, plan.display) + &chosen(choices),
         seed: Some(plan.settings.seed),
         command: command_line(),

@@ -2,6 +2,7 @@
 
 use std::io::{self, IsTerminal};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle as Template};
@@ -21,6 +22,7 @@ pub struct Progress {
     what: &'static str,
     start: Instant,
     display: Display,
+    reports: AtomicU64,
 }
 
 #[derive(Debug)]
@@ -33,12 +35,15 @@ enum Display {
 impl Progress {
     /// A display of work in a word that suits where standard error goes, unless the user chose one.
     pub fn start(what: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
-        Self { what, start: Instant::now(), display: Display::of(what, style, verbosity, io::stderr().is_terminal()) }
+        let display = Display::of(what, style, verbosity, io::stderr().is_terminal());
+        Self { what, start: Instant::now(), display, reports: AtomicU64::new(0) }
     }
 
     /// `done` of `total` pieces of work are finished.
     pub fn report(&self, done: u64, total: u64) {
-        if let Some(line) = self.display.report(self.what, self.start.elapsed(), done, total) {
+        let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
+        let work = Work { elapsed: self.start.elapsed(), reports, done, total };
+        if let Some(line) = self.display.report(self.what, work) {
             console::tell(line);
         }
     }
@@ -62,19 +67,19 @@ impl Display {
     }
 
     /// Moves the bar; the line to print, where one is due.
-    fn report(&self, what: &str, elapsed: Duration, done: u64, total: u64) -> Option<String> {
+    fn report(&self, what: &str, work: Work) -> Option<String> {
         match self {
             Self::Nothing => None,
             Self::Bar(bar) => {
-                bar.set_length(total);
-                bar.set_position(done);
-                bar.set_message(left(elapsed, done, total));
+                bar.set_length(work.total);
+                bar.set_position(work.done);
+                bar.set_message(work.left());
                 None
             }
             Self::Lines(pace) => {
                 // A thread that finds another one at work here has nothing newer to say.
-                let due = pace.try_lock().is_ok_and(|mut pace| pace.is_due(elapsed));
-                (due && done < total).then(|| line(what, elapsed, done, total))
+                let due = pace.try_lock().is_ok_and(|mut pace| pace.is_due(work.elapsed));
+                (due && work.done < work.total).then(|| work.line(what))
             }
         }
     }
@@ -124,20 +129,38 @@ fn bar(what: &str) -> ProgressBar {
     bar
 }
 
-/// One plain line.
-fn line(what: &str, elapsed: Duration, done: u64, total: u64) -> String {
-    let percent = 100 * done / total.max(1);
-    let left = left(elapsed, done, total);
-    if left.is_empty() { format!("{what}: {percent} %") } else { format!("{what}: {percent} %, {left}") }
+/// Pieces that must have ended before the rest is estimated from them, or else this share of all: the first ones of a picture may be
+/// the slowest, and many times the time of one tells nothing.
+const ENOUGH: u64 = 16;
+const ENOUGH_SHARE: f64 = 0.05;
+
+/// How far work has come.
+#[derive(Clone, Copy, Debug)]
+struct Work {
+    elapsed: Duration,
+    /// How often it has said so.
+    reports: u64,
+    done: u64,
+    total: u64,
 }
 
-/// How long it will take still, if it goes on as it did; empty while there is nothing to go by.
-fn left(elapsed: Duration, done: u64, total: u64) -> String {
-    if done == 0 {
-        return String::new();
+impl Work {
+    /// One plain line.
+    fn line(self, what: &str) -> String {
+        let percent = 100 * self.done / self.total.max(1);
+        let left = self.left();
+        if left.is_empty() { format!("{what}: {percent} %") } else { format!("{what}: {percent} %, {left}") }
     }
-    let seconds = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
-    format!("{} left", whole(seconds.ceil() as u64))
+
+    /// How long it will take still, if it goes on as it did; empty while there is too little to go by.
+    fn left(self) -> String {
+        let Self { elapsed, reports, done, total } = self;
+        if done == 0 || reports < ENOUGH && (done as f64) < ENOUGH_SHARE * total as f64 {
+            return String::new();
+        }
+        let seconds = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
+        format!("{} left", whole(seconds.ceil() as u64))
+    }
 }
 
 /// When the next plain line is due.
@@ -169,11 +192,22 @@ mod tests {
     /// The estimate is the time so far in proportion, rounded up so that it never says 0 s before the end.
     #[test]
     fn time_left_is_in_proportion() {
+        let line = |what, elapsed, done, total| Work { elapsed, reports: 1, done, total }.line(what);
         assert_eq!(line("rendering", Duration::from_secs(10), 1, 4), "rendering: 25 %, 30 s left");
         assert_eq!(line("rendering", Duration::from_millis(10), 3, 4), "rendering: 75 %, 1 s left");
         assert_eq!(line("rendering", Duration::from_secs(10), 0, 4), "rendering: 0 %");
         assert_eq!(line("rendering", Duration::from_secs(7200), 1, 2), "rendering: 50 %, 2 h 0 min left");
         assert_eq!(line("rendering", Duration::from_secs(200), 1, 2), "rendering: 50 %, 3 min 20 s left");
+    }
+
+    /// Protects: no time is told by the first few of many pieces; from the sixteenth on, or a twentieth of the work, it is.
+    #[test]
+    fn no_time_is_told_by_one_piece() {
+        let line = |reports, done| Work { elapsed: Duration::from_secs(8), reports, done, total: 100_000 }.line("rendering");
+        assert_eq!(line(1, 1), "rendering: 0 %");
+        assert_eq!(line(15, 4999), "rendering: 4 %");
+        assert_eq!(line(16, 1000), "rendering: 1 %, 13 min 12 s left");
+        assert_eq!(line(1, 5000), "rendering: 5 %, 2 min 32 s left");
     }
 
     /// Protects: quiet is silent whatever style is asked for, no style is, a terminal alone has a bar, and everything else
@@ -201,10 +235,11 @@ mod tests {
     fn the_end_is_no_line() {
         let lines = || Display::Lines(Mutex::new(Pace::new()));
         let second = Duration::from_secs(1);
-        assert_eq!(lines().report("loading", second, 1, 2), Some("loading: 50 %, 1 s left".to_owned()));
-        assert_eq!(lines().report("loading", second, 2, 2), None);
-        assert_eq!(lines().report("loading", second / 2, 1, 2), None);
-        assert_eq!(Display::Nothing.report("loading", second, 1, 2), None);
+        let work = |elapsed, done| Work { elapsed, reports: 1, done, total: 2 };
+        assert_eq!(lines().report("loading", work(second, 1)), Some("loading: 50 %, 1 s left".to_owned()));
+        assert_eq!(lines().report("loading", work(second, 2)), None);
+        assert_eq!(lines().report("loading", work(second / 2, 1)), None);
+        assert_eq!(Display::Nothing.report("loading", work(second, 1)), None);
     }
 
     /// A thousand reports within a minute make a handful of lines, each pause twice the one before.

@@ -2,7 +2,6 @@
 
 mod ahead;
 
-use core::cell::Cell;
 use core::marker::PhantomData;
 use core::ops::Range;
 use std::cmp::Reverse;
@@ -13,7 +12,7 @@ use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
 use self::ahead::Ahead;
 use crate::counters::Counters;
-use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit};
+use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit, parts};
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, Kernel, Tracer};
 use crate::observer::Observer;
@@ -245,17 +244,17 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, keeps_first, self.observer);
         let mut plane = Plane::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
-        let (mut dropped, met) = (0, Cell::new(0_u64));
+        let (mut dropped, met);
         let mut finish = |plane: &mut Plane, pixel: Sums| {
-            met.set(met.get() + u64::from(pixel.hits));
             plane.push(self.plan, &pixel, self.samples.end);
             if self.plan.random {
                 spread.push(pixel.spread);
             }
         };
         match self.settings.sampling {
-            Sampling::Pattern(Pattern::Corners) => dropped += self.corners::<B>(&mut tracer, &mut plane, finish),
+            Sampling::Pattern(Pattern::Corners) => (dropped, met) = self.corners::<B>(&mut tracer, &mut plane, finish),
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
+                dropped = 0;
                 let mut firsts = FirstHits::new(self.plan);
                 let (mut pixel, mut ahead) = (Gather::<P::Real, B>::default(), Ahead::default());
                 let mut place = 0;
@@ -273,13 +272,14 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                         for index in self.samples.clone() {
                             let Some(ray) = ahead.next(&tracer, self.sample_rays([x, y], index)) else { break };
                             let brought = tracer.camera_ray(ray, self.address(x, y, index));
-                            dropped += u64::from(!pixel.add(brought.radiance, brought.hit));
+                            dropped += u64::from(!pixel.add(brought.radiance, parts(brought.coverage)));
                             firsts.add(tracer.first());
                         }
                         finish(&mut plane, pixel.finish());
                         firsts.push(&mut plane);
                     }
                 }
+                met = pixel.met;
             }
         }
         let centre = if self.replicate == 0 && self.samples.start == 0 { self.centre_layers(&mut tracer) } else { Vec::new() };
@@ -290,7 +290,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let entered = |plane: &Plane| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
         counters.samples = entered(&plane) - entered(start);
         counters.dropped = dropped;
-        counters.met = met.get() - start.hits.iter().map(|&n| u64::from(n)).sum::<u64>();
+        counters.met = met;
         Some(Unit { tile: self.tile, replicate: self.replicate, drawn: self.samples.end, plane, spread, centre, counters })
     }
 
@@ -306,13 +306,13 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         first..first + self.area.width
     }
 
-    /// Pixels that are the means of their corners; how many samples were dropped.
+    /// Pixels that are the means of their corners; how many samples were dropped, and how many met something.
     fn corners<B: Block<P::Real>>(
         &self,
         tracer: &mut Tracer<'_, P, K>,
         plane: &mut Plane,
         mut finish: impl FnMut(&mut Plane, Sums),
-    ) -> u64 {
+    ) -> (u64, u64) {
         let (lattice, hits) = self.lattice(tracer);
         let row = self.area.width as usize + 1;
         let mut dropped = 0;
@@ -321,8 +321,8 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
             let lower = &lattice[(y + 1) * row..][..row];
             for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {
-                for &(radiance, hit) in [&bottom[0], &bottom[1], &top[0], &top[1]] {
-                    dropped += u64::from(!pixel.add(radiance, hit));
+                for &(radiance, covered) in [&bottom[0], &bottom[1], &top[0], &top[1]] {
+                    dropped += u64::from(!pixel.add(radiance, covered));
                 }
                 finish(plane, pixel.finish());
                 if !hits.is_empty() {
@@ -332,13 +332,13 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                 }
             }
         }
-        dropped
+        (dropped, pixel.met)
     }
 
-    /// Radiance at the corners of the tile's pixels, each traced once for the up to four pixels that share it, and their first
+    /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to four pixels that share it, and their first
     /// hits where layers ask for them.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
-    fn lattice(&self, tracer: &mut Tracer<'_, P, K>) -> (Vec<(Vec3Of<P>, bool)>, Vec<Option<FirstHit>>) {
+    fn lattice(&self, tracer: &mut Tracer<'_, P, K>) -> (Vec<(Vec3Of<P>, u32)>, Vec<Option<FirstHit>>) {
         // One more each way than there are pixels.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
@@ -352,7 +352,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                 let rays = (x..columns.end).map(|x| self.scene.camera.ray(at(x), at(y), [0.5; 2]));
                 let Some(ray) = ahead.next(tracer, rays) else { break };
                 let brought = tracer.camera_ray(ray, self.address(x, y, 0));
-                corners.push((brought.radiance, brought.hit));
+                corners.push((brought.radiance, parts(brought.coverage)));
                 if asked {
                     hits.push(tracer.first().copied());
                 }

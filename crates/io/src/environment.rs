@@ -71,7 +71,7 @@ fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits) -> 
     if path.exists() && !path.is_file() {
         return Err(Error::input(path.display(), "is not a regular file"));
     }
-    let bytes = read_limited(File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
+    let bytes = read_limited(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
     let larger =
         || Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limits.file_bytes)));
     let bytes = bytes.ok_or_else(larger)?;

@@ -8,9 +8,8 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
-use sha2::{Digest, Sha256};
-
 use crate::error::reason;
+use crate::hash::SceneHash;
 use crate::inputs::Inputs;
 use crate::limits::human_bytes;
 
@@ -41,7 +40,7 @@ pub struct Folder {
     /// Whether files elsewhere may be read too, because the user says so.
     outside: bool,
     file_bytes: u64,
-    hash: RefCell<Sha256>,
+    hash: RefCell<SceneHash>,
     /// Shared with the folders of files that were read from this one.
     inputs: Rc<RefCell<Inputs>>,
 }
@@ -70,7 +69,7 @@ impl Folder {
 
     /// The folder of a scene that has none.
     pub fn none(file_bytes: u64) -> Self {
-        Self { root: None, outside: false, file_bytes, hash: RefCell::new(Sha256::new()), inputs: Rc::default() }
+        Self { root: None, outside: false, file_bytes, hash: RefCell::default(), inputs: Rc::default() }
     }
 
     /// The bytes of a file named inside the scene, by a path relative to the folder with `/` between its parts.
@@ -84,7 +83,7 @@ impl Folder {
             return Err(ReadError::Refused(format!("`{reference}` is not a regular file")));
         }
         let file = File::open(&path).map_err(unreadable)?;
-        let bytes = read_limited(file, self.file_bytes).map_err(unreadable)?.ok_or_else(|| {
+        let bytes = read_limited(&file, self.file_bytes).map_err(unreadable)?.ok_or_else(|| {
             ReadError::TooLarge(format!("`{reference}` is larger than the limit of {}", human_bytes(self.file_bytes)))
         })?;
         self.note(reference.as_bytes());
@@ -113,14 +112,12 @@ impl Folder {
 
     /// Makes bytes that did not come through [`Self::read`] count towards the hash.
     pub fn note(&self, bytes: &[u8]) {
-        let mut hash = self.hash.borrow_mut();
-        hash.update((bytes.len() as u64).to_le_bytes());
-        hash.update(bytes);
+        self.hash.borrow_mut().note(bytes);
     }
 
-    /// SHA-256 of everything read and noted, in order, as 64 hexadecimal digits.
-    pub fn hash(&self) -> String {
-        self.hash.borrow().clone().finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    /// The hash of everything read and noted, in order.
+    pub fn hash(&self) -> SceneHash {
+        self.hash.borrow().clone()
     }
 
     fn resolve(&self, reference: &str) -> Result<PathBuf, ReadError> {
@@ -153,7 +150,8 @@ impl Folder {
 /// A reference without `.` and `..`, by its text alone; none where it begins at a root or leads above the folder on its way.
 fn inside(reference: &str) -> Option<PathBuf> {
     // What Windows reads as a path is none anywhere, so that a scene is refused by every machine or by none.
-    if reference.starts_with(['/', '\\']) || reference.split('\\').any(|part| part == "..") {
+    let on_drive = matches!(reference.as_bytes(), [letter, b':', ..] if letter.is_ascii_alphabetic());
+    if on_drive || reference.starts_with(['/', '\\']) || reference.split('\\').any(|part| part == "..") {
         return None;
     }
     let mut plain = PathBuf::new();
@@ -186,17 +184,20 @@ fn in_any_case(root: &Path, reference: &str) -> Option<PathBuf> {
     path.canonicalize().ok()
 }
 
-/// Whether a reference starts like an address (`http:`, `file:`) or a drive (`C:`).
+/// Whether a reference starts like an address (`http:`, `file:`). One letter is a drive's (`C:`).
 fn has_scheme(reference: &str) -> bool {
     let (scheme, rest) = reference.split_once(':').unwrap_or_default();
     let word = scheme.starts_with(|c: char| c.is_ascii_alphabetic())
         && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'));
-    word && (scheme.len() == 1 || rest.starts_with('/') || matches!(scheme, "data" | "file" | "http" | "https"))
+    word && scheme.len() > 1 && (rest.starts_with('/') || matches!(scheme, "data" | "file" | "http" | "https"))
 }
 
-/// All bytes of a source, or none if there are more than `limit`.
-pub(crate) fn read_limited(source: impl Read, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
+/// All bytes of a file, or none if there are more than `limit`.
+pub(crate) fn read_limited(source: &File, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
+    // Without this they are copied each time that the list grows. What can't be had at once may not be there at all.
+    let length = source.metadata().map_or(0, |told| told.len()).min(limit);
+    let _ = bytes.try_reserve_exact(usize::try_from(length).unwrap_or_default());
     source.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     Ok((bytes.len() as u64 <= limit).then_some(bytes))
 }

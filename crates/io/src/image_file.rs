@@ -54,7 +54,10 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
 /// the format is not read here or the data is broken.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
     match sniff(bytes) {
-        Kind::Png => decode_with(ImageFormat::Png, bytes, limits),
+        Kind::Png => match decode_palette(bytes, limits) {
+            Some(image) => Ok(image),
+            None => decode_with(ImageFormat::Png, bytes, limits),
+        },
         Kind::Jpeg => decode_with(ImageFormat::Jpeg, bytes, limits),
         Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits),
         Kind::Hdr => decode_with(ImageFormat::Hdr, bytes, limits),
@@ -157,6 +160,31 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
         picture => Pixels::Codes(picture.into_rgba8().as_raw().as_chunks().0.to_vec()),
     };
     Ok(ImageData { width, height, pixels })
+}
+
+/// Decodes a PNG with a palette of eight bits in less than half of the time that it takes by way of three colours a pixel. None for
+/// every other picture, and for one that is broken or too large: the general way says why.
+fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
+    // Depth and kind of colour stand at fixed places of the first chunk.
+    if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8]) {
+        return None;
+    }
+    let own = png::Limits { bytes: usize::try_from(limits.image_pixels).ok()?.saturating_mul(16) };
+    let mut reader = png::Decoder::new_with_limits(Cursor::new(bytes), own).read_info().ok()?;
+    let info = reader.info();
+    let (width, height) = info.size();
+    check_size(u64::from(width), u64::from(height), limits).ok()?;
+    let colours = info.palette.as_ref()?.as_chunks().0;
+    let alphas = info.trns.as_deref().unwrap_or_default();
+    // As the decoder has it, what is beyond the palette is black, and beyond the list of alphas opaque.
+    let colour = |code: usize| {
+        let [r, g, b] = colours.get(code).copied().unwrap_or_default();
+        [r, g, b, alphas.get(code).copied().unwrap_or(255)]
+    };
+    let colours: [[u8; 4]; 256] = core::array::from_fn(colour);
+    let mut codes = vec![0; reader.output_buffer_size()?];
+    reader.next_frame(&mut codes).ok()?;
+    Some(ImageData { width, height, pixels: Pixels::Codes(codes.iter().map(|&code| colours[usize::from(code)]).collect()) })
 }
 
 fn broken_exr(error: exr::error::Error) -> Fault {

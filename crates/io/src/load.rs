@@ -10,6 +10,7 @@ use crate::environment::{self, Environment};
 use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_limited};
 use crate::gltf::{self, Choice, Contents};
+use crate::hash::SceneHash;
 use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
@@ -56,8 +57,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// What the user should know.
     pub warnings: Vec<Warning>,
-    /// SHA-256, in hexadecimal, of all bytes read, the time and the overridden parameters: equal hashes, equal scenes.
-    pub hash: String,
+    /// SHA-256 of all bytes read, the time and the overridden parameters: equal hashes, equal scenes.
+    pub hash: SceneHash,
     /// Where it came from.
     pub source: SourceInfo,
     /// Every file that was read for it or that it names: what no output of the same run may replace.
@@ -209,7 +210,7 @@ fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     let file = File::open(path).map_err(unreadable)?;
     let limit = limits.file_bytes.max(limits.text_bytes);
-    read_limited(file, limit)
+    read_limited(&file, limit)
         .map_err(unreadable)?
         .ok_or_else(|| Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limit))))
 }

@@ -64,7 +64,7 @@ pub fn dear(costs: &EffectCosts) -> String {
 #[derive(Serialize)]
 struct Explanation<'a> {
     scene: &'a str,
-    scene_hash: &'a str,
+    scene_hash: String,
     #[serde(flatten)]
     report: &'a EffectReport,
     ladders: &'a [Standing],
@@ -74,7 +74,7 @@ struct Explanation<'a> {
 }
 
 fn json(loaded: &Loaded, report: &EffectReport, ladders: &[Standing], costs: Option<&EffectCosts>) -> String {
-    console::json(&Explanation { scene: &loaded.source.name, scene_hash: &loaded.hash, report, ladders, costs })
+    console::json(&Explanation { scene: &loaded.source.name, scene_hash: loaded.hash.to_string(), report, ladders, costs })
 }
 
 /// What is simulated first, then what is left out, then what there is none of.

@@ -1,6 +1,7 @@
 //! What the replicates of a pixel say of its mean, and of how far that may be off.
 
 use super::Plane;
+use super::sums::WHOLE;
 
 /// The replicates of which anything is there, in ascending order.
 pub(super) struct There<'a> {
@@ -29,16 +30,16 @@ impl<'a> There<'a> {
         (sum.map(|s| s / weights.max(1.0)), count as f64)
     }
 
-    /// Share of a pixel's samples that hit something.
+    /// Share of a pixel that something covers.
     pub fn coverage(&self, pixel: usize) -> f32 {
-        let (mut hits, mut weights) = (0.0, 0.0);
+        let (mut covered, mut weights) = (0.0, 0.0);
         for plane in &self.planes {
             let n = plane.samples[pixel];
             let weight = if self.even { 1.0 / f64::from(n.max(1)) } else { 1.0 };
-            hits += weight * f64::from(plane.hits[pixel]);
+            covered += weight * (f64::from(plane.covered[pixel]) / f64::from(WHOLE));
             weights += weight * f64::from(n);
         }
-        (hits / f64::max(weights, 1.0)) as f32
+        (covered / f64::max(weights, 1.0)) as f32
     }
 
     /// Means of a pixel's replicates that have any samples.

@@ -33,7 +33,7 @@ pub use merge::PartError;
 pub(crate) use plan::Plan;
 pub(crate) use plane::{Plane, Rect};
 pub use record::{FilmHeader, HeaderError, Numbers};
-pub(crate) use sums::{Block, Gather, Moments, Plain, Single, Sums};
+pub(crate) use sums::{Block, Gather, Moments, Plain, Single, Sums, parts};
 pub use uncertainty::{Doubt, Estimate, Uncertainty};
 
 use core::ops::{Range, RangeInclusive};

@@ -238,7 +238,7 @@ impl Plan {
     /// three sums in f64 and a count, once the spread of the samples, and the picture's colour.
     fn bytes_a_pixel(&self) -> u64 {
         let (mean, centre) = (self.layers.mean.len() as u64, self.layers.centre.len() as u64);
-        let counts = 2 + if self.alpha { 2 } else { 0 } + if self.counts_first_hits() { 2 } else { 0 };
+        let counts = 2 + if self.alpha { 4 } else { 0 } + if self.counts_first_hits() { 2 } else { 0 };
         let open = (0..self.replicates).filter(|&replicate| self.adaptive || has_open(self.samples_of(replicate))).count() as u64;
         let film =
             u64::from(self.replicates) * (24 + counts + 24 * mean) + 24 * open + if self.random { 12 } else { 0 } + 4 * centre;

@@ -15,8 +15,8 @@ pub(crate) struct Plane {
     pub open: Vec<[f64; 3]>,
     /// Samples that entered.
     pub samples: Vec<u16>,
-    /// Those of them that hit something, for the alpha.
-    pub hits: Vec<u16>,
+    /// What of them something covers, in parts of [`WHOLE`](super::sums::WHOLE), for the alpha.
+    pub covered: Vec<u32>,
     /// Camera rays that hit something first, for layers that are means over those; they include dropped samples.
     pub first_hits: Vec<u16>,
     /// Sums of the layers that come from first hits.
@@ -69,13 +69,12 @@ impl Plane {
     /// Zeros for a whole film.
     pub fn zero(plan: &Plan) -> Self {
         let n = plan.pixels();
-        let counts = |kept: bool| if kept { vec![0; n] } else { Vec::new() };
         Self {
             sums: vec![[0.0; 3]; n],
             open: Vec::new(),
             samples: vec![0; n],
-            hits: counts(plan.alpha),
-            first_hits: counts(plan.counts_first_hits()),
+            covered: vec![0; if plan.alpha { n } else { 0 }],
+            first_hits: vec![0; if plan.counts_first_hits() { n } else { 0 }],
             layers: plan.layers.mean.iter().map(|_| vec![[0.0; 3]; n]).collect(),
         }
     }
@@ -101,7 +100,7 @@ impl Plane {
         }
         self.samples.push(pixel.samples);
         if plan.alpha {
-            self.hits.push(pixel.hits);
+            self.covered.push(pixel.covered);
         }
     }
 
@@ -116,8 +115,8 @@ impl Plane {
             (false, true) => ([0.0; 3], of),
             (false, false) => (of, [0.0; 3]),
         };
-        let hits = self.hits.get(pixel).copied().unwrap_or(0);
-        Sums { sum, open, spread: [0.0; 3], samples: self.samples[pixel], hits }
+        let covered = self.covered.get(pixel).copied().unwrap_or(0);
+        Sums { sum, open, spread: [0.0; 3], samples: self.samples[pixel], covered }
     }
 
     /// Sum of all of a pixel's samples.
@@ -139,7 +138,7 @@ impl Plane {
             true => to.rows().for_each(|row| self.open[row].fill([0.0; 3])),
         }
         copy(&mut self.samples, to, &of.samples, from);
-        copy(&mut self.hits, to, &of.hits, from);
+        copy(&mut self.covered, to, &of.covered, from);
         copy(&mut self.first_hits, to, &of.first_hits, from);
         for (into, of) in self.layers.iter_mut().zip(&of.layers) {
             copy(into, to, of, from);
@@ -152,15 +151,15 @@ impl Plane {
             sums: cut(&self.sums, from),
             open: cut(&self.open, from),
             samples: cut(&self.samples, from),
-            hits: cut(&self.hits, from),
+            covered: cut(&self.covered, from),
             first_hits: cut(&self.first_hits, from),
             layers: self.layers.iter().map(|layer| cut(layer, from)).collect(),
         }
     }
 
     pub fn bytes(&self) -> usize {
-        let counts = self.samples.len() + self.hits.len() + self.first_hits.len();
-        24 * (self.sums.len() + self.open.len()) + 2 * counts + self.layers.iter().map(|layer| 24 * layer.len()).sum::<usize>()
+        let counts = 2 * (self.samples.len() + self.first_hits.len()) + 4 * self.covered.len();
+        24 * (self.sums.len() + self.open.len()) + counts + self.layers.iter().map(|layer| 24 * layer.len()).sum::<usize>()
     }
 }
 

@@ -37,6 +37,8 @@ pub trait Numbers {
     fn singles(&mut self, numbers: &mut [f32]) -> Result<(), Self::Error>;
     /// Counts.
     fn counts(&mut self, counts: &mut [u16]) -> Result<(), Self::Error>;
+    /// Larger whole numbers.
+    fn wholes(&mut self, numbers: &mut [u32]) -> Result<(), Self::Error>;
 }
 
 impl FilmHeader {
@@ -125,7 +127,7 @@ impl Film {
         numbers.doubles(plane.sums.as_flattened_mut())?;
         numbers.doubles(plane.open.as_flattened_mut())?;
         numbers.counts(&mut plane.samples)?;
-        numbers.counts(&mut plane.hits)?;
+        numbers.wholes(&mut plane.covered)?;
         numbers.counts(&mut plane.first_hits)?;
         for layer in &mut plane.layers {
             numbers.doubles(layer.as_flattened_mut())?;

@@ -10,6 +10,16 @@ use raywright_bvh::{Real, Vector};
 /// Samples of a block.
 pub(crate) const BLOCK: usize = 16;
 
+/// Parts that a sample's coverage is counted in: as fine as a sum of as many samples as there can be still fits.
+pub(crate) const WHOLE: u32 = 1 << 16;
+
+/// A coverage from 0 to 1 in parts of [`WHOLE`].
+#[inline(always)]
+pub(crate) fn parts<R: Real>(coverage: R) -> u32 {
+    // Mostly all or nothing, of which rounding makes nothing else.
+    (coverage * R::from_f64(f64::from(WHOLE)) + R::from_f64(0.5)).to_f64() as u32
+}
+
 /// What a pixel's samples in one replicate amount to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
@@ -22,8 +32,8 @@ pub(crate) struct Sums {
     pub spread: [f32; 3],
     /// Samples that entered.
     pub samples: u16,
-    /// Those of them that hit something, for the alpha.
-    pub hits: u16,
+    /// What of them something covers, in parts of [`WHOLE`], for the alpha: whole numbers, so that no order matters.
+    pub covered: u32,
 }
 
 impl Sums {
@@ -41,6 +51,8 @@ pub(crate) struct Gather<R: Real, B: Block<R>> {
     block: B,
     /// Samples of the block, those that did not enter included.
     in_block: usize,
+    /// Samples of all pixels that entered and are covered, wholly or in part.
+    pub met: u64,
     scalar: PhantomData<R>,
 }
 
@@ -71,13 +83,14 @@ impl<R: Real, B: Block<R>> Gather<R, B> {
         self.block.resume(&mut self.sums.sum, sums.open);
     }
 
-    /// Adds a sample. One that is not finite is dropped: false.
+    /// Adds a sample and what of it is covered, in parts of [`WHOLE`]. One that is not finite is dropped: false.
     #[inline(always)]
-    pub fn add(&mut self, radiance: R::Vec3, hit: bool) -> bool {
+    pub fn add(&mut self, radiance: R::Vec3, covered: u32) -> bool {
         let finite = radiance.is_finite();
         if finite {
             self.block.put(radiance);
-            self.sums.hits += u16::from(hit);
+            self.sums.covered += covered;
+            self.met += u64::from(covered > 0);
             self.sums.samples += 1;
         }
         self.in_block += 1;

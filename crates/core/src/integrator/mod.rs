@@ -37,8 +37,8 @@ const MAX_CUTOUTS: u32 = 256;
 /// What a ray brought back.
 pub(crate) struct Brought<R: Real> {
     pub radiance: R::Vec3,
-    /// Whether the first segment hit something.
-    pub hit: bool,
+    /// Share of the ray that something covers, seen through what is there in part.
+    pub coverage: R,
 }
 
 /// A camera ray, with what it hits where that was asked before.
@@ -141,7 +141,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         }
         let mut path = self.camera_path(asked.ray, address);
         self.follow(&mut path, asked.met);
-        Brought { radiance: path.radiance + self.scene.veil, hit: path.hit }
+        Brought { radiance: path.radiance + self.scene.veil, coverage: path.covered }
     }
 
     /// What camera rays hit, where they leave one point at one time, which is asked for them together; nothing otherwise.
@@ -172,7 +172,8 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             segments: self.max_depth,
             cutouts: 0,
             camera: true,
-            hit: false,
+            share: P::Real::ONE,
+            covered: P::Real::ZERO,
             met: None,
         }
     }

@@ -27,8 +27,10 @@ pub(crate) struct Path<R: Real> {
     pub cutouts: u32,
     /// Whether it still is what the camera sees first.
     pub camera: bool,
-    /// Whether it has met a surface.
-    pub hit: bool,
+    /// Share of the camera ray that goes this way, while it is what the camera sees: less than one behind what is there in part.
+    pub share: R,
+    /// What of the camera ray it has found covered, with the paths that it waited for.
+    pub covered: R,
     /// What the ray met, where that waits for what is behind it.
     pub met: Option<Hit<R>>,
 }
@@ -92,7 +94,8 @@ impl<R: Real> Path<R> {
             segments: self.segments - 1,
             cutouts: 0,
             camera: false,
-            hit: false,
+            share: R::ZERO,
+            covered: R::ZERO,
             met: None,
         }
     }
@@ -101,7 +104,8 @@ impl<R: Real> Path<R> {
     #[inline(always)]
     pub fn leave(&mut self, leaving: Leaving<R>) -> Step<R> {
         let aside = leaving.aside.map(|next| self.branch(&next, Branch::Reflected));
-        self.hit = true;
+        self.covered += self.share;
+        self.share = R::ZERO;
         self.address.bounce += 1;
         self.segments -= 1;
         match leaving.onward {
@@ -164,8 +168,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(never)]
     fn taken_up(&mut self, path: &mut Path<P::Real>) -> bool {
         let Some(before) = self.waiting.pop() else { return false };
-        let brought = core::mem::replace(path, before).radiance;
-        path.radiance += brought;
+        let brought = core::mem::replace(path, before);
+        path.radiance += brought.radiance;
+        path.covered += brought.covered;
         true
     }
 }

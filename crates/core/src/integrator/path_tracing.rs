@@ -119,7 +119,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 .copied()
                 .unwrap_or_else(|| self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: P::Real::INFINITY }, &mut ()));
             if !self.step(&mut walk, hit.as_ref()) {
-                return Brought { radiance: walk.radiance, hit: walk.hit };
+                let coverage = if walk.hit { P::Real::ONE } else { P::Real::ZERO };
+                return Brought { radiance: walk.radiance, coverage };
             }
         }
     }

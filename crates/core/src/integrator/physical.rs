@@ -109,10 +109,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         let next = Next { ray: behind, throughput: path.throughput * (P::Real::ONE - alpha), rest: path.leg.rest };
         path.throughput *= alpha;
+        let behind = path.share * (P::Real::ONE - alpha);
+        path.share *= alpha;
         (path.segments > 1).then(|| {
             path.met = Some(*hit);
             // What a camera ray sees through a surface it sees as if nothing were before it.
-            Step::Aside(Path { camera: path.camera, ..path.branch(&next, Branch::Behind) })
+            Step::Aside(Path { camera: path.camera, share: behind, ..path.branch(&next, Branch::Behind) })
         })
     }
 

@@ -258,9 +258,15 @@ pub(super) fn triangles<P: Precision>(
     visibility: Visibility,
     observer: &dyn Observer,
 ) -> Result<(), PrepareError> {
+    let stays = map.is_some_and(|(map, _)| map == DAffine3::IDENTITY);
     let position = |i: u32| -> Vec3Of<P> {
         let p = DVec3::from(data.positions[i as usize].map(f64::from));
-        Vector::from_f64(map.map_or(p, |(m, _)| m.transform_point3(p)))
+        Vector::from_f64(match map {
+            // All that such a map would do: it leaves no zero below zero.
+            Some(_) if stays => p + DVec3::ZERO,
+            Some((map, _)) => map.transform_point3(p),
+            None => p,
+        })
     };
     let flipped = map.is_some_and(|(_, flipped)| flipped);
     let corners = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(position);

@@ -1,6 +1,7 @@
 //! Surfaces that are only partly there, in camera rays; `shadows` has them in the way of light.
 
-use raywright_core::settings::Background;
+use raywright_core::scene::{Pattern, Pinhole, Projection};
+use raywright_core::settings::{Background, Sampling};
 use raywright_core::{Scene, Settings};
 use serde_json::{Value, json};
 
@@ -72,6 +73,56 @@ fn the_background_shows_through_what_is_absent() {
     scene.objects.remove(0);
     let settings = Settings { background: Background::Transparent, ..settings(&scene, DOWN) };
     assert_eq!(rendered(&scene, &settings).picture.alpha, Some(vec![0.0]));
+}
+
+/// Protects: under a transparent background a pixel is covered as far as its panes cover it, with their colour in that share, and
+/// wholly where something that covers all lies behind them or reflects the ray; what only a mirror shows covers nothing more.
+#[test]
+fn panes_over_nothing_cover_their_share() {
+    let pane = |opacity: f64, count: usize| above_blue(json!({ "opacity": opacity, "alpha": BLEND }), count);
+    let over_nothing = |mut scene: Scene| {
+        scene.objects.remove(0);
+        scene
+    };
+    let two = {
+        let mut scene = over_nothing(pane(0.25, 2));
+        let mut other = scene.materials[1].clone();
+        other.name = "other".to_owned();
+        let raywright_core::scene::Model::Physical(model) = &mut other.model else { panic!("a physical material") };
+        model.opacity = 0.5.into();
+        scene.objects[1].material = other.name.clone();
+        scene.materials.push(other);
+        scene
+    };
+    let mirror = above_blue(json!({ "opacity": 0.25, "alpha": BLEND, "unlit": false, "metallic": 1, "roughness": 0 }), 1);
+    for (name, scene, colour, alpha) in [
+        ("one", over_nothing(pane(0.25, 1)), Some([0.25, 0.125, 0.0]), 0.25),
+        ("two", two, Some([0.625, 0.3125, 0.0]), 0.625),
+        ("a third", over_nothing(pane(1.0 / 3.0, 1)), Some([1.0 / 3.0, 1.0 / 6.0, 0.0]), 1.0 / 3.0),
+        ("before a floor", pane(0.25, 2), Some([0.4375, 0.21875, 0.5625]), 1.0),
+        ("whole", over_nothing(pane(1.0, 1)), Some([1.0, 0.5, 0.0]), 1.0),
+        ("absent", over_nothing(pane(0.0, 1)), Some([0.0; 3]), 0.0),
+        ("a mirror", over_nothing(mirror), None, 0.25),
+    ] {
+        for (precision, _) in crate::support::PRECISIONS {
+            for sampling in [Sampling::Pattern(Pattern::Centre), Sampling::Pattern(Pattern::Corners), Sampling::General(20)] {
+                let own = Settings { precision, sampling, background: Background::Transparent, ..settings(&scene, DOWN) };
+                let picture = rendered(&scene, &Settings { camera: Some(narrow(&own)), ..own }).picture;
+                let what = format!("{name}, {precision:?}, {sampling:?}");
+                let covered = picture.alpha.expect("an alpha")[0];
+                assert!((f64::from(covered) - alpha).abs() < 1e-5, "{what}: {covered} instead of {alpha}");
+                assert!(alpha > 0.0 && alpha < 1.0 || f64::from(covered) == alpha, "{what}: {covered}");
+                colour.iter().for_each(|&colour| near(picture.rgb[0].map(f64::from), colour, 1e-5, &what));
+            }
+        }
+    }
+}
+
+/// The camera of these settings with a field of view in which panes fill the picture to its corners.
+fn narrow(settings: &Settings) -> raywright_core::scene::Camera {
+    let mut camera = settings.camera.clone().expect("a camera");
+    camera.projection = Projection::Pinhole(Pinhole { vertical_fov: Some(2.0), ..Pinhole::default() });
+    camera
 }
 
 /// Protects: many absent surfaces in a row are passed, and only so many that a ray comes to an end.

@@ -17,7 +17,7 @@ fn a_file_beside_the_scene_is_read_and_counts_towards_the_hash() {
     let before = folder.hash();
     assert_eq!(folder.read("./own.txt"), Ok(b"own".to_vec()));
     assert_ne!(folder.hash(), before);
-    assert_eq!(folder.hash().len(), 64);
+    assert_eq!(folder.hash().to_string().len(), 64);
 }
 
 /// Protects: the hash says which file it was that held the bytes: two that are exchanged make another scene.

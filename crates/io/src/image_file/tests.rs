@@ -40,6 +40,43 @@ fn png_kinds_agree() {
     assert_eq!(codes(&png(Indexed, Two, Some(palette), &[0b00_10_00_00]))[0], [1, 2, 3, 0]);
 }
 
+/// Protects: a palette of eight bits gives what the other decoder says, with alphas for all colours, some or none, codes beyond the
+/// palette, rows that are filtered or interlaced, several pixels and one; and what is broken or too large is refused as ever.
+#[test]
+fn palettes_agree_with_the_general_decoder() {
+    let colours: Vec<u8> = (0..200 * 3).map(|i| (i * 37 % 256) as u8).collect();
+    let written = |width: u32, height: u32, alphas: &[u8]| {
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, width, height);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_palette(&colours[..]);
+        if !alphas.is_empty() {
+            encoder.set_trns(alphas);
+        }
+        encoder.set_filter(png::Filter::Paeth);
+        let data: Vec<u8> = (0..width * height).map(|i| (i * 7 % 251) as u8).collect();
+        encoder.write_header().unwrap().write_image_data(&data).unwrap();
+        out
+    };
+    for (width, height) in [(1, 1), (31, 17), (256, 3)] {
+        for alphas in [&[][..], &[0, 128, 7], &[9; 200]] {
+            let file = written(width, height, alphas);
+            let general = decode_with(ImageFormat::Png, &file, &Limits::default()).unwrap();
+            let Pixels::Codes(expected) = general.pixels else { panic!("codes") };
+            let own = decode_palette(&file, &Limits::default()).expect("a palette");
+            assert_eq!((own.width, own.height), (width, height));
+            let Pixels::Codes(found) = own.pixels else { panic!("codes") };
+            assert!(found == expected, "{width} x {height}, {} alphas", alphas.len());
+            let few = Limits { image_pixels: u64::from(width * height) - 1, ..Limits::default() };
+            assert!(decode_palette(&file, &few).is_none() && decode(&file, &few).is_err());
+            let cut = &file[..file.len() - 24];
+            assert_eq!(decode(cut, &Limits::default()).is_err(), decode_with(ImageFormat::Png, cut, &Limits::default()).is_err());
+        }
+    }
+    assert!(decode_palette(&png(png::ColorType::Rgb, png::BitDepth::Eight, None, &[1; 6]), &Limits::default()).is_none());
+}
+
 /// The two float formats keep what is brighter than white, and clamp what light can't be.
 #[test]
 fn float_formats_stay_linear() {

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::import::{Fault, Outcome};
+use crate::import::{Fault, Outcome, shown};
 
 /// A statement of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,10 +67,14 @@ pub(super) fn statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     })
 }
 
-/// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f` and `3.1+e2`.
+/// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f` and `3.1+e2`. A number with a
+/// decimal comma is none: `strtod` would lose its fraction.
 pub(super) fn number(word: &str) -> Option<(&str, f32)> {
     if let Ok(value) = word.parse() {
         return Some((word, value));
+    }
+    if has_decimal_comma(word) {
+        return None;
     }
     // Bounded: a hostile word must not cost its length squared.
     let ends: Vec<usize> = word.char_indices().map(|(i, c)| i + c.len_utf8()).take(64).collect();
@@ -78,6 +82,18 @@ pub(super) fn number(word: &str) -> Option<(&str, f32)> {
         let head = word.get(..end)?;
         Some((head, head.parse().ok()?))
     })
+}
+
+/// Whether a word has a comma before a digit, as programs write numbers that heed the settings of some countries.
+pub(super) fn has_decimal_comma(word: &str) -> bool {
+    word.as_bytes().windows(2).any(|pair| pair[0] == b',' && pair[1].is_ascii_digit())
+}
+
+/// The fault of a word where a number should be.
+pub(super) fn no_number(keyword: &str, word: &str) -> Fault {
+    let remedy =
+        if has_decimal_comma(word) { "; decimals have a point, so export it again with points in place of commas" } else { "" };
+    Fault::input(format!("{keyword}: `{}` is no number{remedy}", shown(word)))
 }
 
 /// A path as files from other systems write it, in the form that [`Folder::read`](crate::Folder::read) takes.
@@ -102,6 +118,10 @@ mod tests {
     fn numbers_are_read_as_c_reads_them() {
         for (word, value) in [("1", 1.0), (".8e-001", 0.08), ("-.7e+02", -70.0), ("2.", 2.0), ("1.5f", 1.5), ("3.1+e2", 3.1)] {
             assert_eq!(number(word).map(|n| n.1), Some(value), "{word}");
+        }
+        assert_eq!(number("1,").map(|n| n.1), Some(1.0), "the comma of a list");
+        for word in ["1,0", "-0,25", "1,5e3", "1.000,5", ",5"] {
+            assert_eq!(number(word), None, "{word}");
         }
         assert_eq!(number("x"), None);
         assert_eq!(number(""), None);

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-use super::lines::{Statement, decode, number, relative, statements};
+use super::lines::{Statement, decode, has_decimal_comma, number, relative, statements};
 use super::texture::Map;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, Outcome, Warnings, shown};
@@ -125,6 +125,8 @@ fn completed(statement: &Statement) -> Option<String> {
     let keyword = key(keyword);
     let numbers = || rest.split_whitespace().map_while(number).map(|(word, _)| word);
     match keyword {
+        // A colour that breaks off there would be taken for grey.
+        "Ka" | "Kd" | "Ks" | "Ke" | "Tf" if rest.split_whitespace().any(has_decimal_comma) => None,
         "newmtl" => Some(format!("newmtl {}", if rest.is_empty() { "unnamed" } else { rest })),
         "Ka" | "Kd" | "Ks" | "Ke" | "Tf" => {
             // "If only r is specified, then g and b are assumed to be equal to r."

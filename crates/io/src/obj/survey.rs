@@ -9,7 +9,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::lines::{Statement, number, statements};
+use super::lines::{Statement, no_number, number, statements};
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 
 /// Where a run's normals come from.
@@ -147,7 +147,7 @@ impl<'a> Walk<'_, 'a> {
     fn position(&mut self, rest: &str) -> Outcome<()> {
         let mut words = Vec::with_capacity(8);
         for word in rest.split_whitespace().take(8) {
-            words.push(number(word).ok_or_else(|| Fault::input(format!("v: `{}` is no number", shown(word))))?);
+            words.push(number(word).ok_or_else(|| no_number("v", word))?);
         }
         let weighted = words.len() == 4 && words.last().is_some_and(|weight| weight.1 != 0.0) && !self.coloured;
         let kept = match words.len() {
@@ -174,7 +174,7 @@ impl<'a> Walk<'_, 'a> {
         self.survey.text.push_str(keyword);
         let mut found = 0;
         for word in rest.split_whitespace().take(*numbers.end()) {
-            let (word, _) = number(word).ok_or_else(|| Fault::input(format!("{keyword}: `{}` is no number", shown(word))))?;
+            let (word, _) = number(word).ok_or_else(|| no_number(keyword, word))?;
             self.survey.text.push(' ');
             self.survey.text.push_str(word);
             found += 1;

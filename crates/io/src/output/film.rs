@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::limits::{Limits, human_bytes};
 
 const MAGIC: [u8; 16] = *b"\x93raywright film\n";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Bytes of the longest header that is read: the list of tiles of a picture with 2³² pixels has a tenth of it.
 const MOST_HEADER: u64 = 256 << 20;
@@ -200,4 +200,4 @@ macro_rules! numbers {
     };
 }
 
-numbers!(doubles: f64, singles: f32, counts: u16);
+numbers!(doubles: f64, singles: f32, counts: u16, wholes: u32);

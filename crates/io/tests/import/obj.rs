@@ -153,6 +153,8 @@ fn errors_name_line_and_cause() {
         ("v 0 0 0\nf -9223372036854775808 1 1\n", "of 1"),
         ("v 0 0 0\nf 99999999999999999999 1 1\n", "no whole number"),
         ("v 0 zero 0\n", "line 1: v: `zero` is no number"),
+        ("v 0 0 0\nv 1,0 0 0\n", "line 2: v: `1,0` is no number; decimals have a point"),
+        ("vt 0,5 0,5\n", "line 1: vt: `0,5` is no number; decimals have a point"),
         ("v 0 0\n", "line 1: v: 2 numbers"),
         ("vn 1 2\n", "vn: 2 numbers"),
         ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
@@ -252,13 +254,18 @@ fn opacity_is_told_both_ways() {
 #[test]
 fn missing_things_are_warnings() {
     let (folder, path) = write("mtllib ../x.mtl\nmtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
-    std::fs::write(folder.path().join("m.mtl"), "newmtl m\nKd 1 0 0\nmap_Kd /etc/passwd\nmap_Ke gone.png\n").unwrap();
+    std::fs::write(
+        folder.path().join("m.mtl"),
+        "newmtl m\nKd 1 0 0\nKd 0.5 0,5 0,5\nmap_Kd /etc/passwd\nmap_Ke gone.png\nmap_Pr C:\\x.png\n",
+    )
+    .unwrap();
     let file = load(&path);
     let material = physical(&file, "m");
     assert!(material.base_colour_texture.is_none() && material.emission_texture.is_none());
     assert_eq!(material.emission, Colour::BLACK.into());
+    assert_eq!(material.base_colour, ColourInput::Constant(Colour([1.0, 0.0, 0.0])));
     let text = format!("{:?}", file.warnings);
-    for words in ["../x.mtl", "/etc/passwd", "gone.png"] {
+    for words in ["../x.mtl", "/etc/passwd", "gone.png", "`C:/x.png` leads out", "line 3: `Kd 0.5 0,5 0,5`"] {
         assert!(text.contains(words), "nothing about {words} in {text}");
     }
 }

@@ -56,7 +56,7 @@ pub struct Document<'a> {
     version: &'static str,
     /// Name of the file or preset.
     pub scene: &'a str,
-    scene_hash: &'a str,
+    scene_hash: String,
     /// The command line that asked for it.
     pub command: String,
     /// Name of the processor; none where the system does not tell.
@@ -91,7 +91,7 @@ impl<'a> Document<'a> {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
             scene: &loaded.source.name,
-            scene_hash: &loaded.hash,
+            scene_hash: loaded.hash.to_string(),
             command: command_line(),
             processor,
             threads,

@@ -36,7 +36,7 @@ pub fn write(path: &Path, reference: KeptReference, loaded: &Loaded) -> Result<(
     let words = [MARK.to_owned()].into_iter().chain(reference.rungs.iter().map(Choice::to_string));
     let metadata = Metadata {
         software: SOFTWARE.to_owned(),
-        scene_hash: loaded.hash.clone(),
+        scene_hash: loaded.hash.to_string(),
         settings: words.collect::<Vec<_>>().join(" "),
         seed: None,
         command: command_line(),

@@ -88,7 +88,7 @@ fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
         steps.show("rays measured", rows / GIVEN_ROWS as f64);
     };
     let rows = given(&loaded.scene, &settings, &care, &mut done).map_err(|error| failed(error, &loaded.source.name))?;
-    Ok(Report::new(care, Measured::Given { scene: loaded.source.name, hash: loaded.hash, rows: Box::new(rows) }))
+    Ok(Report::new(care, Measured::Given { scene: loaded.source.name, hash: loaded.hash.to_string(), rows: Box::new(rows) }))
 }
 
 fn failed(error: BenchError, name: &str) -> Failure {

@@ -70,7 +70,7 @@ impl Facts {
             extensions: contents.extensions.iter().map(extension).collect(),
             bounds: (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]),
             memory: estimate(scene, &settings).parts().into_iter().map(|(name, bytes)| (name.to_owned(), bytes.into())).collect(),
-            hash: loaded.hash.clone(),
+            hash: loaded.hash.to_string(),
         }
     }
 }

@@ -45,7 +45,7 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("animations", listed(loaded.contents.animations.iter().map(animation))),
         ("extensions", listed(loaded.contents.extensions.iter().map(extension))),
     ];
-    let rows = rows.into_iter().chain(whole(scene)).chain([("hash", loaded.hash.clone())]);
+    let rows = rows.into_iter().chain(whole(scene)).chain([("hash", loaded.hash.to_string())]);
     rows.filter(|(_, text)| !text.is_empty()).map(|(name, text)| [name.to_owned(), text]).collect()
 }
 

@@ -3,12 +3,12 @@
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
-use crate::film::sums::{Block, Gather, Moments, Plain, Single, Sums};
+use crate::film::sums::{Block, Gather, Moments, Plain, Single, Sums, WHOLE, parts};
 
 fn gathered<B: Block<f32>>(samples: impl IntoIterator<Item = f32>) -> Sums {
     let mut pixel = Gather::<f32, B>::default();
     for sample in samples {
-        pixel.add(Vec3::splat(sample), true);
+        pixel.add(Vec3::splat(sample), WHOLE);
     }
     pixel.finish()
 }
@@ -70,11 +70,11 @@ fn not_finite_samples_are_dropped() {
     fn check<B: Block<f32>>(spread: f32) {
         let mut pixel = Gather::<f32, B>::default();
         for _ in 0..2 {
-            assert!(pixel.add(Vec3::ONE, true));
-            assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), true));
-            assert!(!pixel.add(Vec3::new(0.0, f32::INFINITY, 0.0), true));
-            assert!(pixel.add(Vec3::splat(3.0), false));
-            assert_eq!(pixel.finish(), Sums { open: [4.0; 3], sum: [0.0; 3], spread: [spread; 3], samples: 2, hits: 1 });
+            assert!(pixel.add(Vec3::ONE, WHOLE));
+            assert!(!pixel.add(Vec3::new(f32::NAN, 0.0, 0.0), WHOLE));
+            assert!(!pixel.add(Vec3::new(0.0, f32::INFINITY, 0.0), WHOLE));
+            assert!(pixel.add(Vec3::splat(3.0), 0));
+            assert_eq!(pixel.finish(), Sums { open: [4.0; 3], sum: [0.0; 3], spread: [spread; 3], samples: 2, covered: WHOLE });
         }
     }
     check::<Plain<f32>>(0.0);
@@ -95,7 +95,7 @@ proptest! {
         let mut entered = Vec::new();
         for (sample, drop) in samples {
             let sample = if drop { f64::NAN } else { f64::from(sample + offset) * 2.0_f64.powi(scale) };
-            pixel.add(DVec3::splat(sample), true);
+            pixel.add(DVec3::splat(sample), WHOLE);
             entered.extend((!drop).then_some(sample));
         }
         let found = pixel.finish();
@@ -110,6 +110,20 @@ proptest! {
     }
 }
 
+/// Protects: coverage is counted to the nearest part, all and nothing exactly, and a sum of as many samples as there can be fits; what
+/// is covered in the least part has met something, what is not covered or is no number has not.
+#[test]
+fn coverage_is_counted_in_parts() {
+    assert_eq!([0.0, 0.25, 1.0, 1.0 + f32::EPSILON, f32::NAN].map(parts), [0, WHOLE / 4, WHOLE, WHOLE, 0]);
+    assert_eq!([1.0 / 3.0, 2.0 / 3.0].map(|share: f64| parts(share)), [21_845, 43_691]);
+    assert!(WHOLE.checked_mul(u32::from(u16::MAX)).is_some());
+    let mut pixel = Gather::<f32, Plain<f32>>::default();
+    for covered in [0, 1, WHOLE] {
+        pixel.add(Vec3::ONE, covered);
+    }
+    assert_eq!((pixel.finish().covered, pixel.met), (WHOLE + 1, 2));
+}
+
 /// Protects: sums that are gone on with, from wherever they had come, end with the bits of one run, where rounding tells orders
 /// apart: in f32 the block of 16 samples of 1/3 is not sixteen times one of them.
 #[test]
@@ -118,7 +132,7 @@ fn sums_go_on_where_they_were() {
         let sample = |i: u32| Vec3::splat(1.0 / (3.0 + i as f32));
         let once = |n: u32| {
             let mut pixel = Gather::<f32, B>::default();
-            (0..n).for_each(|i| _ = pixel.add(sample(i), i % 3 == 0));
+            (0..n).for_each(|i| _ = pixel.add(sample(i), parts(i as f32 / 3.0 % 1.0)));
             pixel.finish()
         };
         for (n, m) in (0..40).flat_map(|n| (n..70).map(move |m| (n, m))) {
@@ -127,11 +141,11 @@ fn sums_go_on_where_they_were() {
             let kept = once(n);
             let kept = if n > 0 && n % 16 == 0 { Sums { sum: kept.total(), open: [0.0; 3], ..kept } } else { kept };
             pixel.resume(kept, n);
-            (n..m).for_each(|i| _ = pixel.add(sample(i), i % 3 == 0));
+            (n..m).for_each(|i| _ = pixel.add(sample(i), parts(i as f32 / 3.0 % 1.0)));
             let (found, expected) = (pixel.finish(), once(m));
             assert_eq!(
-                (found.total(), found.samples, found.hits),
-                (expected.total(), expected.samples, expected.hits),
+                (found.total(), found.samples, found.covered),
+                (expected.total(), expected.samples, expected.covered),
                 "{n} of {m}"
             );
         }
@@ -149,8 +163,8 @@ fn single_sums_are_those_of_one_f32() {
     let (mut single, mut double) = (Gather::<f64, Single>::default(), Gather::<f64, Moments>::default());
     let (mut naive, mut exact) = (0.0_f32, 0.0);
     for i in 0..60_000 {
-        single.add(DVec3::splat(sample(i)), true);
-        double.add(DVec3::splat(sample(i)), true);
+        single.add(DVec3::splat(sample(i)), WHOLE);
+        double.add(DVec3::splat(sample(i)), WHOLE);
         naive += sample(i) as f32;
         exact += sample(i);
     }

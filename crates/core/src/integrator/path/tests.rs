@@ -63,7 +63,7 @@ fn together_or_one_by_one() {
         .map(|pixel| {
             let mut path = begin(&mut tracer, pixel);
             tracer.follow(&mut path, None);
-            path.radiance
+            (path.radiance, path.covered)
         })
         .collect();
     let alone = core::mem::take(&mut tracer.counters);
@@ -93,14 +93,15 @@ fn together_or_one_by_one() {
                     way.ended = true;
                     break;
                 };
-                let brought = core::mem::replace(&mut way.path, before).radiance;
-                way.path.radiance += brought;
+                let brought = core::mem::replace(&mut way.path, before);
+                way.path.radiance += brought.radiance;
+                way.path.covered += brought.covered;
                 step = if way.path.segments == 0 { Step::Ended } else { Step::Onward };
             }
         }
         turns += 1;
     }
-    let together: Vec<_> = ways.iter().map(|way| way.path.radiance).collect();
+    let together: Vec<_> = ways.iter().map(|way| (way.path.radiance, way.path.covered)).collect();
     assert_eq!(together, single);
     assert_eq!(tracer.counters, alone);
     assert!(alone.refraction > 100 && alone.reflection > 300 && alone.shadow > 300 && turns > 10, "{alone:?} {turns}");
