@@ -12,6 +12,7 @@ use core::arch::x86_64::*;
 
 use super::block::Block;
 use super::flat::{blocks, rows};
+use super::gather::gathered;
 use super::pencil::{self, Meets, Pencil};
 use super::row::Line;
 use super::setup::Setup;
@@ -313,6 +314,34 @@ fn packed_avx512<A: Answer>(
     unpacked(s, wide, number, setup, probe, answer)
 }
 
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn gathered_avx2<A: Answer>(
+    s: Avx2,
+    wide: &Wide,
+    leaf: Child,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    line: &mut Option<Line>,
+    answer: &mut A,
+) -> bool {
+    gathered(s, wide, leaf, setup, probe, line, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn gathered_avx512<A: Answer>(
+    s: Avx512,
+    wide: &Wide,
+    leaf: Child,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    line: &mut Option<Line>,
+    answer: &mut A,
+) -> bool {
+    gathered(s, wide, leaf, setup, probe, line, answer)
+}
+
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
 macro_rules! eight_lanes {
     () => {
@@ -416,6 +445,20 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn gathered<A: Answer>(
+        self,
+        wide: &Wide,
+        leaf: Child,
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        line: &mut Option<Line>,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { gathered_avx2(self, wide, leaf, setup, probe, line, answer) }
+    }
+
+    #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> u32 {
         // SAFETY: `self` says that the processor has AVX.
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
@@ -466,6 +509,20 @@ impl Simd for Avx512 {
     fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
         unsafe { packed_avx512(self, wide, number, setup, probe, answer) }
+    }
+
+    #[inline(always)]
+    fn gathered<A: Answer>(
+        self,
+        wide: &Wide,
+        leaf: Child,
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        line: &mut Option<Line>,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { gathered_avx512(self, wide, leaf, setup, probe, line, answer) }
     }
 
     #[inline(always)]
