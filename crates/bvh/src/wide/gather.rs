@@ -121,3 +121,21 @@ pub(super) fn gathered<S: Doubles, A: Answer>(
     }
     false
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: the bounds of a leaf of quads are those of both halves, whichever has the longer edge: no ray would tell, since a
+    /// parallelogram's are within a factor of two and bounds are rarely met by half.
+    #[test]
+    fn quads_are_as_long_as_their_longer_half() {
+        let mut quads = Quads::room(0, 2);
+        let (a, b, d) = (Vec3::ONE, Vec3::new(2.0, 1.0, 1.0), Vec3::new(-0.5, 1.0, 1.5));
+        quads.set(0, [a, b, b + d - a, d]);
+        quads.set(1, [a, d, b + d - a, b]);
+        let edge = (d - a).length();
+        assert!(quads.longest[..2].iter().all(|&longest| longest >= edge && longest < edge * 1.001), "{:?}", quads.longest);
+        assert_eq!((quads.used(), quads.longest[2]), (3, f32::NEG_INFINITY));
+    }
+}
