@@ -9,7 +9,7 @@ use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
 use crate::tally::Tally;
 use crate::tree::Tree;
-use crate::wide::Wide;
+use crate::wide::{Shares, Wide};
 
 /// Which structure answers queries. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,18 +88,18 @@ impl Accelerator {
         }
     }
 
-    /// The most bytes that the structure over so many boxes takes; of so many triangles among them where the tree is wide.
-    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64, wide: Option<u64>) -> u64 {
+    /// The most bytes that the structure over so many boxes takes; of these kinds where the tree is wide.
+    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64, wide: Option<Shares>) -> u64 {
         match kind {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::LinearBoxes => BoxList::bytes_of(boxes),
             AcceleratorKind::Tree(_) if boxes <= few => 0,
             AcceleratorKind::Tree(quality) => match wide {
-                Some(triangles) => {
-                    let references = quality.most_references(triangles);
-                    let others = boxes.saturating_sub(triangles);
-                    let names = if quality.splits() { references.saturating_add(others).saturating_mul(4) } else { 0 };
-                    Wide::most_bytes(references, others, quality.packs()).saturating_add(names)
+                Some(shares) => {
+                    let triangles = quality.most_references(shares.triangles);
+                    let others = boxes.saturating_sub(shares.triangles);
+                    let names = if quality.splits() { triangles.saturating_add(others).saturating_mul(4) } else { 0 };
+                    Wide::most_bytes(Shares { triangles, ..shares }, quality.packs()).saturating_add(names)
                 }
                 None => Tree::most_bytes(boxes),
             },

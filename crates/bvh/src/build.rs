@@ -94,8 +94,18 @@ pub(crate) struct Build {
     pub work: BuildWork,
 }
 
-/// Says which of the boxes are triangles'.
-pub(crate) type IsTriangle<'a> = &'a (dyn Fn(u32) -> bool + Sync);
+/// What a primitive may share a leaf of the wide tree with: seven more that are tested with it in lanes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Company {
+    /// Nothing: it is tested alone.
+    None,
+    Triangles,
+    Spheres,
+    Quads,
+}
+
+/// Says what kind of leaf each of the boxes goes into.
+pub(crate) type CompanyOf<'a> = &'a (dyn Fn(u32) -> Company + Sync);
 
 /// The corners of a box's triangle; none where there is another primitive in it.
 pub(crate) type Corners<'a> = &'a (dyn Fn(u32) -> Option<[Vec3; 3]> + Sync);
@@ -103,7 +113,7 @@ pub(crate) type Corners<'a> = &'a (dyn Fn(u32) -> Option<[Vec3; 3]> + Sync);
 /// What a wide tree is to know of the boxes.
 #[derive(Clone, Copy)]
 pub(crate) struct Triangles<'a> {
-    pub is_triangle: IsTriangle<'a>,
+    pub company: CompanyOf<'a>,
     pub corners: Corners<'a>,
 }
 
@@ -114,7 +124,7 @@ const PIECE: usize = 4096;
 fn collapse(binary: Binary, triangles: Option<Triangles<'_>>) -> Option<(Collapsed, Vec<u32>, u32)> {
     match triangles {
         Some(triangles) => {
-            Wide::collapse(&binary, triangles.is_triangle).map(|(wide, order, depth)| (Collapsed::Wide(wide), order, depth))
+            Wide::collapse(&binary, triangles.company).map(|(wide, order, depth)| (Collapsed::Wide(wide), order, depth))
         }
         None => Tree::collapse(&binary).map(|(tree, depth)| (Collapsed::Narrow(tree), binary.order, depth)),
     }
@@ -178,12 +188,12 @@ fn binary(
     triangles: Option<Triangles<'_>>,
     stop: Stop<'_>,
 ) -> Option<(Binary, BuildWork)> {
-    let is_triangle = triangles.map_or(&(|_| false) as IsTriangle<'_>, |triangles| triangles.is_triangle);
+    let company = triangles.map_or(&(|_| Company::None) as CompanyOf<'_>, |triangles| triangles.company);
     let manner = Manner {
         leaf: if triangles.is_some() { crate::wide::WIDTH } else { 1 },
         sample: if quality == BuildQuality::Fast { SAMPLE } else { usize::MAX },
     };
-    let (mut binary, mut looks) = binned(boxes, owners, is_triangle, manner, stop);
+    let (mut binary, mut looks) = binned(boxes, owners, company, manner, stop);
     let mut work = BuildWork::default();
     if quality != BuildQuality::Fast {
         let unevenness = unevenness(boxes);
@@ -197,7 +207,7 @@ fn binary(
             let (other, counted) = clustered(boxes, owners, quality, stop);
             looks += counted;
             if let Some(other) = other
-                && cost(&other, is_triangle) < cost(&binary, is_triangle)
+                && cost(&other, company) < cost(&binary, company)
             {
                 (binary, work.clustered) = (other, true);
             }

@@ -133,13 +133,13 @@ impl<P: Precision> Geometry<P> {
             (Accelerator::Wide(Wide::flat(spheres, triangles, others), BuildWork::default()), None)
         } else {
             let few = group.few(unbounded + bounded.len() + nothing.len());
-            let is_triangle = |place: u32| bounded[place as usize].kind == Kind::Triangle;
+            let company = |place: u32| group.company(&bounded[place as usize]);
             let corners = |place: u32| {
                 let slot = &bounded[place as usize];
                 let vertices = || group.triangles[slot.index as usize].vertices.map(Vector::to_f32);
                 (slot.kind == Kind::Triangle).then(vertices)
             };
-            let triangles = Triangles { is_triangle: &is_triangle, corners: &corners };
+            let triangles = Triangles { company: &company, corners: &corners };
             Accelerator::new(kind, &boxes, few, P::WIDE.then_some(triangles), stop)?
         };
         drop(boxes);
@@ -165,6 +165,7 @@ impl<P: Precision> Geometry<P> {
                 wide.pack();
             }
             group.make_rows(wide, planes, unbounded..unbounded + spheres);
+            group.fill_leaves(wide, unbounded);
         }
         group.follow();
         Some(Self { faces, group, unbounded, planes, accelerator, bounds })

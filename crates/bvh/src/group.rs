@@ -6,6 +6,7 @@ use core::ops::Range;
 use glam::DAffine3;
 
 use crate::aabb::Aabb;
+use crate::build::Company;
 use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::instance::Instance;
@@ -255,6 +256,17 @@ impl<P: Precision> Group<P> {
         }
     }
 
+    /// What a primitive may share a leaf with. A box does not gain by it: the lanes of a node test eight already, by the boxes' own
+    /// faces, and what is left of those is nearly always hit.
+    pub(crate) fn company(&self, slot: &Slot) -> Company {
+        match slot.kind {
+            Kind::Triangle => Company::Triangles,
+            Kind::Sphere => Company::Spheres,
+            Kind::Shape if matches!(self.shapes[slot.index as usize], AnyShape::Quad(_)) => Company::Quads,
+            _ => Company::None,
+        }
+    }
+
     /// Whether there is a face whose test asks for the plane across the ray.
     pub(crate) fn has_faces(&self) -> bool {
         let is_face = |shape: &AnyShape<P::Real>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
@@ -297,13 +309,26 @@ impl<P: Precision> Group<P> {
             let Plane { point, normal, tangent } = self.planes[slot.index as usize];
             (Plane { point: point.to_f32(), normal: normal.to_f32(), tangent: tangent.to_f32() }, slot.visibility)
         };
+        let firsts = |range: Range<usize>| range.clone().step_by(WIDTH).map(move |first| first..range.end.min(first + WIDTH));
+        wide.test_always(firsts(0..planes).map(|row| Row::of_planes(row.start, self.slots[row].iter().map(plane))));
+        wide.test_always(firsts(spheres).map(|row| self.row_of_spheres(row)));
+    }
+
+    fn row_of_spheres(&self, slots: Range<usize>) -> Row {
         let sphere = |slot: &Slot| {
             let Sphere { centre, radius } = self.spheres[slot.index as usize];
             (Sphere { centre: centre.to_f32(), radius: radius.to_f32() }, slot.visibility)
         };
-        let firsts = |range: Range<usize>| range.clone().step_by(WIDTH).map(move |first| first..range.end.min(first + WIDTH));
-        wide.test_always(firsts(0..planes).map(|row| Row::of_planes(row.start, self.slots[row].iter().map(plane))));
-        wide.test_always(firsts(spheres).map(|row| Row::of_spheres(row.start, self.slots[row].iter().map(sphere))));
+        Row::of_spheres(slots.start, self.slots[slots].iter().map(sphere))
+    }
+
+    /// Puts the spheres and quads that share leaves of the tree there. The slots from `first` on are in its order.
+    pub(crate) fn fill_leaves(&self, wide: &mut Wide, first: usize) {
+        wide.fill_rows(first, |slots| self.row_of_spheres(slots));
+        wide.fill_quads(first, |slot| match &self.shapes[self.slots[slot].index as usize] {
+            AnyShape::Quad(quad) => Some(quad.corners.map(Vector::to_f32)),
+            _ => None,
+        });
     }
 }
 

@@ -6,7 +6,7 @@ use crate::instance::Instance;
 use crate::motion::Motion;
 use crate::scalar::{Precision, Real};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
-use crate::wide::Wide;
+use crate::wide::{Shares, Wide};
 
 /// Counts of primitives, by what a [`Group`] stores for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,6 +25,8 @@ pub struct Inventory {
     pub instances: u64,
     /// Of the instances, those that move.
     pub moving: u64,
+    /// Of the shapes, quads.
+    quads: u64,
     /// Of all these, those without bounds.
     unbounded: u64,
 }
@@ -44,6 +46,9 @@ impl Inventory {
             AnyShape::Plane(_) => &mut self.planes,
             _ => &mut self.shapes,
         };
+        if !mapped && matches!(shape, AnyShape::Quad(_)) {
+            self.quads = self.quads.saturating_add(count);
+        }
         *kind = kind.saturating_add(count);
         if shape.bounds().is_none() {
             self.unbounded = self.unbounded.saturating_add(count);
@@ -74,12 +79,10 @@ impl Inventory {
             let flat = Wide::bytes_of_rows(self.spheres).saturating_add(Wide::bytes_of_full_blocks(self.triangles));
             return self.bytes::<P>(wide).saturating_add(planes).saturating_add(flat);
         }
-        self.bytes::<P>(wide).saturating_add(planes).saturating_add(Accelerator::most_bytes(
-            kind,
-            bounded,
-            few as u64,
-            P::WIDE.then_some(self.triangles),
-        ))
+        let Self { triangles, spheres, quads, .. } = *self;
+        let shares = Shares { triangles, spheres, quads, others: others.saturating_sub(quads) };
+        let tree = Accelerator::most_bytes(kind, bounded, few as u64, P::WIDE.then_some(shares));
+        self.bytes::<P>(wide).saturating_add(planes).saturating_add(tree)
     }
 
     /// What they take without an accelerator; the triangles themselves nothing where the tree is wide, since they are in that.
@@ -106,7 +109,7 @@ mod tests {
     use crate::geometry::Geometry;
     use crate::ray::Visibility;
     use crate::scalar::{Fast, Reference, Robust};
-    use crate::shapes::Disk;
+    use crate::shapes::{Disk, Quad};
     use crate::{BuildQuality, Vector};
 
     /// `n` balls in a row, `others` disks among them and a plane where asked for.
@@ -186,6 +189,25 @@ mod tests {
                     let times = most_times * if balls == 0 { 3 } else { 5 };
                     assert!(real <= most && most <= times * real + 4096, "{what}");
                 }
+            }
+        }
+    }
+
+    /// Protects: the same for quads, alone and with as many balls and disks among them, of which leaves are as empty as can be.
+    #[test]
+    fn memory_of_quads_is_told_beforehand() {
+        let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
+        for (n, others) in [3, 5, 8, 9, 17, 64, 300, 5000].into_iter().flat_map(|n| [(n, false), (n, true)]) {
+            for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
+                let (mut inventory, mut group) = if others { both::<Robust>(n, n, false) } else { Default::default() };
+                for i in 0..n {
+                    let quad = AnyShape::Quad(Quad::new(at(i), DVec3::X, DVec3::Y));
+                    inventory.add(&quad, false, 1);
+                    group.shape(quad, Visibility::default()).unwrap();
+                }
+                let (most, real) = (inventory.most_bytes::<Robust>(kind), Geometry::new(group, kind).bytes() as u64);
+                let what = format!("{n} quads, others: {others}, {kind:?}: {real} bytes, at most {most}");
+                assert!(real <= most && most <= 5 * real + 4096, "{what}");
             }
         }
     }

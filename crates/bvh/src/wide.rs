@@ -1,5 +1,5 @@
-//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles and single other primitives, in the
-//! widest registers that the processor has.
+//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles, rows of eight spheres, eight quads and single
+//! other primitives, in the widest registers that the processor has.
 //!
 //! Nodes and filters decide what is tested and never what is hit: boxes are padded and exits widened, the filter misses a
 //! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
@@ -14,6 +14,7 @@ mod collapse;
 mod doubles;
 mod filter;
 mod flat;
+mod gather;
 mod kernel;
 mod names;
 mod packed;
@@ -40,6 +41,7 @@ use crate::shapes::Triangle;
 use self::block::Block;
 pub(crate) use self::block::Facts;
 pub(crate) use self::collapse::cost;
+use self::gather::Quads;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
 use self::packed::Packed;
@@ -57,7 +59,7 @@ const MAX_DEPTH: u32 = 64;
 /// Each level leaves at most seven siblings behind, and a node's eight children are written at once.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
-/// An inner child names a node, a leaf a block or the place of one other primitive.
+/// An inner child names a node; a leaf a block of triangles, a row of spheres, quads, or the place of one other primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 struct Child(u32);
@@ -65,6 +67,9 @@ struct Child(u32);
 impl Child {
     const LEAF: u32 = 1 << 31;
     const OTHER: u32 = 1 << 30;
+    /// Of those that are no blocks. There are fewer than 2²⁷ primitives.
+    const ROW: u32 = 1 << 29;
+    const QUADS: u32 = 1 << 28;
     /// No child: a leaf of nothing.
     const NONE: Self = Self(u32::MAX);
 
@@ -80,6 +85,14 @@ impl Child {
         Self(Self::LEAF | Self::OTHER | place as u32)
     }
 
+    fn row(row: usize) -> Self {
+        Self(Self::LEAF | Self::OTHER | Self::ROW | row as u32)
+    }
+
+    fn quads(quads: usize) -> Self {
+        Self(Self::LEAF | Self::OTHER | Self::QUADS | quads as u32)
+    }
+
     #[inline(always)]
     fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
@@ -90,13 +103,27 @@ impl Child {
         self.0 & Self::OTHER == 0
     }
 
-    /// The same among nodes, blocks and places that begin later by so much.
-    fn moved(self, nodes: u32, blocks: u32, places: u32) -> Self {
+    /// Of a leaf that is something and no block: whether several primitives are in it.
+    #[inline(always)]
+    fn is_gathered(self) -> bool {
+        self.0 & (Self::ROW | Self::QUADS) != 0
+    }
+
+    /// Of those, whether they are spheres.
+    #[inline(always)]
+    fn is_row(self) -> bool {
+        self.0 & Self::ROW != 0
+    }
+
+    /// The same among nodes, blocks, places, rows and quads that begin later by so much.
+    fn moved(self, [nodes, blocks, places, rows, quads]: [u32; 5]) -> Self {
         let by = match self {
             Self::NONE => 0,
             child if !child.is_leaf() => nodes,
             child if child.is_block() => blocks,
-            _ => places,
+            child if !child.is_gathered() => places,
+            child if child.is_row() => rows,
+            _ => quads,
         };
         Self(self.0 + by)
     }
@@ -107,10 +134,10 @@ impl Child {
         self.0 as usize
     }
 
-    /// Of the node, the block or the place.
+    /// Of the block, the row, the quads or the place.
     #[inline(always)]
     fn index(self) -> usize {
-        (self.0 & !(Self::LEAF | Self::OTHER)) as usize
+        (self.0 & !(Self::LEAF | Self::OTHER | Self::ROW | Self::QUADS)) as usize
     }
 }
 
@@ -136,6 +163,15 @@ impl Node {
     }
 }
 
+/// How many primitives of each kind of leaf there are.
+#[derive(Clone, Copy)]
+pub(crate) struct Shares {
+    pub triangles: u64,
+    pub spheres: u64,
+    pub quads: u64,
+    pub others: u64,
+}
+
 /// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wide {
@@ -146,9 +182,11 @@ pub(crate) struct Wide {
     packed: Packed,
     /// Of each block.
     facts: Vec<Facts>,
-    /// First those that every query tests.
+    /// First those that every query tests, then those of leaves.
     rows: Vec<Row>,
     always: usize,
+    /// Of leaves.
+    quads: Vec<Quads>,
     /// Without nodes: the places of what is in no row and in no block.
     others: Range<usize>,
     /// The slots of the blocks' lanes; empty where these follow one another.
@@ -197,8 +235,9 @@ impl Wide {
 
     /// Adds rows that every query tests, before anything else.
     pub fn test_always(&mut self, rows: impl IntoIterator<Item = Row>) {
+        let before = self.rows.len();
         self.rows.splice(self.always..self.always, rows);
-        self.always = self.rows.len();
+        self.always += self.rows.len() - before;
     }
 
     /// The facts of a block.
@@ -224,6 +263,7 @@ impl Wide {
             + self.packed.bytes()
             + size_of_val(self.facts.as_slice())
             + size_of_val(self.rows.as_slice())
+            + size_of_val(self.quads.as_slice())
             + size_of_val(self.names.as_slice())
     }
 
@@ -244,12 +284,17 @@ impl Wide {
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(triangles: u64, others: u64, packed: bool) -> u64 {
+    pub fn most_bytes(Shares { triangles, spheres, quads, others }: Shares, packed: bool) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
-        let nodes = if triangles == 0 { few(others) } else { (triangles / 7).saturating_add(others).saturating_add(1) };
+        let all = [triangles, spheres, quads, others].into_iter().fold(0, u64::saturating_add);
+        // The most of one company are the triangles of the argument above, whatever they are.
+        let most = triangles.max(spheres).max(quads);
+        let nodes = if most == 0 { few(others) } else { (most / 7).saturating_add(all - most).saturating_add(1) };
+        let leaves = Self::most_bytes_of_leaves(spheres, quads, all - spheres - quads);
+        let others = all - triangles;
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
         let block = if packed { Packed::MOST_BYTES } else { size_of::<Block>() };
         let each = (block + size_of::<Facts>()) as u64;
-        blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64))
+        blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64)).saturating_add(leaves)
     }
 }

@@ -12,7 +12,7 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 use self::split::{Item, Split, split};
-use super::{IsTriangle, Stop};
+use super::{Company, CompanyOf, Stop};
 use crate::aabb::PaddedBox;
 use crate::binary::{Binary, BinaryNode};
 
@@ -25,7 +25,7 @@ const PARALLEL: usize = 8192;
 /// What a tree is to be like.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Manner {
-    /// Most triangles of a leaf, one where they have leaves of their own.
+    /// Most primitives of a leaf, one where all have leaves of their own.
     pub leaf: usize,
     /// Sets of more items than this are split by what this many of them say.
     pub sample: usize,
@@ -54,28 +54,35 @@ enum Grown {
 }
 
 /// Builds the tree and says over how many boxes, counted anew in each level, it went; given up, it is not the whole tree.
-/// `is_triangle` says which boxes may share a leaf. The last boxes are of parts: `owners` says of what boxes.
+/// `company` says which boxes may share a leaf. The last boxes are of parts: `owners` says of what boxes.
 pub(super) fn binned(
     boxes: &[PaddedBox],
     owners: &[u32],
-    is_triangle: IsTriangle<'_>,
+    company: CompanyOf<'_>,
     manner: Manner,
     stop: Stop<'_>,
 ) -> (Binary, u64) {
     let wholes = boxes.len() - owners.len();
     let item = |at: usize| {
         let place = if at < wholes { at as u32 } else { owners[at - wholes] };
-        Item::new(&boxes[at], place, is_triangle(place))
+        Item::new(&boxes[at], place, company(place))
     };
     let mut items: Vec<Item> = (0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item).collect();
     let mut room = vec![Item::default(); items.len()];
     let mut order = vec![0; items.len()];
-    let builder =
-        Builder { manner, all: items.len(), blocks: items.par_iter().with_min_len(PARALLEL).all(Item::is_triangle), stop };
+    let first = items.first().map_or(Company::None, Item::company);
+    let blocks = first != Company::None && items.par_iter().with_min_len(PARALLEL).all(|item| item.company() == first);
+    let builder = Builder { manner, all: items.len(), blocks, stop };
     let levels = halvings(items.len()) + SPARE;
     let (grown, work) = builder.grow([&mut items, &mut room], Room { order: &mut order, start: 0, levels });
     let (nodes, parts) = flattened(grown);
     (Binary { nodes, order, parts }, work)
+}
+
+/// Whether they may share a leaf.
+fn alike(items: &[Item]) -> bool {
+    let first = items.first().map_or(Company::None, Item::company);
+    first != Company::None && items.iter().all(|item| item.company() == first)
 }
 
 /// Levels that halving takes to single boxes.
@@ -87,7 +94,7 @@ struct Builder<'a> {
     manner: Manner,
     /// How many items there are: these are no leaf, or there would be no node.
     all: usize,
-    /// Whether all are triangles, so that leaves can be counted in blocks.
+    /// Whether all may share leaves, so that these can be counted in blocks.
     blocks: bool,
     stop: Stop<'a>,
 }
@@ -95,7 +102,7 @@ struct Builder<'a> {
 impl Builder<'_> {
     fn is_leaf(&self, items: &[Item]) -> bool {
         let few = items.len() <= self.manner.leaf && items.len() < self.all;
-        items.len() < 2 || few && (self.blocks || items.iter().all(Item::is_triangle))
+        items.len() < 2 || few && (self.blocks || alike(items))
     }
 
     /// The tree over the first of the two arrays; the second one is room to work in.
@@ -213,8 +220,8 @@ mod tests {
         for (leaf, sample, kind) in [(8, 4096, 1), (8, usize::MAX, 3), (1, 4096, 1)] {
             let build = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let is_triangle = |place: u32| place.is_multiple_of(kind);
-                let (binary, work) = pool.install(|| binned(&boxes, &[], &is_triangle, Manner { leaf, sample }, &|| false));
+                let company = |place: u32| if place.is_multiple_of(kind) { Company::Triangles } else { Company::None };
+                let (binary, work) = pool.install(|| binned(&boxes, &[], &company, Manner { leaf, sample }, &|| false));
                 let nodes: Vec<_> = binary.nodes.iter().map(|n| (n.bounds.min, n.bounds.max, n.first, n.count)).collect();
                 (nodes, binary.order, binary.parts, work)
             };

@@ -55,7 +55,7 @@ impl<P: Precision> Geometry<P> {
             return false;
         }
         for slot in self.planes..self.unbounded {
-            asking.one_by_one(slot, &mut pencil);
+            asking.one_by_one(slot, u32::MAX, &mut pencil);
         }
         let number = P::Real::from_f32;
         hits.extend((0..pencil.count()).map(|ray| {
@@ -74,11 +74,11 @@ struct Asking<'a, 'r, P: Precision> {
 }
 
 impl<P: Precision> Asking<'_, '_, P> {
-    /// What has no test for several rays.
+    /// What has no test for several rays, for those of a mask.
     #[inline(never)]
-    fn one_by_one(&self, slot: usize, pencil: &mut Pencil) {
+    fn one_by_one(&self, slot: usize, asked: u32, pencil: &mut Pencil) {
         let geometry = self.geometry;
-        for (ray, &direction) in self.directions.iter().enumerate() {
+        for (ray, &direction) in self.directions.iter().enumerate().filter(|(ray, _)| asked >> ray & 1 != 0) {
             let probe: Probe<P> = geometry.probe(self.rays.ray(direction));
             let range = Interval { min: self.rays.range.min, max: P::Real::from_f32(pencil.far(ray)).next_up() };
             let own = (slot as u32, &geometry.group.slots[slot]);
@@ -96,7 +96,7 @@ impl<P: Precision> Meets for Asking<'_, '_, P> {
         order(slot) < order(than)
     }
 
-    fn other(&mut self, place: usize, pencil: &mut Pencil) {
-        self.one_by_one(self.geometry.unbounded + place, pencil);
+    fn other(&mut self, place: usize, asked: u32, pencil: &mut Pencil) {
+        self.one_by_one(self.geometry.unbounded + place, asked, pencil);
     }
 }

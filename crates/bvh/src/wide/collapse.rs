@@ -1,8 +1,8 @@
-//! From a binary tree to eight-wide nodes and blocks of triangles, by least expected cost.
+//! From a binary tree to eight-wide nodes and leaves of up to eight primitives of a kind, by least expected cost.
 //!
 //! For each binary node: what its subtree costs a ray that meets it as a child of one wide node, and as two children to eight of
 //! them side by side ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", Ylitie, Karras, Laine 2017,
-//! section 3.1). A child is an inner node, a block of up to eight triangles, or one other primitive.
+//! section 3.1). A child is an inner node, a leaf of up to eight triangles, spheres or quads, or one other primitive.
 
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
@@ -10,14 +10,21 @@ use rayon::prelude::*;
 use super::{Child, MAX_DEPTH, Node, WIDTH, Wide};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
-use crate::build::IsTriangle;
+use crate::build::{Company, CompanyOf};
 use crate::wide::block::{Block, Facts};
+use crate::wide::gather::Quads;
+use crate::wide::row::Row;
 
 /// What a block's test costs, that of a node being 1. Measured: `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
-/// What the test of another primitive costs.
+/// Those of a row of spheres and of some quads, from measured times of random ones; fewer cost what each does alone.
+const ROW: f32 = 1.2;
+const QUADS: f32 = 3.0;
+/// What the test of another primitive costs, and of a sphere or a quad alone.
 const OTHER: f32 = 0.7;
-/// A block of fewer triangles takes in another one beside it where both fit into one.
+const SPHERE: f32 = 0.5;
+const QUAD: f32 = 1.0;
+/// A block of fewer primitives takes in another one beside it where both fit into one.
 const SPARSE: usize = 3;
 
 /// What a subtree becomes when it is given so many lanes of a node.
@@ -33,12 +40,13 @@ struct Costs {
     pick: [u8; WIDTH],
     /// How many leaves it has, up to `WIDTH`: it fills no more lanes than that.
     leaves: u8,
-    /// How many triangles it is, up to `WIDTH`; more where there are more or others among them.
-    triangles: u8,
+    /// How many primitives of one company it is, up to `WIDTH`; more where there are more or others among them.
+    alike: u8,
+    company: Company,
 }
 
 impl Costs {
-    const NONE: Self = Self { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, triangles: u8::MAX };
+    const NONE: Self = Self { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, alike: u8::MAX, company: Company::None };
 }
 
 /// What the left one of two subtrees may get of so many lanes, where neither gets more than it has leaves.
@@ -61,20 +69,30 @@ struct Collapse<'a> {
 }
 
 /// The costs of one node, those of its children below it.
-fn costs(binary: &Binary, node: &BinaryNode, is_triangle: IsTriangle<'_>, below: impl Fn(usize) -> Costs) -> Costs {
+fn costs(binary: &Binary, node: &BinaryNode, company: CompanyOf<'_>, below: impl Fn(usize) -> Costs) -> Costs {
     let area = half_area(&node.bounds);
     if node.count == 0 {
         return inner(&below(node.first as usize), &below(node.first as usize + 1), area);
     }
-    let triangle = is_triangle(binary.order[node.first as usize]);
-    let (cost, triangles) = if triangle { (BLOCK, node.count as u8) } else { (OTHER, u8::MAX) };
+    let company = company(binary.order[node.first as usize]);
+    let alike = if company == Company::None { u8::MAX } else { node.count as u8 };
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
-    Costs { cost: [area * cost; WIDTH], pick, leaves: 1, triangles }
+    Costs { cost: [area * weight(company, alike); WIDTH], pick, leaves: 1, alike, company }
+}
+
+/// What the test of a leaf costs.
+fn weight(company: Company, count: u8) -> f32 {
+    match company {
+        Company::Triangles => BLOCK,
+        Company::Spheres => ROW.min(SPHERE * f32::from(count)),
+        Company::Quads => QUADS.min(QUAD * f32::from(count)),
+        Company::None => OTHER,
+    }
 }
 
 fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
-    let triangles = l.triangles.saturating_add(r.triangles);
+    let alike = if l.company == r.company { l.alike.saturating_add(r.alike) } else { u8::MAX };
     // The least cost of both children in so many lanes, and how many of these the left one gets.
     let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
     let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
@@ -86,21 +104,21 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
             }
         }
     }
-    let (leaf, inner) = (area * BLOCK, area + both[usize::from(leaves)].0);
+    let (leaf, inner) = (area * weight(l.company, alike), area + both[usize::from(leaves)].0);
     let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
-    // As many triangles as a block takes are one, in a lane alone: a node above it would be met as often.
-    if usize::from(triangles) <= WIDTH {
+    // As many primitives as a block takes are one, in a lane alone: a node above it would be met as often.
+    if usize::from(alike) <= WIDTH {
         (cost[0], pick[0]) = (leaf, AS_LEAF);
     }
     for lanes in 1..WIDTH {
         let (divided, to_left) = both[lanes + 1];
         (cost[lanes], pick[lanes]) = if divided < cost[lanes - 1] { (divided, to_left + 1) } else { (cost[lanes - 1], FEWER) };
     }
-    Costs { cost, pick, leaves, triangles }
+    Costs { cost, pick, leaves, alike, company: l.company }
 }
 
 /// Costs from the leaves up: each part by a thread of its own, then what is above them.
-fn solve(binary: &Binary, is_triangle: IsTriangle<'_>) -> Vec<Costs> {
+fn solve(binary: &Binary, company: CompanyOf<'_>) -> Vec<Costs> {
     let mut all = vec![Costs::NONE; binary.nodes.len()];
     let (tops, mut rest) = all.split_at_mut(binary.tops());
     let mut parts = Vec::with_capacity(binary.parts.len());
@@ -111,19 +129,19 @@ fn solve(binary: &Binary, is_triangle: IsTriangle<'_>) -> Vec<Costs> {
     }
     parts.into_par_iter().for_each(|(base, own)| {
         for at in (0..own.len()).rev() {
-            own[at] = costs(binary, &binary.nodes[base + at], is_triangle, |node| own[node - base]);
+            own[at] = costs(binary, &binary.nodes[base + at], company, |node| own[node - base]);
         }
     });
     let count = tops.len();
     for at in (0..count).rev() {
-        all[at] = costs(binary, &binary.nodes[at], is_triangle, |node| all[node]);
+        all[at] = costs(binary, &binary.nodes[at], company, |node| all[node]);
     }
     all
 }
 
 /// What a ray that meets a binary tree is expected to spend in what becomes of it, in tests of nodes.
-pub(crate) fn cost(binary: &Binary, is_triangle: IsTriangle<'_>) -> f32 {
-    let all = solve(binary, is_triangle);
+pub(crate) fn cost(binary: &Binary, company: CompanyOf<'_>) -> f32 {
+    let all = solve(binary, company);
     let root = half_area(&binary.nodes[0].bounds);
     if root > 0.0 { all[0].cost[WIDTH - 1] / root } else { all[0].cost[WIDTH - 1] }
 }
@@ -133,6 +151,8 @@ pub(crate) fn cost(binary: &Binary, is_triangle: IsTriangle<'_>) -> f32 {
 struct Piece {
     nodes: Vec<Node>,
     facts: Vec<Facts>,
+    rows: Vec<Row>,
+    quads: Vec<Quads>,
     order: Vec<u32>,
     deepest: u32,
     jobs: Vec<Job>,
@@ -218,13 +238,7 @@ impl Collapse<'_> {
                         piece.order.push(place);
                         Child::other(piece.order.len() - 1)
                     }
-                    Kind::Block(places) => {
-                        let places = once(&places);
-                        let (first, count) = (piece.order.len() as u32, places.len() as u8);
-                        piece.facts.push(Facts { first, count, ..Facts::default() });
-                        piece.order.extend(places);
-                        Child::block(piece.facts.len() - 1)
-                    }
+                    Kind::Several(company, places) => piece.leaf(company, &places),
                 };
                 piece.nodes[slot].set(lane, &filled.bounds, child);
             }
@@ -234,35 +248,62 @@ impl Collapse<'_> {
     }
 }
 
+impl Piece {
+    /// Puts primitives that share a leaf into one.
+    fn leaf(&mut self, company: Company, places: &[u32]) -> Child {
+        let places = once(places);
+        let (first, count) = (self.order.len(), places.len());
+        self.order.extend(places);
+        match company {
+            Company::Spheres if count > 1 => {
+                self.rows.push(Row::room(first, count));
+                Child::row(self.rows.len() - 1)
+            }
+            Company::Quads if count > 1 => {
+                self.quads.push(Quads::room(first, count));
+                Child::quads(self.quads.len() - 1)
+            }
+            Company::Triangles => {
+                self.facts.push(Facts { first: first as u32, count: count as u8, ..Facts::default() });
+                Child::block(self.facts.len() - 1)
+            }
+            _ => Child::other(first),
+        }
+    }
+}
+
 impl Wide {
-    /// Collapses a binary tree whose leaves are triangles, as many as a block takes, or one other primitive. Returns the order in
+    /// Collapses a binary tree whose leaves are primitives of one company, as many as a block takes, or one other primitive. Returns the order in
     /// which its leaves name the boxes, and its depth; none where that is more than a traversal's stack allows, or where there is
     /// no inner node.
-    pub(crate) fn collapse(binary: &Binary, is_triangle: IsTriangle<'_>) -> Option<(Self, Vec<u32>, u32)> {
+    pub(crate) fn collapse(binary: &Binary, company: CompanyOf<'_>) -> Option<(Self, Vec<u32>, u32)> {
         if binary.nodes.first().is_none_or(|root| root.count > 0) {
             return None;
         }
-        let collapse = Collapse { binary, costs: solve(binary, is_triangle) };
+        let collapse = Collapse { binary, costs: solve(binary, company) };
         let top = collapse.piece(0, 1, binary.tops())?;
         let pieces: Vec<_> = top.jobs.par_iter().map(|job| collapse.piece(job.root, job.depth, usize::MAX)).collect();
         let pieces = pieces.into_iter().collect::<Option<Vec<_>>>()?;
         drop(collapse);
         let total = |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
         let [nodes, blocks] = [total(|piece| piece.nodes.len()), total(|piece| piece.facts.len())];
-        let mut wide = Self { nodes: top.nodes, facts: top.facts, ..Self::default() };
+        let mut wide = Self { nodes: top.nodes, facts: top.facts, rows: top.rows, quads: top.quads, ..Self::default() };
         wide.nodes.reserve_exact(nodes - wide.nodes.len());
         wide.facts.reserve_exact(blocks - wide.facts.len());
         let (mut order, mut deepest) = (top.order, top.deepest);
         order.reserve_exact(binary.order.len() - order.len());
         for (job, piece) in top.jobs.iter().zip(pieces) {
-            let [node, block, place] = [wide.nodes.len(), wide.facts.len(), order.len()].map(|base| base as u32);
+            let bases = [wide.nodes.len(), wide.facts.len(), order.len(), wide.rows.len(), wide.quads.len()];
+            let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
             wide.nodes[job.slot].children[job.lane] = Child::inner(wide.nodes.len());
             let moved = |mut source: Node| {
-                source.children = source.children.map(|child| child.moved(node, block, place));
+                source.children = source.children.map(|child| child.moved(bases));
                 source
             };
             wide.nodes.extend(piece.nodes.into_iter().map(moved));
             wide.facts.extend(piece.facts.into_iter().map(|facts| Facts { first: facts.first + place, ..facts }));
+            wide.rows.extend(piece.rows.into_iter().map(|row| row.moved(place)));
+            wide.quads.extend(piece.quads.into_iter().map(|quads| Quads { first: quads.first + place, ..quads }));
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
@@ -286,7 +327,7 @@ fn once(places: &[u32]) -> ArrayVec<u32, WIDTH> {
 enum Kind {
     Inner(u32),
     Other(u32),
-    Block(ArrayVec<u32, WIDTH>),
+    Several(Company, ArrayVec<u32, WIDTH>),
 }
 
 struct Filled {
@@ -295,28 +336,28 @@ struct Filled {
 }
 
 impl Collapse<'_> {
-    /// The lanes of a node with what is in them. Sparse blocks are put together: a node has at most one, or those beside it are
-    /// so full that they would not fit.
+    /// The lanes of a node with what is in them. Sparse blocks are put together: a node has at most one of each company, or those
+    /// beside it are so full that they would not fit.
     fn filled(&self, lanes: &Lanes) -> ArrayVec<Filled, WIDTH> {
         let mut filled: ArrayVec<Filled, WIDTH> = ArrayVec::new();
         for &Lane { node, leaf } in lanes {
             let bounds = self.binary.nodes[node as usize].bounds;
             let kind = if !leaf {
                 Kind::Inner(node)
-            } else if usize::from(self.costs[node as usize].triangles) > WIDTH {
+            } else if usize::from(self.costs[node as usize].alike) > WIDTH {
                 Kind::Other(self.binary.order[self.binary.nodes[node as usize].first as usize])
             } else {
                 let mut places = ArrayVec::new();
                 self.places(node, &mut places);
-                Kind::Block(places)
+                Kind::Several(self.costs[node as usize].company, places)
             };
             filled.push(Filled { bounds, kind });
         }
         while let Some((into, from)) = pair(&filled) {
-            let Filled { bounds, kind: Kind::Block(places) } = filled.remove(from) else { break };
+            let Filled { bounds, kind: Kind::Several(_, places) } = filled.remove(from) else { break };
             let into = into - usize::from(from < into);
             filled[into].bounds = filled[into].bounds.union(&bounds);
-            if let Kind::Block(own) = &mut filled[into].kind {
+            if let Kind::Several(_, own) = &mut filled[into].kind {
                 own.extend(places);
             }
         }
@@ -327,18 +368,31 @@ impl Collapse<'_> {
 /// Two blocks that fit into one, the latter one sparse: of those the pair that grows least.
 fn pair(filled: &[Filled]) -> Option<(usize, usize)> {
     let count = |lane: usize| match &filled[lane].kind {
-        Kind::Block(places) => Some(places.len()),
+        Kind::Several(company, places) => Some((*company, places.len())),
         _ => None,
+    };
+    let spent = |lane: usize| {
+        let (company, own) = count(lane)?;
+        Some(half_area(&filled[lane].bounds) * weight(company, own as u8))
+    };
+    // Blocks of triangles that are sparse take memory. Other leaves are put together where that costs rays less.
+    let pays = |a: usize, b: usize, company: Company, together: usize| {
+        let area = half_area(&filled[a].bounds.union(&filled[b].bounds));
+        company == Company::Triangles
+            || spent(a).zip(spent(b)).is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
     };
     let growth = |&(a, b): &(usize, usize)| {
         let [a, b] = [&filled[a].bounds, &filled[b].bounds];
         half_area(&a.union(b)) - half_area(a) - half_area(b)
     };
-    if !(0..filled.len()).any(|lane| count(lane).is_some_and(|own| own < SPARSE)) {
+    if !(0..filled.len()).any(|lane| count(lane).is_some_and(|(_, own)| own < SPARSE)) {
         return None;
     }
     let pairs = (0..filled.len()).flat_map(|b| (0..filled.len()).map(move |a| (a, b)));
-    let fit = pairs
-        .filter(|&(a, b)| a != b && count(a).zip(count(b)).is_some_and(|(into, from)| from < SPARSE && into + from <= WIDTH));
+    let fit = pairs.filter(|&(a, b)| {
+        let fits =
+            |((own, into), (other, from))| own == other && from < SPARSE && into + from <= WIDTH && pays(a, b, own, into + from);
+        a != b && count(a).zip(count(b)).is_some_and(fits)
+    });
     fit.min_by(|a, b| growth(a).total_cmp(&growth(b)))
 }

@@ -15,15 +15,16 @@
 //!   roundings: 46 u E R |d|. So 46 u E R |d| bounds all three.
 //! - T: 8√2 u E² R < 12 u E² R.
 //!
-//! The exact test takes signs of edge functions of corners that it has projected in f64. Those are the weights but for a factor
-//! and for the rounding of a projection, together ε = 32 w R² |d|; a smallest number covers what underflows. Its determinant is
-//! D but for 3 ε, and its distance T/D where T is off by 6 ε R/|d| at most. So with
+//! The exact test takes exact signs of edge functions of corners that it has projected in f64, each moved by 4 w R at most across the
+//! ray and along it. So what it hits passes the true triangle by less than 6 w R, and a weight, an edge's length times a distance from
+//! that edge, is 12 w E R |d| at most on the wrong side: nothing beside the 2 u E R |d| by which 48 is more than 46, however small the
+//! triangle is. Its distance is that of the moved corners' plane: along the true one, whose slope is E² |d|/|D| at most, it is off by
+//! 10 w R E² |d|/|D|, which times |D| is nothing beside 12 u E² R. A smallest number covers what underflows. So with
 //!
-//! - ε₃ = 3 ε + least, e = 48 u E R |d| + ε₃: *missed* if and only if the least weight is below −e and the greatest above e.
-//!   No sign of D is needed.
-//! - e_D = 12 u E² |d| + ε₃ and e_T = e_D · 2R/|d| + least: with s the sign of D, which is certain where |D| > e_D, *before the
-//!   range* where s T + e_T < tmin |D| − |tmin| e_D, *beyond it* where s T − e_T > far |D| + |far| e_D, far moved outwards by 8 u
-//!   for the rounding of distances to f32. The ends may have either sign.
+//! - e = 48 u E R |d| + least: *missed* if and only if the least weight is below −e and the greatest above e. No sign of D is needed.
+//! - e_D = 12 u E² |d| + least and e_T = e_D · 2R/|d| + least: with s the sign of D, which is certain where |D| > e_D, *before the
+//!   range* where s T + e_T < tmin |D| − |tmin| e_D, *beyond it* where s T − e_T > far |D| + |far| e_D. The ends may have either sign.
+//!   Half of e_T is to spare: 12 u R E²/|D| of a distance, which is 12 u R at least, while rounding a distance to f32 takes u R.
 //! - *Certainly hit*: the weights beyond e on one side, |D| > e_D, and the distance certainly within the range.
 //!
 //! The constants in use are a little greater, for the rounding of the bounds themselves. R is a lane's own: the sum of C's
@@ -34,13 +35,17 @@
 //! ([`super::block::LARGE`], [`super::setup`]).
 
 use super::block::Block;
+use super::gather::Quads;
 use super::setup::Setup;
 use super::simd::Simd;
 
 /// So many times its error a determinant has to be before anything is said of the distance: what the exact test places because it is
 /// seen edge-on ([`crate::shapes::EDGE_ON`]) has less. Such a triangle's D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and with the
-/// error of f32 below 24 of the 8 · 14 that are asked for.
-pub(super) const TOLD: f32 = 8.0;
+/// error of f32 below 24 of the 2 · 14 that are asked for.
+///
+/// With one in place of two nothing would be *beyond* wrongly either where the range ends above zero: |T| in f32 is below (12 + 12) u E² R for
+/// such a triangle, and e_T is 28 u E² R. Two needs no such argument.
+pub(super) const TOLD: f32 = 2.0;
 
 /// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.
 #[derive(Clone, Copy)]
@@ -80,7 +85,7 @@ fn corner<S: Simd>(s: S, block: &Block, place: usize) -> [S::Floats; 3] {
     [s.load(&block.corners[0][place]), s.load(&block.corners[1][place]), s.load(&block.corners[2][place])]
 }
 
-/// The lanes that the exact test may hit before `far`, which was moved outwards. The ray comes from memory, one number at a time:
+/// The lanes that the exact test may hit before `far`. The ray comes from memory, one number at a time:
 /// a processor spreads them over its lanes as it reads them, and the walk keeps its registers.
 #[inline(always)]
 pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<S> {
@@ -99,9 +104,8 @@ pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<
     let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
     let reach = s.add(sum, s.max(longest, s.splat(0.0)));
     let least_error = s.splat(ray.least);
-    let small = s.mul_add(s.mul(reach, reach), s.splat(ray.core), least_error);
-    let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), small);
-    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), small);
+    let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), least_error);
+    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), least_error);
     let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
 
     let (determinant, distance) = (s.abs(along), s.signed_by(dot(s, normal, from), along));
@@ -114,6 +118,51 @@ pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<
     let lanes = !(missed | (before | beyond) & told) & 0xff;
     let distance_error = s.mul_add(determinant_error, reached, least_error);
     Left { lanes, least, greatest, error, determinant, determinant_error, distance, distance_error }
+}
+
+/// Of quads the lanes of which the exact test may hit one half or the other before `far`: of the triangles of the first three corners
+/// and of the first, the third and the fourth, each as in [`left`], with the bounds of both.
+#[inline(always)]
+pub(super) fn left_of_quads<S: Simd>(s: S, ray: &Setup, quads: &Quads, far: f32) -> u32 {
+    let a = place(s, quads, 0);
+    let (ab, ac, ad) = (sub3(s, place(s, quads, 1), a), sub3(s, place(s, quads, 2), a), sub3(s, place(s, quads, 3), a));
+    let from = sub3(s, a, spread(s, ray.origin));
+    let direction = spread(s, ray.direction);
+    let across = cross(s, from, direction);
+    let (second, third, fourth) = (dot(s, ab, across), dot(s, ac, across), dot(s, ad, across));
+
+    let longest = s.load(&quads.longest);
+    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
+    let reach = s.add(sum, s.max(longest, s.splat(0.0)));
+    let least_error = s.splat(ray.least);
+    let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), least_error);
+    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), least_error);
+    let reached = s.mul(reach, s.splat(ray.distance));
+    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(ray.near.abs())), least_error);
+    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
+    let told = s.mul(determinant_error, s.splat(TOLD));
+
+    let (mut lanes, halves) = (0, [(ab, ac, third, second), (ac, ad, fourth, third)]);
+    let mut half = 0;
+    while half < halves.len() {
+        let (e1, e2, u, negative_v) = halves[half];
+        half += 1;
+        let (normal, v) = (cross(s, e1, e2), s.negate(negative_v));
+        let along = dot(s, normal, direction);
+        let w = s.sub(s.sub(along, u), v);
+        let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
+        let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
+        let (determinant, distance) = (s.abs(along), s.signed_by(dot(s, normal, from), along));
+        let before = s.less(distance, s.mul_sub(s.splat(ray.near), determinant, before_error));
+        let beyond = s.less(s.mul_add(s.splat(far), determinant, beyond_error), distance);
+        lanes |= !(missed | (before | beyond) & s.less(told, determinant));
+    }
+    lanes & quads.used()
+}
+
+#[inline(always)]
+fn place<S: Simd>(s: S, quads: &Quads, corner: usize) -> [S::Floats; 3] {
+    [s.load(&quads.corners[0][corner]), s.load(&quads.corners[1][corner]), s.load(&quads.corners[2][corner])]
 }
 
 /// Of what is left, the lanes that the exact test hits within the range, for certain.

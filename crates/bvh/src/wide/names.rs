@@ -24,7 +24,7 @@ impl Wide {
         }
         for node in &mut self.nodes {
             for child in &mut node.children {
-                if *child != Child::NONE && child.is_leaf() && !child.is_block() {
+                if child.is_leaf() && !child.is_block() && !child.is_gathered() {
                     *child = Child::other(names[child.index()] as usize - first);
                 }
             }

@@ -14,7 +14,8 @@ use glam::{DVec3, Vec3};
 use super::block::Block;
 use super::doubles::{Doubles, dot};
 use super::filter::{TOLD, cross, sub3};
-use super::row::Lines;
+use super::gather::Quads;
+use super::row::{Lines, Row};
 use super::setup::Setup;
 use super::simd::Simd;
 use super::stack::Stack;
@@ -130,8 +131,8 @@ impl Pencil {
 pub(crate) trait Meets {
     /// Whether the first slot comes before the second where both are hit at one distance.
     fn lower(&self, slot: u32, than: u32) -> bool;
-    /// Another primitive is met.
-    fn other(&mut self, place: usize, pencil: &mut Pencil);
+    /// Another primitive is met, by the rays of a mask at most.
+    fn other(&mut self, place: usize, asked: u32, pencil: &mut Pencil);
 }
 
 /// The rays as boxes and filters need them: those of the least and of the greatest components.
@@ -167,7 +168,9 @@ impl<S: Doubles> Bundle<S> {
             near: s.splat(pencil.near),
             side: long.side,
             spans: both(s, least, most),
-            bounds: Setup { distance: short.distance, reach: short.reach.max(long.reach), ..long },
+            // The longest direction's e_T holds for all: 12 u E² R has no direction in it, and 14 u E² |d|² · 2R/|d| or, where |d| is below one,
+            // 14 u E² · 2R/|d| is twice as much whatever |d| is.
+            bounds: Setup { reach: short.reach.max(long.reach), ..long },
         })
     }
 
@@ -302,24 +305,30 @@ fn rows<S: Doubles>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
     [s.row(v[0]), s.row(v[1]), s.row(v[2])]
 }
 
+/// Of the corners of these numbers, in blocks or quads.
 #[inline(always)]
-fn see<S: Doubles>(s: S, bundle: &Bundle<S>, block: &Block, far: f32) -> Seen {
+fn see<S: Doubles, const CORNERS: usize>(
+    s: S,
+    bundle: &Bundle<S>,
+    [x, y, z]: &[[[f32; WIDTH]; CORNERS]; 3],
+    [b, c]: [usize; 2],
+    longest: &[f32; WIDTH],
+    far: f32,
+) -> Seen {
     let bounds = &bundle.bounds;
-    let [x, y, z] = &block.corners;
     let a = [s.load(&x[0]), s.load(&y[0]), s.load(&z[0])];
-    let ab = sub3(s, [s.load(&x[1]), s.load(&y[1]), s.load(&z[1])], a);
-    let ac = sub3(s, [s.load(&x[2]), s.load(&y[2]), s.load(&z[2])], a);
+    let ab = sub3(s, [s.load(&x[b]), s.load(&y[b]), s.load(&z[b])], a);
+    let ac = sub3(s, [s.load(&x[c]), s.load(&y[c]), s.load(&z[c])], a);
     let from = sub3(s, a, bundle.origin);
     let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
     let w = sub3(s, sub3(s, normal, u), v);
 
-    let longest = s.load(&block.longest);
+    let longest = s.load(longest);
     let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(bounds.reach)));
     let reach = s.add(sum, s.max(longest, s.splat(0.0)));
     let least_error = s.splat(bounds.least);
-    let small = s.mul_add(s.mul(reach, reach), s.splat(bounds.core), least_error);
-    let error = s.mul_add(s.mul(longest, reach), s.splat(bounds.weight), small);
-    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(bounds.determinant), small);
+    let error = s.mul_add(s.mul(longest, reach), s.splat(bounds.weight), least_error);
+    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(bounds.determinant), least_error);
     let reached = s.mul(reach, s.splat(bounds.distance));
     let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(bounds.near.abs())), least_error);
     let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
@@ -373,7 +382,7 @@ pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil,
         return false;
     }
     if wide.always > 0 {
-        always(s, wide, pencil, meets);
+        rows_of_lanes(s, &wide.rows[..wide.always], pencil, meets);
     }
     if let Some(bundle) = bundle {
         let mut exact = None;
@@ -385,13 +394,13 @@ pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil,
             down(s, wide, &bundle, pencil, &mut exact, meets);
         }
     }
-    wide.others.clone().for_each(|place| meets.other(place, pencil));
+    wide.others.clone().for_each(|place| meets.other(place, u32::MAX, pencil));
     true
 }
 
-/// The rows that every query tests.
+/// Spheres or planes, each asked about eight rays at a time.
 #[inline(always)]
-fn always<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &M) {
+fn rows_of_lanes<S: Doubles, M: Meets>(s: S, rows: &[Row], pencil: &mut Pencil, meets: &M) {
     let origin = Vec3::from(pencil.origin).as_dvec3();
     for group in 0..GROUPS {
         let first = group * WIDTH;
@@ -400,7 +409,7 @@ fn always<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &
         }
         let row = |axis: usize| -> [f32; WIDTH] { core::array::from_fn(|lane| pencil.directions[axis][first + lane]) };
         let lines = Lines::new(s, origin, [&row(0), &row(1), &row(2)]);
-        for row in &wide.rows[..wide.always] {
+        for row in rows {
             for lane in 0..usize::from(row.facts.count) {
                 let far: [f32; WIDTH] = core::array::from_fn(|lane| pencil.far[first + lane]);
                 let found = row.lane(s, lane, &lines, pencil.near, s.load(&far));
@@ -417,6 +426,32 @@ fn always<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &
                     pencil.consider(first + ray, [roots.t[ray], 0.0, v], slots, |a, b| meets.lower(a, b));
                 }
             }
+        }
+    }
+}
+
+/// A leaf of spheres, or one of quads, of which go on those that some ray may hit.
+#[inline(always)]
+fn gathered<S: Doubles, M: Meets>(s: S, wide: &Wide, leaf: Child, bundle: &Bundle<S>, pencil: &mut Pencil, meets: &mut M) {
+    if leaf.is_row() {
+        let row = wide.always + leaf.index();
+        return rows_of_lanes(s, &wide.rows[row..=row], pencil, meets);
+    }
+    let quads = &wide.quads[leaf.index()];
+    let (far, Quads { corners, longest, .. }) = (last(pencil), quads);
+    let (first, second) = (see(s, bundle, corners, [1, 2], longest, far), see(s, bundle, corners, [2, 3], longest, far));
+    let mut lanes = (first.lanes | second.lanes) & quads.used();
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+        lanes &= lanes - 1;
+        let mut asked = 0;
+        for group in 0..GROUPS {
+            let (directions, far) = group_of(s, pencil, group);
+            let left = first.left(s, lane, directions, bundle.near, far) | second.left(s, lane, directions, bundle.near, far);
+            asked |= (left & pencil.asked(group)) << (group * WIDTH);
+        }
+        if asked != 0 {
+            meets.other(quads.first as usize + lane, asked, pencil);
         }
     }
 }
@@ -461,7 +496,10 @@ fn down<S: Doubles, M: Meets>(
             block(s, wide, current.index(), bundle, pencil, exact, meets);
             far = last(pencil);
         } else if current != Child::NONE {
-            meets.other(current.index(), pencil);
+            match current.is_gathered() {
+                true => gathered(s, wide, current, bundle, pencil, meets),
+                false => meets.other(current.index(), u32::MAX, pencil),
+            }
             far = last(pencil);
         }
         current = loop {
@@ -478,6 +516,14 @@ fn down<S: Doubles, M: Meets>(
     }
 }
 
+/// The directions of a group, and the greatest distances that still count.
+#[inline(always)]
+fn group_of<S: Doubles>(s: S, pencil: &Pencil, group: usize) -> ([S::Floats; 3], S::Floats) {
+    let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
+    let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
+    (directions, s.load_from(&pencil.far, first))
+}
+
 /// The triangles of a block.
 #[inline(always)]
 fn block<S: Doubles, M: Meets>(
@@ -489,19 +535,15 @@ fn block<S: Doubles, M: Meets>(
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
 ) {
-    let seen = see(s, bundle, &wide.blocks[number], last(pencil));
+    let Block { corners, longest } = &wide.blocks[number];
+    let seen = see(s, bundle, corners, [1, 2], longest, last(pencil));
     let mut lanes = seen.lanes;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
         lanes &= lanes - 1;
         for group in 0..GROUPS {
-            let first = group * WIDTH;
-            let [x, y, z] = &pencil.directions;
-            let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
-            let far = s.load_from(&pencil.far, first);
-            // Moved outwards as that of a single ray is.
-            let outwards = s.mul_add(s.abs(far), s.splat(Setup::last(1.0) - 1.0), far);
-            let left = seen.left(s, lane, directions, bundle.near, outwards) & pencil.asked(group);
+            let (directions, far) = group_of(s, pencil, group);
+            let left = seen.left(s, lane, directions, bundle.near, far) & pencil.asked(group);
             if left != 0 {
                 let rays = exact.get_or_insert_with(|| rays(pencil));
                 settle(s, wide, [number, lane, group], left, &rays[group], pencil, meets);

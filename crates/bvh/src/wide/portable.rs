@@ -5,6 +5,8 @@ use glam::Vec4;
 
 use super::block::Block;
 use super::doubles::Doubles;
+use super::gather::gathered;
+use super::row::Line;
 use super::setup::Setup;
 use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
@@ -119,6 +121,18 @@ impl Simd for Portable {
     #[inline(never)]
     fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         unpacked(self, wide, number, setup, probe, answer)
+    }
+    #[inline(never)]
+    fn gathered<A: Answer>(
+        self,
+        wide: &Wide,
+        leaf: Child,
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        line: &mut Option<Line>,
+        answer: &mut A,
+    ) -> bool {
+        gathered(self, wide, leaf, setup, probe, line, answer)
     }
 }
 

@@ -106,6 +106,19 @@ impl Row {
         row
     }
 
+    /// Room for so many spheres, the first of which is at a place.
+    pub(super) fn room(first: usize, count: usize) -> Self {
+        let mut row = Self::empty(Kind::Spheres, first);
+        row.facts.count = count as u8;
+        row
+    }
+
+    /// The same among places that begin later by so much.
+    pub(super) fn moved(mut self, places: u32) -> Self {
+        self.facts.first += places;
+        self
+    }
+
     fn empty(kind: Kind, first: usize) -> Self {
         let facts = Facts { first: first as u32, ..Facts::default() };
         Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }

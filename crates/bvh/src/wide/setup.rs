@@ -38,7 +38,6 @@ pub(crate) struct Setup {
     /// Bounds of [`super::filter`]: of a lane's reach, and factors of what it is made from.
     pub reach: f32,
     pub weight: f32,
-    pub core: f32,
     pub least: f32,
     pub determinant: f32,
     pub distance: f32,
@@ -81,7 +80,6 @@ impl Setup {
             near,
             reach: if sane { 1e-30 } else { f32::INFINITY },
             weight: 50.0 * U * length,
-            core: 105.0 * W * length,
             least: 512.0 * f32::MIN_POSITIVE,
             determinant: 14.0 * U * length,
             distance: 2.0 * ROUNDED * least_of(inverse),
@@ -101,7 +99,7 @@ impl Setup {
         // A component that is next to nothing is taken for a little more, so that none of the bounds is infinite.
         let scaled = scaled.map(|d| if d.abs() < LEAST { LEAST.copysign(d) } else { d });
         let wrong = moved.abs() * f64::from(U)
-            + (origin.abs() + (direction * rebase.start).abs()) * (4.0 * f64::from(W))
+            + (origin.abs() + (direction * rebase.start).abs()) * (8.0 * f64::from(W))
             + farthest * (2.0 * LEAST);
         let near = greater(rebase.rebased(near).next_down(), 0.0);
         let setup = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);

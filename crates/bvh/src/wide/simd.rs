@@ -3,6 +3,7 @@
 
 use super::block::Block;
 use super::filter;
+use super::row::Line;
 use super::setup::Setup;
 use super::sight::{Met, Sight, Unsure};
 use super::stack::{Stack, Waiting};
@@ -61,6 +62,16 @@ pub(super) trait Simd: Copy {
     ) -> bool;
     /// [`unpacked`], the same way.
     fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool;
+    /// [`super::gather::gathered`], the same way.
+    fn gathered<A: Answer>(
+        self,
+        wide: &Wide,
+        leaf: Child,
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        line: &mut Option<Line>,
+        answer: &mut A,
+    ) -> bool;
 }
 
 /// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.

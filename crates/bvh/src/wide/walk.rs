@@ -110,7 +110,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
     let slabs = Slabs::<S, MAPPED>::new(s, setup);
     let [sx, sy, sz] = setup.side.map(|side| side & 1);
     let mut far = Far::new(s, answer.far());
-    let mut stack = Stack::new();
+    let (mut stack, mut line) = (Stack::new(), None);
     let mut top = 0;
     let mut current = Child(0);
     loop {
@@ -184,6 +184,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
             };
         };
         let over = match left {
+            0 if current.is_gathered() => s.gathered(wide, current, setup, probe, &mut line, answer),
             0 => answer.other(current.index()),
             PACKED => s.packed(wide, current.index(), setup, probe, answer),
             lanes => s.settle(&wide.blocks[current.index()], [current.index(), lanes as usize], setup, probe, answer),

@@ -12,6 +12,7 @@ use core::arch::x86_64::*;
 
 use super::block::Block;
 use super::flat::{blocks, rows};
+use super::gather::gathered;
 use super::pencil::{self, Meets, Pencil};
 use super::row::Line;
 use super::setup::Setup;
@@ -313,6 +314,34 @@ fn packed_avx512<A: Answer>(
     unpacked(s, wide, number, setup, probe, answer)
 }
 
+#[inline(never)]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn gathered_avx2<A: Answer>(
+    s: Avx2,
+    wide: &Wide,
+    leaf: Child,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    line: &mut Option<Line>,
+    answer: &mut A,
+) -> bool {
+    gathered(s, wide, leaf, setup, probe, line, answer)
+}
+
+#[inline(never)]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn gathered_avx512<A: Answer>(
+    s: Avx512,
+    wide: &Wide,
+    leaf: Child,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    line: &mut Option<Line>,
+    answer: &mut A,
+) -> bool {
+    gathered(s, wide, leaf, setup, probe, line, answer)
+}
+
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
 macro_rules! eight_lanes {
     () => {
@@ -416,6 +445,20 @@ impl Simd for Avx2 {
     }
 
     #[inline(always)]
+    fn gathered<A: Answer>(
+        self,
+        wide: &Wide,
+        leaf: Child,
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        line: &mut Option<Line>,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { gathered_avx2(self, wide, leaf, setup, probe, line, answer) }
+    }
+
+    #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> u32 {
         // SAFETY: `self` says that the processor has AVX.
         unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
@@ -469,6 +512,20 @@ impl Simd for Avx512 {
     }
 
     #[inline(always)]
+    fn gathered<A: Answer>(
+        self,
+        wide: &Wide,
+        leaf: Child,
+        setup: &Setup,
+        probe: Option<&Probe<Robust>>,
+        line: &mut Option<Line>,
+        answer: &mut A,
+    ) -> bool {
+        // SAFETY: `self` says that the processor has what the function needs.
+        unsafe { gathered_avx512(self, wide, leaf, setup, probe, line, answer) }
+    }
+
+    #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> u32 {
         // SAFETY: `self` says that the processor has AVX-512F and VL.
         unsafe { u32::from(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b)) }
@@ -480,59 +537,40 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
-        // SAFETY: `self` says that the processor has AVX-512F and AVX2; there are eight children to read, each a transparent u32.
+        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2.
         unsafe {
-            let first = _mm512_castsi512_si128(pack(children, entries, mask));
+            let first = _mm256_castsi256_si128(pack(children, entries, mask)[0]);
             [Waiting(_mm_cvtsi128_si64(first) as u64), Waiting(_mm_extract_epi64::<1>(first) as u64)]
         }
     }
     #[inline(always)]
     fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
         let room = stack.eight(top);
-        // SAFETY: `self` says that the processor has AVX-512F and AVX2. `Child` is a transparent u32 and `Waiting` a transparent
-        // u64; there are eight children to read, and there is room for eight entries, all of which are written.
+        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a transparent u64; there is room for eight
+        // entries, all of which are written, four at a time.
         unsafe {
-            _mm512_storeu_si512(room.as_mut_ptr().cast(), pack(children, entries, mask));
+            let ([low, high], place) = (pack(children, entries, mask), room.as_mut_ptr().cast::<__m256i>());
+            let (first, last) = (_mm256_permute2x128_si256::<0x20>(low, high), _mm256_permute2x128_si256::<0x31>(low, high));
+            _mm256_storeu_si256(place, first);
+            _mm256_storeu_si256(place.add(1), last);
         }
         top + mask.count_ones() as usize
     }
-    /// Up to four by insertion, which the branch predictor mostly gets right; more in one register by a bitonic network, in which
-    /// the lanes that are not in use are zero and sink to the end.
     #[inline(always)]
     unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
-        if top - base <= 4 {
-            // SAFETY: the caller says that they were written.
-            return unsafe { stack.sort(base, top) };
-        }
-        let used = ((1_u32 << (top - base)) - 1) as u8;
-        // SAFETY: `self` says that the processor has AVX-512F, and the masked load and store touch only as many entries, transparent
-        // u64, as there are, which the caller says were written.
-        unsafe {
-            let pointer = stack.eight(base).as_mut_ptr().cast::<i64>();
-            let mut v = _mm512_maskz_loadu_epi64(used, pointer);
-            macro_rules! step {
-                ($other:expr, $greater:literal) => {{
-                    let other = $other;
-                    v = _mm512_mask_blend_epi64($greater, _mm512_min_epu64(v, other), _mm512_max_epu64(v, other));
-                }};
-            }
-            step!(_mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1001_1001);
-            step!(_mm512_permutex_epi64::<0b01_00_11_10>(v), 0b1100_0011);
-            step!(_mm512_permutex_epi64::<0b10_11_00_01>(v), 0b1010_0101);
-            step!(_mm512_shuffle_i64x2::<0b01_00_11_10>(v, v), 0b0000_1111);
-            step!(_mm512_permutex_epi64::<0b01_00_11_10>(v), 0b0011_0011);
-            step!(_mm512_permutex_epi64::<0b10_11_00_01>(v), 0b0101_0101);
-            _mm512_mask_storeu_epi64(pointer, used, v);
-        }
+        // SAFETY: the caller says that they were written.
+        unsafe { stack.sort(base, top) }
     }
 }
 
-/// The children of a mask with their distances as the stack has them, side by side.
+/// The children of a mask with their distances as the stack has them: the first, the second, the fifth and the sixth in one register, the
+/// others in the second. At 256 bits, since some processors run all vectors slower while there are wider ones.
 #[inline]
-#[target_feature(enable = "avx512f,avx2")]
-fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> __m512i {
+#[target_feature(enable = "avx512f,avx512vl,avx2")]
+fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
     // SAFETY: there are eight children to read, each a transparent u32, at any address.
     let children = unsafe { _mm256_loadu_si256(children.as_ptr().cast()) };
-    let distances = _mm512_slli_epi64::<32>(_mm512_cvtepu32_epi64(_mm256_castps_si256(entries)));
-    _mm512_maskz_compress_epi64(mask as u8, _mm512_or_si512(_mm512_cvtepu32_epi64(children), distances))
+    let children = _mm256_maskz_compress_epi32(mask as u8, children);
+    let distances = _mm256_maskz_compress_epi32(mask as u8, _mm256_castps_si256(entries));
+    [_mm256_unpacklo_epi32(children, distances), _mm256_unpackhi_epi32(children, distances)]
 }

@@ -1,33 +1,38 @@
-//! Spheres and planes in rows, alone and beside triangles and other shapes, against the scan that asks one by one.
+//! Spheres and planes in rows, and spheres and quads in leaves, alone and beside triangles and other shapes, against the scan that
+//! asks one by one.
 
 use glam::{DAffine3, DVec3, Vec3};
-use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
+use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Plane, Quad, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility,
+    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility,
 };
 
 use super::meshes::{Random, range};
 use super::{asked, bits};
 
-/// So many of each: spheres, planes, triangles, disks.
-const SETS: [[usize; 4]; 12] = [
-    [1, 0, 0, 0],
-    [5, 1, 0, 0],
-    [8, 0, 0, 0],
-    [9, 9, 0, 0],
-    [0, 1, 0, 0],
-    [0, 3, 11, 0],
-    [3, 0, 5, 1],
-    [0, 0, 0, 1],
-    [40, 2, 20, 1],
-    [100, 1, 0, 0],
-    [6, 1, 300, 4],
-    [400, 10, 0, 0],
+/// So many of each: spheres, planes, triangles, disks, quads, boxes.
+const SETS: [[usize; 6]; 16] = [
+    [1, 0, 0, 0, 0, 0],
+    [5, 1, 0, 0, 0, 0],
+    [8, 0, 0, 0, 0, 0],
+    [9, 9, 0, 0, 0, 0],
+    [0, 1, 0, 0, 0, 0],
+    [0, 3, 11, 0, 0, 0],
+    [3, 0, 5, 1, 0, 0],
+    [0, 0, 0, 1, 0, 0],
+    [40, 2, 20, 1, 0, 0],
+    [100, 1, 0, 0, 0, 0],
+    [6, 1, 300, 4, 0, 0],
+    [400, 10, 0, 0, 0, 0],
+    [0, 0, 0, 0, 9, 0],
+    [0, 1, 0, 0, 300, 2],
+    [0, 0, 3, 0, 2, 90],
+    [120, 0, 120, 5, 120, 40],
 ];
 
 /// How spheres lie: scattered, in one another, one place for all, one in a billion times the others' size, very small, very large, and
 /// far from the origin.
-const FAMILIES: [(&str, f32, f32, f32); 7] = [
+const FAMILIES: [(&str, f32, f32, f32); 8] = [
     ("scattered", 1.0, 0.4, 0.0),
     ("nested", 0.01, 1.0, 0.0),
     ("in one place", 0.0, 1.0, 0.0),
@@ -35,6 +40,7 @@ const FAMILIES: [(&str, f32, f32, f32); 7] = [
     ("of micrometres", 1e-6, 0.4e-6, 0.0),
     ("of gigametres", 1e9, 0.4e9, 0.0),
     ("far from the origin", 1.0, 0.4, 1e4),
+    ("of no size", 1.0, 0.0, 0.0),
 ];
 
 fn visibility(i: usize) -> Visibility {
@@ -45,13 +51,13 @@ fn visibility(i: usize) -> Visibility {
 
 /// The group, and its spheres to aim at.
 fn group(
-    [spheres, planes, triangles, disks]: [usize; 4],
+    [spheres, planes, triangles, disks, quads, boxes]: [usize; 6],
     (_, spread, size, away): (&str, f32, f32, f32),
 ) -> (Group<Robust>, Vec<Sphere<f32>>) {
     let (random, mut group, mut aims) = (&mut Random(3), Group::default(), vec![]);
     let unit = spread.max(size);
     // Of each kind in turn, so that the order of objects is not that of rows.
-    for i in 0..spheres.max(planes).max(triangles).max(disks) {
+    for i in 0..spheres.max(planes).max(triangles).max(disks).max(quads).max(boxes) {
         let centre = random.point() * spread + away;
         let radius = if size < 0.0 { 1e-9_f32.powf(random.unit()) } else { size * (0.1 + random.unit()) };
         if i < disks {
@@ -67,6 +73,19 @@ fn group(
             let normal = if i.is_multiple_of(2) { Vec3::Y } else { random.point().normalize() };
             group.plane(Plane::new(centre, normal), visibility(i)).unwrap();
         }
+        if i < boxes {
+            let half = (random.point().abs() * size.abs() + unit * 0.01).as_dvec3();
+            group.shape(Cuboid::new(centre.as_dvec3() - half, centre.as_dvec3() + half).into(), visibility(i)).unwrap();
+            aims.push(Sphere { centre, radius: half.max_element() as f32 });
+        }
+        if i < quads {
+            let quad = quad(random, i, centre, size.abs());
+            group.shape(quad.into(), visibility(i)).unwrap();
+            let [a, b, c, d] = quad.corners;
+            // A corner, an edge, the diagonal between its halves, and anywhere in it.
+            let aim = [a, a.lerp(b, 0.3), a.lerp(c, 0.6), d.lerp(a.lerp(b, random.unit()), random.unit())][random.below(4)];
+            aims.push(Sphere { centre: aim, radius: unit * [1e-7, 0.01][random.below(2)] });
+        }
         if i < spheres {
             group.sphere(Sphere { centre, radius }, visibility(i)).unwrap();
             aims.push(Sphere { centre, radius });
@@ -76,6 +95,19 @@ fn group(
         }
     }
     (group, aims)
+}
+
+/// A parallelogram: one in two has edges along the axes; some have no area, some are a point.
+fn quad(random: &mut Random, i: usize, corner: Vec3, size: f32) -> Quad<f32> {
+    let edge = |random: &mut Random| (random.point() * size).as_dvec3();
+    let (u, v) = match i % 12 {
+        0 => (DVec3::ZERO, DVec3::ZERO),
+        1 => (edge(random), DVec3::ZERO),
+        2 => (DVec3::Y * f64::from(size), DVec3::Y * f64::from(size)),
+        3..7 => (DVec3::X * edge(random), DVec3::Z * edge(random)),
+        _ => (edge(random), edge(random)),
+    };
+    Quad::new(corner.as_dvec3(), u, v)
 }
 
 /// A ray at a sphere: anywhere in it, past its border by a hair, from within, from near and from so far that its test takes another form;
@@ -150,6 +182,71 @@ fn rows_find_what_the_scan_finds() {
         }
     }
     assert!(hits > 30_000, "{hits} hits");
+}
+
+/// Protects: leaves of spheres and quads are as good in a tree of each quality, where triangles beside them may be in several blocks and slots
+/// have names.
+#[test]
+fn leaves_are_the_same_in_every_quality() {
+    for family in FAMILIES {
+        let (mut one, aims) = group([200, 1, 40, 3, 200, 9], family);
+        // Slivers across the axes, which the best quality puts into several blocks each.
+        let (random, size) = (&mut Random(7), family.1.max(family.2));
+        let sliver = |_| {
+            let (a, along) = (random.point() * size + family.3, random.point() * size);
+            [a, a + along, a + along * 0.5 + random.point() * (size * 0.01)]
+        };
+        one.mesh((0..if family == FAMILIES[0] { 4000 } else { 100 }).map(sliver), visibility(0)).unwrap();
+        let scan = Geometry::new(one.clone(), AcceleratorKind::Linear);
+        for quality in BuildQuality::ALL {
+            let mut tree = Geometry::new(one.clone(), AcceleratorKind::Tree(quality));
+            let hits = agree(&format!("{quality:?} {}", family.0), &scan, &mut tree, &aims, DAffine3::IDENTITY);
+            assert!(hits > 100, "{}: {hits} hits", family.0);
+        }
+    }
+}
+
+/// Protects: the same of so many that threads build the tree in pieces; and that what may share leaves does, since with a box for each
+/// the tree would take more room: 88 and 124 bytes each.
+#[test]
+fn leaves_of_many_are_shared() {
+    let thin = ("scattered", 1.0, 0.02, 0.0);
+    for (set, most) in [([9000, 0, 0, 0, 0, 0], 80), ([0, 0, 0, 0, 9000, 0], 140), ([9000, 2, 0, 0, 9000, 0], 200)] {
+        let (one, aims) = group(set, thin);
+        let count = one.len();
+        let (scan, mut tree) =
+            (Geometry::new(one.clone(), AcceleratorKind::Linear), Geometry::new(one, AcceleratorKind::default()));
+        assert!(tree.bytes() < count * most, "{} bytes each", tree.bytes() / count);
+        let hits = agree(&format!("{set:?}"), &scan, &mut tree, &aims, DAffine3::IDENTITY);
+        assert!(hits > 100, "{set:?}: {hits} hits");
+    }
+}
+
+/// Protects: rays from one point find in such leaves what each finds alone.
+#[test]
+fn leaves_are_met_together() {
+    for family in FAMILIES {
+        let (one, aims) = group([60, 1, 20, 2, 60, 3], family);
+        let (random, mut found, mut hits) = (&mut Random(5), vec![], 0);
+        let mut tree = Geometry::new(one, AcceleratorKind::default());
+        for kernel in Kernel::available() {
+            tree.set_kernel(kernel);
+            for _ in 0..150 {
+                let first = ray(random, &aims);
+                let width = first.direction.length() * [1e-6, 1e-3, 0.1][random.below(3)];
+                let directions: Vec<Vec3> = (0..16).map(|_| first.direction + random.point() * width).collect();
+                let t = tree.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
+                let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, range: range(random, t) };
+                tree.closest_from(&asked, &mut found);
+                for (&direction, hit) in directions.iter().zip(&found) {
+                    let alone = tree.closest(&Ray::new(first.origin, direction), asked.range, &mut ());
+                    assert_eq!(bits(*hit), bits(alone), "{}, {kernel:?}: {direction} {asked:?}", family.0);
+                    hits += usize::from(alone.is_some());
+                }
+            }
+        }
+        assert!(hits > 300, "{}: {hits} hits", family.0);
+    }
 }
 
 /// Protects: a set of nothing, and one of a plane alone, answer.

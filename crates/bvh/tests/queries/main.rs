@@ -225,8 +225,8 @@ fn instances_of_instances_are_refused() {
 }
 
 /// Protects: what has been hit shortens the way that is still looked at. Of a row of balls along a ray the first is met, and the
-/// others, all behind it, are neither tested nor walked to: by the tree, four children a node, from whatever end they were added;
-/// by the boxes in their own order; in the scene's own set and inside an instance.
+/// others, all behind it, are neither tested nor walked to, but for those in the leaf of eight that it is in: by the tree, from
+/// whatever end they were added; by the boxes in their own order; in the scene's own set and inside an instance.
 #[test]
 fn nothing_behind_a_hit_is_looked_at() {
     const LEVELS: u32 = 6;
@@ -259,7 +259,7 @@ fn nothing_behind_a_hit_is_looked_at() {
             // An instance is a primitive itself.
             let tested = visits.primitives - u64::from(instanced);
             match kind {
-                AcceleratorKind::Tree(_) => assert!(visits.nodes <= 2 * u64::from(LEVELS) && tested <= 2, "{told}"),
+                AcceleratorKind::Tree(_) => assert!(visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8, "{told}"),
                 // Boxes are looked at four at a time.
                 _ if !backwards => assert!(tested <= 4, "{told}"),
                 _ => {}

@@ -4,6 +4,7 @@ use glam::{Vec3A, Vec4, Vec4Swizzles};
 
 use super::Manner;
 use crate::aabb::PaddedBox;
+use crate::build::Company;
 use crate::wide::WIDTH;
 
 /// Most bins an axis.
@@ -15,7 +16,7 @@ const FEW_BINS: usize = 8;
 /// Added to a number below 2²², it leaves the nearest whole one in the last bits.
 const WHOLE: f32 = 12_582_912.0;
 
-/// A box with its place in the fourth number of its least corner, and whether it is a triangle's in that of the greatest.
+/// A box with its place in the fourth number of its least corner, and what it may share a leaf with in that of the greatest.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Item {
     low: Vec4,
@@ -26,8 +27,13 @@ impl Item {
     /// Makes a place a number that arithmetic in all lanes is not slowed down by.
     const NORMAL: u32 = 1 << 30;
 
-    pub fn new(bounds: &PaddedBox, place: u32, triangle: bool) -> Self {
-        let kind = if triangle { 1.0 } else { 0.0 };
+    pub fn new(bounds: &PaddedBox, place: u32, company: Company) -> Self {
+        let kind = match company {
+            Company::None => 0.0,
+            Company::Triangles => 1.0,
+            Company::Spheres => 2.0,
+            Company::Quads => 3.0,
+        };
         Self { low: bounds.min.extend(f32::from_bits(Self::NORMAL | place)), high: bounds.max.extend(kind) }
     }
 
@@ -35,8 +41,13 @@ impl Item {
         self.low.w.to_bits() & !Self::NORMAL
     }
 
-    pub fn is_triangle(&self) -> bool {
-        self.high.w != 0.0
+    pub fn company(&self) -> Company {
+        match self.high.w {
+            0.0 => Company::None,
+            1.0 => Company::Triangles,
+            2.0 => Company::Spheres,
+            _ => Company::Quads,
+        }
     }
 
     pub fn bounds(&self) -> PaddedBox {

@@ -1,0 +1,141 @@
+//! Leaves of up to eight spheres, or of up to eight quads.
+//!
+//! Spheres go through their own test in lanes of f64, as in [`super::row`]: what a filter in f32 would spare is less than it costs. A quad is two
+//! triangles to its own test, the second asked where the first is not hit, so the filter of triangles says of both halves at once which
+//! quads are missed: with as many roundings, since the exact test of a half is that of a triangle. A quad goes on to its own test where
+//! either half is left. Where neither is, the first half is missed or hit out of range, and the second one is too where it is asked.
+
+use super::block::{Block, Facts};
+use super::doubles::Doubles;
+use super::filter;
+use super::row::{Line, Row};
+use super::setup::Setup;
+use super::walk::Answer;
+use super::{Child, WIDTH, Wide};
+use crate::scalar::Robust;
+use crate::shapes::Probe;
+use glam::Vec3;
+
+/// Up to eight quads, as the filter reads them.
+#[repr(C, align(64))]
+#[derive(Clone, Debug)]
+pub(super) struct Quads {
+    /// One array a coordinate: `corners[axis][corner][lane]`.
+    pub corners: [[[f32; WIDTH]; 4]; 3],
+    /// As [`Block::longest`], of both halves.
+    pub longest: [f32; WIDTH],
+    /// The place of the first; the others follow.
+    pub first: u32,
+    pub count: u8,
+}
+
+impl Quads {
+    /// Room for so many.
+    pub fn room(first: usize, count: usize) -> Self {
+        Self { corners: [[[0.0; WIDTH]; 4]; 3], longest: [f32::NEG_INFINITY; WIDTH], first: first as u32, count: count as u8 }
+    }
+
+    /// The lanes in use. Of a ray whose bounds are infinite the filter leaves the others too.
+    #[inline(always)]
+    pub fn used(&self) -> u32 {
+        (1 << self.count) - 1
+    }
+
+    fn set(&mut self, lane: usize, [a, b, c, d]: [Vec3; 4]) {
+        for (corner, place) in [a, b, c, d].into_iter().enumerate() {
+            (0..3).for_each(|axis| self.corners[axis][corner][lane] = place[axis]);
+        }
+        let mut halves = [Block::EMPTY, Block::EMPTY];
+        halves[0].set(lane, [a, b, c]);
+        halves[1].set(lane, [a, c, d]);
+        self.longest[lane] = halves[0].longest[lane].max(halves[1].longest[lane]);
+    }
+}
+
+impl Wide {
+    /// Bytes of leaves of so many spheres and so many quads, at most: of a sphere or a quad beside `others` of other kinds, few leaves are full.
+    pub(super) fn most_bytes_of_leaves(spheres: u64, quads: u64, others: u64) -> u64 {
+        let most =
+            |count: u64, others: u64| (count / 2).min((count / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
+        let rows = most(spheres, others.saturating_add(quads)).saturating_mul(size_of::<Row>() as u64);
+        rows.saturating_add(most(quads, others.saturating_add(spheres)).saturating_mul(size_of::<Quads>() as u64))
+    }
+
+    /// Fills the leaves of spheres; `row` makes one of some slots, of which the tree's begin at `first`.
+    pub(crate) fn fill_rows(&mut self, first: usize, row: impl Fn(core::ops::Range<usize>) -> Row) {
+        for at in self.always..self.rows.len() {
+            let Facts { first: place, count, .. } = self.rows[at].facts;
+            let start = self.named(place, first);
+            self.rows[at] = row(start..start + usize::from(count));
+        }
+    }
+
+    /// Fills the leaves of quads, by their corners.
+    pub(crate) fn fill_quads(&mut self, first: usize, corners: impl Fn(usize) -> Option<[Vec3; 4]>) {
+        for at in 0..self.quads.len() {
+            let start = self.named(self.quads[at].first, first);
+            let quads = &mut self.quads[at];
+            quads.first = (start - first) as u32;
+            for lane in 0..usize::from(quads.count) {
+                if let Some(corners) = corners(start + lane) {
+                    quads.set(lane, corners);
+                }
+            }
+        }
+    }
+
+    /// The slot of a leaf's first place. What is no triangle is in one leaf alone, so its slots follow one another with names too.
+    fn named(&self, place: u32, first: usize) -> usize {
+        if self.names.is_empty() { first + place as usize } else { self.names[place as usize] as usize }
+    }
+}
+
+/// All that is asked about a leaf of spheres or of quads. Whether that ended the walk.
+#[inline(always)]
+pub(super) fn gathered<S: Doubles, A: Answer>(
+    s: S,
+    wide: &Wide,
+    leaf: Child,
+    setup: &Setup,
+    probe: Option<&Probe<Robust>>,
+    line: &mut Option<Line>,
+    answer: &mut A,
+) -> bool {
+    if leaf.is_row() {
+        let row = &wide.rows[wide.always + leaf.index()];
+        answer.several(row.facts.count.into());
+        // Made for the first row that the ray meets.
+        let line = line.get_or_insert_with(|| probe.map_or_else(|| Line::new(setup.origin, setup.direction), Line::from));
+        let found = row.hits(s, line, answer.range());
+        return found.hits != 0 && answer.row(&row.facts, &found.roots(s));
+    }
+    let quads = &wide.quads[leaf.index()];
+    let mut lanes = filter::left_of_quads(s, setup, quads, Setup::last(answer.far()));
+    answer.several(u64::from(u32::from(quads.count) - lanes.count_ones()));
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+        lanes &= lanes - 1;
+        if answer.other(quads.first as usize + lane) {
+            return true;
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: the bounds of a leaf of quads are those of both halves, whichever has the longer edge: no ray would tell, since a
+    /// parallelogram's are within a factor of two and bounds are rarely met by half.
+    #[test]
+    fn quads_are_as_long_as_their_longer_half() {
+        let mut quads = Quads::room(0, 2);
+        let (a, b, d) = (Vec3::ONE, Vec3::new(2.0, 1.0, 1.0), Vec3::new(-0.5, 1.0, 1.5));
+        quads.set(0, [a, b, b + d - a, d]);
+        quads.set(1, [a, d, b + d - a, b]);
+        let edge = (d - a).length();
+        assert!(quads.longest[..2].iter().all(|&longest| longest >= edge && longest < edge * 1.001), "{:?}", quads.longest);
+        assert_eq!((quads.used(), quads.longest[2]), (3, f32::NEG_INFINITY));
+    }
+}
