@@ -6,7 +6,7 @@ use core::f64::consts::PI;
 use glam::DVec3;
 use raywright_bvh::{Real, Vector};
 
-use super::sky::Sky;
+use super::sky::{Kind, Sky};
 
 /// Coefficients, already convolved with the cosine and divided by π.
 #[derive(Clone, Debug)]
@@ -30,33 +30,78 @@ fn harmonics(d: DVec3) -> [f64; 9] {
     ]
 }
 
-impl<R: Real> Irradiance<R> {
-    /// Integrates the sky over the sphere by the midpoint rule in equal steps of height and azimuth, so that every cell has
-    /// the same solid angle.
-    pub fn new(sky: &Sky<R>) -> Self {
-        const ROWS: usize = 128;
-        const COLUMNS: usize = 256;
-        let mut sums = [DVec3::ZERO; 9];
-        // The same in every row, and half of the time otherwise.
-        let around: [[f64; 2]; COLUMNS] = core::array::from_fn(|column| {
-            let a = (column as f64 + 0.5) * 2.0 * PI / COLUMNS as f64;
-            [libm::cos(a), libm::sin(a)]
-        });
-        for row in 0..ROWS {
-            let y = 1.0 - (row as f64 + 0.5) * 2.0 / ROWS as f64;
-            let s = (1.0 - y * y).sqrt();
-            for [cos, sin] in around {
-                let d = DVec3::new(s * cos, y, s * sin);
-                let radiance = sky.radiance(R::Vec3::ZERO, R::Vec3::from_f64(d)).to_f64();
-                for (sum, h) in sums.iter_mut().zip(harmonics(d)) {
-                    *sum += radiance * h;
-                }
+/// Integrals of radiance times each harmonic over all directions.
+type Integrals = [DVec3; 9];
+
+/// Of a sky that is the same everywhere.
+fn even(radiance: DVec3) -> Integrals {
+    let mut integrals = [DVec3::ZERO; 9];
+    integrals[0] = radiance * (4.0 * PI * harmonics(DVec3::Y)[0]);
+    integrals
+}
+
+/// Of radiance · max(0, d·direction)^exponent. A lobe around an axis turns each harmonic into its value at the axis times an integral
+/// over the cosine t that depends on the band alone (Funk, Hecke): 2π ∫ tⁿ P(t) dt from 0 to 1, with Legendre's polynomials P.
+fn lobe(radiance: DVec3, direction: DVec3, exponent: u32) -> Integrals {
+    // As the sky is seen: what is behind counts 0⁰, which is one.
+    if exponent == 0 {
+        return even(radiance);
+    }
+    let n = f64::from(exponent);
+    let [mean, linear, square] =
+        [1.0 / (n + 1.0), 1.0 / (n + 2.0), n / ((n + 1.0) * (n + 3.0))].map(|integral| 2.0 * PI * integral);
+    let bands = [mean, linear, linear, linear, square, square, square, square, square];
+    let at_axis = harmonics(direction);
+    core::array::from_fn(|i| radiance * (bands[i] * at_axis[i]))
+}
+
+/// By the midpoint rule in equal steps of height and azimuth, so that every cell has the same solid angle.
+fn summed<R: Real>(sky: &Sky<R>) -> Integrals {
+    const ROWS: usize = 128;
+    const COLUMNS: usize = 256;
+    let mut sums = [DVec3::ZERO; 9];
+    // The same in every row, and half of the time otherwise.
+    let around: [[f64; 2]; COLUMNS] = core::array::from_fn(|column| {
+        let a = (column as f64 + 0.5) * 2.0 * PI / COLUMNS as f64;
+        [libm::cos(a), libm::sin(a)]
+    });
+    for row in 0..ROWS {
+        let y = 1.0 - (row as f64 + 0.5) * 2.0 / ROWS as f64;
+        let s = (1.0 - y * y).sqrt();
+        for [cos, sin] in around {
+            let d = DVec3::new(s * cos, y, s * sin);
+            let radiance = sky.radiance(R::Vec3::ZERO, R::Vec3::from_f64(d)).to_f64();
+            for (sum, h) in sums.iter_mut().zip(harmonics(d)) {
+                *sum += radiance * h;
             }
         }
-        let cell = 4.0 * PI / (ROWS * COLUMNS) as f64;
+    }
+    sums.map(|sum| sum * (4.0 * PI / (ROWS * COLUMNS) as f64))
+}
+
+impl<R: Real> Irradiance<R> {
+    /// Integrates the sky over the sphere: in closed form where it has one, which misses no sun however small, and is nothing beside
+    /// what else is prepared for a model; else by a sum.
+    pub fn new(sky: &Sky<R>) -> Self {
+        let integrals = match &sky.kind {
+            Kind::None => [DVec3::ZERO; 9],
+            Kind::Constant(radiance) => even(radiance.to_f64()),
+            Kind::Gradient { bottom, top, suns } => {
+                let (bottom, top) = (bottom.to_f64(), top.to_f64());
+                let mut all = even((bottom + top) * 0.5);
+                // (top − bottom) / 2 · y, of which all but its own harmonic makes nothing.
+                all[1] = (top - bottom) * (0.5 * 4.0 * PI / 3.0 * harmonics(DVec3::Y)[1]);
+                for sun in suns {
+                    let own = lobe(sun.colour.to_f64(), sun.direction.to_f64(), sun.exponent);
+                    all.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+                }
+                all
+            }
+            Kind::Expression(_) | Kind::Map(_) => summed(sky),
+        };
         // Cosine lobe by band, over π: 1, 2/3, 1/4.
         let band = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
-        Self { coefficients: core::array::from_fn(|i| R::Vec3::from_f64(sums[i] * (cell * band[i]))) }
+        Self { coefficients: core::array::from_fn(|i| R::Vec3::from_f64(integrals[i] * band[i])) }
     }
 
     /// Mean radiance that a surface of unit normal `n` receives, cosine-weighted; never negative.
@@ -69,7 +114,7 @@ impl<R: Real> Irradiance<R> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sky::Kind;
+    use super::super::sky::Sun;
     use super::*;
 
     /// Protects: the band factors and the normalisation, against the closed form of a sky linear in height:
@@ -83,5 +128,33 @@ mod tests {
             let expected = 0.7 + 0.3 * 2.0 / 3.0 * n.y;
             assert!((irradiance.at(n).x - expected).abs() < 1e-4, "{n} {} {expected}", irradiance.at(n).x);
         }
+    }
+
+    /// Protects: closed forms are what the sums tend to, for suns of every width, whose back counts as one where the exponent is 0; and
+    /// a sun that fits into one cell of a sum is not lost.
+    #[test]
+    fn skies_have_their_closed_forms() {
+        let direction = DVec3::new(0.6, -0.64, 0.48);
+        let under = |suns| Sky {
+            kind: Kind::<f64>::Gradient { bottom: DVec3::new(0.1, 0.5, 2.0), top: DVec3::new(0.7, 0.3, 0.0), suns },
+        };
+        let sun = |exponent| Sun { direction, colour: DVec3::new(1.0, 2.0, 3.0), exponent };
+        let constant = Sky { kind: Kind::<f64>::Constant(DVec3::new(0.2, 3.0, 0.0)) };
+        let skies = [0, 1, 2, 3, 7, 30].map(|exponent| under(vec![sun(exponent), sun(2)]));
+        for sky in skies.iter().chain([&constant, &under(Vec::new())]) {
+            let closed = Irradiance::new(sky);
+            let band = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
+            let sums = summed(sky);
+            for (i, coefficient) in closed.coefficients.iter().enumerate() {
+                let expected = sums[i] * band[i];
+                assert!((*coefficient - expected).abs().max_element() < 1e-3, "{sky:?} {i}: {coefficient} {expected}");
+            }
+        }
+        let needle = Irradiance::new(&Sky {
+            kind: Kind::<f64>::Gradient { bottom: DVec3::ZERO, top: DVec3::ZERO, suns: vec![sun(1 << 20)] },
+        });
+        // All of it is 2π/(n + 1), and nine harmonics give the cosine's lobe (1 + 2 + 5/4)/4 of 1/π in its middle.
+        let expected = 2.0 / f64::from(1 << 20) * (0.25 + 0.5 + 0.3125);
+        assert!((needle.at(direction).x / expected - 1.0).abs() < 1e-4, "{} {expected}", needle.at(direction).x);
     }
 }
