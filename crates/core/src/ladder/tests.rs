@@ -43,6 +43,22 @@ fn a_chosen_rung_is_in_use() {
     }
 }
 
+/// Protects: rungs that would show a scene as their neighbours do are left out: hard shadows where no lamp has a size, and those of lights
+/// without size where there is none.
+#[test]
+fn rungs_that_are_no_other_picture_are_told() {
+    let left = |present: &[Effect]| -> Vec<&'static str> {
+        let present = EffectSet::of(present);
+        Ladder::Shadows.choices().filter(|choice| choice.differs(present)).map(|choice| choice.rung()).collect()
+    };
+    assert_eq!(left(&[Effect::Shadows]), ["off", "on"]);
+    assert_eq!(left(&[Effect::SoftShadows]), ["hard", "on"]);
+    assert_eq!(left(&[Effect::SoftShadows, Effect::Shadows]), ["off", "hard", "on"]);
+    for ladder in Ladder::ALL.into_iter().filter(|&ladder| ladder != Ladder::Shadows) {
+        assert!(ladder.choices().all(|choice| choice.differs(EffectSet::EMPTY)), "{ladder:?}");
+    }
+}
+
 /// Protects: a scene's own constant offset stays when the constant rung is asked for.
 #[test]
 fn the_own_constant_stays() {

@@ -95,6 +95,13 @@ fn panes_over_nothing_cover_their_share() {
         scene
     };
     let mirror = above_blue(json!({ "opacity": 0.25, "alpha": BLEND, "unlit": false, "metallic": 1, "roughness": 0 }), 1);
+    let under_a_ceiling = {
+        let mut scene = over_nothing(mirror.clone());
+        let ceiling =
+            json!({ "shape": { "plane": { "point": [0, 9, 0], "normal": [0, -1, 0] } }, "material": scene.materials[0].name });
+        scene.objects.push(serde_json::from_value(ceiling).expect("an object"));
+        scene
+    };
     for (name, scene, colour, alpha) in [
         ("one", over_nothing(pane(0.25, 1)), Some([0.25, 0.125, 0.0]), 0.25),
         ("two", two, Some([0.625, 0.3125, 0.0]), 0.625),
@@ -102,7 +109,8 @@ fn panes_over_nothing_cover_their_share() {
         ("before a floor", pane(0.25, 2), Some([0.4375, 0.21875, 0.5625]), 1.0),
         ("whole", over_nothing(pane(1.0, 1)), Some([1.0, 0.5, 0.0]), 1.0),
         ("absent", over_nothing(pane(0.0, 1)), Some([0.0; 3]), 0.0),
-        ("a mirror", over_nothing(mirror), None, 0.25),
+        ("a mirror", over_nothing(mirror.clone()), None, 0.25),
+        ("a mirror of a ceiling", under_a_ceiling, None, 0.25),
     ] {
         for (precision, _) in crate::support::PRECISIONS {
             for sampling in [Sampling::Pattern(Pattern::Centre), Sampling::Pattern(Pattern::Corners), Sampling::General(20)] {
