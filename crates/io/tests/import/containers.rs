@@ -187,3 +187,13 @@ fn options_of_images_have_their_meaning() {
         assert_eq!((uses.len(), uses[0].uv_transform), (1, rows), "{options}");
     }
 }
+
+/// Protects: a buffer ends where its length says, and not where its file does: what reads beyond is refused.
+#[test]
+fn a_buffer_is_as_long_as_it_says() {
+    let view = r#", "buffer": 0"#;
+    assert!(read(ASSET, "", view, BUFFER).is_ok());
+    let short = r#"{ "byteLength": 24, "uri": "a.bin" }"#;
+    let message = read(ASSET, "", view, short).map(|_| ()).expect_err("beyond its end").to_string();
+    assert!(message.contains("bufferViews[0]") || message.contains("accessors[0]"), "{message}");
+}

@@ -354,6 +354,11 @@ fn extensions_of_materials_are_left_out_by_name() {
 
 /// A glTF file of one triangle whose corners are 0, x and y, with more of accessor and node.
 fn crafted(accessor: &str, node: &str, more: &[u8]) -> Loaded {
+    tried(accessor, node, more).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The same, which may be refused.
+fn tried(accessor: &str, node: &str, more: &[u8]) -> Result<Loaded, raywright_io::Error> {
     let corners = [[0.0_f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let mut bytes: Vec<u8> = corners.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
     bytes.extend(more);
@@ -370,7 +375,7 @@ fn crafted(accessor: &str, node: &str, more: &[u8]) -> Loaded {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.bin"), bytes).unwrap();
     std::fs::write(folder.path().join("a.gltf"), text).unwrap();
-    load(&folder.path().join("a.gltf"))
+    crate::shared::try_load(&folder.path().join("a.gltf"))
 }
 
 /// Protects: elements that a sparse accessor replaces out of order are all replaced: the third by (7, 8, 9), the first by
@@ -384,6 +389,22 @@ fn sparse_elements_in_any_order() {
     let file = crafted(sparse, "", &more);
     let data = mesh_of(&file, &file.scene.objects[0]);
     assert_eq!(data.positions, [[1.0, 2.0, 3.0], [1.0, 0.0, 0.0], [7.0, 8.0, 9.0]]);
+}
+
+/// Protects: a sparse accessor that replaces more elements than there are, or one that there is not, is refused with the numbers.
+#[test]
+fn sparse_elements_that_there_are_not() {
+    let said = |count: u32, indices: [u8; 4]| {
+        let sparse = format!(
+            r#", "sparse": {{ "count": {count}, "indices": {{ "bufferView": 1, "componentType": 5121 }}, "values": {{ "bufferView": 2 }} }}"#
+        );
+        let more = [&indices[..], &[0; 24]].concat();
+        tried(&sparse, "", &more).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(said(2, [1, 2, 0, 0]), Ok(()));
+    let [many, beyond] = [said(4, [0, 1, 2, 2]), said(2, [1, 3, 0, 0])].map(|said| said.expect_err("refused"));
+    assert!(many.contains("replaces 4 of 3 elements"), "{many}");
+    assert!(beyond.contains("replaces element 3 of 3"), "{beyond}");
 }
 
 /// Protects: a rotation's length means nothing: (0, 0, 1, 1), of length √2, is a quarter turn about z and scales nothing.
