@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use raywright::core::expr::{Variable, constant_names, function_names};
-use raywright::io::schema;
+use raywright::io::output::read_picture;
+use raywright::io::{Limits, schema};
 use serde_json::Value;
 
 use crate::support::Desk;
@@ -96,4 +97,26 @@ fn the_examples_work() {
         let run = desk.run(&["check", "more.scene.toml"]);
         assert_eq!((run.exits_with(0).text(), run.stderr.as_str()), ("more.scene.toml: ok\n", ""), "{addition}");
     }
+}
+
+/// Protects: pictures in the docs are by commands that anyone can give: they name presets and files, and no folder of whoever made them.
+#[test]
+fn pictures_are_by_commands_for_everyone() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let mut told = 0;
+    for entry in std::fs::read_dir(docs).expect("a folder") {
+        let path = entry.expect("readable").path();
+        if path.extension().is_some_and(|ending| ending == "png") {
+            let texts = read_picture(&path, &Limits::default()).expect("a picture").texts;
+            let command = texts.iter().find(|(name, _)| name.to_lowercase().ends_with("command")).map(|(_, text)| text.as_str());
+            let words: Vec<&str> = command.unwrap_or_default().split(' ').collect();
+            assert!(
+                !words.iter().any(|word| word.starts_with(['/', '~']) || word.contains(":\\")),
+                "{}: {words:?}",
+                path.display()
+            );
+            told += usize::from(words.len() > 1);
+        }
+    }
+    assert!(told >= 5, "{told} pictures say how they were made");
 }
