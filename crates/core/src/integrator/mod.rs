@@ -17,7 +17,6 @@ mod surface;
 
 pub(crate) use kernel::{Analytic, General, Kernel, Paths};
 use path::{Leaving, Next, Path, Step};
-pub(crate) use path_tracing::roulette_from;
 pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;

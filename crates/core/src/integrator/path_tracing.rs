@@ -33,7 +33,7 @@ const ENDS_FROM: u32 = 64;
 
 /// Segments that every path may have before chance decides whether it goes on. Before the fourth, chance costs more noise than it saves
 /// time in most scenes.
-pub(crate) const fn roulette_from(roulette: Roulette) -> u32 {
+const fn roulette_from(roulette: Roulette) -> u32 {
     match roulette {
         Roulette::Early => 1,
         Roulette::Late => 4,
@@ -214,7 +214,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         onward: Onward<P>,
     ) -> bool {
         let mut throughput = walk.throughput * drawn.weight;
-        if walk.traced >= self.scene.roulette_from {
+        if walk.traced >= roulette_from(self.scene.roulette) {
             // Also ends what is no number.
             let most = if walk.traced < ENDS_FROM { P::Real::ONE } else { P::Real::from_f64(GOES_ON) };
             let survives = throughput.max_element().min(most);

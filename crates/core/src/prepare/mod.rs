@@ -20,7 +20,6 @@ use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector}
 use crate::camera::{Camera, Cone, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
-use crate::integrator::roulette_from;
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, LightId, Lights, Strategy, prepare_sky};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
@@ -29,7 +28,7 @@ use crate::observer::Observer;
 use crate::scene::{
     self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule,
 };
-use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Settings};
+use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Roulette, Settings};
 
 pub(crate) use estimate::estimate;
 pub use extent::Extent;
@@ -166,8 +165,8 @@ pub struct Prepared<P: Precision> {
     light_sampling: LightSampling,
     /// Whether it is the middle of a lamp that has to be seen.
     pub(crate) hard_shadows: bool,
-    /// Segments that a path has before chance may end it.
-    pub(crate) roulette_from: u32,
+    /// When chance may end a path.
+    pub(crate) roulette: Roulette,
     /// What the brightest channel of a sample is brought down to; none: nothing is.
     pub(crate) clamp: Option<P::Real>,
     /// Whether rough surfaces give back what their facets send to each other.
@@ -303,7 +302,7 @@ impl<P: Precision> Prepared<P> {
             layers: context.layers,
             light_sampling: settings.light_sampling,
             hard_shadows,
-            roulette_from: roulette_from(settings.roulette),
+            roulette: settings.roulette,
             clamp: settings.clamp.map(P::Real::from_f64),
             compensates: settings.microfacets == Microfacets::Compensated,
             veil: Vector::from_f64(scene.render.veil.0.into()),

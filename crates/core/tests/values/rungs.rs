@@ -20,7 +20,7 @@ fn quad_lamp() -> Value {
     json!({ "shape": { "quad": { "corner": [-1, 2, -1], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2] } }, "material": "lamp" })
 }
 
-/// The lamp of two triangles that [`quad_lamp`] is, turned upwards and downwards alike.
+/// A closed lamp above the floor: its upper side is hidden by itself.
 fn box_lamp() -> Value {
     json!({ "shape": { "box": { "min": [-1, 2, -1], "max": [1, 2.2, 1] } }, "material": "lamp" })
 }
@@ -162,7 +162,7 @@ fn samplers_are_what_they_are_called() {
     assert!((mean - 0.5).abs() < 0.02 && (deviation - 0.125).abs() < 0.015, "{mean} ± {deviation}");
 }
 
-/// Protects: the sum in f32 reaches the picture: a thousand samples about 0.7 end elsewhere than in f64, by less than a thousandth.
+/// Protects: the sum in f32 reaches the picture: three thousand samples of 0.7 or 0 end elsewhere than in f64, by less than a thousandth.
 #[test]
 fn accumulation_reaches_the_picture() {
     let (scene, view) = edge();
@@ -172,7 +172,7 @@ fn accumulation_reaches_the_picture() {
         asked.integrator = Integrator::Path;
         rendered(&scene, &asked).picture.rgb
     };
-    // Ones and noughts are exact in both; a third of each is not.
+    // Sums of ones and noughts are exact in both; those of 0.7 are not.
     assert_eq!(of(Accumulation::Single), of(Accumulation::Double));
     let mut grey = scene.clone();
     grey.materials[0] =
