@@ -118,33 +118,55 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
         self.sum(wo, wi, L::is_diffuse)
     }
 
-    /// Sum of what the choice among lobes goes by.
+    /// What the choice among lobes goes by, of each of them, and the sum.
     #[inline(always)]
-    fn importance(&self, cosine: N) -> N {
-        self.lobes().iter().fold(N::ZERO, |sum, lobe| sum + lobe.importance(cosine))
+    fn importances(&self, cosine: N) -> ([N; MOST], N) {
+        let (mut each, mut sum) = ([N::ZERO; MOST], N::ZERO);
+        for (importance, lobe) in each.iter_mut().zip(self.lobes()) {
+            *importance = lobe.importance(cosine);
+            sum = sum + *importance;
+        }
+        (each, sum)
     }
 
     /// Density by solid angle with which [`Self::sample`] gives `wi`; delta lobes, which have none, take their share of it away.
     #[inline(always)]
     pub fn pdf(&self, wo: N::Vec3, wi: N::Vec3) -> N {
-        let (cosine, zero) = (self.normal.dot(wo), N::ZERO);
-        let total = self.importance(cosine);
-        let pair = Pair::new(self.normal, wo, wi);
-        let sum = self.lobes().iter().fold(zero, |sum, lobe| sum + lobe.importance(cosine) * lobe.density(&pair));
-        let (able, above) = (cosine.above(zero) & total.above(zero), self.normal.dot(wi).above(zero));
-        let over = N::select(able & above, sum / total, zero);
-        if !self.lets_through() {
-            return over;
+        self.answer(wo, wi).1
+    }
+
+    /// [`Self::eval`] and [`Self::pdf`] together, which share most of what they compute.
+    #[inline(always)]
+    pub fn answer(&self, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
+        let cosine = self.normal.dot(wo);
+        self.answer_by(&self.importances(cosine), cosine, wo, wi)
+    }
+
+    #[inline(always)]
+    fn answer_by(&self, (importances, total): &([N; MOST], N), cosine: N, wo: N::Vec3, wi: N::Vec3) -> (N::Vec3, N) {
+        let (pair, zero) = (Pair::new(self.normal, wo, wi), N::ZERO);
+        let (mut value, mut sum) = (N::Vec3::ZERO, zero);
+        for (lobe, &importance) in self.lobes().iter().zip(importances) {
+            let (own, density) = lobe.answer(&pair);
+            value += own;
+            sum = sum + importance * density;
         }
-        let sum = self.lobes().iter().fold(zero, |sum, lobe| sum + lobe.importance(cosine) * lobe.density_through(&pair));
-        N::select(able & zero.above(self.normal.dot(wi)), sum / total, over)
+        let (able, above) = (cosine.above(zero) & total.above(zero), self.normal.dot(wi).above(zero));
+        let over = N::select(able & above, sum / *total, zero);
+        if !self.lets_through() {
+            return (value, over);
+        }
+        let through = self.lobes().iter().zip(importances).map(|(lobe, &importance)| importance * lobe.density_through(&pair));
+        let sum = through.fold(zero, |sum, part| sum + part);
+        (value, N::select(able & zero.above(self.normal.dot(wi)), sum / *total, over))
     }
 
     /// A direction for three numbers in [0, 1), of which the first chooses the lobe. Drawn in a frame about its normal.
     #[inline(always)]
     pub fn sample(&self, frame: &Frame<N>, wo: N::Vec3, [choice, u, v]: [N; 3]) -> Sampled<N> {
         let cosine = self.normal.dot(wo);
-        let total = self.importance(cosine);
+        let importances = self.importances(cosine);
+        let (each, total) = importances;
         let able = cosine.above(N::ZERO) & total.above(N::ZERO);
         let mut out = Sampled {
             some: N::Mask::default(),
@@ -155,8 +177,8 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
         };
         let local = frame.to_local(wo);
         let mut before = N::ZERO;
-        for (lobe, chosen) in self.lobes().iter().zip(self.chosen(cosine, choice * total, able)) {
-            let (importance, start) = (lobe.importance(cosine), before);
+        for ((lobe, chosen), importance) in self.lobes().iter().zip(self.chosen(&each, choice * total, able)).zip(each) {
+            let start = before;
             before = before + importance;
             if !chosen.any() {
                 continue;
@@ -164,7 +186,7 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
             if lobe.is_delta() {
                 let (direction, weight) = lobe.drawn_delta(self.normal, wo, u);
                 out.direction = N::Vec3::select(chosen, direction, out.direction);
-                out.weight = N::Vec3::select(chosen, weight / (lobe.importance(cosine) / total), out.weight);
+                out.weight = N::Vec3::select(chosen, weight / (importance / total), out.weight);
                 (out.some, out.delta) = (out.some | chosen, out.delta | chosen);
             } else {
                 // How far into the lobe's share the choice lies is a number in [0, 1) too.
@@ -172,10 +194,11 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
                 out.direction = N::Vec3::select(chosen, lobe.drawn_world(frame, wo, local, rest, [u, v]), out.direction);
             }
         }
-        let (density, facing) = (self.pdf(wo, out.direction), self.normal.dot(out.direction));
+        let (value, density) = self.answer_by(&importances, cosine, wo, out.direction);
+        let facing = self.normal.dot(out.direction);
         // Also false for NaN, and where nothing was drawn.
         let mut sent = density.above(N::ZERO) & facing.above(N::ZERO) & !out.delta;
-        let mut weight = self.eval(wo, out.direction) * (facing / density);
+        let mut weight = value * (facing / density);
         if self.lets_through() {
             let below = density.above(N::ZERO) & N::ZERO.above(facing) & !out.delta;
             weight = N::Vec3::select(below, self.eval_either(wo, out.direction) * (-facing / density), weight);
@@ -194,14 +217,14 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// From which lobe each able lane draws: the last one whose importance is above zero and before which the others' sum is not
     /// above `target`. Asked from the last one on, so that rounding leaves no rest behind it.
     #[inline(always)]
-    fn chosen(&self, cosine: N, target: N, able: N::Mask) -> [N::Mask; MOST] {
+    fn chosen(&self, importances: &[N; MOST], target: N, able: N::Mask) -> [N::Mask; MOST] {
         let (mut chosen, mut left) = ([N::Mask::default(); MOST], able);
         let mut before = [N::ZERO; MOST];
-        for (i, lobe) in self.lobes().iter().enumerate().take(MOST - 1) {
-            before[i + 1] = before[i] + lobe.importance(cosine);
+        for i in 1..MOST {
+            before[i] = before[i - 1] + importances[i - 1];
         }
-        for (i, lobe) in self.lobes().iter().enumerate().rev() {
-            chosen[i] = left & lobe.importance(cosine).above(N::ZERO) & !before[i].above(target);
+        for i in (0..self.lobes().len()).rev() {
+            chosen[i] = left & importances[i].above(N::ZERO) & !before[i].above(target);
             left = left & !chosen[i];
         }
         chosen

@@ -90,15 +90,30 @@ impl<N: Number> Pair<N> {
     /// What facets of such a reflectance send back, by GGX's density of them and Smith's height-correlated shadowing. Takes α².
     #[inline(always)]
     pub(super) fn reflected(&self, reflectance: N::Vec3, a2: N) -> N::Vec3 {
-        let visibility = N::from_f64(0.5) / (self.into * smith(a2, self.out) + self.out * smith(a2, self.into));
-        let value = reflectance * (self.facets(a2) * visibility);
-        N::Vec3::select(self.out.above(N::ZERO), value, N::Vec3::ZERO)
+        self.reflected_by(reflectance, a2, self.seen(a2))
     }
 
     /// The density of visible facets D·G₁·(o·h)/cosₒ over 4·(o·h), with G₁ = 2·cosₒ / (cosₒ + smith(cosₒ)). Takes α².
     #[inline(always)]
     pub(super) fn density_reflected(&self, a2: N) -> N {
-        self.facets(a2) / (N::from_f64(2.0) * (self.out + smith(a2, self.out)))
+        self.density_by(self.seen(a2))
+    }
+
+    /// What [`Self::reflected`] and [`Self::density_reflected`] share: the density of facets, and Smith's root on the way back.
+    #[inline(always)]
+    fn seen(&self, a2: N) -> [N; 2] {
+        [self.facets(a2), smith(a2, self.out)]
+    }
+
+    #[inline(always)]
+    fn reflected_by(&self, reflectance: N::Vec3, a2: N, [facets, root]: [N; 2]) -> N::Vec3 {
+        let visibility = N::from_f64(0.5) / (self.into * root + self.out * smith(a2, self.into));
+        N::Vec3::select(self.out.above(N::ZERO), reflectance * (facets * visibility), N::Vec3::ZERO)
+    }
+
+    #[inline(always)]
+    fn density_by(&self, [facets, root]: [N; 2]) -> N {
+        facets / (N::from_f64(2.0) * (self.out + root))
     }
 
     /// GGX's density of facets ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007), in the form
@@ -142,6 +157,11 @@ pub trait Scatters<N: Number>: Copy + core::fmt::Debug {
     fn value_through(&self, pair: &Pair<N>) -> N::Vec3;
     /// Density by solid angle with which [`Self::drawn_world`] gives the light's direction, both above the surface.
     fn density(&self, pair: &Pair<N>) -> N;
+    /// [`Self::value`] and [`Self::density`].
+    #[inline(always)]
+    fn answer(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        (self.value(pair), self.density(pair))
+    }
     /// The same of a light's direction below the surface.
     fn density_through(&self, pair: &Pair<N>) -> N;
     /// A direction for the way back, in the world and in the frame about the surface's normal, and three numbers in [0, 1). Of a
@@ -206,6 +226,17 @@ impl<N: Number> Scatters<N> for Lobe<N> {
             Self::RoughGlass(glass) => glass.density(pair),
             Self::Mirror { .. } | Self::Dielectric { .. } => N::ZERO,
         }
+    }
+
+    /// Facets are asked once for both.
+    #[inline(always)]
+    fn answer(&self, pair: &Pair<N>) -> (N::Vec3, N) {
+        let Self::Rough { f0, f90, roughness } = *self else { return (self.value(pair), self.density(pair)) };
+        let a2 = squared_alpha(roughness);
+        let seen = pair.seen(a2);
+        let value = pair.reflected_by(f0 + (f90 - f0) * towards_grazing(pair.tilt), a2, seen);
+        let some = f0.max(f90).max_element().above(N::ZERO);
+        (N::Vec3::select(some, value, N::Vec3::ZERO), pair.density_by(seen))
     }
 
     #[inline(always)]

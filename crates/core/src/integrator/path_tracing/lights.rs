@@ -56,12 +56,16 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 (answer, gain)
             }
             Density::SolidAngle(density) => {
-                let share = match scene.sampling_of(light) {
+                let combined = |other: P::Real| P::Real::from_f64(weight(density, other.to_f64()));
+                match scene.sampling_of(light) {
                     LightSampling::Scattering => return Vector::ZERO,
-                    LightSampling::Lights => P::Real::ONE,
-                    LightSampling::Both => P::Real::from_f64(weight(density, bsdf.pdf(view, seen.direction).to_f64())),
-                };
-                (value(), share)
+                    LightSampling::Lights => (value(), P::Real::ONE),
+                    LightSampling::Both if through => (value(), combined(bsdf.pdf(view, seen.direction))),
+                    LightSampling::Both => {
+                        let (answer, other) = bsdf.answer(view, seen.direction);
+                        (answer, combined(other))
+                    }
+                }
             }
         };
         let Some(seen) = self.aimed(light, seen, point) else { return Vector::ZERO };
