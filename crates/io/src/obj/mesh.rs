@@ -152,7 +152,7 @@ fn append_uvs(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, before: usize, c
     set.extend((0..count).map(uv));
 }
 
-/// Vertex colours are written as shown, by the sRGB curve.
+/// Vertex colours are written as shown, by the sRGB curve; what is no number is white, as [`survey`](super::survey) writes it.
 fn colour(rgb: [f32; 3]) -> [f32; 4] {
     let linear = |c: f32| if c.is_nan() { 1.0 } else { curve::decode(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32 };
     let [r, g, b] = rgb.map(linear);

@@ -141,6 +141,20 @@ mod tests {
         }
     }
 
+    /// Protects: what turns left everywhere is convex only if it goes round once, whichever corner it starts from: a pentagon is, a
+    /// pentagram goes round twice. A dent is none.
+    #[test]
+    fn stars_are_not_convex() {
+        let corner = |i: usize| DVec2::from_angle(0.3 + std::f64::consts::TAU * i as f64 / 5.0);
+        for start in 0..5 {
+            let pentagon: Vec<_> = (0..5).map(|i| corner(i + start)).collect();
+            let pentagram: Vec<_> = (0..5).map(|i| corner(2 * (i + start))).collect();
+            assert!(is_convex(&pentagon) && !is_convex(&pentagram), "from corner {start}");
+            let dented: Vec<_> = pentagon.iter().enumerate().map(|(i, &p)| if i == start { p * 0.1 } else { p }).collect();
+            assert!(!is_convex(&dented), "corner {start}");
+        }
+    }
+
     /// What is no polygon at all still ends, with the right number of triangles.
     #[test]
     fn degenerate_polygons_end() {

@@ -163,7 +163,8 @@ impl<'a> Walk<'_, 'a> {
             self.survey.text.push_str(word);
         }
         if self.coloured && kept < 6 {
-            self.survey.text.push_str(" 1 1 1");
+            // White, in whichever numbers the other colours are.
+            self.survey.text.push_str(" nan nan nan");
         }
         self.survey.text.push('\n');
         Ok(())

@@ -143,6 +143,39 @@ fn vertex_colours() {
     assert!(physical(&file, &file.scene.objects[0].material).vertex_colours);
 }
 
+/// Protects: colours that count to 255 are told by one that is above 1, and all of the file are such then, the dark ones too; a vertex
+/// without one is white all the same. sRGB's codes 128 and 1 are 0.215861 and 0.000303527.
+#[test]
+fn vertex_colours_in_bytes() {
+    let (_folder, path) = write("v 0 0 0 255 128 1\nv 1 0 0 0 0 0\nv 0 1 0\nf 1 2 3\n");
+    let file = load(&path);
+    let colours = &mesh_of(&file, &file.scene.objects[0]).colours;
+    for (found, expected) in colours[0].iter().zip([1.0, 0.215_860_5, 0.000_303_527, 1.0]) {
+        assert!((found - expected).abs() < 1e-6, "{colours:?}");
+    }
+    assert_eq!(colours[1..], [[0.0, 0.0, 0.0, 1.0], [1.0; 4]]);
+}
+
+/// Protects: normals that a face is given stay its own in a smoothing group, and the group's other faces, which have none, are smoothed
+/// among themselves: here both stand on the x axis, one lies in the plane of z, one in that of y, and the given ones point along x.
+#[test]
+fn given_normals_stay_out_of_smoothing() {
+    let vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 1 0 0\n";
+    let (_folder, path) = write(&format!("{vertices}s 1\nf 1//1 2//1 3//1\nf 1 4 2\n"));
+    let file = load(&path);
+    let data: Vec<&MeshData> = file.scene.objects.iter().map(|object| mesh_of(&file, object)).collect();
+    let normals_of = |triangle: [[f32; 3]; 3]| {
+        let found = data.iter().flat_map(|data| {
+            let corners = |t: &[u32; 3]| t.map(|i| data.positions[i as usize]);
+            data.indices.iter().filter(move |&t| corners(t) == triangle).map(|t| t.map(|i| data.normals[i as usize]))
+        });
+        found.collect::<Vec<_>>()
+    };
+    let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    assert_eq!(normals_of([o, x, y]), [[x; 3]]);
+    assert_eq!(normals_of([o, z, x]), [[y; 3]], "nothing of the other face is in it");
+}
+
 /// What is wrong is refused with its line.
 #[test]
 fn errors_name_line_and_cause() {

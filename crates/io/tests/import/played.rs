@@ -30,6 +30,30 @@ fn keys_and_straight_lines() {
     near(step.at(3.0).translation, [0.0, 0.0, 5.0]);
 }
 
+/// Protects: a scale that is animated takes the place of the node's own, along lines and splines, and comes before its turn and its
+/// place, which stay as they are; what no channel moves has its own scale.
+#[test]
+fn scales_come_first() {
+    let at_rest = |document: &mut Value| {
+        let node = document["nodes"][1].as_object_mut().expect("a node");
+        let s = std::f64::consts::FRAC_1_SQRT_2;
+        // A quarter turn about z, which takes x to y.
+        node.extend([("scale".to_owned(), json!([7, 7, 7])), ("rotation".to_owned(), json!([0, 0, s, s]))]);
+    };
+    let line = Made::new().animated("", 1, "scale", "LINEAR", &[1.0, 1.0, 1.0, 3.0, 5.0, 9.0]).with(at_rest);
+    let found = line.at(1.5);
+    near(found.matrix3 * DVec3::X, [0.0, 1.5, 0.0]);
+    near(found.matrix3 * DVec3::Y, [-2.0, 0.0, 0.0]);
+    near(found.matrix3 * DVec3::Z, [0.0, 0.0, 3.0]);
+    near(found.translation, [0.0, 0.0, 5.0]);
+    // Hermite's with tangents of zero: a quarter of the way the second key weighs 5/32.
+    let flat = [[0.0_f32; 3], [1.0; 3], [0.0; 3], [0.0; 3], [33.0; 3], [0.0; 3]].concat();
+    let spline = Made::new().animated("", 1, "scale", "CUBICSPLINE", &flat).with(at_rest);
+    near(spline.at(1.5).matrix3 * DVec3::Z, [0.0, 0.0, 6.0]);
+    let other = Made::new().animated("", 1, "translation", "LINEAR", &[0.0; 6]).with(at_rest);
+    near(other.at(2.0).matrix3 * DVec3::X, [0.0, 7.0, 0.0]);
+}
+
 /// Protects: rotations take the shorter turn, at a constant speed: a quarter of the way is a quarter of the angle, which the
 /// straight line between quaternions misses.
 #[test]
