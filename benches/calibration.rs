@@ -4,18 +4,24 @@
 //! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour; the default is 100. The truth is the
 //! mean of all renders but the one that is judged. `cargo bench --bench calibration -- 1000 max-error` does it for pictures that are
 //! asked for an error: how often they have it, and what they cost beside an oracle that knows how many samples suffice everywhere. Names of
-//! scenes behind that choose some of them.
+//! scenes behind that choose some of them. With `films=FOLDER` the renders of the first are kept there and taken from there if they are, so
+//! that another way to judge them takes seconds.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 #[path = "support/turns.rs"]
 #[expect(dead_code, reason = "nothing is timed here")]
 mod turns;
 
+use std::path::{Path, PathBuf};
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use raywright::core::display::Display;
 use raywright::core::film::{Film, Uncertainty};
 use raywright::core::scene::Integrator;
 use raywright::core::settings::Sampling;
 use raywright::core::{Ready, Scene, Settings, prepare};
-use raywright::io::{Input, LoadOptions, load};
+use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
+use raywright::io::{Input, Limits, LoadOptions, load};
 
 /// A floor that is lit through a glass ball alone: every light path is a caustic, found by chance.
 const CAUSTIC: &str = r#"{ "format": 1,
@@ -36,6 +42,10 @@ const RARE: &str = r#"{ "format": 1, "sky": { "constant": 0.1 },
     "objects": [{ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" },
                 { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.3 } }, "material": "glass" },
                 { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.01 } }, "material": "lamp" }] }"#;
+
+/// What pictures are asked for that get as many samples as it takes: errors for which sixteen samples, the least there is, do not suffice.
+const ASKED: [(&str, f64); 5] =
+    [("cornell", 0.08), ("glossy-box", 0.12), ("many-lights", 0.3), ("product", 0.08), ("caustic", 0.15)];
 
 /// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few replicates for one.
 const SAMPLES: u32 = 64;
@@ -68,7 +78,15 @@ impl Taken {
     }
 }
 
-fn taken(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, seed: u64) -> Taken {
+impl From<Film> for Taken {
+    fn from(film: Film) -> Self {
+        let (colours, claimed) = (film.picture().rgb, film.uncertainty().unwrap_or_else(|| panic!("two replicates")));
+        let samples = film.counters().samples as f64 / colours.len() as f64;
+        Self { colours, claimed, samples }
+    }
+}
+
+fn film(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, seed: u64) -> Film {
     let settings = Settings {
         size,
         sampling: Sampling::General(samples),
@@ -81,9 +99,22 @@ fn taken(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, se
     let mut film: Film = ready.film("");
     let whole = film.whole();
     ready.render_part(&mut film, &whole, &()).unwrap_or_else(|e| panic!("{e}"));
-    let (colours, claimed) = (film.picture().rgb, film.uncertainty().unwrap_or_else(|| panic!("two replicates")));
-    let samples = film.counters().samples as f64 / colours.len() as f64;
-    Taken { colours, claimed, samples }
+    film
+}
+
+/// Renders with seeds from the first on, several at a time.
+fn all_of(renders: u64, first: u64, film: impl Fn(u64) -> Film + Sync) -> Vec<Taken> {
+    (first..first + renders).into_par_iter().map(|seed| film(seed).into()).collect()
+}
+
+/// A film from a file, or from `render` and then in that file.
+fn kept(file: &Path, render: impl FnOnce() -> Film) -> Film {
+    if let Ok(kept) = read_film(file, &Limits::default()) {
+        return kept.film;
+    }
+    let mut kept = KeptFilm { film: render(), metadata: Metadata::default(), display: Display::default() };
+    write_film(file, &mut kept).unwrap_or_else(|e| panic!("{e}"));
+    kept.film
 }
 
 /// Root relMSE of a render beside the truth.
@@ -121,7 +152,7 @@ fn root(of: f64) -> f64 {
 }
 
 /// Whether intervals hold what they are of.
-fn intervals(renders: u64) {
+fn intervals(renders: u64, films: Option<&Path>) {
     println!("{renders} renders of 60 x 40 pixels each\n");
     println!(
         "| scene | samples | root relMSE | claimed | interval holds, of all | flagged | interval holds, of the others | \
@@ -129,7 +160,11 @@ fn intervals(renders: u64) {
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, scene) in scenes() {
-        let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, [60, 40], SAMPLES, None, seed)).collect();
+        let render = |seed| film(&scene, [60, 40], SAMPLES, None, seed);
+        let all = all_of(renders, 0, |seed| match films {
+            Some(folder) => kept(&folder.join(format!("{name}-{seed}.film")), || render(seed)),
+            None => render(seed),
+        });
         let (sum, n) = (sum_of(&all), renders as f64);
         // The others' own error adds a share of one in so many.
         let of = |render: &Taken| {
@@ -165,8 +200,8 @@ fn intervals(renders: u64) {
 fn oracle(scene: &Scene, size: [u32; 2], truth: &[[f64; 3]], asked: f64) -> f64 {
     let (mut before, mut samples) = (f64::INFINITY, 8_u32);
     loop {
-        let of = |seed: u64| error(&taken(scene, size, samples, None, 1_000_000 + seed), |pixel, i| truth[pixel][i]);
-        let now = mean((0..20).map(of).collect::<Vec<f64>>().into_iter());
+        let all = all_of(20, 1_000_000, |seed| film(scene, size, samples, None, seed));
+        let now = mean(all.iter().map(|render| error(render, |pixel, i| truth[pixel][i])));
         if now <= asked || samples >= 1 << 16 {
             let share = if before.is_finite() { (before / asked).ln() / (before / now).ln() } else { 1.0 };
             return f64::from(samples) * (share - 1.0).exp2();
@@ -184,26 +219,30 @@ fn targets(renders: u64) {
     );
     println!("|---|---|---|---|---|---|---|---|");
     for (name, scene) in scenes() {
-        let truths: Vec<Taken> = (0..32).map(|seed| taken(&scene, SIZE, 1024, None, 2_000_000 + seed)).collect();
+        let Some(&(_, asked)) = ASKED.iter().find(|(of, _)| *of == name) else { continue };
+        let truths = all_of(16, 2_000_000, |seed| film(&scene, SIZE, 1024, None, seed));
         let truth: Vec<[f64; 3]> = sum_of(&truths).iter().map(|sum| sum.map(|s| s / truths.len() as f64)).collect();
-        let brightness = mean(truths.iter().map(Taken::mean));
-        for asked in [0.2, 0.1] {
-            let needed = oracle(&scene, SIZE, &truth, asked);
-            let all: Vec<Taken> = (0..renders).map(|seed| taken(&scene, SIZE, 4096, Some(asked), seed)).collect();
-            let errors: Vec<f64> = all.iter().map(|render| error(render, |pixel, i| truth[pixel][i])).collect();
-            let samples = mean(all.iter().map(|render| render.samples));
-            let bias = mean(all.iter().map(Taken::mean)) - brightness;
-            let spread = root(mean(all.iter().map(|render| (render.mean() - brightness - bias).powi(2))));
-            println!(
-                "| {name} | {asked} | {:.4} | {} | {samples:.0} | {needed:.0} | {:.2} | {:.2} ± {:.2} |",
-                root(mean(errors.iter().map(|e| e * e))),
-                percent(errors.iter().filter(|&&error| error <= asked).count(), errors.len()),
-                samples / needed,
-                bias / spread,
-                root(1.0 / renders as f64),
-            );
-        }
+        let needed = oracle(&scene, SIZE, &truth, asked);
+        let all = all_of(renders, 0, |seed| film(&scene, SIZE, 4096, Some(asked), seed));
+        let errors: Vec<f64> = all.iter().map(|render| error(render, |pixel, i| truth[pixel][i])).collect();
+        let samples = mean(all.iter().map(|render| render.samples));
+        let ([brightness, of_truth], [found, spread]) = (brightness(&truths), brightness(&all));
+        // Of the mean of the renders, and of the truth beside it.
+        let unsure = root(1.0 / renders as f64 + (of_truth / spread).powi(2) / truths.len() as f64);
+        println!(
+            "| {name} | {asked} | {:.4} | {} | {samples:.0} | {needed:.0} | {:.2} | {:.2} ± {unsure:.2} |",
+            root(mean(errors.iter().map(|e| e * e))),
+            percent(errors.iter().filter(|&&error| error <= asked).count(), errors.len()),
+            samples / needed,
+            (found - brightness) / spread,
+        );
     }
+}
+
+/// Mean brightness of renders, and how far one lies from it.
+fn brightness(renders: &[Taken]) -> [f64; 2] {
+    let of = mean(renders.iter().map(Taken::mean));
+    [of, root(mean(renders.iter().map(|render| (render.mean() - of).powi(2))))]
 }
 
 fn main() {
@@ -212,8 +251,9 @@ fn main() {
     }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let renders = arguments.iter().find_map(|argument| argument.parse().ok()).unwrap_or(100_u64);
+    let films = arguments.iter().find_map(|argument| argument.strip_prefix("films=")).map(PathBuf::from);
     match arguments.iter().any(|argument| argument == "max-error") {
         true => targets(renders),
-        false => intervals(renders),
+        false => intervals(renders, films.as_deref()),
     }
 }

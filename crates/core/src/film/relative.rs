@@ -3,7 +3,7 @@
 //! The product of two replicates' means is right on average, whatever their noise; but where light is seldom found it is zero in one
 //! pixel and ten times the truth in the next, and an error relative to that says nothing. So the more two replicates differ, the more
 //! the products of neighbouring pixels count, whose mean is right where the colour changes slowly. A bright sample raises the product
-//! together with the error: whoever weighs an error takes the weights from replicates that are not in it.
+//! together with the error: whoever weighs an error takes the weights from replicates that are not in it, or says what that does.
 
 /// Keeps the relative error of dark pixels finite, as in [`crate::metrics::Errors::relmse`].
 const FLOOR: f64 = 0.01;
@@ -25,9 +25,27 @@ pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64;
     pixels.map(|((a, b), near)| core::array::from_fn(|i| weight(a[i], b[i], near[i]))).collect()
 }
 
-/// Factor that makes a squared error relative to a colour that is known.
-pub(super) fn weight_of(colour: f64) -> f64 {
-    1.0 / (colour * colour + FLOOR)
+/// Factors that make squared errors relative by the means of two replicates that are not in them, per channel: near 1/(T² + 0.01) on average
+/// for a true colour T. 1/(ab + 0.01) is too large on average, since ab is noisy: by its variance, which (a² − b²)²/4 has for a mean, over
+/// the square of ab + 0.01. Neighbours would make the factors wrong where colours change.
+pub(super) fn across(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    core::array::from_fn(|i| {
+        let (relative_to, noise) = ((a[i] * b[i]).max(0.0) + FLOOR, (a[i] * a[i] - b[i] * b[i]) / 2.0);
+        relative_to / (relative_to * relative_to + noise * noise)
+    })
+}
+
+/// Such factors by the means of the two replicates that are in them.
+pub(super) fn within(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    core::array::from_fn(|i| 1.0 / ((a[i] + b[i]) * (a[i] + b[i]) / 4.0 + FLOOR))
+}
+
+/// Such factors by the means of four replicates: the products of two of them have the true colour's square for a mean.
+pub(super) fn among(four: [[f64; 3]; 4]) -> [f64; 3] {
+    core::array::from_fn(|i| {
+        let [a, b, c, d] = four.map(|mean| mean[i]);
+        1.0 / (((a * b + c * d + (a + b) * (c + d)) / 6.0).max(0.0) + FLOOR)
+    })
 }
 
 /// Means over neighbours along one axis: of so many pixels, `step` apart.

@@ -7,10 +7,16 @@
 //! replicates are independent: (d·d′)²/4 has the mean tr(C²). Pixels are independent, since each has scrambles of its own, so both sum
 //! up over the picture, and the sum is nearly normal if many pixels share in it.
 //!
-//! What relative errors are relative to is itself estimated, from the pair of replicates that the error at hand is not estimated from.
-//! With fewer than four replicates there is no such pair; then the value is a guess, and no interval is claimed for it. That noise is
-//! as large as the error itself in pixels that carry it, so that for n such pixels the interval's variance is larger by 1/n: found by
-//! calibration (`benches/calibration.rs`), which also says from how many on the interval may be trusted.
+//! What relative errors are relative to is itself estimated, in two ways: from the pair of replicates that the error at hand is not
+//! estimated from, and from all four. Where light is rarely found the first is too large, since the pair seldom found it too, and the
+//! second too small, since a bright sample is in both. So the truth lies between them, the value is their geometric mean, and half of what
+//! they are apart is a standard error of it. The first has noise as well, taken to be as large as the two differ in each pixel. With fewer
+//! than four replicates there is no other pair; then the value is a guess, and no interval is claimed for it.
+//!
+//! The variance is a sum of which few pixels may have most, as at a lamp's ends: then it is as sure as a variance of fewer normal
+//! numbers, 2(Σq)²/Σq² for sums of q (Satterthwaite, "An Approximate Distribution of Estimates of Variance Components", 1946), and
+//! Student's factor takes the normal one's place. `benches/calibration.rs` says how often all that holds, and from how many pixels on
+//! it may be trusted.
 //!
 //! Light that no sample has found is in neither. What can be noticed is that it may be there: paths that were scattered and then went on
 //! by a mirror or through glass meet lamps by chance alone, and where many did and few met one, more of that light is to be expected
@@ -23,14 +29,11 @@ use serde::Serialize;
 
 use super::Film;
 use super::estimate::There;
-use super::relative::{REACH, weight_of, weights};
+use super::relative::{REACH, across, among, weights, within};
+use crate::metrics::student_95;
 
-/// 97.5 % of normal values are below.
-const Z: f64 = 1.959_963_984_540_054;
-
-/// Squared errors relative to what other replicates have, and to what the replicates in the error have, may differ by this factor. The
-/// first are too large where light is rarely found, since others seldom found it too, and the second too small, since a bright sample
-/// is in both: what is true lies in between.
+/// Squared errors relative to what other replicates have, and to what the pair in the error itself has, may differ by this factor: then
+/// light is so rare that no way to make them relative is right.
 const APART: f64 = 4.0;
 
 /// Fewer pixels that carry the error say too little of it.
@@ -86,52 +89,79 @@ pub enum Doubt {
     FewPixels,
 }
 
-/// Sums over pixels.
+/// What a pixel has, or the sum over some.
 #[derive(Clone, Copy, Default)]
 struct Sum {
-    /// Of variances of the mean, and of their squares.
+    /// Variance of the mean, weighed by what other replicates say, and by what all of them say.
     variance: f64,
-    square: f64,
-    /// Of squared products of two independent differences between replicates.
-    product: f64,
-    /// Of variances relative to what the replicates in them have.
+    among: f64,
+    /// Weighed by the pair alone that it is of.
     seen: f64,
+    /// Squared products of two independent differences between replicates.
+    product: f64,
+    /// Squares of the variance, of how far the two ways to weigh it are apart, and of the products.
+    square: f64,
+    apart: f64,
+    product_square: f64,
 }
 
 impl AddAssign for Sum {
     fn add_assign(&mut self, other: Self) {
         self.variance += other.variance;
-        self.square += other.square;
-        self.product += other.product;
+        self.among += other.among;
         self.seen += other.seen;
+        self.product += other.product;
+        self.square += other.square;
+        self.apart += other.apart;
+        self.product_square += other.product_square;
     }
 }
 
 impl Sum {
+    /// Of one pixel.
+    fn of(Pixel { variance, among, seen, product }: Pixel) -> Self {
+        let difference = variance - among;
+        let (square, apart, product_square) = (variance * variance, difference * difference, product * product);
+        Self { variance, among, seen, product, square, apart, product_square }
+    }
+
+    /// How far the logarithms of both ways to weigh are apart.
+    fn gap(&self) -> f64 {
+        if self.variance > 0.0 { (self.variance / self.among).ln() } else { 0.0 }
+    }
+
     /// Of the root of the mean over so many pixels and three channels.
     fn estimate(&self, pixels: f64, replicates: f64) -> Estimate {
-        let mean_square = self.variance / (3.0 * pixels);
-        let per_pair = 2.0 * replicates * (replicates - 1.0);
-        // No more than pixels of equal variance would say.
-        let least = 2.0 * replicates / ((replicates - 1.0) * pixels);
-        let (width, carriers) = match self.variance * self.variance {
-            square if square > 0.0 => {
-                let carriers = square / self.square;
-                (Z * ((self.product / per_pair / square).max(least) + 1.0 / carriers).sqrt(), carriers)
-            }
-            _ => (0.0, f64::INFINITY),
-        };
+        if self.variance <= 0.0 {
+            return Estimate { value: 0.0, low: 0.0, high: 0.0, carriers: f64::INFINITY };
+        }
+        let mean_square = (self.variance * self.among).sqrt() / (3.0 * pixels);
+        // No more than equal variances of all channels would say.
+        let least = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
+        let products = (self.product / (2.0 * replicates * (replicates - 1.0)) / (self.among * self.among)).max(least);
+        let (weights, gap) = (self.apart / self.square_of_sum(), self.gap() / 2.0);
+        let spread = products + weights + gap * gap;
+        // Whole degrees of freedom, rounded to fewer; those of many where no pixel says anything.
+        let freedom = 2.0 * self.product * self.product / self.product_square;
+        let factor = student_95(if freedom.is_finite() { freedom as u32 } else { u32::MAX });
+        let width = factor * spread.sqrt();
         let root = |factor: f64| (mean_square * factor).sqrt();
+        let carriers = self.square_of_sum() / self.square;
         Estimate { value: root(1.0), low: root(libm::exp(-width)), high: root(libm::exp(width)), carriers }
+    }
+
+    fn square_of_sum(&self) -> f64 {
+        self.variance * self.variance
     }
 }
 
-/// What one pixel adds: its variance, and squared products of differences.
+/// What one pixel adds: its variance weighed in three ways, and squared products of differences.
 #[derive(Clone, Copy, Default)]
 struct Pixel {
     variance: f64,
-    product: f64,
+    among: f64,
     seen: f64,
+    product: f64,
 }
 
 /// A few rows of pixels with what their replicates say, in radiance and relative.
@@ -192,37 +222,25 @@ impl Film {
             0 => band.guess(&means, width),
             fours => {
                 let shares = [4.0 / f64::from(replicates), 1.0].map(|share| share / (3 * fours) as f64);
-                means.chunks_exact(4).for_each(|four| band.add(four, width, shares));
+                means.chunks_exact(4).for_each(|four| band.add(four, shares));
             }
         }
         let inner = (rows.start - first) * width..(rows.end - first) * width;
         [&band.absolute[inner.clone()], &band.relative[inner]].map(|pixels| {
             let mut sum = Sum::default();
-            for &Pixel { variance, product, seen } in pixels {
-                sum += Sum { variance, square: variance * variance, product, seen };
-            }
+            pixels.iter().for_each(|&pixel| sum += Sum::of(pixel));
             sum
         })
     }
 }
 
 impl Band {
-    /// What four replicates say: each difference of two is weighed by the other two. `shares`: of what one way to pair them says, in
-    /// the variance of the mean and in the mean of products.
-    fn add(&mut self, four: &[Vec<[f64; 3]>], width: usize, shares: [f64; 2]) {
-        for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| &four[r])) {
-            let (of_first, of_second) = (weights(c, d, width), weights(a, b, width));
-            for pixel in 0..a.len() {
-                let one: [f64; 3] = core::array::from_fn(|i| a[pixel][i] - b[pixel][i]);
-                let two: [f64; 3] = core::array::from_fn(|i| c[pixel][i] - d[pixel][i]);
-                self.absolute[pixel].add(one, two, [1.0; 3], [1.0; 3], shares);
-                let relative = &mut self.relative[pixel];
-                relative.add(one, two, of_first[pixel], of_second[pixel], shares);
-                for (difference, [x, y]) in [(one, [a, b]), (two, [c, d])] {
-                    let squares = (0..3).map(|i| difference[i] * difference[i] * weight_of((x[pixel][i] + y[pixel][i]) / 2.0));
-                    relative.seen += shares[0] * squares.sum::<f64>() / 16.0;
-                }
-            }
+    /// What four replicates say. `shares`: of what one way to pair them says, in the variance of the mean and in the mean of products.
+    fn add(&mut self, four: &[Vec<[f64; 3]>], shares: [f64; 2]) {
+        for (pixel, (absolute, relative)) in self.absolute.iter_mut().zip(&mut self.relative).enumerate() {
+            let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
+            absolute.add(at, [|_, _| [1.0; 3]; 2], [1.0; 3], shares);
+            relative.add(at, [across, within], among(at), shares);
         }
     }
 
@@ -235,24 +253,37 @@ impl Band {
             let one: [f64; 3] = core::array::from_fn(|i| a[pixel][i] - b[pixel][i]);
             let two: [f64; 3] = core::array::from_fn(|i| a[beside][i] - b[beside][i]);
             // A quarter of the squared difference is the variance of two replicates' mean.
-            let shares = [4.0 / means.len() as f64, 0.0];
-            self.absolute[pixel].add(one, one, [1.0; 3], [1.0; 3], shares);
-            self.relative[pixel].add(one, one, weights[pixel], weights[pixel], shares);
-            self.absolute[pixel].product = product(one, two, [1.0; 3], [1.0; 3]);
-            self.relative[pixel].product = product(one, two, weights[pixel], weights[beside]);
+            let share = 2.0 / means.len() as f64 / 4.0;
+            let of = |weights: [f64; 3], beside: [f64; 3]| {
+                let variance = share * (0..3).map(|i| weights[i] * one[i] * one[i]).sum::<f64>();
+                Pixel { variance, among: variance, seen: variance, product: product(one, two, weights, beside) }
+            };
+            self.absolute[pixel] = of([1.0; 3], [1.0; 3]);
+            self.relative[pixel] = of(weights[pixel], weights[beside]);
         }
     }
 }
 
 impl Pixel {
-    /// Adds the differences of two pairs of replicates with their weights: each has twice the variance of a replicate, an eighth of its
-    /// square is the variance of a mean of four.
-    fn add(&mut self, one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3], shares: [f64; 2]) {
-        let squares: f64 = (0..3).map(|i| of_one[i] * one[i] * one[i] + of_two[i] * two[i] * two[i]).sum();
-        self.variance += shares[0] * squares / 16.0;
-        self.product += shares[1] * product(one, two, of_one, of_two);
+    /// Adds what the means of four replicates say: each difference of two has twice the variance of a replicate, and an eighth of its square
+    /// is the variance of a mean of four. It is weighed by the other two, by itself, and by all four.
+    fn add(&mut self, at: [[f64; 3]; 4], [across, within]: [Weigh; 2], among: [f64; 3], shares: [f64; 2]) {
+        for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
+            let one: [f64; 3] = core::array::from_fn(|i| a[i] - b[i]);
+            let two: [f64; 3] = core::array::from_fn(|i| c[i] - d[i]);
+            let squares = |of_one: [f64; 3], of_two: [f64; 3]| -> f64 {
+                (0..3).map(|i| of_one[i] * one[i] * one[i] + of_two[i] * two[i] * two[i]).sum()
+            };
+            self.variance += shares[0] * squares(across(c, d), across(a, b)) / 16.0;
+            self.seen += shares[0] * squares(within(a, b), within(c, d)) / 16.0;
+            self.among += shares[0] * squares(among, among) / 16.0;
+            self.product += shares[1] * product(one, two, among, among);
+        }
     }
 }
+
+/// Weights by the means of two replicates.
+type Weigh = fn([f64; 3], [f64; 3]) -> [f64; 3];
 
 /// Squared product of two differences, weighed.
 fn product(one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3]) -> f64 {
