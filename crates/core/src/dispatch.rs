@@ -8,7 +8,7 @@ use crate::integrator::{Analytic, General, Kernel, Paths};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::observer::Observer;
-use crate::prepare::{self, Extent, PrepareError, Prepared, Tables};
+use crate::prepare::{self, Extent, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
 use crate::scene::{Integrator, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
@@ -192,6 +192,12 @@ impl Ready {
             KernelName::Analytic => Analytic::NAME,
             KernelName::Paths => Paths::NAME,
         }
+    }
+
+    /// Lights of which nothing has been seen in all that was rendered since this was prepared, though many rays were sent to them: they are
+    /// shut away, or so placed that chance has not found the way. Of pictures whose light is followed by chance over all surfaces; else none.
+    pub fn shut_away(&self) -> Vec<ShutAway> {
+        each!(&self.inner, p => p.shut_away())
     }
 
     /// What is held in memory.

@@ -4,6 +4,7 @@ mod list;
 mod middle;
 
 use core::f64::consts::PI;
+use core::ops::Range;
 
 use glam::DVec3;
 use raywright_bvh::scalar::{convert, convert_vec};
@@ -110,6 +111,13 @@ impl<P: Precision> Emitters<P> {
         let start = *self.list.first.get(object as usize)?;
         let end = self.list.first.get(object as usize + 1).map_or(self.len() as u32, |&end| end);
         start.checked_add(primitive).filter(|&index| index < end)
+    }
+
+    /// The emitters of each object that has any.
+    pub fn objects(&self) -> impl Iterator<Item = (usize, Range<u32>)> {
+        let starts = self.list.first.iter().copied();
+        let ends = starts.clone().skip(1).chain([self.len() as u32]);
+        starts.zip(ends).map(|(start, end)| start..end).enumerate().filter(|(_, emitters)| !emitters.is_empty())
     }
 
     /// The emitter for a pair of numbers in [0, 1), and the probability of drawing it; none where there is none. Both numbers,

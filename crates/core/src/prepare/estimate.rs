@@ -19,7 +19,7 @@ use crate::effects::{Effect, EffectSet, chosen};
 use crate::film::Plan;
 use crate::generate::{count, counted};
 use crate::light::packed_bytes;
-use crate::light::{Choice, DeltaLight, EmitterList};
+use crate::light::{Choice, DeltaLight, EmitterList, Reached};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{ends, simulated_scene};
@@ -39,7 +39,8 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
         _ => false,
     };
     let random = paths || lens || needs.lamps > 0 || !settings.sampling.is_fixed();
-    let choice = if paths { Choice::bytes_of(needs.lamps.saturating_add(scene.lights.len() as u64), needs.lamps) } else { 0 };
+    let lights = needs.lamps.saturating_add(scene.lights.len() as u64);
+    let choice = if paths { Choice::bytes_of(lights, needs.lamps).saturating_add(Reached::bytes_of(lights)) } else { 0 };
     let plan = Plan::new(settings, random);
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [

@@ -9,6 +9,7 @@ mod input;
 mod material;
 mod pyramid;
 mod shape;
+mod shut;
 mod tangents;
 pub(crate) mod texture;
 mod uses;
@@ -20,7 +21,7 @@ use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector}
 use crate::camera::{Camera, Cone, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
-use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, LightId, Lights, Strategy, prepare_sky};
+use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, LightId, Lights, Reached, Strategy, prepare_sky};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
@@ -38,6 +39,7 @@ pub(crate) use geometry::{MeshUse, ObjectRecord, build as build_geometry};
 pub(crate) use input::{Here, Input, Sources};
 pub(crate) use material::{Alpha, Boundary, Bump, Classic, Index, Layered, Material, Mixture, Passage, Physical, Specular};
 pub(crate) use shape::any_shape;
+pub use shut::ShutAway;
 pub(crate) use tangents::Corners;
 
 /// Why a scene could not be prepared.
@@ -143,6 +145,8 @@ pub struct Prepared<P: Precision> {
     pub(crate) sources: Sources<P::Real>,
     /// Lights, emissive surfaces and the sky; no table holds what no surface would answer to.
     pub lights: Lights<P>,
+    /// Which of them have lit anything so far; empty where paths are not followed.
+    pub(crate) reached: Reached,
     /// What camera rays see that hit nothing; none: the sky.
     pub(crate) backdrop: Option<<P::Real as Real>::Vec3>,
     /// The sky's cosine-weighted average; none where no material asks for it.
@@ -294,6 +298,7 @@ impl<P: Precision> Prepared<P> {
             materials,
             cone: (!inputs.sources.pyramids.is_empty()).then(|| camera.cone()),
             sources: inputs.sources,
+            reached: if paths { Reached::new(&lights) } else { Reached::default() },
             lights,
             backdrop,
             irradiance,
@@ -339,7 +344,7 @@ impl<P: Precision> Prepared<P> {
         Memory {
             geometry: self.geometry_bytes as u64,
             meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum::<u64>() + tangents,
-            tables: tables as u64 + choice + self.lights.emitters.bytes(),
+            tables: tables as u64 + choice + self.lights.emitters.bytes() + self.reached.bytes(),
             textures: self.texture_bytes() as u64 + self.lights.sky.bytes(),
             film: 0,
         }

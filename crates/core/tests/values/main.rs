@@ -33,6 +33,7 @@ mod reflections;
 mod rungs;
 mod sampler;
 mod shadows;
+mod shut_away;
 mod skies;
 mod sky_light;
 mod support;

@@ -2,6 +2,7 @@
 
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
+use raywright_core::prepare::ShutAway;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, extent};
 use raywright_io::{Loaded, Warning};
@@ -67,6 +68,25 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
         show(bounds.min.to_array()),
         show(bounds.max.to_array())
     ));
+}
+
+/// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
+pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
+    for shut in ready.shut_away() {
+        let named = |what: &str, index: usize, name: Option<&str>| match name {
+            Some(name) if !name.is_empty() => format!("{what} `{name}`"),
+            _ => format!("{what} {}", index + 1),
+        };
+        let (light, rays) = match shut {
+            ShutAway::Light { index, rays } => {
+                (named("light", index, loaded.scene.lights.get(index).map(|light| light.name.as_str())), rays)
+            }
+            ShutAway::Object { index, rays } => {
+                (named("glowing object", index, loaded.scene.objects.get(index).map(|object| object.name.as_str())), rays)
+            }
+        };
+        verbosity.say(format_args!("{light} lights nothing that is seen: all {rays} rays to it were stopped"));
+    }
 }
 
 /// How far the picture probably is from the true one, and whether that is what was asked for.

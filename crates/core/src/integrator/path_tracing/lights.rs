@@ -73,21 +73,26 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if sent == Vector::ZERO || !sent.is_finite() {
             return Vector::ZERO;
         }
-        if let LightId::Emitter(i) = light
-            && lights.emitters.varies(i)
-        {
-            let media = if through { self.beyond(&walk.media, at) } else { walk.media };
-            return sent * self.arrives_straight(walk, media, &seen, (at, Some(i)));
-        }
+        let varies = matches!(light, LightId::Emitter(i) if lights.emitters.varies(i));
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
-        if scene.absorbs || scene.lets_straight {
-            let media = if through { self.beyond(&walk.media, at) } else { walk.media };
-            if shadows && scene.lets_straight {
-                return sent * self.arrives_straight(walk, media, &seen, (at, None));
+        let media = || if through { self.beyond(&walk.media, at) } else { walk.media };
+        if varies || shadows && scene.lets_straight {
+            let emitter = match light {
+                LightId::Emitter(i) if varies => Some(i),
+                _ => None,
+            };
+            let media = media();
+            sent *= self.arrives_straight(walk, media, &seen, (at, emitter));
+        } else {
+            if scene.absorbs {
+                sent *= self.passes_media(&media(), at.distance_to(&seen.target));
             }
-            sent *= self.passes_media(&media, at.distance_to(&seen.target));
+            if shadows {
+                sent *= self.arrives(&seen, at);
+            }
         }
-        if shadows { sent * self.arrives(&seen, at) } else { sent }
+        scene.reached.note(light, sent != Vector::ZERO);
+        sent
     }
 
     /// Share of a light that arrives where it is asked from.

@@ -1,0 +1,61 @@
+//! Lights that nothing is lit by are told, and no others.
+
+use raywright_core::Settings;
+use raywright_core::prepare;
+use raywright_core::prepare::ShutAway;
+use raywright_core::scene::{Integrator, Scene};
+use raywright_core::settings::{LightSampling, Sampling};
+use serde_json::json;
+
+use crate::support::{DOWN, ball, classic, floor, settings};
+
+/// A floor under an open lamp and an open light; a lamp and a light, each in a box, if `closed`.
+fn scene(closed: bool) -> Scene {
+    let mut objects = vec![ball([3.0, 3.0, 0.0], 0.5, "lamp"), ball([-3.0, 3.0, 0.0], 0.5, "lamp")];
+    if closed {
+        objects.extend([ball([-3.0, 3.0, 0.0], 1.0, "wall"), ball([0.0, 3.0, 3.0], 1.0, "wall")]);
+    }
+    let light = |at: [f64; 3]| json!({ "kind": { "point": { "position": at } }, "colour": 4 });
+    floor(
+        classic(json!({ "colour": 0.5 })),
+        json!({
+            "lights": [light([0.0, 3.0, -3.0]), light([0.0, 3.0, 3.0])],
+            "materials": [{ "name": "lamp", "model": classic(json!({ "local": 0, "emission": 4 })) }, { "name": "wall", "model": classic(json!({})) }],
+            "objects": objects,
+        }),
+    )
+}
+
+fn told(scene: &Scene, samples: u32, light_sampling: LightSampling, tile_size: u32) -> Vec<ShutAway> {
+    let settings = Settings {
+        size: [24, 16],
+        sampling: Sampling::General(samples),
+        integrator: Integrator::Path,
+        light_sampling,
+        tile_size,
+        ..settings(scene, DOWN)
+    };
+    let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(ready.render(&()).finished);
+    ready.shut_away()
+}
+
+/// Protects: of two lamps and two lights, those in boxes are told, with the rays that were sent to them, which do not depend on the tiles;
+/// where the boxes are open, none is; and neither is where hardly a ray was sent or none at all.
+#[test]
+fn what_lights_nothing_is_told() {
+    let shut = told(&scene(true), 64, LightSampling::Both, 32);
+    let [ShutAway::Light { index: 1, rays: to_light }, ShutAway::Object { index: 2, rays: to_lamp }] = shut[..] else {
+        panic!("{shut:?}")
+    };
+    // Each vertex asks one light; those in boxes about as often as those outside.
+    assert!([to_light, to_lamp].iter().all(|rays| (1000..24 * 16 * 64).contains(rays)), "{shut:?}");
+    assert_eq!(told(&scene(true), 64, LightSampling::Both, 5), shut);
+    assert_eq!(told(&scene(false), 64, LightSampling::Both, 32), []);
+    assert_eq!(told(&scene(true), 64, LightSampling::Scattering, 32).len(), 1, "lamps are not asked then");
+    let few = Settings { size: [4, 4], ..settings(&scene(true), DOWN) };
+    let ready = prepare(&scene(true), &Settings { integrator: Integrator::Path, sampling: Sampling::General(1), ..few }, &());
+    let ready = ready.unwrap_or_else(|e| panic!("{e}"));
+    ready.render(&());
+    assert_eq!(ready.shut_away(), []);
+}
