@@ -68,17 +68,45 @@ fn files_hold_the_figures() {
     let file: Value = serde_json::from_slice(&std::fs::read(desk.path("b.json")).expect("a file")).expect("JSON");
     assert_eq!(json, file);
     assert_eq!((&json["format"], &json["scene"], &json["size"]), (&1.into(), &"ball.scene.toml".into(), &vec![16, 12].into()));
-    let rungs: usize =
-        json["ladders"].as_array().expect("ladders").iter().map(|l| l["rungs"].as_array().map_or(0, Vec::len)).sum();
-    let frontier = json["frontier"].as_array().expect("a frontier");
+    let list = |of: &str| json[of].as_array().cloned().unwrap_or_else(|| panic!("no {of}"));
+    let rungs = |of: &str| list(of).iter().map(|ladder| ladder["rungs"].as_array().map_or(0, Vec::len)).sum::<usize>();
+    let effects = json["costs"]["effects"].as_array().expect("effects").clone();
+    let frontier = list("frontier");
     let csv = std::fs::read_to_string(desk.path("a.csv")).expect("a file");
     let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-    assert_eq!(lines.len(), 1 + rungs + frontier.len(), "{csv}");
+    let rows = rungs("ladders") + rungs("prices") + list("outputs").len() + effects.len() + frontier.len();
+    assert_eq!(lines.len(), 2 + rows, "{csv}");
     assert!(lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
-    let fast = lines.iter().find(|line| line[1] == "fast").expect("a line");
-    let own = &json["ladders"][0]["rungs"][0]["measured"]["errors"]["rmse"]["value"];
-    assert_eq!(fast[10].parse::<f64>().ok(), own.as_f64(), "{csv}");
-    for candidate in frontier {
+    let figure = |ladder: &str, rung: &str, column: &str| {
+        let line = lines.iter().find(|line| line[0] == ladder && line[1] == rung).expect("a line");
+        line[lines[0].iter().position(|name| *name == column).expect("a column")].parse::<f64>().ok()
+    };
+    let same = |ladder: &str, rung: &Value, columns: &[(&str, &Value)]| {
+        for &(column, value) in columns {
+            assert!(value.is_number(), "{rung}, {column}");
+            assert_eq!(figure(ladder, rung.as_str().expect("a name"), column), value.as_f64(), "{ladder} {rung}, {column}");
+        }
+    };
+    let fast = &json["ladders"][0]["rungs"][0];
+    let errors = &fast["measured"]["errors"];
+    same("precision", &fast["rung"], &[("rmse", &errors["rmse"]["value"]), ("relmse_high", &errors["relmse"]["high"])]);
+    same("own", &"".into(), &[("seconds", &json["own"]["seconds"]["median"]), ("rays", &json["own"]["rays"])]);
+    for ladder in list("prices") {
+        for rung in ladder["rungs"].as_array().expect("rungs") {
+            let paid = &rung["paid"];
+            let columns = [("preparing_seconds", &paid["preparing"]["median"]), ("geometry_bytes", &paid["geometry"])];
+            same(ladder["ladder"].as_str().expect("a name"), &rung["rung"], &columns);
+        }
+    }
+    for of in list("outputs") {
+        let columns = ["bytes_per_pixel", "rmse", "greatest", "flip", "clipped"].map(|column| (column, &of[column]));
+        same("output", &of["rung"], &columns);
+    }
+    for of in &effects {
+        let columns = [("seconds", &of["seconds_without"]["median"]), ("ratio", &of["ratio"]["median"]), ("rmse", &of["rmse"])];
+        same("effect", &of["effect"], &columns);
+    }
+    for candidate in &frontier {
         let flags = candidate["flags"].as_array().expect("flags").iter().filter_map(Value::as_str);
         let words: Vec<&str> = ["render", "ball.scene.toml", "--size", "8x6", "-q"]
             .into_iter()

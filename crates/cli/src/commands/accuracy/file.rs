@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use raywright_core::Settings;
-use raywright_core::accuracy::{Measured, Report};
+use raywright_core::accuracy::Report;
 use raywright_core::bench::clock::CLOCK;
 use raywright_core::display::Display;
 use raywright_core::effects::{EffectReport, detect};
@@ -11,6 +11,7 @@ use raywright_io::report::{Page, accuracy_plot};
 use raywright_io::{Error, Loaded, output};
 use serde::Serialize;
 
+use super::csv::csv;
 use crate::clock::spoken;
 use crate::console;
 use crate::failure::Failure;
@@ -23,7 +24,7 @@ use crate::table::significant;
 pub enum Kind {
     /// Everything.
     Json,
-    /// A line for each rung and each combination.
+    /// A line for each rung, effect and combination.
     Csv,
     /// A page with plot, tables and pictures.
     Html,
@@ -109,33 +110,11 @@ impl<'a> Document<'a> {
     pub fn write(&self, path: &Path, kind: Kind) -> Result<(), Failure> {
         let text = match kind {
             Kind::Json => console::json(self),
-            Kind::Csv => self.csv(),
+            Kind::Csv => csv(self.report),
             Kind::Html => self.page().html(),
             Kind::Svg => accuracy_plot(self.scene, &self.circumstances.join(" · "), self.report).svg(),
         };
         Ok(output::write_atomically(path, text.as_bytes())?)
-    }
-
-    /// A line for each: ladder and rung, or the flags of a combination on the frontier.
-    fn csv(&self) -> String {
-        let mut csv =
-            "ladder,rung,in_use,flags,renders,seconds,seconds_lower_quartile,seconds_upper_quartile,ratio,rays,rmse,rmse_low,\
-             rmse_high,bias,noise,relmse,relmse_low,relmse_high,flip,percentile_99_9,own_error\n"
-                .to_owned();
-        for ladder in &self.report.ladders {
-            for rung in &ladder.rungs {
-                let flag = rung.flag.clone().unwrap_or_default();
-                csv += &format!("{},{},{},{flag},", ladder.ladder, rung.rung, rung.in_use);
-                csv += &rung.measured.as_ref().map_or_else(|| ",".repeat(FIGURES), figures);
-                csv += &rung.own_error.map(|own| own.to_string()).unwrap_or_default();
-                csv.push('\n');
-            }
-        }
-        for candidate in &self.report.frontier {
-            let (flags, own) = (candidate.flags.join(" "), candidate.flags.is_empty());
-            csv += &format!("frontier,,{own},{flags},{}\n", figures(&candidate.measured));
-        }
-        csv
     }
 }
 
@@ -178,20 +157,6 @@ fn circumstances(processor: Option<&str>, threads: usize, clock: &str, report: &
         ),
         format!("measured in {}{cut}", spoken(report.seconds)),
     ]
-}
-
-/// Columns that a measurement fills.
-const FIGURES: usize = 16;
-
-/// Each followed by a comma.
-fn figures(of: &Measured) -> String {
-    let (time, e) = (&of.seconds, &of.errors);
-    let noise = e.noise.map(|noise| noise.to_string()).unwrap_or_default();
-    let numbers = [time.median, time.lower_quartile, time.upper_quartile, of.ratio.median];
-    let errors = [e.rmse.value, e.rmse.low, e.rmse.high, e.bias];
-    let more = [e.relmse.value, e.relmse.low, e.relmse.high, of.flip, e.percentile_99_9];
-    let list = |numbers: &[f64]| numbers.iter().map(|x| format!("{x},")).collect::<String>();
-    format!("{},{}{},{}{noise},{}", of.renders, list(&numbers), of.rays, list(&errors), list(&more))
 }
 
 #[cfg(test)]
