@@ -92,6 +92,26 @@ pub struct LadderReport {
     pub rungs: Vec<RungReport>,
 }
 
+/// A rung that is farther from its ladder's most exact one by this factor is worth naming, if it takes at least this share of the time.
+const FARTHER: f64 = 10.0;
+const NO_FASTER: f64 = 0.95;
+
+impl LadderReport {
+    /// Rungs before the one in use that take as long and alone are many times as wrong, as tables of total errors do not show where
+    /// something else is wrong by more; each with its error alone and that of the one in use.
+    pub fn in_vain(&self) -> impl Iterator<Item = (&RungReport, [f64; 2])> {
+        let time = |rung: &RungReport| rung.measured.as_ref().map(|measured| measured.ratio.median);
+        let own = self.rungs.iter().find(|rung| rung.in_use).and_then(|rung| Some((time(rung)?, rung.own_error?)));
+        let faster = self.rungs.iter().take_while(|rung| !rung.in_use);
+        own.into_iter().flat_map(move |(own_time, own_error)| {
+            faster.clone().filter_map(move |rung| {
+                let (time, error) = (time(rung)?, rung.own_error?);
+                (time >= NO_FASTER * own_time && error > FARTHER * own_error).then_some((rung, [error, own_error]))
+            })
+        })
+    }
+}
+
 /// One rung, all other ladders as the scene has them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RungReport {
@@ -156,4 +176,34 @@ pub struct Candidate {
     pub flags: Vec<String>,
     /// Time and error.
     pub measured: Measured,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accuracy::Errors;
+
+    fn rung(name: &str, in_use: bool, time: f64, own_error: Option<f64>) -> RungReport {
+        let (spread, errors) = (Spread::of(&[time]), Errors::default());
+        let measured = Measured { renders: 1, seconds: spread, ratio: spread, rays: 1, errors, flip: 0.0 };
+        RungReport { rung: name.to_owned(), about: "", in_use, flag: None, measured: Some(measured), own_error }
+    }
+
+    /// Protects: a rung below the one in use that is no faster and more than ten times as wrong alone is named, and neither one that is
+    /// faster, nor one that is nearly as good, nor what is above.
+    #[test]
+    fn what_is_wrong_in_vain_is_named() {
+        let rungs = vec![
+            rung("torn", false, 0.96, Some(0.02)),
+            rung("quick", false, 0.9, Some(0.02)),
+            rung("near", false, 1.0, Some(0.009)),
+            rung("own", true, 1.0, Some(0.001)),
+            rung("slow", false, 2.0, Some(0.5)),
+        ];
+        let ladder = LadderReport { ladder: "precision", in_use: "own".to_owned(), rungs };
+        let found: Vec<(&str, [f64; 2])> = ladder.in_vain().map(|(rung, errors)| (rung.rung.as_str(), errors)).collect();
+        assert_eq!(found, [("torn", [0.02, 0.001])]);
+        let unknown = LadderReport { rungs: vec![rung("torn", false, 1.0, Some(1.0)), rung("own", true, 1.0, None)], ..ladder };
+        assert_eq!(unknown.in_vain().count(), 0);
+    }
 }

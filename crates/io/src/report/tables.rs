@@ -43,6 +43,23 @@ impl Page<'_> {
             let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"9\">{ladder}</td></tr>");
             rungs.iter().for_each(|rung| rows += &row(rung));
         }
+        let mut in_vain = String::new();
+        for ladder in &self.report.ladders {
+            for (rung, [error, own]) in ladder.in_vain() {
+                let [name, about, in_use] = [rung.rung.as_str(), rung.about, ladder.in_use.as_str()].map(escaped);
+                let (error, own) = (number(error), number(own));
+                let _ = writeln!(
+                    in_vain,
+                    "<li><code>{}={name}</code>: alone {error}, and {own} of {in_use}; {about}</li>",
+                    ladder.ladder
+                );
+            }
+        }
+        if !in_vain.is_empty() {
+            in_vain = format!(
+                "<p>Wrong in vain, since they are no faster than the rung in use; the pictures below show where:</p>\n<ul>\n{in_vain}</ul>\n"
+            );
+        }
         let absent = match self.report.not_called_for.as_slice() {
             [] => String::new(),
             names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
@@ -50,7 +67,7 @@ impl Page<'_> {
         format!(
             "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Alone: root mean square difference to the ladder's most exact rung with \
              the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
-             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{absent}"
+             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{in_vain}{absent}"
         )
     }
 
@@ -168,7 +185,7 @@ fn cells(of: &Measured, own_error: Option<f64>) -> String {
 
 /// What stands in so many columns of a rung without figures.
 fn late(columns: u32) -> String {
-    format!("<td colspan=\"{columns}\" class=\"text\">takes too long</td>")
+    format!("<td colspan=\"{columns}\" class=\"text\">no time</td>")
 }
 
 fn paid(of: &Paid) -> String {

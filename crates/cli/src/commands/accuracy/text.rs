@@ -42,7 +42,18 @@ fn rungs(report: &Report) -> String {
                  √relMSE: root of the mean of (I - R)² / (R² + 0.01); bias is what more samples don't lower of the RMSE, noise what they do\n\
                  alone: root mean square difference to the ladder's most exact rung with the same random numbers\n\
                  <: too small to be told from the reference's noise; the number is the upper end of the interval\n";
-    format!("\n{}{notes}", lay_out_aligned(COLUMNS, &rows))
+    let mut in_vain = String::new();
+    for ladder in &report.ladders {
+        for (rung, [error, own]) in ladder.in_vain() {
+            let (error, own) = (significant(error, 2), significant(own, 2));
+            in_vain +=
+                &format!("  {}={}: alone {error} beside {own} of {}; {}\n", ladder.ladder, rung.rung, ladder.in_use, rung.about);
+        }
+    }
+    if !in_vain.is_empty() {
+        in_vain.insert_str(0, "\nwrong in vain, since they are no faster than the rung in use:\n");
+    }
+    format!("\n{}{notes}{in_vain}", lay_out_aligned(COLUMNS, &rows))
 }
 
 /// A row of one cell.
