@@ -101,3 +101,30 @@ fn small_scenes_are_measured_as_they_are() {
     assert_eq!(names.len(), 2 + rungs.filter(|rung| !rung.in_use).count());
     assert!(report.pictures.iter().all(|shown| (shown.picture.width, shown.picture.height) == (4, 2)));
 }
+
+/// Protects: a kept reference of which one replicate is there is gone on with to the second, without which nothing is known of its error:
+/// what that took is told, and the film is that of a render of both.
+#[test]
+fn a_reference_that_is_not_done_is_gone_on_with() {
+    let scene = corridor();
+    let settings = Settings::of(&scene);
+    let rungs: Vec<Choice> = ["path-length=64"].map(|text| Choice::parse(text).expect("a rung")).to_vec();
+    let film_of = |replicates: u32| {
+        let (scene, settings) = super::super::setting::reference(&Setting::of(&rungs), &scene, &settings, 64 * 256);
+        let settings = Settings { replicates: Some(64), aovs: vec![crate::settings::Aov::StandardError], ..settings };
+        let ready = crate::prepare(&scene, &settings, &()).expect("a reference");
+        let mut film = ready.film("corridor");
+        let part = crate::film::Part { replicates: 0..replicates, ..film.whole() };
+        ready.render_part(&mut film, &part, &()).expect("its own film");
+        film
+    };
+    let start = Start { scene: "corridor", reference: Some(KeptReference { rungs: rungs.clone(), film: film_of(1) }) };
+    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+    let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), stopwatch);
+    let (report, kept) = session.run(start, &mut ()).expect("a report");
+    let told = (report.reference.samples, report.reference.seconds, report.reference.kept);
+    assert_eq!(told, (2 * 256, 256.0 * 64.0 * 8.0 * 1e-6, true));
+    let both = film_of(2);
+    assert_eq!((kept.film.picture(), kept.film.counters()), (both.picture(), both.counters()));
+}
