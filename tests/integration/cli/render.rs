@@ -316,3 +316,37 @@ fn a_second_interrupt_ends_at_once() {
     assert_eq!(child.wait().expect("ended").code(), Some(130));
     assert!(desk.names().len() < 40, "{:?}", desk.names());
 }
+
+/// Protects: lamps that light nothing are named, without a warning and with the rays that were sent to them, one by one or the first and
+/// the last of them; lamps that do light something are not.
+#[test]
+fn lamps_in_cupboards_are_named() {
+    let desk = Desk::new();
+    let ball = |name: &str, x: f64, radius: f64, material: &str| {
+        format!(
+            "{{ name = \"{name}\", shape.sphere = {{ centre = [{x}, 1, 0], radius = {radius} }}, material = \"{material}\" }},\n"
+        )
+    };
+    let scene = |closed: &[f64]| {
+        let boxes: String = closed.iter().map(|&x| ball("cupboard", x, 0.6, "wall")).collect();
+        let lamps: String = [("a", -2.0), ("b", 0.0), ("c", 2.0)].iter().map(|&(name, x)| ball(name, x, 0.3, "lamp")).collect();
+        format!(
+            "format = 1\nsky.constant = 0.3\n\
+             cameras = [{{ pose.look_at = {{ eye = [0, 3, 8], target = [0, 1, 0] }}, projection.pinhole = {{ vertical_fov = 40 }} }}]\n\
+             materials = [{{ name = \"wall\", model.physical = {{}} }}, {{ name = \"lamp\", model.physical = {{ emission = 9 }} }}]\n\
+             objects = [\n{{ shape.plane = {{ point = [0, 0, 0], normal = [0, 1, 0] }}, material = \"wall\" }},\n{lamps}{boxes}]\n"
+        )
+    };
+    let told = |name: &str, closed: &[f64]| {
+        desk.write(name, scene(closed));
+        let run = desk.run(&["render", name, "--size", "24x16", "--spp", "64", "--integrator", "path", "-o", "a.png"]);
+        run.exits_with(0);
+        run.stderr.lines().filter(|line| line.contains("nothing is lit by")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(told("open.scene.toml", &[]), [""; 0]);
+    let one = told("one.scene.toml", &[0.0]);
+    assert!(one.len() == 1 && one[0].starts_with("nothing is lit by object `b`: all "), "{one:?}");
+    assert!(one[0].ends_with(" rays there were stopped"), "{one:?}");
+    let all = told("all.scene.toml", &[-2.0, 0.0, 2.0]);
+    assert!(all.len() == 1 && all[0].starts_with("nothing is lit by object `a`, 1 more and object `c`: all "), "{all:?}");
+}

@@ -72,20 +72,26 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
 
 /// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
 pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
-    for shut in ready.shut_away() {
-        let named = |what: &str, index: usize, name: Option<&str>| match name {
-            Some(name) if !name.is_empty() => format!("{what} `{name}`"),
-            _ => format!("{what} {}", index + 1),
-        };
-        let (light, rays) = match shut {
-            ShutAway::Light { index, rays } => {
-                (named("light", index, loaded.scene.lights.get(index).map(|light| light.name.as_str())), rays)
-            }
-            ShutAway::Object { index, rays } => {
-                (named("glowing object", index, loaded.scene.objects.get(index).map(|object| object.name.as_str())), rays)
-            }
-        };
-        verbosity.say(format_args!("{light} lights nothing that is seen: all {rays} rays to it were stopped"));
+    let shut = ready.shut_away();
+    let named = |what: &str, index: usize, name: Option<&str>| match name {
+        Some(name) if !name.is_empty() => format!("{what} `{name}`"),
+        _ => format!("{what} {}", index + 1),
+    };
+    let light = |shut: &ShutAway| match *shut {
+        ShutAway::Light { index, .. } => named("light", index, loaded.scene.lights.get(index).map(|light| light.name.as_str())),
+        ShutAway::Object { index, .. } => {
+            named("object", index, loaded.scene.objects.get(index).map(|object| object.name.as_str()))
+        }
+    };
+    let rays: u64 = shut.iter().map(|&(ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. })| rays).sum();
+    let stopped = format!("all {rays} rays there were stopped");
+    match shut.as_slice() {
+        [] => {}
+        [one] => verbosity.say(format_args!("nothing is lit by {}: {stopped}", light(one))),
+        [first, .., last] => {
+            let others = if shut.len() > 2 { format!(", {} more", shut.len() - 2) } else { String::new() };
+            verbosity.say(format_args!("nothing is lit by {}{others} and {}: {stopped}", light(first), light(last)));
+        }
     }
 }
 
