@@ -165,8 +165,12 @@ mod tests {
     use super::*;
 
     fn measured(text: &str, budget: Duration) -> Result<EffectCosts, PrepareError> {
+        measured_without(&[], text, budget)
+    }
+
+    fn measured_without(effects: &[Effect], text: &str, budget: Duration) -> Result<EffectCosts, PrepareError> {
         let scene: Scene = serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
-        let settings = Settings::of(&scene);
+        let settings = Settings { without: EffectSet::of(effects), ..Settings::of(&scene) };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
         Bench { scene: &scene, observer: &(), stopwatch, start: Instant::now(), budget }.run(&settings, &mut ())
     }
@@ -190,6 +194,26 @@ mod tests {
         assert!((mirror.rmse - 0.25).abs() < 1e-6 && (sky.rmse - 0.25).abs() < 1e-6 && (glow.rmse - 1.0).abs() < 1e-6);
         assert!(mirror.flip > 0.0 && costs.effects[0].effect == "mirror reflection");
         assert!(costs.effects.iter().all(|cost| cost.effect != "shadows"), "it has none");
+    }
+
+    /// Protects: what is switched off stays off while the others are: without mirrors, what glows adds 1, of 8 rays with it and without.
+    #[test]
+    fn what_is_off_stays_off() {
+        let costs = measured_without(&[Effect::MirrorReflection], MIRROR, Duration::from_secs(600)).expect("a small picture");
+        let glow = costs.effects.iter().find(|cost| cost.effect == "emission").expect("it glows");
+        assert_eq!((glow.seconds_without.median, glow.rays), (8e-6, 1.0));
+        assert!((glow.rmse - 1.0).abs() < 1e-6, "{glow:?}");
+    }
+
+    /// Protects: with and without have the same random numbers: of stripes much finer than a pixel, which are noise, nothing is left in what
+    /// the mirror over them adds.
+    #[test]
+    fn both_have_the_same_noise() {
+        let text = MIRROR.replace("\"pattern\": \"centre\"", "\"samples\": 4");
+        let text = text.replace("\"emission\": 1,", "\"emission\": \"1 + sin(1e4*p.x)\",");
+        let costs = measured(&text, Duration::from_secs(600)).expect("a small picture");
+        let mirror = costs.effects.iter().find(|cost| cost.effect == "mirror reflection").expect("a mirror");
+        assert!((mirror.rmse - 0.25).abs() < 1e-6, "{mirror:?}");
     }
 
     /// Protects: where there is no time for anything it is said, and a scene without effects has no costs.

@@ -48,8 +48,8 @@ fn what_lights_nothing_is_told() {
     let [ShutAway::Light { index: 1, rays: to_light }, ShutAway::Object { index: 2, rays: to_lamp }] = shut[..] else {
         panic!("{shut:?}")
     };
-    // Each vertex asks one light; those in boxes about as often as those outside.
-    assert!([to_light, to_lamp].iter().all(|rays| (1000..24 * 16 * 64).contains(rays)), "{shut:?}");
+    // Each vertex asks one light, the nearer and brighter ones more often.
+    assert!([to_light, to_lamp].iter().all(|rays| (200..24 * 16 * 64).contains(rays)), "{shut:?}");
     assert_eq!(told(&scene(true), 64, LightSampling::Both, 5), shut);
     assert_eq!(told(&scene(false), 64, LightSampling::Both, 32), []);
     assert_eq!(told(&scene(true), 64, LightSampling::Scattering, 32).len(), 1, "lamps are not asked then");

@@ -128,3 +128,33 @@ fn a_reference_that_is_not_done_is_gone_on_with() {
     let both = film_of(2);
     assert_eq!((kept.film.picture(), kept.film.counters()), (both.picture(), both.counters()));
 }
+
+/// Protects: rungs that are no other picture to a scene are not measured: without a light or a lamp there is neither a shadow to leave out
+/// nor one to harden.
+#[test]
+fn rungs_without_a_difference_are_left_out() {
+    let scene = corridor();
+    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let stopwatch: Stopwatch = |work| work() as f64;
+    let session = Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), stopwatch);
+    assert_eq!(session.choices_of(Ladder::Shadows).map(|choice| choice.rung()).collect::<Vec<_>>(), ["on"]);
+    assert_eq!(session.choices_of(Ladder::Precision).count(), 3);
+}
+
+/// Protects: what a price says of bits is compared: another accelerator gives the same picture, fewer segments do not.
+#[test]
+fn another_picture_is_told_from_the_same() {
+    let scene = corridor();
+    let settings = Settings { size: [4, 2], ..Settings::of(&scene) };
+    let stopwatch: Stopwatch = |work| work() as f64;
+    let studio = Studio { scene: &scene, settings: &settings, observer: &(), stopwatch };
+    let display = Display::of(&scene.render);
+    let (truth, ..) = studio.reference(&Setting::default(), display, Instant::now(), Start::default()).expect("a reference");
+    let shots = Shots::new(&studio, &truth);
+    let same = |rung: &str| {
+        let setting = Setting::one(Choice::parse(rung).expect("a rung"));
+        let paid = shots.paid(&setting, Instant::now() + Duration::from_secs(600)).expect("a small picture");
+        paid.expect("time").same_bits
+    };
+    assert!(same("accelerator=linear") && !same("path-length=1"));
+}
