@@ -138,6 +138,45 @@ fn replicates_count_the_same() {
     assert!((rmse - (14.0_f64 / 12.0).sqrt()).abs() < 1e-12, "{rmse}");
 }
 
+/// Protects: coverage counts replicates the same too: of 4, 8, 4 and 8 samples those of the first are covered, which is a quarter.
+#[test]
+fn coverage_counts_replicates_the_same() {
+    let background = crate::settings::Background::Transparent;
+    let size = [16, 16];
+    let settings = Settings { size, max_error: Some(0.1), background, ..Settings::of(&Scene::default()) };
+    let settings = Settings { sampling: Sampling::General(4096), ..settings };
+    let mut film = prepare(&Scene::default(), &settings, &()).expect("an empty scene").film("");
+    for (replicate, n) in [4_u16, 8, 4, 8].into_iter().enumerate() {
+        let covered = vec![if replicate == 0 { 4 * crate::film::sums::WHOLE } else { 0 }; 256];
+        let plane = Plane { sums: vec![[0.0; 3]; 256], samples: vec![n; 256], covered, ..Plane::default() };
+        film.planes[replicate] = Some(plane);
+    }
+    assert!(film.picture().alpha.expect("it was asked for").iter().all(|&alpha| alpha == 0.25));
+}
+
+/// Protects: an error that is in doubt is not reached, however small it is claimed to be.
+#[test]
+fn doubt_goes_on() {
+    let mut film = row(3, 65_536);
+    take(&mut film, known(|_| 0.01));
+    (film.counters.unaided, film.counters.found) = (1000, 39);
+    assert_eq!(film.aim(0.5), Aim::Further);
+    film.counters.found = 40;
+    assert_eq!(film.aim(0.5), Aim::Reached);
+}
+
+/// Protects: no tile has more than twice as many samples after a round, how loud it may look.
+#[test]
+fn tiles_grow_by_two_at_most() {
+    let mut film = row(12, 65_536);
+    for _ in 0..8 {
+        take(&mut film, known(|tile| if tile == 5 { 50.0 } else { 0.01 }));
+        let before = film.drawn(5, 0);
+        assert_eq!(film.aim(1e-6), Aim::Further);
+        assert!(film.goal(5, 0) <= 2 * before, "{before} to {}", film.goal(5, 0));
+    }
+}
+
 /// Protects: pictures of rare bright samples are as bright as the truth on average, to a fifth of their standard error.
 #[test]
 fn rare_light_is_not_lost() {
