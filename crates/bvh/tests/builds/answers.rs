@@ -9,7 +9,7 @@ use raywright_bvh::{
     Visibility,
 };
 
-use crate::families::Random;
+use super::families::Random;
 
 impl Random {
     fn below(&mut self, limit: usize) -> usize {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad};
 use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray, Robust, Visibility, Visits};
 
-use crate::families::Random;
+use super::families::Random;
 
 /// Six walls of cells × cells quads, of extent 2·half around the centre; each corner moved by as much as `jitter` says.
 fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> Group<Robust> {

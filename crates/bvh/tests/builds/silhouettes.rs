@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Disk, Sphere};
 use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Reference, Visibility};
 
-use crate::families::Random;
+use super::families::Random;
 
 /// Unit balls and disks in a row, so many that they have a tree.
 fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<Reference> {

@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicUsize, Ordering};
 
 use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, Visits};
 
-use crate::families::{FAMILIES, Item, Random, group, random, uneven};
+use super::families::{FAMILIES, Item, Random, group, random, uneven};
 
 fn work(items: &[Item], quality: BuildQuality) -> BuildWork {
     let geometry = Geometry::new(group(items), AcceleratorKind::Tree(quality));

@@ -6,8 +6,8 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Precision, Real};
 
-use crate::borders::depth;
-use crate::support::{Random, stored};
+use super::borders::depth;
+use super::support::{Random, stored};
 
 type Height = Box<dyn Fn(DVec3) -> f64 + Sync>;
 type Edge = Box<dyn Fn(&mut Random) -> DVec3 + Sync>;

@@ -6,7 +6,7 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Group, Interval, Precision, Probe, Ray, Real, Reference, Robust, Side, Surface, Visibility,
 };
 
-use crate::support::{Random, U, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Random, U, Verdict, exact, hex, judge, stored, towards};
 
 /// Scales from a thousandth to a thousand in each axis, sheared, turned and, every other time, mirrored.
 fn map(random: &mut Random) -> DAffine3 {

@@ -4,8 +4,8 @@ use glam::DVec3;
 use raywright_bvh::shapes::{Quad, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Precision, Real, Reference, Robust, Vector, Visibility};
 
-use crate::sharp::{back, flattening, is_thin};
-use crate::support::{Outcome, Random, Verdict, hex, judge, stored, towards};
+use super::sharp::{back, flattening, is_thin};
+use super::support::{Outcome, Random, Verdict, hex, judge, stored, towards};
 
 /// A convex body about the origin by its faces, each of three corners or, a parallelogram, of four, seen from outside.
 struct Body {

@@ -4,8 +4,8 @@ use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{Placed, Plane};
 use raywright_bvh::{Interval, Probe, Ray, Reference, Robust, Shape, Side};
 
-use crate::stated::shapes;
-use crate::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
+use super::stated::shapes;
+use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
 
 /// The same hit whatever the length of the direction, for every shape, in the world and placed. The oracle has the same
 /// direction with length one, in f64; a ray that changes its mind when moved by a billionth is not judged.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::{Cone, Cylinder, Ellipsoid, Ends, Hyperboloid};
 use raywright_bvh::{Fast, Interval, Precision, Probe, Real, Reference, Robust, Shape, Side, Vector};
 
-use crate::support::{Outcome, U, Verdict, exact, hex, hit, judge, ray, stored, textbook_share, towards};
+use super::support::{Outcome, U, Verdict, exact, hex, hit, judge, ray, stored, textbook_share, towards};
 
 /// Rays nearly along a cylinder, from inside and outside: points on the wall, and along the axis the cap instead.
 #[test]

@@ -8,8 +8,8 @@ use raywright_bvh::{
     Visibility,
 };
 
-use crate::stated::shapes;
-use crate::support::{Random, Verdict, exact, hex, judge, stored, towards};
+use super::stated::shapes;
+use super::support::{Random, Verdict, exact, hex, judge, stored, towards};
 
 /// Every hit is shown to the caller.
 const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };

@@ -7,8 +7,8 @@ use raywright_bvh::{
     AcceleratorKind, Geometry, Group, Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side, Vector, Visibility,
 };
 
-use crate::stated::sized;
-use crate::support::{Random, Verdict, exact, hex, judge, stored};
+use super::stated::sized;
+use super::support::{Random, Verdict, exact, hex, judge, stored};
 
 /// Exponents of two from a billionth to a billion.
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];

@@ -4,9 +4,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cone, Placed, Sphere, Torus};
 use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Reference, Robust, Side, Vector};
 
-use crate::edged::{Edged, edged, round};
-use crate::mapped::solved;
-use crate::support::{Outcome, Random, Verdict, exact, hex, judge, stored, towards};
+use super::edged::{Edged, edged, round};
+use super::mapped::solved;
+use super::support::{Outcome, Random, Verdict, exact, hex, judge, stored, towards};
 
 /// A map that flattens by a factor across a direction aslant to everything, turned and moved.
 pub fn flattening(random: &mut Random, by: f64) -> DAffine3 {
@@ -115,7 +115,7 @@ fn far_starts_are_outside() {
                 let centre = exact(random.direction() * far);
                 // Large enough to be seen among the roundings there.
                 let size =
-                    if P::Real::ROUNDOFF == real(crate::support::U) { f64::from((far * 1e-3).max(1.0) as f32) } else { 1.0 };
+                    if P::Real::ROUNDOFF == real(super::support::U) { f64::from((far * 1e-3).max(1.0) as f32) } else { 1.0 };
                 let (c, axis) = (stored::<P>(centre), stored::<P>(DVec3::Y));
                 let ring = random.sign() > 0.0;
                 let shape: AnyShape<P::Real> = if ring {

@@ -7,8 +7,8 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Fast, Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side, Vector};
 
-use crate::stated::shapes;
-use crate::support::{Random, Verdict, exact, hex, judge, stored, towards};
+use super::stated::shapes;
+use super::support::{Random, Verdict, exact, hex, judge, stored, towards};
 
 /// The same shape, all its lengths times a power of two, which rounds nothing.
 fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {

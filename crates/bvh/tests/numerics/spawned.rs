@@ -9,7 +9,7 @@ use raywright_bvh::{
     Visibility,
 };
 
-use crate::support::{Outcome, Random, U, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Outcome, Random, U, Verdict, exact, hex, judge, stored, towards};
 
 /// ± a power of ten with an exponent evenly in ±`decades`.
 fn power(random: &mut Random, decades: f64) -> f64 {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{Fast, Interval, Precision, Probe, Real, Reference, Robust, Shape, Side, Vector};
 
-use crate::support::{Outcome, Verdict, exact, hex, hit, judge, stored, textbook_share, towards, ulp};
+use super::support::{Outcome, Verdict, exact, hex, hit, judge, stored, textbook_share, towards, ulp};
 
 /// How the line of an exact ray passes a sphere: distance from the centre, and distances along the ray (true lengths) of
 /// the two crossings if it does. In f64 from the perpendicular.

@@ -7,7 +7,7 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Reference, Robust, Side, Vector};
 
-use crate::support::{Outcome, Verdict, exact, hex, judge, stored, towards};
+use super::support::{Outcome, Verdict, exact, hex, judge, stored, towards};
 
 /// One of each shape, from the same f32 numbers in every precision.
 pub fn shapes<P: Precision>() -> Vec<(&'static str, AnyShape<P::Real>)> {

@@ -1,6 +1,8 @@
 //! Seeded rays judged in parallel, and how a failure is printed.
 
 use core::fmt::Write;
+use std::env;
+use std::sync::LazyLock;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -138,9 +140,20 @@ impl Verdict {
     }
 }
 
+/// How many rays of a case are shot: all where the variable `RAYS` says `all`, which takes minutes of one core, a quarter
+/// otherwise, but of small cases all in either case.
+fn shot(count: u32) -> u32 {
+    static ALL: LazyLock<bool> = LazyLock::new(|| env::var("RAYS").is_ok_and(|rays| rays == "all"));
+    if *ALL { count } else { (count / 4).max(10_000).min(count) }
+}
+
 /// The sum of many verdicts.
+#[derive(Clone)]
 pub struct Outcome {
     pub case: String,
+    /// How many rays the case has, and how many of them were shot.
+    pub rays: u64,
+    pub shot: u64,
     pub judged: u64,
     pub band: u64,
     pub wrong: u64,
@@ -151,14 +164,15 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Nothing wrong, at least `least` rays judged, and at most one in a thousand too close to call.
+    /// Nothing wrong, at least `least` of all rays judged (as many of those shot as their share is), and at most one in a thousand too
+    /// close to call.
     pub fn expect_right(&self, least: u64) {
-        let Self { case, judged, band, wrong, skipped, worst, .. } = self;
+        let Self { case, rays, shot, judged, band, wrong, skipped, worst, .. } = self;
         eprintln!("{case}: {judged} judged, {band} in the band, {skipped} skipped, {wrong} wrong, worst {worst:.3} of the bound");
         if let Some((index, message)) = &self.first {
             panic!("{case}: {wrong} of {judged} wrong; first at {index}: {message}");
         }
-        assert!(*judged >= least, "{case}: only {judged} judged");
+        assert!(*judged >= (least * shot).div_ceil(*rays), "{case}: only {judged} of {shot} judged");
         assert!(band * 1000 <= judged + band, "{case}: {band} of {judged} in the band");
     }
     /// Share of wrong ones.
@@ -172,6 +186,8 @@ impl Outcome {
         };
         Self {
             case: self.case,
+            rays: self.rays + other.rays,
+            shot: self.shot + other.shot,
             judged: self.judged + other.judged,
             band: self.band + other.band,
             wrong: self.wrong + other.wrong,
@@ -195,10 +211,13 @@ pub fn textbook_share(outcomes: [Outcome; 3]) -> f64 {
     fast
 }
 
-/// Judges `count` rays, in parallel, each with its own random numbers.
+/// Judges the rays of a case that has `count`, in parallel, each with its own random numbers; which are shot [`shot`] says.
 pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdict + Sync) -> Outcome {
-    let none = || Outcome { case: case.to_owned(), judged: 0, band: 0, wrong: 0, skipped: 0, worst: 0.0, first: None };
-    (0..count)
+    let empty =
+        Outcome { case: case.to_owned(), rays: 0, shot: 0, judged: 0, band: 0, wrong: 0, skipped: 0, worst: 0.0, first: None };
+    let none = || empty.clone();
+    let shot = shot(count);
+    let outcome = (0..shot)
         .into_par_iter()
         .with_min_len(512)
         .fold(none, |mut sum, index| {
@@ -216,5 +235,6 @@ pub fn judge(case: &str, seed: u64, count: u32, f: impl Fn(&mut Random) -> Verdi
             }
             sum
         })
-        .reduce(none, Outcome::plus)
+        .reduce(none, Outcome::plus);
+    Outcome { rays: count.into(), shot: shot.into(), ..outcome }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use raywright_bvh::shapes::Torus;
 use raywright_bvh::{Fast, Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side, Vector};
 
-use crate::support::{Outcome, U, Verdict, hex, hit, judge, stored, textbook_share, towards};
+use super::support::{Outcome, U, Verdict, hex, hit, judge, stored, textbook_share, towards};
 
 fn torus<P: Precision>(tube: f64) -> Torus<P::Real> {
     Torus {

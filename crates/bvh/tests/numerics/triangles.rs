@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Triangle};
 use raywright_bvh::{AcceleratorKind, Fast, Geometry, Group, Interval, Precision, Probe, Reference, Robust, Shape, Visibility};
 
-use crate::support::{Outcome, Random, Verdict, exact, hex, hit, judge, ray, stored, textbook_share, towards, ulp};
+use super::support::{Outcome, Random, Verdict, exact, hex, hit, judge, ray, stored, textbook_share, towards, ulp};
 
 fn triangle<P: Precision>(corners: [DVec3; 3]) -> Triangle<P::Real> {
     Triangle::new(corners.map(stored::<P>))

@@ -7,7 +7,7 @@ use raywright_bvh::{
     Visibility,
 };
 
-use crate::{ASKED, Random, halved, kinds};
+use super::{ASKED, Random, halved, kinds};
 
 /// A ball, a disk and a few triangles within two units of the origin.
 fn part<P: Precision>(kind: AcceleratorKind) -> Geometry<P> {

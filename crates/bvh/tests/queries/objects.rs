@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cylinder, Disk, Placed, Plane, Quad, Sphere, Triangle};
 use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Hit, Interval, Occlusion, Ray, Robust, Visibility};
 
-use crate::{Random, halved, kinds, triangles};
+use super::{Random, halved, kinds, triangles};
 
 fn disk() -> AnyShape<f32> {
     Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into()
