@@ -237,9 +237,14 @@ macro_rules! real {
             #[inline(always)]
             fn is_nan(self) -> bool { $t::is_nan(self) }
             #[inline(always)]
-            fn next_up(self) -> Self { $t::next_up(self) }
+            fn next_up(self) -> Self {
+                // The usual case alone, in two instructions.
+                if self > 0.0 && self < $t::INFINITY { $t::from_bits(self.to_bits() + 1) } else { $t::next_up(self) }
+            }
             #[inline(always)]
-            fn next_down(self) -> Self { $t::next_down(self) }
+            fn next_down(self) -> Self {
+                if self > 0.0 { $t::from_bits(self.to_bits() - 1) } else { $t::next_down(self) }
+            }
             $(real!(@fn $libm $f);)*
         }
 

@@ -17,6 +17,7 @@ mod flat;
 mod gather;
 mod kernel;
 mod names;
+mod opaque;
 mod packed;
 mod pencil;
 mod portable;

@@ -36,7 +36,7 @@
 
 use super::block::Block;
 use super::gather::Quads;
-use super::setup::Setup;
+use super::setup::Aim;
 use super::simd::Simd;
 
 /// So many times its error a determinant has to be before anything is said of the distance: what the exact test places because it is
@@ -46,6 +46,9 @@ use super::simd::Simd;
 /// With one in place of two nothing would be *beyond* wrongly either where the range ends above zero: |T| in f32 is below (12 + 12) u E² R for
 /// such a triangle, and e_T is 28 u E² R. Two needs no such argument.
 pub(super) const TOLD: f32 = 2.0;
+
+/// More than what underflows.
+pub(super) const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
 /// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.
 #[derive(Clone, Copy)]
@@ -88,7 +91,7 @@ fn corner<S: Simd>(s: S, block: &Block, place: usize) -> [S::Floats; 3] {
 /// The lanes that the exact test may hit before `far`. The ray comes from memory, one number at a time:
 /// a processor spreads them over its lanes as it reads them, and the walk keeps its registers.
 #[inline(always)]
-pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<S> {
+pub(super) fn left<S: Simd>(s: S, ray: &Aim, block: &Block, far: f32) -> Left<S> {
     let a = corner(s, block, 0);
     let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
     let from = sub3(s, a, spread(s, ray.origin));
@@ -103,7 +106,7 @@ pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<
     let longest = s.load(&block.longest);
     let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
     let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let least_error = s.splat(ray.least);
+    let least_error = s.splat(UNDERFLOW);
     let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), least_error);
     let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), least_error);
     let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
@@ -123,7 +126,7 @@ pub(super) fn left<S: Simd>(s: S, ray: &Setup, block: &Block, far: f32) -> Left<
 /// Of quads the lanes of which the exact test may hit one half or the other before `far`: of the triangles of the first three corners
 /// and of the first, the third and the fourth, each as in [`left`], with the bounds of both.
 #[inline(always)]
-pub(super) fn left_of_quads<S: Simd>(s: S, ray: &Setup, quads: &Quads, far: f32) -> u32 {
+pub(super) fn left_of_quads<S: Simd>(s: S, ray: &Aim, quads: &Quads, far: f32) -> u32 {
     let a = place(s, quads, 0);
     let (ab, ac, ad) = (sub3(s, place(s, quads, 1), a), sub3(s, place(s, quads, 2), a), sub3(s, place(s, quads, 3), a));
     let from = sub3(s, a, spread(s, ray.origin));
@@ -134,7 +137,7 @@ pub(super) fn left_of_quads<S: Simd>(s: S, ray: &Setup, quads: &Quads, far: f32)
     let longest = s.load(&quads.longest);
     let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
     let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let least_error = s.splat(ray.least);
+    let least_error = s.splat(UNDERFLOW);
     let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), least_error);
     let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), least_error);
     let reached = s.mul(reach, s.splat(ray.distance));

@@ -3,7 +3,7 @@
 
 use super::doubles::Doubles;
 use super::row::Line;
-use super::setup::Setup;
+use super::setup::Aim;
 use super::simd::{Simd, asked};
 use super::walk::Answer;
 use super::{WIDTH, Wide};
@@ -48,16 +48,10 @@ pub(super) fn rows<S: Doubles, A: Answer>(s: S, wide: &Wide, line: &Line, answer
 
 /// Asks about each block, and then about what comes in no block. Whether some answer ended it.
 #[inline(always)]
-pub(super) fn blocks<S: Simd, A: Answer>(
-    s: S,
-    wide: &Wide,
-    setup: &Setup,
-    probe: Option<&Probe<Robust>>,
-    answer: &mut A,
-) -> bool {
+pub(super) fn blocks<S: Simd, A: Answer>(s: S, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
     for (number, block) in wide.blocks.iter().enumerate() {
         answer.block(number);
-        if asked(s, block, number, setup, probe, answer) {
+        if asked(s, block, number, aim, probe, answer) {
             return true;
         }
     }

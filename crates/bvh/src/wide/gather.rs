@@ -9,7 +9,7 @@ use super::block::{Block, Facts};
 use super::doubles::Doubles;
 use super::filter;
 use super::row::{Line, Row};
-use super::setup::Setup;
+use super::setup::{Aim, Setup};
 use super::walk::Answer;
 use super::{Child, WIDTH, Wide};
 use crate::scalar::Robust;
@@ -96,7 +96,7 @@ pub(super) fn gathered<S: Doubles, A: Answer>(
     s: S,
     wide: &Wide,
     leaf: Child,
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     line: &mut Option<Line>,
     answer: &mut A,
@@ -105,12 +105,12 @@ pub(super) fn gathered<S: Doubles, A: Answer>(
         let row = &wide.rows[wide.always + leaf.index()];
         answer.several(row.facts.count.into());
         // Made for the first row that the ray meets.
-        let line = line.get_or_insert_with(|| probe.map_or_else(|| Line::new(setup.origin, setup.direction), Line::from));
+        let line = line.get_or_insert_with(|| probe.map_or_else(|| Line::new(aim.origin, aim.direction), Line::from));
         let found = row.hits(s, line, answer.range());
         return found.hits != 0 && answer.row(&row.facts, &found.roots(s));
     }
     let quads = &wide.quads[leaf.index()];
-    let mut lanes = filter::left_of_quads(s, setup, quads, Setup::last(answer.far()));
+    let mut lanes = filter::left_of_quads(s, aim, quads, Setup::last(answer.far()));
     answer.several(u64::from(u32::from(quads.count) - lanes.count_ones()));
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);

@@ -1,13 +1,12 @@
 //! Which code walks the tree: chosen once from what the processor has, the same for every ray.
 
-use core::hint::black_box;
-
 use super::Wide;
 use super::flat::{blocks, rows};
+use super::opaque::opaque;
 use super::pencil::{self, Meets, Pencil};
 use super::portable::Portable;
 use super::row::Line;
-use super::setup::Setup;
+use super::setup::{Aim, Setup};
 use super::walk::{Answer, walk};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
@@ -81,7 +80,7 @@ impl Wide {
     #[inline(always)]
     pub(crate) fn ask<R: Real, A: Answer>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
         // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
-        let one = |axis: usize| (black_box(ray).origin.axis(axis).to_f32(), black_box(ray).direction.axis(axis).to_f32());
+        let one = |axis: usize| (opaque(ray.origin.axis(axis).to_f32()), opaque(ray.direction.axis(axis).to_f32()));
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
         if self.always > 0 {
             let over = match self.kernel {
@@ -99,7 +98,7 @@ impl Wide {
             if self.blocks.is_empty() && self.others.is_empty() {
                 return false;
             }
-            return self.ask_flat(&Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer);
+            return self.ask_flat(&Setup::new([ox, oy, oz], [dx, dy, dz], near).aim, None, answer);
         }
         match self.kernel {
             Chosen::Portable => walk_portable(self, ox, oy, oz, dx, dy, dz, near, answer),
@@ -112,13 +111,13 @@ impl Wide {
 
     /// The same of blocks and of the rest, one after the other, where there are no nodes.
     #[inline(never)]
-    fn ask_flat<A: Answer>(&self, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    fn ask_flat<A: Answer>(&self, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         match self.kernel {
-            Chosen::Portable => blocks(Portable, self, setup, probe, answer),
+            Chosen::Portable => blocks(Portable, self, aim, probe, answer),
             #[cfg(target_arch = "x86_64")]
-            Chosen::Avx2(avx2) => avx2.blocks(self, setup, probe, answer),
+            Chosen::Avx2(avx2) => avx2.blocks(self, aim, probe, answer),
             #[cfg(target_arch = "x86_64")]
-            Chosen::Avx512(avx512) => avx512.blocks(self, setup, probe, answer),
+            Chosen::Avx512(avx512) => avx512.blocks(self, aim, probe, answer),
         }
     }
 }
@@ -141,7 +140,7 @@ impl Wide {
             }
         }
         if self.nodes.is_empty() {
-            return self.ask_flat(setup, Some(&probe), answer);
+            return self.ask_flat(&setup.aim, Some(&probe), answer);
         }
         match self.kernel {
             Chosen::Portable => walk::<_, _, true>(Portable, self, setup, Some(&probe), answer),

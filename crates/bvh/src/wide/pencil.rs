@@ -13,10 +13,10 @@ use glam::{DVec3, Vec3};
 
 use super::block::Block;
 use super::doubles::{Doubles, dot};
-use super::filter::{TOLD, cross, sub3};
+use super::filter::{TOLD, UNDERFLOW, cross, sub3};
 use super::gather::Quads;
 use super::row::{Lines, Row};
-use super::setup::Setup;
+use super::setup::{Aim, Setup};
 use super::simd::Simd;
 use super::stack::Stack;
 use super::{Child, Node, WIDTH, Wide};
@@ -146,7 +146,7 @@ struct Bundle<S: Simd> {
     /// Least and greatest directions.
     spans: [[S::Floats; 2]; 3],
     /// Bounds of the filter that hold for each of the rays.
-    bounds: Setup,
+    bounds: Aim,
 }
 
 #[inline(always)]
@@ -162,15 +162,15 @@ impl<S: Doubles> Bundle<S> {
         let [x, y, z] = pencil.origin;
         Some(Self {
             origin: [s.splat(x), s.splat(y), s.splat(z)],
-            inverse: both(s, short.inverse, long.inverse),
-            widened: both(s, short.widened, long.widened),
-            late: s.splat(long.late[0]),
+            inverse: both(s, short.slopes.inverse, long.slopes.inverse),
+            widened: both(s, short.slopes.widened, long.slopes.widened),
+            late: s.splat(long.slopes.late[0]),
             near: s.splat(pencil.near),
-            side: long.side,
+            side: long.slopes.side,
             spans: both(s, least, most),
             // The longest direction's e_T holds for all: 12 u E² R has no direction in it, and 14 u E² |d|² · 2R/|d| or, where |d| is below one,
             // 14 u E² · 2R/|d| is twice as much whatever |d| is.
-            bounds: Setup { reach: short.reach.max(long.reach), ..long },
+            bounds: Aim { reach: short.aim.reach.max(long.aim.reach), ..long.aim },
         })
     }
 
@@ -326,7 +326,7 @@ fn see<S: Doubles, const CORNERS: usize>(
     let longest = s.load(longest);
     let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(bounds.reach)));
     let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let least_error = s.splat(bounds.least);
+    let least_error = s.splat(UNDERFLOW);
     let error = s.mul_add(s.mul(longest, reach), s.splat(bounds.weight), least_error);
     let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(bounds.determinant), least_error);
     let reached = s.mul(reach, s.splat(bounds.distance));

@@ -7,7 +7,7 @@ use super::block::Block;
 use super::doubles::Doubles;
 use super::gather::gathered;
 use super::row::Line;
-use super::setup::Setup;
+use super::setup::Aim;
 use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
 use super::walk::Answer;
@@ -108,31 +108,24 @@ impl Simd for Portable {
         unsafe { stack.sort(base, top) }
     }
     #[inline(never)]
-    fn settle<A: Answer>(
-        self,
-        block: &Block,
-        at: [usize; 2],
-        setup: &Setup,
-        probe: Option<&Probe<Robust>>,
-        answer: &mut A,
-    ) -> bool {
-        settled(self, block, at, setup, probe, answer)
+    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+        settled(self, block, at, aim, probe, answer)
     }
     #[inline(never)]
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-        unpacked(self, wide, number, setup, probe, answer)
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+        unpacked(self, wide, number, aim, probe, answer)
     }
     #[inline(never)]
     fn gathered<A: Answer>(
         self,
         wide: &Wide,
         leaf: Child,
-        setup: &Setup,
+        aim: &Aim,
         probe: Option<&Probe<Robust>>,
         line: &mut Option<Line>,
         answer: &mut A,
     ) -> bool {
-        gathered(self, wide, leaf, setup, probe, line, answer)
+        gathered(self, wide, leaf, aim, probe, line, answer)
     }
 }
 

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::block::LARGE;
+use super::opaque::opaque;
 use super::rebase::Rebase;
 use crate::aabb::Aabb;
 use crate::ray::Ray;
@@ -20,10 +21,13 @@ const ROUNDED: f32 = 1.000_01;
 /// A ray as the kernels know it, all in f32.
 #[derive(Clone, Copy)]
 pub(crate) struct Setup {
-    /// The excluded lower end of distances.
-    pub near: f32,
-    pub origin: [f32; 3],
-    pub direction: [f32; 3],
+    pub slopes: Slopes,
+    pub aim: Aim,
+}
+
+/// What boxes ask besides the origin and the near end: a walk has it in registers.
+#[derive(Clone, Copy)]
+pub(crate) struct Slopes {
     pub inverse: [f32; 3],
     /// The same, widened for the planes through which the ray leaves.
     pub widened: [f32; 3],
@@ -32,13 +36,21 @@ pub(crate) struct Setup {
     /// By how much exits are later besides: as much, and something where distances below zero count, which widening would make
     /// less.
     pub late: [f32; 3],
-    /// The side of each axis through which the ray enters: from the sign of the inverse actually used, so that −0 is treated as
-    /// what it does.
+    /// The side of each axis through which the ray enters: by the sign of the direction, which is known before its inverse is and has
+    /// that one's sign, −0 too. Where the inverse is zero or no number, both sides are one.
     pub side: [usize; 3],
+}
+
+/// What blocks and what is in them ask: it stays in memory, from where the filter spreads it over its lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Aim {
+    /// The excluded lower end of distances.
+    pub near: f32,
+    pub origin: [f32; 3],
+    pub direction: [f32; 3],
     /// Bounds of [`super::filter`]: of a lane's reach, and factors of what it is made from.
     pub reach: f32,
     pub weight: f32,
-    pub least: f32,
     pub determinant: f32,
     pub distance: f32,
 }
@@ -63,27 +75,28 @@ fn least_of(v: [f32; 3]) -> f32 {
 impl Setup {
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3], near: f32) -> Self {
-        let inverse = direction.map(|d| 1.0 / d);
-        let greatest = greatest_of(direction);
+        let inverse = direction.map(|d| opaque(1.0 / d));
+        let squared = direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2];
         // No less than the length, be that below one or above, and without a root: directions are of unit length but for rounding.
-        let length =
-            greater(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2], 1.0) * ROUNDED;
-        let sane = greatest < LONG && greatest > 1.0 / LONG && greatest_of(origin) < LARGE;
-        Self {
-            origin,
-            direction,
+        let length = greater(squared, 1.0) * ROUNDED;
+        let sane = squared < LONG * LONG && squared > 4.0 / (LONG * LONG) && greatest_of(origin) < LARGE;
+        let slopes = Slopes {
             inverse,
             widened: inverse.map(|i| i * (1.0 + 8.0 * U)),
             early: [0.0; 3],
             late: [greater(-near, 0.0) * (16.0 * U); 3],
-            side: inverse.map(|i| usize::from(i < 0.0)),
+            side: direction.map(|d| (d.to_bits() >> 31) as usize),
+        };
+        let aim = Aim {
+            origin,
+            direction,
             near,
-            reach: if sane { 1e-30 } else { f32::INFINITY },
-            weight: 50.0 * U * length,
-            least: 512.0 * f32::MIN_POSITIVE,
-            determinant: 14.0 * U * length,
-            distance: 2.0 * ROUNDED * least_of(inverse),
-        }
+            reach: opaque(if sane { 1e-30 } else { f32::INFINITY }),
+            weight: opaque(50.0 * U * length),
+            determinant: opaque(14.0 * U * length),
+            distance: opaque(2.0 * ROUNDED * least_of(inverse)),
+        };
+        Self { slopes, aim }
     }
 
     /// For a ray of the space of an instance, in f64 and of any length: moved along itself to beside what is there and scaled,
@@ -102,26 +115,28 @@ impl Setup {
             + (origin.abs() + (direction * rebase.start).abs()) * (8.0 * f64::from(W))
             + farthest * (2.0 * LEAST);
         let near = greater(rebase.rebased(near).next_down(), 0.0);
-        let setup = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
-        let early: [f32; 3] = core::array::from_fn(|axis| (wrong[axis] * 2.01) as f32 * setup.inverse[axis].abs());
-        let setup = Self {
-            widened: setup.inverse.map(|i| i * (1.0 + 16.0 * U)),
+        let Self { slopes, aim } = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
+        let early: [f32; 3] = core::array::from_fn(|axis| (wrong[axis] * 2.01) as f32 * slopes.inverse[axis].abs());
+        let slopes = Slopes {
+            widened: slopes.inverse.map(|i| i * (1.0 + 16.0 * U)),
             early,
-            late: early.map(|early| early + setup.late[0]),
-            reach: setup.reach + (wrong.element_sum() * (0.1 * f64::from(ROUNDED) / f64::from(U))) as f32,
-            ..setup
+            late: early.map(|early| early + slopes.late[0]),
+            ..slopes
         };
-        (setup, rebase)
-    }
-
-    /// The ray, at no time.
-    pub fn ray(&self) -> Ray<f32> {
-        Ray::new(self.origin.into(), self.direction.into())
+        let reach = aim.reach + (wrong.element_sum() * (0.1 * f64::from(ROUNDED) / f64::from(U))) as f32;
+        (Self { slopes, aim: Aim { reach, ..aim } }, rebase)
     }
 
     /// A far end as boxes use it, later by what the rounding of their distances may take.
     #[inline(always)]
     pub fn last(far: f32) -> f32 {
         far + far.abs() * (8.0 * U)
+    }
+}
+
+impl Aim {
+    /// The ray, at no time.
+    pub fn ray(&self) -> Ray<f32> {
+        Ray::new(self.origin.into(), self.direction.into())
     }
 }

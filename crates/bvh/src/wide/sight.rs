@@ -12,8 +12,8 @@ use crate::shapes::{Crossing, Probe};
 pub(crate) struct Sight {
     pub origin: [f64; 3],
     pub direction: [f64; 3],
-    /// Axes: that of the direction's largest component and the two that follow it.
-    pub turned: [usize; 3],
+    /// The axis of the direction's largest component; the two that follow it come next.
+    pub major: usize,
     /// The four numbers, as above.
     pub across: [f64; 4],
     pub inverse_length_squared: f64,
@@ -31,8 +31,12 @@ pub(crate) struct Met {
 /// Rounding could have taken the sign of an edge function, or the face is seen edge-on: the test of single triangles decides.
 pub(super) struct Unsure;
 
-/// The axes from each on.
-const TURNED: [[usize; 3]; 3] = [[0, 1, 2], [1, 2, 0], [2, 0, 1]];
+/// What belongs to an axis and to the two that follow it.
+#[inline(always)]
+pub(super) fn turned<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
+    let (around, major) = ([x, y, z, x, y], major.min(2));
+    (around[major], around[major + 1], around[major + 2])
+}
 
 impl Sight {
     #[inline(always)]
@@ -53,11 +57,9 @@ impl Sight {
         // Without branches, which bounced rays would often mispredict.
         let [first, second] = [(size.x > size.y) & (size.x > size.z), size.y > size.z].map(usize::from);
         let major = (1 - first) * (2 - second);
-        let turned @ [first, second, third] = TURNED[major];
-        let direction = d.to_array();
-        let (p, q, r) = (direction[first], direction[second], direction[third]);
+        let (p, q, r) = turned([d.x, d.y, d.z], major);
         let sign = 1.0_f64.copysign(p);
-        Self { origin, direction, turned, across: [p * sign, -q * sign, p, -r], inverse_length_squared }
+        Self { origin, direction: d.to_array(), major, across: [p * sign, -q * sign, p, -r], inverse_length_squared }
     }
 }
 

@@ -3,8 +3,9 @@
 
 use super::block::Block;
 use super::filter;
+use super::opaque::in_memory;
 use super::row::Line;
-use super::setup::Setup;
+use super::setup::{Aim, Setup};
 use super::sight::{Met, Sight, Unsure};
 use super::stack::{Stack, Waiting};
 use super::walk::Answer;
@@ -52,22 +53,15 @@ pub(super) trait Simd: Copy {
         Err(Unsure)
     }
     /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
-    fn settle<A: Answer>(
-        self,
-        block: &Block,
-        at: [usize; 2],
-        setup: &Setup,
-        probe: Option<&Probe<Robust>>,
-        answer: &mut A,
-    ) -> bool;
+    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool;
     /// [`unpacked`], the same way.
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool;
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool;
     /// [`super::gather::gathered`], the same way.
     fn gathered<A: Answer>(
         self,
         wide: &Wide,
         leaf: Child,
-        setup: &Setup,
+        aim: &Aim,
         probe: Option<&Probe<Robust>>,
         line: &mut Option<Line>,
         answer: &mut A,
@@ -80,16 +74,16 @@ pub(super) fn settled<S: Simd, A: Answer>(
     s: S,
     triangles: &Block,
     [number, lanes]: [usize; 2],
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    let sight = probe.map_or_else(|| Sight::new(setup.origin, setup.direction), Sight::of);
+    let sight = probe.map_or_else(|| Sight::new(aim.origin, aim.direction), Sight::of);
     let mut lanes = lanes as u32;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
         lanes &= lanes - 1;
-        let met = s.crossing(triangles, lane, &sight).unwrap_or_else(|Unsure| alone(triangles, lane, setup, probe));
+        let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, aim, probe));
         if met.is_some_and(|met| answer.triangle(number, lane, &met)) {
             return true;
         }
@@ -103,21 +97,21 @@ pub(super) fn asked<S: Simd, A: Answer>(
     s: S,
     block: &Block,
     number: usize,
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
     let far = answer.far();
-    let left = filter::left(s, setup, block, Setup::last(far));
+    let left = filter::left(s, aim, block, Setup::last(far));
     if left.lanes == 0 {
         return false;
     }
     let [wanted, ends] = answer.lanes(number);
-    if A::ANY && ends & filter::certain(s, &left, setup.near, far) != 0 {
+    if A::ANY && ends & filter::certain(s, &left, aim.near, far) != 0 {
         return true;
     }
     let lanes = left.lanes & wanted;
-    lanes != 0 && s.settle(block, [number, lanes as usize], setup, probe, answer)
+    lanes != 0 && s.settle(block, [number, lanes as usize], aim, probe, answer)
 }
 
 /// The same of a packed block.
@@ -126,18 +120,18 @@ pub(super) fn unpacked<S: Simd, A: Answer>(
     s: S,
     wide: &Wide,
     number: usize,
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    asked(s, &wide.packed.block(number), number, setup, probe, answer)
+    asked(s, &wide.packed.block(number), number, aim, probe, answer)
 }
 
 /// The test of single triangles.
 #[inline(never)]
-fn alone(block: &Block, lane: usize, setup: &Setup, probe: Option<&Probe<Robust>>) -> Option<Met> {
+fn alone(block: &Block, lane: usize, aim: &Aim, probe: Option<&Probe<Robust>>) -> Option<Met> {
     let triangle = block.triangle(lane);
-    let crossing = probe.map_or_else(|| triangle.crossing(&Probe::new(setup.ray())), |probe| triangle.crossing(probe))?;
+    let crossing = probe.map_or_else(|| triangle.crossing(&Probe::new(aim.ray())), |probe| triangle.crossing(probe))?;
     Some(Met::from(&crossing))
 }
 

@@ -3,10 +3,9 @@
 //! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
 #![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
-use core::hint::black_box;
-
 use super::block::Facts;
 use super::filter;
+use super::opaque::in_memory;
 use super::row::Roots;
 use super::setup::Setup;
 use super::sight::Met;
@@ -70,15 +69,16 @@ struct Slabs<S: Simd, const MAPPED: bool> {
 impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     #[inline(always)]
     fn new(s: S, setup: &Setup) -> Self {
-        let ([ex, ey, ez], [lx, ly, lz]) = (setup.early, setup.late);
-        let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (setup.origin, setup.inverse, setup.widened);
+        let Setup { slopes, aim } = setup;
+        let ([ex, ey, ez], [lx, ly, lz]) = (slopes.early, slopes.late);
+        let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (aim.origin, slopes.inverse, slopes.widened);
         Self {
             origin: [s.splat(ox), s.splat(oy), s.splat(oz)],
             inverse: [s.splat(ix), s.splat(iy), s.splat(iz)],
             widened: [s.splat(wx), s.splat(wy), s.splat(wz)],
             early: [s.splat(ex), s.splat(ey), s.splat(ez)],
             late: [s.splat(lx), s.splat(ly), s.splat(lz)],
-            near: s.splat(setup.near),
+            near: s.splat(aim.near),
         }
     }
 
@@ -108,7 +108,9 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
     answer: &mut A,
 ) -> bool {
     let slabs = Slabs::<S, MAPPED>::new(s, setup);
-    let [sx, sy, sz] = setup.side.map(|side| side & 1);
+    let [sx, sy, sz] = setup.slopes.side.map(|side| side & 1);
+    // Apart from the slopes, which need no place in memory.
+    let aim = setup.aim;
     let mut far = Far::new(s, answer.far());
     let (mut stack, mut line) = (Stack::new(), None);
     let mut top = 0;
@@ -158,10 +160,10 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
                 answer.block(current.index());
                 s.prefetch(wide.facts.get(current.index()));
                 let Some(block) = wide.blocks.get(current.index()) else { break PACKED };
-                let left = filter::left(s, black_box(setup), block, far.last);
+                let left = filter::left(s, in_memory(&aim), block, far.last);
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());
-                    if A::ANY && ends & filter::certain(s, &left, setup.near, far.value) != 0 {
+                    if A::ANY && ends & filter::certain(s, &left, aim.near, far.value) != 0 {
                         return true;
                     }
                     if left.lanes & wanted != 0 {
@@ -184,10 +186,10 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
             };
         };
         let over = match left {
-            0 if current.is_gathered() => s.gathered(wide, current, setup, probe, &mut line, answer),
+            0 if current.is_gathered() => s.gathered(wide, current, &aim, probe, &mut line, answer),
             0 => answer.other(current.index()),
-            PACKED => s.packed(wide, current.index(), setup, probe, answer),
-            lanes => s.settle(&wide.blocks[current.index()], [current.index(), lanes as usize], setup, probe, answer),
+            PACKED => s.packed(wide, current.index(), &aim, probe, answer),
+            lanes => s.settle(&wide.blocks[current.index()], [current.index(), lanes as usize], &aim, probe, answer),
         };
         if over {
             return true;

@@ -15,7 +15,7 @@ use super::flat::{blocks, rows};
 use super::gather::gathered;
 use super::pencil::{self, Meets, Pencil};
 use super::row::Line;
-use super::setup::Setup;
+use super::setup::{Aim, Setup};
 use super::sight::{Met, Sight, Unsure};
 use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
@@ -82,9 +82,9 @@ impl Avx2 {
 
     /// Blocks and the rest where there are no nodes.
     #[inline(always)]
-    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    pub fn blocks<A: Answer>(self, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { blocks_avx2(self, wide, setup, probe, answer) }
+        unsafe { blocks_avx2(self, wide, aim, probe, answer) }
     }
 
     /// Rays from one point.
@@ -151,9 +151,9 @@ impl Avx512 {
 
     /// Blocks and the rest where there are no nodes.
     #[inline(always)]
-    pub fn blocks<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    pub fn blocks<A: Answer>(self, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { blocks_avx512(self, wide, setup, probe, answer) }
+        unsafe { blocks_avx512(self, wide, aim, probe, answer) }
     }
 
     /// Rays from one point.
@@ -227,8 +227,8 @@ fn rows_mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, line: &Line, answer: &mut A
 
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn blocks_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-    blocks(s, wide, setup, probe, answer)
+fn blocks_avx2<A: Answer>(s: Avx2, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    blocks(s, wide, aim, probe, answer)
 }
 
 #[inline(never)]
@@ -246,8 +246,8 @@ fn rows_mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, line: &Line, answer: &m
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-    blocks(s, wide, setup, probe, answer)
+fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    blocks(s, wide, aim, probe, answer)
 }
 
 #[inline(never)]
@@ -268,24 +268,19 @@ fn settle_avx2<A: Answer>(
     s: Avx2,
     block: &Block,
     at: [usize; 2],
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    settled(s, block, at, setup, probe, answer)
+    settled(s, block, at, aim, probe, answer)
 }
 
+// Cold, or it is inlined all the same, and the walk copies to its stack for every ray what this reads of the tree.
+#[cold]
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn packed_avx2<A: Answer>(
-    s: Avx2,
-    wide: &Wide,
-    number: usize,
-    setup: &Setup,
-    probe: Option<&Probe<Robust>>,
-    answer: &mut A,
-) -> bool {
-    unpacked(s, wide, number, setup, probe, answer)
+fn packed_avx2<A: Answer>(s: Avx2, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    unpacked(s, wide, number, aim, probe, answer)
 }
 
 #[inline(never)]
@@ -294,24 +289,26 @@ fn settle_avx512<A: Answer>(
     s: Avx512,
     block: &Block,
     at: [usize; 2],
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    settled(s, block, at, setup, probe, answer)
+    settled(s, block, at, aim, probe, answer)
 }
 
+// Cold, as above.
+#[cold]
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 fn packed_avx512<A: Answer>(
     s: Avx512,
     wide: &Wide,
     number: usize,
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     answer: &mut A,
 ) -> bool {
-    unpacked(s, wide, number, setup, probe, answer)
+    unpacked(s, wide, number, aim, probe, answer)
 }
 
 #[inline(never)]
@@ -320,12 +317,12 @@ fn gathered_avx2<A: Answer>(
     s: Avx2,
     wide: &Wide,
     leaf: Child,
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     line: &mut Option<Line>,
     answer: &mut A,
 ) -> bool {
-    gathered(s, wide, leaf, setup, probe, line, answer)
+    gathered(s, wide, leaf, aim, probe, line, answer)
 }
 
 #[inline(never)]
@@ -334,12 +331,12 @@ fn gathered_avx512<A: Answer>(
     s: Avx512,
     wide: &Wide,
     leaf: Child,
-    setup: &Setup,
+    aim: &Aim,
     probe: Option<&Probe<Robust>>,
     line: &mut Option<Line>,
     answer: &mut A,
 ) -> bool {
-    gathered(s, wide, leaf, setup, probe, line, answer)
+    gathered(s, wide, leaf, aim, probe, line, answer)
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
@@ -426,22 +423,15 @@ impl Simd for Avx2 {
     eight_lanes!();
 
     #[inline(always)]
-    fn settle<A: Answer>(
-        self,
-        block: &Block,
-        at: [usize; 2],
-        setup: &Setup,
-        probe: Option<&Probe<Robust>>,
-        answer: &mut A,
-    ) -> bool {
+    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { settle_avx2(self, block, at, setup, probe, answer) }
+        unsafe { settle_avx2(self, block, at, aim, probe, answer) }
     }
 
     #[inline(always)]
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { packed_avx2(self, wide, number, setup, probe, answer) }
+        unsafe { packed_avx2(self, wide, number, aim, probe, answer) }
     }
 
     #[inline(always)]
@@ -449,13 +439,13 @@ impl Simd for Avx2 {
         self,
         wide: &Wide,
         leaf: Child,
-        setup: &Setup,
+        aim: &Aim,
         probe: Option<&Probe<Robust>>,
         line: &mut Option<Line>,
         answer: &mut A,
     ) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { gathered_avx2(self, wide, leaf, setup, probe, line, answer) }
+        unsafe { gathered_avx2(self, wide, leaf, aim, probe, line, answer) }
     }
 
     #[inline(always)]
@@ -493,22 +483,15 @@ impl Simd for Avx512 {
     eight_lanes!();
 
     #[inline(always)]
-    fn settle<A: Answer>(
-        self,
-        block: &Block,
-        at: [usize; 2],
-        setup: &Setup,
-        probe: Option<&Probe<Robust>>,
-        answer: &mut A,
-    ) -> bool {
+    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { settle_avx512(self, block, at, setup, probe, answer) }
+        unsafe { settle_avx512(self, block, at, aim, probe, answer) }
     }
 
     #[inline(always)]
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, setup: &Setup, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { packed_avx512(self, wide, number, setup, probe, answer) }
+        unsafe { packed_avx512(self, wide, number, aim, probe, answer) }
     }
 
     #[inline(always)]
@@ -516,13 +499,13 @@ impl Simd for Avx512 {
         self,
         wide: &Wide,
         leaf: Child,
-        setup: &Setup,
+        aim: &Aim,
         probe: Option<&Probe<Robust>>,
         line: &mut Option<Line>,
         answer: &mut A,
     ) -> bool {
         // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { gathered_avx512(self, wide, leaf, setup, probe, line, answer) }
+        unsafe { gathered_avx512(self, wide, leaf, aim, probe, line, answer) }
     }
 
     #[inline(always)]

@@ -4,7 +4,7 @@ use core::arch::x86_64::*;
 
 use super::super::WIDTH;
 use super::super::block::Block;
-use super::super::sight::{Met, Sight, Unsure};
+use super::super::sight::{Met, Sight, Unsure, turned};
 use crate::shapes::EDGE_ON;
 
 /// Lanes of corners.
@@ -56,8 +56,7 @@ pub(super) unsafe fn crossing(block: &Block, lane: usize, sight: &Sight) -> Resu
             _mm256_add_pd(_mm256_mul_pd(offset[0], _mm256_set1_pd(dx)), _mm256_mul_pd(offset[1], _mm256_set1_pd(dy))),
             _mm256_mul_pd(offset[2], _mm256_set1_pd(dz)),
         );
-        let [first, second, third] = sight.turned;
-        let (p, q, r) = (offset[first], offset[second], offset[third]);
+        let (p, q, r) = turned(offset, sight.major);
         let [a, b, c, d] = sight.across;
         let x = _mm256_add_pd(_mm256_mul_pd(q, _mm256_set1_pd(a)), _mm256_mul_pd(p, _mm256_set1_pd(b)));
         let y = _mm256_add_pd(_mm256_mul_pd(r, _mm256_set1_pd(c)), _mm256_mul_pd(p, _mm256_set1_pd(d)));
