@@ -11,6 +11,8 @@
 //! Without one, meshes are made: the hard ones of the tests. Exit code 1 where anything differs or leaks.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
+#[expect(dead_code, reason = "`visits` reads rays too")]
+mod files;
 #[path = "../tests/kernels/meshes.rs"]
 mod meshes;
 
@@ -56,17 +58,7 @@ fn named(files: &[String]) -> Vec<(String, Mesh)> {
     if files.is_empty() {
         return families().into_iter().map(|(name, mesh)| (name.to_owned(), mesh)).collect();
     }
-    files.iter().map(|file| (file.clone(), read(file))).collect()
-}
-
-fn read(file: &str) -> Mesh {
-    let bytes = std::fs::read(file).unwrap_or_else(|e| panic!("{file}: {e}"));
-    let words: Vec<[u8; 4]> = bytes.chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]).collect();
-    let whole = |at: usize| u32::from_le_bytes(words[at]) as usize;
-    let (corners, triangles) = (whole(0), whole(1));
-    let corner = |i: usize| Vec3::from_array([0, 1, 2].map(|axis| f32::from_le_bytes(words[2 + 3 * i + axis])));
-    let triangle = |i: usize| [0, 1, 2].map(|side| corner(whole(2 + 3 * corners + 3 * i + side)));
-    (0..triangles).map(triangle).collect()
+    files.iter().map(|file| (file.clone(), files::mesh(file))).collect()
 }
 
 fn built<P: Precision>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<P> {

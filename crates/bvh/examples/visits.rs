@@ -1,0 +1,57 @@
+//! What a ray visits in the trees of each quality, which no load on the machine changes: nodes, and triangles of the blocks that it asks.
+//!
+//! ```sh
+//! cargo run --release -p raywright-bvh --example visits -- MESH RAYS..
+//! ```
+//!
+//! MESH is a file as `agreement` reads it. RAYS are files of eight f32 a ray, little endian: origin, least distance, direction, greatest
+//! distance; every sixteenth block of 4096 is traced. Where the name has `shadow` in it, any hit is asked for, otherwise the closest.
+#![expect(clippy::print_stdout, reason = "the table is this program's result")]
+
+mod files;
+
+use glam::Vec3;
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray, Robust, Visibility, Visits};
+
+/// Rays of a block, and how many blocks there are for one that is traced.
+const BLOCK: usize = 4096;
+const THIN: usize = 16;
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let Some((mesh, sets)) = words.split_first() else {
+        println!("visits MESH RAYS..");
+        return;
+    };
+    let mesh = files::mesh(mesh);
+    let rays: Vec<_> = sets.iter().map(|set| files::rays(set)).collect();
+    println!("{:10}{:>8}  {}", "", "bytes", sets.join("  "));
+    for quality in BuildQuality::ALL {
+        let mut group = Group::<Robust>::default();
+        group.mesh(mesh.iter().copied(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+        let tree = Geometry::new(group, AcceleratorKind::Tree(quality));
+        let cells: Vec<String> = sets.iter().zip(&rays).map(|(set, rays)| visited(&tree, rays, set.contains("shadow"))).collect();
+        println!("{:10}{:>8.1}  {}", format!("{quality:?}"), tree.bytes() as f64 / mesh.len() as f64, cells.join("  "));
+    }
+}
+
+/// Nodes, triangles and hits a ray.
+fn visited(tree: &Geometry<Robust>, rays: &[[f32; 8]], any: bool) -> String {
+    let (mut visits, mut hits, mut count) = (Visits::default(), 0, 0);
+    for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {
+        let (ray, range) = (Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)), Interval { min, max });
+        let hit = if any {
+            tree.any(&ray, range, &mut |_| true, &mut visits)
+        } else {
+            tree.closest(&ray, range, &mut visits).is_some()
+        };
+        (hits, count) = (hits + u32::from(hit), count + 1);
+    }
+    let each = |n: f64| n / f64::from(count.max(1));
+    format!(
+        "{:6.2} nodes {:6.2} triangles {:4.2} hit",
+        each(visits.nodes as f64),
+        each(visits.primitives as f64),
+        each(hits.into())
+    )
+}
