@@ -1,0 +1,133 @@
+//! What leaves of spheres and of quads bring: trees over random spheres, quads, boxes and all three in one heap, asked by each kernel that
+//! this processor has and by a scan, in turns. `benches/README.md` quotes it.
+#![expect(clippy::print_stdout, reason = "the table is this program's result")]
+
+#[path = "support/turns.rs"]
+mod turns;
+
+use std::hint::black_box;
+
+use glam::{DVec3, Vec3};
+use raywright::bvh::shapes::{Cuboid, Quad, Sphere};
+use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Ray, Robust, Visibility};
+
+use turns::{Contestant, interleaved, measuring};
+
+/// Rays of a turn, and rounds.
+const RAYS: usize = 20_000;
+const ROUNDS: usize = 9;
+/// More primitives than this are not scanned.
+const SCANNED: usize = 1000;
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+    fn cube(&mut self) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+}
+
+/// Puts a primitive of about a size somewhere into the cube.
+type Put = fn(&mut Group<Robust>, &mut Random, f64);
+
+fn sphere(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+    let sphere = Sphere { centre: random.cube().as_vec3(), radius: (size * (0.5 + random.unit())) as f32 };
+    group.sphere(sphere, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+}
+
+fn quad(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+    let (corner, u, v) = (random.cube(), random.cube() * size * 2.0, random.cube() * size * 2.0);
+    group.shape(Quad::new(corner, u, v).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+}
+
+fn cuboid(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+    let (middle, half) = (random.cube(), (random.cube().abs() + 0.5) * size);
+    group.shape(Cuboid::new(middle - half, middle + half).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
+}
+
+fn any_kind(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+    let kinds: [Put; 3] = [sphere, quad, cuboid];
+    kinds[(random.unit() * 3.0) as usize % 3](group, random, size);
+}
+
+/// So many of a kind, 1 % of the cube each where there are a hundred.
+fn geometry(put: Put, count: usize, kind: AcceleratorKind) -> Geometry<Robust> {
+    let (mut group, mut random) = (Group::default(), Random(count as u64));
+    let size = 0.5 * (count as f64).powf(-1.0 / 3.0);
+    (0..count).for_each(|_| put(&mut group, &mut random, size));
+    Geometry::new(group, kind)
+}
+
+/// `cargo bench --bench leaves -- 1000 100000`: how many primitives.
+fn main() {
+    if !measuring() {
+        return;
+    }
+    let counts: Vec<usize> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
+    let counts = if counts.is_empty() { vec![1000, 100_000] } else { counts };
+    let kinds: [(&str, Put); 4] =
+        [("spheres", sphere), ("quads", quad), ("boxes", cuboid), ("spheres, quads and boxes", any_kind)];
+    for count in counts {
+        for (name, put) in kinds {
+            table(name, put, count);
+        }
+    }
+}
+
+fn table(name: &str, put: Put, count: usize) {
+    let mut trees: Vec<(String, Geometry<Robust>)> = Vec::new();
+    for kernel in Kernel::available() {
+        let mut tree = geometry(put, count, AcceleratorKind::default());
+        tree.set_kernel(kernel);
+        trees.push((format!("{kernel:?}"), tree));
+    }
+    if count <= SCANNED {
+        trees.push(("scan".to_owned(), geometry(put, count, AcceleratorKind::Linear)));
+    }
+    let bytes = trees[0].1.bytes() as f64 / count as f64;
+    let random = &mut Random(7);
+    let rays: Vec<Ray<f32>> =
+        (0..RAYS).map(|_| Ray::new((random.cube() * 1.5).as_vec3(), random.cube().normalize().as_vec3())).collect();
+    let side = (RAYS as f64).sqrt() as usize;
+    let across = |i: usize| (i as f32 / side as f32 - 0.5) * 0.8;
+    let directions: Vec<Vec3> =
+        (0..side * side).map(|i| Vec3::new(across(i % side), across(i / side), 1.0).as_dvec3().normalize().as_vec3()).collect();
+    let from =
+        FromOnePoint { origin: Vec3::new(0.0, 0.0, -3.0), directions: &directions, time: 0.0, range: Interval::positive() };
+    let closest = |tree: &Geometry<Robust>| {
+        for ray in &rays {
+            black_box(tree.closest(ray, Interval::positive(), &mut ()));
+        }
+    };
+    let any = |tree: &Geometry<Robust>| {
+        for ray in &rays {
+            black_box(tree.any(ray, Interval::positive(), &mut |_| true, &mut ()));
+        }
+    };
+    let camera = |tree: &Geometry<Robust>| {
+        for &direction in &directions {
+            black_box(tree.closest(&Ray::new(from.origin, direction), Interval::positive(), &mut ()));
+        }
+    };
+    let together = |tree: &Geometry<Robust>| {
+        let mut hits = Vec::new();
+        tree.closest_from(&from, &mut hits);
+        black_box(&hits);
+    };
+    let queries: [(&str, &dyn Fn(&Geometry<Robust>)); 4] =
+        [("closest", &closest), ("any", &any), ("camera's, one by one", &camera), ("camera's, together", &together)];
+    for (query, ask) in queries {
+        let works: Vec<_> = trees.iter().map(|(_, tree)| move || ask(tree)).collect();
+        let contestants: Vec<_> = trees.iter().zip(&works).map(|((name, _), work)| Contestant { name, work }).collect();
+        let title = format!("{count} {name}, {bytes:.0} bytes each; {query}: {RAYS} rays");
+        println!("{}", interleaved(&title, ROUNDS, &contestants));
+    }
+}
