@@ -1,4 +1,4 @@
-//! The tests of the library from without, in one program: linking one takes a fifth of the time that five take. What each part
+//! The tests of the library from without, in one program: each one more would be linked for itself. What each part
 //! protects is told where it begins.
 
 mod builds;
