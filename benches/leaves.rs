@@ -35,6 +35,9 @@ impl Random {
     }
 }
 
+/// Asks a tree all rays of a kind.
+type Ask<'a> = &'a dyn Fn(&Geometry<Robust>);
+
 /// Puts a primitive of about a size somewhere into the cube.
 type Put = fn(&mut Group<Robust>, &mut Random, f64);
 
@@ -122,7 +125,7 @@ fn table(name: &str, put: Put, count: usize) {
         tree.closest_from(&from, &mut hits);
         black_box(&hits);
     };
-    let queries: [(&str, &dyn Fn(&Geometry<Robust>)); 4] =
+    let queries: [(&str, Ask<'_>); 4] =
         [("closest", &closest), ("any", &any), ("camera's, one by one", &camera), ("camera's, together", &together)];
     for (query, ask) in queries {
         let works: Vec<_> = trees.iter().map(|(_, tree)| move || ask(tree)).collect();

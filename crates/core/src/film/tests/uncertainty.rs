@@ -77,6 +77,8 @@ fn rare_bright_samples_are_in_both() {
 /// numbers is.
 #[test]
 fn intervals_hold_known_errors() {
+    /// Noise of one channel of a pixel by an address of its own.
+    type Noise<'a> = &'a dyn Fn(usize, u64, u64) -> f64;
     const FILMS: u64 = 1000;
     const PIXELS: usize = 300;
     let uniform = |address: u64| ((mix(address) >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
@@ -84,7 +86,7 @@ fn intervals_hold_known_errors() {
     let normal =
         move |address: u64| (2.0 * exponential(2 * address)).sqrt() * (core::f64::consts::TAU * uniform(2 * address + 1)).cos();
     let truth = |pixel: usize| 0.2 + 0.1 * (pixel % 9) as f64;
-    let noises: [(&str, &dyn Fn(usize, u64, u64) -> f64); 4] = [
+    let noises: [(&str, Noise<'_>); 4] = [
         ("even", &|_, address, _| 0.15 * normal(address)),
         ("in few pixels", &|pixel, address, _| if pixel.is_multiple_of(10) { 0.2 } else { 0.01 } * normal(address)),
         ("by channel", &|_, address, channel| 0.15 * normal(3 * address + channel)),
