@@ -2,6 +2,8 @@
 //! this processor has and by a scan, in turns. `benches/README.md` quotes it.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
+#[path = "support/random.rs"]
+mod random;
 #[path = "support/turns.rs"]
 mod turns;
 
@@ -11,6 +13,7 @@ use glam::{DVec3, Vec3};
 use raywright::bvh::shapes::{Cuboid, Quad, Sphere};
 use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Ray, Robust, Visibility};
 
+use random::Random;
 use turns::{Contestant, interleaved, measuring};
 
 /// Rays of a turn, and rounds.
@@ -18,22 +21,6 @@ const RAYS: usize = 20_000;
 const ROUNDS: usize = 9;
 /// More primitives than this are not scanned.
 const SCANNED: usize = 1000;
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-    fn cube(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-}
 
 /// Asks a tree all rays of a kind.
 type Ask<'a> = &'a dyn Fn(&Geometry<Robust>);

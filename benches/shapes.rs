@@ -3,6 +3,9 @@
 //! Rays from a sphere around aim at points near the shape, so that about half of them hit; each iteration is one test. The
 //! precisions of a shape run one after another, so that drift of the machine shows as a difference between shapes.
 
+#[path = "support/random.rs"]
+mod random;
+
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -14,21 +17,7 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Fast, Interval, Precision, Ray, Real, Reference, Robust, Shape, Side, Vector};
 
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-    fn cube(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-}
+use random::Random;
 
 fn probes<P: Precision>() -> Vec<Probe<P>> {
     let random = &mut Random(1);
