@@ -9,7 +9,7 @@ mod turns;
 
 use std::hint::black_box;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use raywright::bvh::shapes::{Cuboid, Quad, Sphere};
 use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Ray, Robust, Visibility};
 
