@@ -255,6 +255,39 @@ fn a_wide_ground_does_not_blind_the_filter() {
     assert!(both.nodes <= 2 * alone.nodes && both.primitives <= 2 * alone.primitives + 5000, "{both:?} against {alone:?}");
 }
 
+/// Protects: a direction may have any length whose inverse f32 has. Where products of it might leave the range of f32, and just before, the filter of each
+/// kernel passes no triangle over that the scan hits: distances are shorter or longer by the power of two, and still the same to the bit.
+#[test]
+fn directions_may_have_any_length() {
+    for (name, mesh) in families() {
+        let scan = Geometry::new(group(&mesh, false), AcceleratorKind::Linear);
+        let mut tree = Geometry::new(group(&mesh, false), AcceleratorKind::default());
+        for kernel in Kernel::available() {
+            tree.set_kernel(kernel);
+            let random = &mut Random(12);
+            for exponent in [-100, -64, -63, -40, -21, -20, -19, 19, 20, 21, 40, 62, 63, 64, 100] {
+                for _ in 0..60 {
+                    let straight: Ray<f32> = ray(random, &mesh);
+                    let ray = Ray::new(straight.origin, straight.direction * 2.0_f32.powi(exponent));
+                    // Below that, boxes are not known to be met: a component that f32 has no inverse of counts for zero there.
+                    if straight
+                        .direction
+                        .to_array()
+                        .iter()
+                        .any(|&d: &f32| d != 0.0 && (1.0 / (d * 2.0_f32.powi(exponent))).is_infinite())
+                    {
+                        continue;
+                    }
+                    let all = Interval { min: 0.0, max: f32::INFINITY };
+                    let hit = |geometry: &Geometry<Robust>| bits(geometry.closest(&ray, all, &mut ()));
+                    assert_eq!(hit(&tree), hit(&scan), "{name}, {kernel:?}, 2^{exponent}: {ray:?}");
+                    assert_eq!(asked(&tree, &ray, all), asked(&scan, &ray, all), "{name}, {kernel:?}, 2^{exponent}: {ray:?}");
+                }
+            }
+        }
+    }
+}
+
 /// Protects: rays that are no numbers, or of no direction, end, and hit nothing that the scan does not.
 #[test]
 fn rays_that_are_none_end() {
