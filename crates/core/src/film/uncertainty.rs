@@ -127,7 +127,7 @@ impl Sum {
 
     /// How far the logarithms of both ways to weigh are apart.
     fn gap(&self) -> f64 {
-        if self.variance > 0.0 { (self.variance / self.among).ln() } else { 0.0 }
+        if self.variance > 0.0 { libm::log(self.variance / self.among) } else { 0.0 }
     }
 
     /// Of the root of the mean over so many pixels and three channels.
