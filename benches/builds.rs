@@ -4,6 +4,8 @@
 
 #[path = "../crates/bvh/tests/builds/families.rs"]
 mod families;
+#[path = "../crates/bvh/tests/split_mix.rs"]
+mod split_mix;
 
 use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Robust, Visits};
 use raywright::core::bench::Spread;

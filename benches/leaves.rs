@@ -4,6 +4,8 @@
 
 #[path = "support/random.rs"]
 mod random;
+#[path = "../crates/bvh/tests/split_mix.rs"]
+mod split_mix;
 #[path = "support/turns.rs"]
 mod turns;
 

@@ -5,6 +5,8 @@
 
 #[path = "support/random.rs"]
 mod random;
+#[path = "../crates/bvh/tests/split_mix.rs"]
+mod split_mix;
 
 use std::hint::black_box;
 use std::time::Duration;

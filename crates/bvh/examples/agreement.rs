@@ -15,6 +15,8 @@
 mod files;
 #[path = "../tests/kernels/meshes.rs"]
 mod meshes;
+#[path = "../tests/split_mix.rs"]
+mod split_mix;
 
 use std::cell::RefCell;
 use std::collections::HashMap;

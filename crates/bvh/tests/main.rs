@@ -6,3 +6,4 @@ mod kernels;
 mod numerics;
 mod queries;
 mod shapes;
+mod split_mix;

@@ -5,6 +5,8 @@ use glam::Vec3;
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{Group, Robust, Visibility};
 
+use crate::split_mix::step;
+
 /// What arrangements are made of.
 #[derive(Clone, Copy, Debug)]
 pub enum Item {
@@ -20,11 +22,7 @@ pub struct Random(pub u64);
 impl Random {
     /// From 0 to 1.
     pub fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
+        (step(&mut self.0) >> 40) as f32 / (1 << 24) as f32
     }
 
     /// In the cube of ±1.

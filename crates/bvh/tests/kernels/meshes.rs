@@ -3,16 +3,14 @@
 use glam::Vec3;
 use raywright_bvh::{Interval, Ray};
 
+use crate::split_mix::step;
+
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
 pub struct Random(pub u64);
 
 impl Random {
     fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
+        step(&mut self.0)
     }
     pub fn unit(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 24) as f32

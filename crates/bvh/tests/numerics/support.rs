@@ -8,6 +8,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Shape, ShapeHit, Side, Vector};
 
+use crate::split_mix::step;
+
 /// Unit roundoff of f32.
 pub const U: f64 = 5.960_464_477_539_063e-8;
 
@@ -35,11 +37,7 @@ impl Random {
         self.index
     }
     pub fn bits(&mut self) -> u64 {
-        self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.state;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ z >> 31
+        step(&mut self.state)
     }
     /// In [0, 1).
     pub fn unit(&mut self) -> f64 {

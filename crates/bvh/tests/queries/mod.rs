@@ -10,16 +10,14 @@ use raywright_bvh::{
     Visibility, Visits,
 };
 
+use crate::split_mix::step;
+
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
 struct Random(u64);
 
 impl Random {
     fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 40) as f32 / (1 << 24) as f32
+        (step(&mut self.0) >> 40) as f32 / (1 << 24) as f32
     }
     fn point(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 20.0 - 10.0

@@ -7,16 +7,14 @@ use raywright_bvh::shapes::{
 };
 use raywright_bvh::{Real, Vector};
 
+use crate::split_mix::step;
+
 /// A small seeded generator (SplitMix64), so that a failure can be repeated.
 pub struct Random(pub u64);
 
 impl Random {
     pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+        (step(&mut self.0) >> 11) as f64 / (1_u64 << 53) as f64
     }
     pub fn direction(&mut self) -> DVec3 {
         let (z, a) = (self.unit() * 2.0 - 1.0, self.unit() * core::f64::consts::TAU);
