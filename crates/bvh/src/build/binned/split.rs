@@ -1,6 +1,8 @@
 //! One split: where it costs least, and the items of either side put apart.
 
-use glam::{Vec3A, Vec4, Vec4Swizzles};
+use core::array;
+
+use glam::{Mat4, Vec3A, Vec4, Vec4Swizzles};
 
 use super::Manner;
 use crate::aabb::PaddedBox;
@@ -179,14 +181,6 @@ impl Bin {
     fn add(&mut self, low: Vec4, high: Vec4) {
         (self.low, self.high) = (self.low.min(low), self.high.max(high));
     }
-
-    /// Half the surface, in numbers that neither the largest nor the smallest boxes leave; none where it is empty.
-    #[inline(always)]
-    fn area(&self, unit: f32) -> f32 {
-        let e = Vec3A::from_vec4(self.high - self.low) * unit;
-        let area = e.x * (e.y + e.z) + e.y * e.z;
-        if e.x >= 0.0 { area } else { 0.0 }
-    }
 }
 
 /// The split of least expected cost; none where all items fall into one bin of each axis.
@@ -200,7 +194,7 @@ fn cheapest<'a, I: Iterator<Item = &'a Item>>(items: impl Fn() -> I, count: usiz
     let used = if count < FEW { FEW_BINS } else { BINS };
     let scale = Scale::new(low, high, used);
     let mut bins = [[Bin::EMPTY; 3]; BINS];
-    let mut counts = [[0_u32; 4]; BINS];
+    let mut counts = [[0_i32; 4]; BINS];
     for item in items() {
         let [x, y, z] = scale.bins(item.centre());
         bins[x][0].add(item.low, item.high);
@@ -213,29 +207,68 @@ fn cheapest<'a, I: Iterator<Item = &'a Item>>(items: impl Fn() -> I, count: usiz
     let extent = Vec3A::from_vec4(all.high - all.low).max_element();
     let unit = 1.0 / extent;
     let unit = if unit.is_finite() { unit } else { 1.0 };
-    let weigh = |count: u32| if blocks { count.div_ceil(WIDTH as u32) as f32 } else { count as f32 };
-    let mut best: Option<(f32, usize, u32)> = None;
-    for axis in 0..3 {
-        if scale.factor[axis] == 0.0 {
-            continue;
-        }
-        let mut costs = [0.0; BINS];
-        let (mut right, mut above) = (Bin::EMPTY, 0);
-        for bin in (1..used).rev() {
-            right.add(bins[bin][axis].low, bins[bin][axis].high);
-            above += counts[bin][axis];
-            costs[bin] = right.area(unit) * weigh(above);
-        }
-        let (mut left, mut below) = (Bin::EMPTY, 0);
-        for bin in 0..used - 1 {
-            left.add(bins[bin][axis].low, bins[bin][axis].high);
-            below += counts[bin][axis];
-            let cost = left.area(unit) * weigh(below) + costs[bin + 1];
-            let both = 0 < below && (below as usize) < count;
-            if both && best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, axis, bin as u32));
-            }
-        }
-    }
-    best.map(|(_, axis, bin)| Plane { scale, axis, bin })
+    let sweep = Sweep { bins: &bins[..used], counts: &counts[..used], unit, count: count as f32, blocks };
+    sweep.cheapest().map(|(axis, bin)| Plane { scale, axis, bin })
 }
+
+/// The bins of all three axes, to be asked side by side where a split costs least.
+struct Sweep<'a> {
+    bins: &'a [[Bin; 3]],
+    counts: &'a [[i32; 4]],
+    /// Areas are of boxes that are this many times as large.
+    unit: f32,
+    /// All items.
+    count: f32,
+    blocks: bool,
+}
+
+impl Sweep<'_> {
+    /// Adds a bin of each axis to what is gathered of it, and gives surfaces and counts.
+    #[inline(always)]
+    fn gather(&self, sum: &mut ([Bin; 3], [i32; 4]), bin: usize) -> (Vec4, Vec4) {
+        let (boxes, counts) = sum;
+        for axis in 0..3 {
+            boxes[axis].add(self.bins[bin][axis].low, self.bins[bin][axis].high);
+        }
+        *counts = array::from_fn(|axis| counts[axis] + self.counts[bin][axis]);
+        let [x, y, z] = boxes.map(|own| (own.high - own.low) * self.unit);
+        let across = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose();
+        let area = across.x_axis * (across.y_axis + across.z_axis) + across.y_axis * across.z_axis;
+        // Where nothing is, nothing has a surface.
+        let area = Vec4::select(across.x_axis.cmpge(Vec4::ZERO), area, Vec4::ZERO);
+        (area, Vec4::from_array(counts.map(|count| count as f32)))
+    }
+
+    /// What so many items weigh, from the numbers of them.
+    #[inline(always)]
+    fn weigh(&self, counts: [i32; 4]) -> Vec4 {
+        const LAST: i32 = WIDTH as i32 - 1;
+        let blocks = |count: i32| if self.blocks { (count + LAST) / WIDTH as i32 } else { count };
+        Vec4::from_array(counts.map(|count| blocks(count) as f32))
+    }
+
+    /// Axis and last bin of the left part; of equal splits the first. None where all items fall into one bin of each axis.
+    fn cheapest(&self) -> Option<(usize, u32)> {
+        let (empty, used) = (([Bin::EMPTY; 3], [0; 4]), self.bins.len());
+        let mut costs = [Vec4::ZERO; BINS];
+        let mut right = empty;
+        for bin in (1..used).rev() {
+            costs[bin] = self.gather(&mut right, bin).0 * self.weigh(right.1);
+        }
+        let (mut least, mut at) = (Vec4::INFINITY, Vec4::ZERO);
+        let mut left = empty;
+        for bin in 0..used - 1 {
+            let (area, below) = self.gather(&mut left, bin);
+            let cost = area * self.weigh(left.1) + costs[bin + 1];
+            let both = below.cmpgt(Vec4::ZERO) & below.cmplt(Vec4::splat(self.count));
+            let less = both & cost.cmplt(least);
+            least = Vec4::select(less, cost, least);
+            at = Vec4::select(less, Vec4::splat(bin as f32), at);
+        }
+        let axis = (1..3).fold(0, |best, axis| if least[axis] < least[best] { axis } else { best });
+        (least[axis] < f32::INFINITY).then_some((axis, at[axis] as u32))
+    }
+}
+
+#[cfg(test)]
+mod tests;
