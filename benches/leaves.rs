@@ -13,7 +13,7 @@ use std::hint::black_box;
 
 use glam::Vec3;
 use raywright::bvh::shapes::{Cuboid, Quad, Sphere};
-use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Ray, Robust, Visibility};
+use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Robust, Visibility};
 
 use random::Random;
 use turns::{Contestant, interleaved, measuring};
@@ -111,7 +111,7 @@ fn table(name: &str, put: Put, count: usize) {
     };
     let together = |tree: &Geometry<Robust>| {
         let mut hits = Vec::new();
-        tree.closest_from(&from, &mut hits);
+        tree.closest_from(&from, &mut Patience::default(), &mut hits);
         black_box(&hits);
     };
     let queries: [(&str, Ask<'_>); 4] =

@@ -9,8 +9,8 @@ use std::ffi::{CStr, c_char};
 
 use glam::Vec3;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Fast, FromOnePoint, Geometry, Group, Interval, Kernel, Precision, Ray, Real, Robust, Vector,
-    Visibility,
+    AcceleratorKind, BuildQuality, Fast, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Precision, Ray, Real, Robust,
+    Vector, Visibility,
 };
 
 /// A ray of the harness.
@@ -65,13 +65,13 @@ struct Together<P: Precision>(Geometry<P>);
 impl<P: Precision> Peer for Together<P> {
     fn closest(&self, rays: &[RayIn], mut hits: &mut [HitOut]) {
         let alike = |a: &RayIn, b: &RayIn| (a.origin, a.min, a.max) == (b.origin, b.min, b.max);
-        let (mut directions, mut found) = (Vec::new(), Vec::new());
+        let (mut directions, mut found, mut patience) = (Vec::new(), Vec::new(), Patience::default());
         for rays in rays.chunk_by(alike) {
             let (first, range) = ray::<P>(&rays[0]);
             directions.clear();
             directions.extend(rays.iter().map(|asked| ray::<P>(asked).0.direction));
             let asked = FromOnePoint { origin: first.origin, directions: &directions, time: first.time, range };
-            self.0.closest_from(&asked, &mut found);
+            self.0.closest_from(&asked, &mut patience, &mut found);
             let (these, rest) = hits.split_at_mut(rays.len());
             for (hit, found) in these.iter_mut().zip(&found) {
                 *hit =

@@ -63,7 +63,7 @@ pub use geometry::Geometry;
 pub use group::Group;
 pub use inventory::Inventory;
 pub use motion::Motion;
-pub use query::FromOnePoint;
+pub use query::{FromOnePoint, Patience};
 pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};
 pub use shapes::{Located, Parameters, Probe, Shape, ShapeHit, Surface, Transform};

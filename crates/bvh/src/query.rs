@@ -6,7 +6,7 @@
 mod pencil;
 mod wide;
 
-pub use pencil::FromOnePoint;
+pub use pencil::{FromOnePoint, Patience};
 
 use core::ops::{ControlFlow, Range};
 

@@ -46,7 +46,7 @@ use self::gather::Quads;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
 use self::packed::Packed;
-pub(crate) use self::pencil::{Meets, Pencil, RAYS};
+pub(crate) use self::pencil::{Asked, Meets, Pencil, RAYS};
 pub(crate) use self::rebase::Rebase;
 pub(crate) use self::row::{Roots, Row};
 pub(crate) use self::setup::Setup;

@@ -6,7 +6,7 @@ use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Precision, Real, Vec3Of, Vector};
 use crate::shapes::Probe;
-use crate::wide::{Meets, Pencil, RAYS};
+use crate::wide::{Asked, Meets, Pencil, RAYS};
 
 /// Fewer rays are asked one by one.
 const FEWEST: usize = 4;
@@ -30,29 +30,72 @@ impl<R: Real> FromOnePoint<'_, R> {
     }
 }
 
+/// How rays that were asked together have fared. Where triangles are smaller than pixels each ray has its own way, and they are better
+/// asked one by one: the next few, and twice as many each time that they have still parted. Nothing that is found depends on it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Patience {
+    /// Turns that are still to be taken one by one.
+    alone: u32,
+    /// How many these were.
+    pause: u32,
+}
+
+impl Patience {
+    /// Turns taken one by one at most before rays are asked together again.
+    const LONGEST: u32 = 64;
+
+    /// Whether rays are asked together this turn.
+    fn tries(&mut self) -> bool {
+        let tries = self.alone == 0;
+        self.alone = self.alone.saturating_sub(1);
+        tries
+    }
+
+    /// Learns how that ended.
+    fn learn(&mut self, asked: Asked) {
+        match asked {
+            Asked::Whole => self.pause = 0,
+            Asked::Parted => {
+                self.pause = (2 * self.pause).clamp(1, Self::LONGEST);
+                self.alone = self.pause;
+            }
+            Asked::Unfit => {}
+        }
+    }
+}
+
 impl<P: Precision> Geometry<P> {
-    /// The nearest hit of each ray, in their order, in place of what `hits` held: those of [`Geometry::closest`], bit for bit.
-    pub fn closest_from(&self, rays: &FromOnePoint<'_, P::Real>, hits: &mut Vec<Option<Hit<P::Real>>>) {
+    /// The nearest hit of each ray, in their order, in place of what `hits` held: those of [`Geometry::closest`], bit for bit. `patience` is to
+    /// be handed from one call to the next where their rays are near one another.
+    pub fn closest_from(&self, rays: &FromOnePoint<'_, P::Real>, patience: &mut Patience, hits: &mut Vec<Option<Hit<P::Real>>>) {
         hits.clear();
         hits.reserve(rays.directions.len());
         for some in rays.directions.chunks(RAYS) {
-            if some.len() < FEWEST || !self.together(rays, some, hits) {
+            let asked = if some.len() >= FEWEST && patience.tries() { self.together(rays, some, hits) } else { Asked::Unfit };
+            patience.learn(asked);
+            if asked != Asked::Whole {
                 hits.extend(some.iter().map(|&direction| self.closest(&rays.ray(direction), rays.range, &mut ())));
             }
         }
     }
 
-    /// Up to [`RAYS`] of them at once; false where that is not to be done, and nothing was.
+    /// Up to [`RAYS`] of them at once. Only where that has gone to its end are there more hits than before.
     #[inline(never)]
-    fn together(&self, rays: &FromOnePoint<'_, P::Real>, directions: &[Vec3Of<P>], hits: &mut Vec<Option<Hit<P::Real>>>) -> bool {
-        let Accelerator::Wide(wide, _) = &self.accelerator else { return false };
+    fn together(
+        &self,
+        rays: &FromOnePoint<'_, P::Real>,
+        directions: &[Vec3Of<P>],
+        hits: &mut Vec<Option<Hit<P::Real>>>,
+    ) -> Asked {
+        let Accelerator::Wide(wide, _) = &self.accelerator else { return Asked::Unfit };
         let mut stored = [glam::Vec3::ZERO; RAYS];
         stored.iter_mut().zip(directions).for_each(|(to, from)| *to = from.to_f32());
         let last = rays.range.max.next_down().to_f32();
         let mut pencil = Pencil::new(rays.origin.to_f32(), &stored[..directions.len()], rays.range.min.to_f32(), last);
         let mut asking = Asking { geometry: self, rays, directions };
-        if !wide.ask_pencil(&mut pencil, &mut asking) {
-            return false;
+        let asked = wide.ask_pencil(&mut pencil, &mut asking);
+        if asked != Asked::Whole {
+            return asked;
         }
         for slot in self.planes..self.unbounded {
             asking.one_by_one(slot, u32::MAX, &mut pencil);
@@ -62,7 +105,7 @@ impl<P: Precision> Geometry<P> {
             let ([t, u, v], [slot, inner]) = pencil.hit(ray)?;
             Some(self.named(&Found { t: number(t), u: number(u), v: number(v), slot, inner }))
         }));
-        true
+        asked
     }
 }
 
@@ -98,5 +141,65 @@ impl<P: Precision> Meets for Asking<'_, '_, P> {
 
     fn other(&mut self, place: usize, asked: u32, pencil: &mut Pencil) {
         self.one_by_one(self.geometry.unbounded + place, asked, pencil);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::Visibility;
+    use crate::accelerator::AcceleratorKind;
+    use crate::group::Group;
+    use crate::scalar::Robust;
+
+    /// Protects: each time that rays part twice as many turns are taken one by one, up to 64; one that stays together ends that, and one that
+    /// can't be asked changes nothing.
+    #[test]
+    fn those_that_part_are_asked_one_by_one_for_a_while() {
+        let mut patience = Patience::default();
+        for turns in [1, 2, 4, 8, 16, 32, 64, 64, 64] {
+            assert!(patience.tries());
+            patience.learn(Asked::Parted);
+            for _ in 0..turns {
+                assert!(!patience.tries());
+                patience.learn(Asked::Unfit);
+            }
+        }
+        assert!(patience.tries());
+        patience.learn(Asked::Unfit);
+        assert!(patience.tries());
+        patience.learn(Asked::Whole);
+        assert!(patience.tries());
+        patience.learn(Asked::Parted);
+        assert!([patience.tries(), patience.tries()] == [false, true]);
+    }
+
+    /// Protects: sixteen rays that fall on sixteen faces far from each other among many are found to part, on neighbours and on one they are not,
+    /// and all find what each finds alone.
+    #[test]
+    fn only_rays_with_ways_of_their_own_part() {
+        const SIDE: i32 = 200;
+        let corner = |x: i32, z: i32| Vec3::new(x as f32, 0.3 * ((7 * x + 3 * z) % 5) as f32, z as f32);
+        let faces = |i: i32| {
+            let (x, z) = (i % SIDE, i / SIDE);
+            let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
+            [[a, c, b], [a, d, c]]
+        };
+        let mut group = Group::<Robust>::default();
+        group.mesh((0..SIDE * SIDE).flat_map(faces), Visibility::default()).unwrap();
+        let ground = Geometry::new(group, AcceleratorKind::default());
+        let origin = Vec3::new(-20.0, 500.0, -30.0);
+        for (spacing, parts) in [(12.0, true), (0.7, false), (0.01, false)] {
+            let aim = |i: i32| Vec3::new(60.2 + spacing * (i % 4) as f32, 0.0, 70.3 + spacing * (i / 4) as f32);
+            let directions: Vec<Vec3> = (0..16).map(|i| (aim(i) - origin).normalize()).collect();
+            let asked = FromOnePoint { origin, directions: &directions, time: 0.0, range: Interval::positive() };
+            let (mut patience, mut hits) = (Patience::default(), Vec::new());
+            ground.closest_from(&asked, &mut patience, &mut hits);
+            assert_eq!(patience.pause > 0, parts, "{spacing} apart");
+            let alone: Vec<_> = directions.iter().map(|&d| ground.closest(&asked.ray(d), asked.range, &mut ())).collect();
+            assert!(hits == alone && hits.iter().all(Option::is_some));
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::Wide;
 use super::flat::{blocks, rows};
 use super::opaque::opaque;
-use super::pencil::{self, Meets, Pencil};
+use super::pencil::{self, Asked, Meets, Pencil};
 use super::portable::Portable;
 use super::row::Line;
 use super::setup::{Aim, Setup};
@@ -175,9 +175,9 @@ fn rows_portable<A: Answer>(wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy:
 }
 
 impl Wide {
-    /// Asks `meets` about what rays from one point meet. False where they differ too much for that, and nothing was done.
+    /// Asks `meets` about what rays from one point meet.
     #[inline(never)]
-    pub(crate) fn ask_pencil<M: Meets>(&self, pencil: &mut Pencil, meets: &mut M) -> bool {
+    pub(crate) fn ask_pencil<M: Meets>(&self, pencil: &mut Pencil, meets: &mut M) -> Asked {
         match self.kernel {
             Chosen::Portable => pencil::walk(Portable, self, pencil, meets),
             #[cfg(target_arch = "x86_64")]

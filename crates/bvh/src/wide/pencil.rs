@@ -373,13 +373,28 @@ impl Seen {
     }
 }
 
-/// Asks about all that the rays may meet. False where it is not for rays that differ so much, or blocks are packed (to make them here
-/// slowed rays down by a tenth where none is), and nothing was done.
+/// How asking rays together ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Asked {
+    /// All is found that they meet.
+    Whole,
+    /// Each has its own way: it would take less to ask them one by one, and what they found so far is not all.
+    Parted,
+    /// They can't be asked together: directions differ too much, or blocks are packed (to make them here slowed rays down by a tenth where none
+    /// is). Nothing was done.
+    Unfit,
+}
+
+/// Leaves that a pencil asks about before it is given up: as many as cost about what its rays cost one by one. Measured:
+/// `../../../../benches/runs/2026-11-23-pencils.md`.
+const MOST_LEAVES: u32 = 32;
+
+/// Asks about all that the rays may meet.
 #[inline(always)]
-pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
     let bundle = if wide.nodes.is_empty() && wide.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
     if bundle.is_none() && !(wide.nodes.is_empty() && wide.blocks.is_empty()) || wide.is_packed() {
-        return false;
+        return Asked::Unfit;
     }
     if wide.always > 0 {
         rows_of_lanes(s, &wide.rows[..wide.always], pencil, meets);
@@ -390,12 +405,12 @@ pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil,
             for number in 0..wide.blocks.len() {
                 block(s, wide, number, &bundle, pencil, &mut exact, meets);
             }
-        } else {
-            down(s, wide, &bundle, pencil, &mut exact, meets);
+        } else if !down(s, wide, &bundle, pencil, &mut exact, meets) {
+            return Asked::Parted;
         }
     }
     wide.others.clone().for_each(|place| meets.other(place, u32::MAX, pencil));
-    true
+    Asked::Whole
 }
 
 /// Spheres or planes, each asked about eight rays at a time.
@@ -466,7 +481,7 @@ fn last(pencil: &Pencil) -> f32 {
     Setup::last(far)
 }
 
-/// Down the tree.
+/// Down the tree; whether to its end.
 #[inline(always)]
 fn down<S: Doubles, M: Meets>(
     s: S,
@@ -475,8 +490,8 @@ fn down<S: Doubles, M: Meets>(
     pencil: &mut Pencil,
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
-) {
-    let mut far = last(pencil);
+) -> bool {
+    let (mut far, mut leaves) = (last(pencil), 0);
     let (mut stack, mut top, mut current) = (Stack::new(), 0, Child(0));
     loop {
         if !current.is_leaf() {
@@ -492,19 +507,21 @@ fn down<S: Doubles, M: Meets>(
                 // SAFETY: all of them were just written.
                 unsafe { s.sort(&mut stack, base, top) };
             }
-        } else if current.is_block() {
-            block(s, wide, current.index(), bundle, pencil, exact, meets);
-            far = last(pencil);
         } else if current != Child::NONE {
-            match current.is_gathered() {
-                true => gathered(s, wide, current, bundle, pencil, meets),
-                false => meets.other(current.index(), u32::MAX, pencil),
+            leaves += 1;
+            if leaves > MOST_LEAVES {
+                return false;
+            }
+            match () {
+                () if current.is_block() => block(s, wide, current.index(), bundle, pencil, exact, meets),
+                () if current.is_gathered() => gathered(s, wide, current, bundle, pencil, meets),
+                () => meets.other(current.index(), u32::MAX, pencil),
             }
             far = last(pencil);
         }
         current = loop {
             if top == 0 {
-                return;
+                return true;
             }
             top -= 1;
             // SAFETY: everything below the top was written.

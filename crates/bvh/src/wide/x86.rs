@@ -13,7 +13,7 @@ use core::arch::x86_64::*;
 use super::block::Block;
 use super::flat::{blocks, rows};
 use super::gather::gathered;
-use super::pencil::{self, Meets, Pencil};
+use super::pencil::{self, Asked, Meets, Pencil};
 use super::row::Line;
 use super::setup::{Aim, Setup};
 use super::sight::{Met, Sight, Unsure};
@@ -89,7 +89,7 @@ impl Avx2 {
 
     /// Rays from one point.
     #[inline(always)]
-    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { pencil_avx2(self, wide, pencil, meets) }
     }
@@ -158,7 +158,7 @@ impl Avx512 {
 
     /// Rays from one point.
     #[inline(always)]
-    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
         // SAFETY: `self` exists, so the processor has what the function needs.
         unsafe { pencil_avx512(self, wide, pencil, meets) }
     }
@@ -252,13 +252,13 @@ fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, aim: &Aim, probe: Option<&Pr
 
 #[inline(never)]
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn pencil_avx2<M: Meets>(s: Avx2, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+fn pencil_avx2<M: Meets>(s: Avx2, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
     pencil::walk(s, wide, pencil, meets)
 }
 
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn pencil_avx512<M: Meets>(s: Avx512, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> bool {
+fn pencil_avx512<M: Meets>(s: Avx512, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
     pencil::walk(s, wide, pencil, meets)
 }
 

@@ -1,7 +1,9 @@
 //! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along the way.
 
 use glam::{Vec3, Vec3Swizzles};
-use raywright_bvh::{AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Ray, Robust, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Robust, Visibility,
+};
 
 use super::bits;
 use super::meshes::Random;
@@ -51,7 +53,7 @@ fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: Ac
             let alone: Vec<_> = directions.iter().map(|&d| bits(tree.closest(&Ray::new(origin, d), range, &mut ()))).collect();
             assert_eq!(alone, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
             let mut together = vec![];
-            tree.closest_from(&FromOnePoint { origin, directions, time: 0.0, range }, &mut together);
+            tree.closest_from(&FromOnePoint { origin, directions, time: 0.0, range }, &mut Patience::default(), &mut together);
             let together: Vec<_> = together.into_iter().map(bits).collect();
             assert_eq!(together, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
         }

@@ -3,8 +3,8 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Occlusion, Precision, Ray, Real, Reference, Robust, Vector,
-    Visibility,
+    AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Occlusion, Patience, Precision, Ray, Real, Reference,
+    Robust, Vector, Visibility,
 };
 
 use super::meshes::{Mesh, Random, families, range, ray};
@@ -31,7 +31,7 @@ fn agree(name: &str, geometry: &mut Geometry<Robust>, mesh: &Mesh, scan: Option<
             let t = geometry.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
             let range = if i % 3 == 0 { range(random, t) } else { Interval { min: [0.0, -1.0][i % 2], max: f32::INFINITY } };
             let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, range };
-            geometry.closest_from(&asked, &mut hits);
+            geometry.closest_from(&asked, &mut Patience::default(), &mut hits);
             assert_eq!(hits.len(), directions.len());
             for (&direction, hit) in directions.iter().zip(&hits) {
                 let ray = Ray::new(first.origin, direction);
@@ -100,7 +100,7 @@ fn whatever_is_met() {
     let asked =
         FromOnePoint { origin: DVec3::new(0.1, 0.2, 0.05), directions: &directions, time: 0.0, range: Interval::positive() };
     let mut hits = vec![None; 3];
-    exact.closest_from(&asked, &mut hits);
+    exact.closest_from(&asked, &mut Patience::default(), &mut hits);
     let alone = |&d: &DVec3| exact.closest(&Ray::new(asked.origin, d), asked.range, &mut ());
     assert_eq!(hits, directions.iter().map(alone).collect::<Vec<_>>());
     assert!(hits.iter().flatten().count() > 1);
@@ -114,7 +114,7 @@ fn nothing_asked_and_nothing_said() {
     let mut hits = vec![None];
     let mut from = |directions: &[Vec3]| {
         let asked = FromOnePoint { origin: Vec3::X, directions, time: 0.0, range: Interval::positive() };
-        tree.closest_from(&asked, &mut hits);
+        tree.closest_from(&asked, &mut Patience::default(), &mut hits);
         hits.len()
     };
     assert_eq!(from(&[]), 0);

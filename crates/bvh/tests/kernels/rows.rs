@@ -4,7 +4,8 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Plane, Quad, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility,
+    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Patience, Ray, Robust, Side,
+    Visibility,
 };
 
 use super::meshes::{Random, range};
@@ -237,7 +238,7 @@ fn leaves_are_met_together() {
                 let directions: Vec<Vec3> = (0..16).map(|_| first.direction + random.point() * width).collect();
                 let t = tree.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
                 let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, range: range(random, t) };
-                tree.closest_from(&asked, &mut found);
+                tree.closest_from(&asked, &mut Patience::default(), &mut found);
                 for (&direction, hit) in directions.iter().zip(&found) {
                     let alone = tree.closest(&Ray::new(first.origin, direction), asked.range, &mut ());
                     assert_eq!(bits(*hit), bits(alone), "{}, {kernel:?}: {direction} {asked:?}", family.0);
@@ -283,7 +284,7 @@ fn rays_that_touch_hit() {
             assert_eq!(hit(rows.closest(&Ray::new(origin, Vec3::X), range, &mut ())), Some((t, i)), "{kernel:?}");
             let mut together = vec![];
             let asked = FromOnePoint { origin, directions: &[Vec3::X, Vec3::NEG_X, Vec3::X], time: 0.0, range };
-            rows.closest_from(&asked, &mut together);
+            rows.closest_from(&asked, &mut Patience::default(), &mut together);
             let together: Vec<_> = together.into_iter().map(hit).collect();
             assert_eq!(together, [Some((t, i)), None, Some((t, i))], "{kernel:?}");
         }

@@ -21,7 +21,7 @@ pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;
 
-use raywright_bvh::{FromOnePoint, Hit, Interval, Precision, Query, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{FromOnePoint, Hit, Interval, Patience, Precision, Query, Ray, Real, Vec3Of, Vector};
 
 use crate::counters::Counters;
 use crate::interaction::Interaction;
@@ -59,11 +59,12 @@ impl<R: Real> CameraRay<'_, R> {
 pub(crate) struct FirstHits<P: Precision> {
     directions: Vec<Vec3Of<P>>,
     hits: Vec<Option<Hit<P::Real>>>,
+    patience: Patience,
 }
 
 impl<P: Precision> Default for FirstHits<P> {
     fn default() -> Self {
-        Self { directions: Vec::new(), hits: Vec::new() }
+        Self { directions: Vec::new(), hits: Vec::new(), patience: Patience::default() }
     }
 }
 
@@ -145,7 +146,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 
     /// What camera rays hit, where they leave one point at one time, which is asked for them together; nothing otherwise.
     pub fn meet(&self, rays: &[Ray<P::Real>], hits: &mut FirstHits<P>) {
-        let FirstHits { directions, hits } = hits;
+        let FirstHits { directions, hits, patience } = hits;
         hits.clear();
         let Some(first) = rays.first() else { return };
         if !rays.iter().all(|ray| ray.origin == first.origin && ray.time == first.time) {
@@ -155,7 +156,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: P::Real::INFINITY };
         let asked = FromOnePoint { origin: first.origin, directions, time: first.time, range };
-        self.scene.geometry.closest_from(&asked, hits);
+        self.scene.geometry.closest_from(&asked, patience, hits);
     }
 
     /// The path of a camera ray before its first segment.
