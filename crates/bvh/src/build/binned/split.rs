@@ -227,9 +227,7 @@ impl Sweep<'_> {
     #[inline(always)]
     fn gather(&self, sum: &mut ([Bin; 3], [i32; 4]), bin: usize) -> (Vec4, Vec4) {
         let (boxes, counts) = sum;
-        for axis in 0..3 {
-            boxes[axis].add(self.bins[bin][axis].low, self.bins[bin][axis].high);
-        }
+        boxes.iter_mut().zip(&self.bins[bin]).for_each(|(sum, own)| sum.add(own.low, own.high));
         *counts = array::from_fn(|axis| counts[axis] + self.counts[bin][axis]);
         let [x, y, z] = boxes.map(|own| (own.high - own.low) * self.unit);
         let across = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose();
