@@ -20,7 +20,7 @@ fn cost(items: &[Item], left: impl Fn(&Item) -> bool, blocks: bool) -> Option<f6
         let all = own.iter().fold(PaddedBox::NOTHING, |all, one| all.union(one));
         let e = (all.max - all.min).as_dvec3();
         let weight = if blocks { own.len().div_ceil(WIDTH) } else { own.len() };
-        (!own.is_empty()).then(|| (e.x * (e.y + e.z) + e.y * e.z) * weight as f64)
+        (!own.is_empty()).then_some((e.x * (e.y + e.z) + e.y * e.z) * weight as f64)
     };
     Some(part(true)? + part(false)?)
 }
