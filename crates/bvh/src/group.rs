@@ -128,6 +128,13 @@ impl<P: Precision> Group<P> {
         self.mesh([vertices], visibility)
     }
 
+    /// Makes room for so many more triangles, where they come from an iterator that can't say how many they will be.
+    pub fn reserve_triangles(&mut self, count: usize) {
+        let count = count.min(MAX_PRIMITIVES);
+        self.slots.reserve(count);
+        self.triangles.reserve(count);
+    }
+
     /// Adds any number of triangles as one object, none included, and returns its id. They are its primitives, in their order.
     ///
     /// # Errors
@@ -139,9 +146,7 @@ impl<P: Precision> Group<P> {
     ) -> Result<u32, GeometryError> {
         let before = (self.slots.len(), self.triangles.len());
         let triangles = triangles.into_iter();
-        let least = triangles.size_hint().0.min(MAX_PRIMITIVES);
-        self.slots.reserve(least);
-        self.triangles.reserve(least);
+        self.reserve_triangles(triangles.size_hint().0);
         for (primitive, vertices) in triangles.enumerate() {
             let triangle = Triangle::new(vertices);
             self.triangles.push(triangle);

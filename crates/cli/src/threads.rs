@@ -8,8 +8,14 @@ use crate::failure::{Exit, Failure};
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
-    /// So many threads; where no number is given, the pool that rayon keeps for the whole program, with one for each processor.
+    /// So many threads; where no number is given, the pool that rayon keeps for the whole program, with one for each processor, of which
+    /// this thread is one: handing work over to another one and waiting for it takes a twentieth of a millisecond each time, and
+    /// preparing a small model is many pieces of work.
     pub fn new(count: Option<u32>) -> Result<Self, Failure> {
+        if count.is_none() {
+            // An error says that there is such a pool already, which will do.
+            ThreadPoolBuilder::new().use_current_thread().build_global().ok();
+        }
         let pool = |count: u32| ThreadPoolBuilder::new().num_threads(count as usize).build();
         let failed = |cause| Failure::new(Exit::Failed, format_args!("cannot start the threads: {cause}"));
         Ok(Self(count.map(pool).transpose().map_err(failed)?))

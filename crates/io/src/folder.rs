@@ -115,9 +115,9 @@ impl Folder {
         self.hash.borrow_mut().note(bytes);
     }
 
-    /// The hash of everything read and noted, in order.
-    pub fn hash(&self) -> SceneHash {
-        self.hash.borrow().clone()
+    /// The hash of everything read and noted since it was last taken, in order. Taken and not copied: it holds up to a megabyte.
+    pub fn take_hash(&self) -> SceneHash {
+        self.hash.take()
     }
 
     fn resolve(&self, reference: &str) -> Result<PathBuf, ReadError> {

@@ -151,7 +151,7 @@ fn model(
     within_limits(&name, &scene, &options.limits)?;
     environment::apply(&mut scene, &options.environment, folder, &options.limits)?;
     let source = SourceInfo::new(name, stem(path), format, None);
-    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs(), contents })
+    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents })
 }
 
 fn native_scene(
@@ -171,7 +171,7 @@ fn native_scene(
     within_limits(name, &scene, &options.limits)?;
     environment::apply(&mut scene, &options.environment, folder, &options.limits)?;
     let source = SourceInfo::new(name, stem, Format::Native(notation), Some(text.into()));
-    Ok(Loaded { scene, warnings, hash: folder.hash(), source, inputs: folder.inputs(), contents: Contents::default() })
+    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents: Contents::default() })
 }
 
 /// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.

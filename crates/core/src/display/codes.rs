@@ -1,9 +1,10 @@
 //! 8-bit codes of display-linear values by table: exactly what the transfer curve gives, without its power.
 //!
 //! A curve never falls, so the values of one code are an interval, and 255 thresholds say everything about it. They are
-//! found by bisection over the bit patterns of f32 with the curve itself, and a coarse table tells where to start looking.
+//! found by bisection over the bit patterns of f32 with the curve itself, near where its inverse has them, and a coarse table tells where
+//! to start looking.
 
-use super::curve::{encode, quantise};
+use super::curve::{decode, encode, quantise};
 use crate::scene::TransferCurve;
 
 /// Bits of an f32 below those that index the coarse table: buckets of a 128th of an octave.
@@ -19,22 +20,32 @@ pub struct CodeTable {
 }
 
 impl CodeTable {
-    /// The table of a curve; costs some eight thousand evaluations of it.
+    /// The table of a curve; costs some fifteen hundred evaluations of it.
     pub fn new(curve: TransferCurve) -> Self {
         let code = |bits: u32| plain_code(curve, f32::from_bits(bits));
         let one = 1.0_f32.to_bits();
         let mut next = [f32::INFINITY; 256];
         for (k, slot) in next.iter_mut().enumerate().take(255) {
-            // Invariant: code(low) <= k < code(high).
-            let (mut low, mut high) = (0, one);
+            // Where the inverse has it, but for its rounding. Invariant from here on: code(low) <= k < code(high).
+            let near = (decode(curve, (k as f64 + 0.5) / 255.0) as f32).to_bits();
+            let around = |reach: u32| (near.saturating_sub(reach), one.min(near + reach));
+            let holds = |(low, high): &(u32, u32)| usize::from(code(*low)) <= k && usize::from(code(*high)) > k;
+            let (mut low, mut high) = (0..30).map(|power| around(1 << power)).find(holds).unwrap_or((0, one));
             while high - low > 1 {
                 let middle = low + (high - low) / 2;
                 if usize::from(code(middle)) > k { high = middle } else { low = middle }
             }
             *slot = f32::from_bits(high);
         }
-        let first = (0..=one >> BUCKET_SHIFT).map(|bucket| code(bucket << BUCKET_SHIFT)).collect();
-        Self { next, first }
+        // Both ascend, so that one goes along with the other.
+        let mut code = 0_u8;
+        let first = |bucket: u32| {
+            while f32::from_bits(bucket << BUCKET_SHIFT) >= next[usize::from(code)] {
+                code += 1;
+            }
+            code
+        };
+        Self { next, first: (0..=one >> BUCKET_SHIFT).map(first).collect() }
     }
 
     /// Code of a value in [0, 1].

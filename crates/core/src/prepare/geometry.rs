@@ -272,6 +272,7 @@ pub(super) fn triangles<P: Precision>(
     let corners = |&[a, b, c]: &[u32; 3]| if flipped { [a, c, b] } else { [a, b, c] }.map(position);
     // One that is cancelled ends with the triangles so far, and is then refused.
     let blocks = data.indices.chunks(64 * BLOCK).take_while(|_| !observer.cancelled());
+    group.reserve_triangles(data.indices.len());
     group.mesh(blocks.flatten().map(corners), visibility).map_err(|source| PrepareError::Geometry { object, source })?;
     go_on(observer)
 }

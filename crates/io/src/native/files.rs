@@ -62,7 +62,7 @@ pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> 
             if let Some((path, message)) = mesh_data(&mesh).into_iter().next() {
                 return Err(parsed.error(ErrorKind::Input, &at, format!("{path} of `{reference}`: {message}")));
             }
-            outer.note(folder.hash().to_string().as_bytes());
+            outer.note(folder.take_hash().to_string().as_bytes());
             warnings.extend(more);
             (parsed.scene.meshes[i].source, parsed.scene.meshes[i].model) = (MeshSource::Inline(Arc::new(mesh)), None);
         }

@@ -121,7 +121,7 @@ fn load(
         }
         _ => return Err(parsed.error(ErrorKind::Input, &at("file"), "models are read from .obj, .gltf and .glb files")),
     };
-    outer.note(folder.hash().to_string().as_bytes());
+    outer.note(folder.take_hash().to_string().as_bytes());
     loaded.map_err(|error| match error.kind() {
         // What a command line is blamed for there stands in the scene here.
         ErrorKind::Usage if error.message().contains("has no variant") => {
