@@ -145,12 +145,22 @@ const ALIKE: f64 = 2.0;
 /// triangles, a room and what was scattered in it, it made no better tree.
 const CLUSTERED: usize = 1 << 19;
 
-fn unevenness(boxes: &[PaddedBox]) -> f64 {
+/// Where sizes differ that much, a leaf of several triangles has a box of this many times the surface of their own boxes on average, at
+/// most. What is left apart may still share a block, but what improves the tree moves it by itself, and eight large walls in one box are
+/// asked about by every ray in the room. Measured: `../../../benches/runs`.
+const WIDEST_LEAF: f64 = 8.0;
+
+/// A clustered tree is taken where it costs at most so many times what the other one does. Of rooms the cost tells little: trees of equal
+/// cost differed by a half in what rays took, and the clustered one was the best of a dozen. Measured: `../../../benches/runs`.
+const TRUST: f32 = 1.1;
+
+/// The surface of a box on average, half of it, and how much more the largest ones have, as [`UNEVEN`] says.
+fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
     let sums =
         |boxes: &[PaddedBox]| boxes.iter().map(exact_half_area).fold([0.0, 0.0], |[sum, squares], a| [sum + a, squares + a * a]);
     let pieces: Vec<_> = boxes.par_chunks(PIECE).map(sums).collect();
     let [sum, squares] = pieces.iter().fold([0.0, 0.0], |all, one| [all[0] + one[0], all[1] + one[1]]);
-    boxes.len() as f64 * squares / (sum * sum)
+    [sum / boxes.len() as f64, boxes.len() as f64 * squares / (sum * sum)]
 }
 
 /// Builds the tree over `boxes`; none where `stop` said so. Up to `few` boxes are a single leaf.
@@ -189,28 +199,29 @@ fn binary(
     stop: Stop<'_>,
 ) -> Option<(Binary, BuildWork)> {
     let company = triangles.map_or(&(|_| Company::None) as CompanyOf<'_>, |triangles| triangles.company);
+    let improves = quality != BuildQuality::Fast;
+    // In least time all are taken to be alike.
+    let [mean, unevenness] = if improves { sizes(boxes) } else { [0.0, 1.0] };
     let manner = Manner {
         leaf: if triangles.is_some() { crate::wide::WIDTH } else { 1 },
-        sample: if quality == BuildQuality::Fast { SAMPLE } else { usize::MAX },
+        sample: if improves { usize::MAX } else { SAMPLE },
+        widest: if unevenness > ALIKE { (WIDEST_LEAF * mean) as f32 } else { f32::INFINITY },
     };
     let (mut binary, mut looks) = binned(boxes, owners, company, manner, stop);
     let mut work = BuildWork::default();
-    if quality != BuildQuality::Fast {
-        let unevenness = unevenness(boxes);
-        if unevenness > ALIKE {
-            let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
-            let share = share.min(most / binary.nodes.len() as f32);
-            looks += improved(&mut binary, share, stop);
-        }
-        let few = quality == BuildQuality::High || boxes.len() <= CLUSTERED;
-        if few && unevenness > UNEVEN && !stop() {
-            let (other, counted) = clustered(boxes, owners, quality, stop);
-            looks += counted;
-            if let Some(other) = other
-                && cost(&other, company) < cost(&binary, company)
-            {
-                (binary, work.clustered) = (other, true);
-            }
+    if unevenness > ALIKE {
+        let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
+        let share = share.min(most / binary.nodes.len() as f32);
+        looks += improved(&mut binary, share, stop);
+    }
+    let few = quality == BuildQuality::High || boxes.len() <= CLUSTERED;
+    if few && unevenness > UNEVEN && !stop() {
+        let (other, counted) = clustered(boxes, owners, quality, stop);
+        looks += counted;
+        if let Some(other) = other
+            && cost(&other, company) <= TRUST * cost(&binary, company)
+        {
+            (binary, work.clustered) = (other, true);
         }
     }
     (!stop()).then_some((binary, BuildWork { looks, ..work }))

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use self::split::{Item, Split, split};
 use super::{Company, CompanyOf, Stop};
-use crate::aabb::PaddedBox;
+use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
 
 /// Levels more than halving would take that a tree may have: 27 + 16 where there are as many boxes as can be, fewer than a
@@ -29,6 +29,8 @@ pub(super) struct Manner {
     pub leaf: usize,
     /// Sets of more items than this are split by what this many of them say.
     pub sample: usize,
+    /// Half the surface that the box of a leaf of several triangles may have.
+    pub widest: f32,
 }
 
 /// Where a subtree goes: the places of its items among those of all, and how many levels it may have.
@@ -102,7 +104,15 @@ struct Builder<'a> {
 impl Builder<'_> {
     fn is_leaf(&self, items: &[Item]) -> bool {
         let few = items.len() <= self.manner.leaf && items.len() < self.all;
-        items.len() < 2 || few && (self.blocks || alike(items))
+        items.len() < 2 || few && (self.blocks || alike(items)) && !self.is_wide(items)
+    }
+
+    /// Whether the box around some triangles is too large for a leaf.
+    fn is_wide(&self, items: &[Item]) -> bool {
+        // Most trees have no such bound, and then no box is made for it.
+        let around = || items.iter().fold(PaddedBox::NOTHING, |all, item| all.union(&item.bounds()));
+        let bounded = self.manner.widest < f32::INFINITY && items[0].company() == Company::Triangles;
+        bounded && half_area(&around()) > self.manner.widest
     }
 
     /// The tree over the first of the two arrays; the second one is room to work in.
@@ -213,15 +223,18 @@ mod tests {
     }
 
     /// Protects: the tree is the same for any number of threads, by samples and without; each box is in one leaf, leaves of triangles
-    /// hold eight at most and other primitives are alone in theirs, and each node has the box of its children.
+    /// hold eight at most, with no larger a box than they may have, and other primitives are alone in theirs, and each node has the box of
+    /// its children.
     #[test]
     fn trees_are_the_same_for_any_number_of_threads() {
         let boxes = boxes(50_000);
-        for (leaf, sample, kind) in [(8, 4096, 1), (8, usize::MAX, 3), (1, 4096, 1)] {
+        let any = f32::INFINITY;
+        for (leaf, sample, kind, widest) in [(8, 4096, 1, any), (8, usize::MAX, 3, any), (1, 4096, 1, any), (8, 4096, 1, 0.02)] {
             let build = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let company = |place: u32| if place.is_multiple_of(kind) { Company::Triangles } else { Company::None };
-                let (binary, work) = pool.install(|| binned(&boxes, &[], &company, Manner { leaf, sample }, &|| false));
+                let manner = Manner { leaf, sample, widest };
+                let (binary, work) = pool.install(|| binned(&boxes, &[], &company, manner, &|| false));
                 let nodes: Vec<_> = binary.nodes.iter().map(|n| (n.bounds.min, n.bounds.max, n.first, n.count)).collect();
                 (nodes, binary.order, binary.parts, work)
             };
@@ -240,10 +253,28 @@ mod tests {
                 assert!(own.len() == 1 || own.len() <= leaf && own.iter().all(|place| place.is_multiple_of(kind)), "{own:?}");
                 let around = own.iter().fold(PaddedBox::NOTHING, |all, &place| all.union(&boxes[place as usize]));
                 assert_eq!((min, max), (around.min, around.max));
+                assert!(own.len() == 1 || half_area(&around) <= widest, "{around:?}");
                 within += own.len();
             }
             order.sort_unstable();
             assert!(within == boxes.len() && order.into_iter().eq(0..boxes.len() as u32));
         }
+    }
+
+    /// Protects: how large the box of a leaf may be is asked of triangles alone, and leaves of few small ones stay together: what a row of
+    /// spheres takes is less than what each does.
+    #[test]
+    fn only_triangles_are_kept_from_wide_leaves() {
+        let boxes = boxes(1000);
+        let leaves = |company: Company, widest: f32| {
+            let manner = Manner { leaf: 8, sample: usize::MAX, widest };
+            let (binary, _) = binned(&boxes, &[], &|_| company, manner, &|| false);
+            binary.nodes.iter().filter(|node| node.count > 0).count()
+        };
+        let [shared, spheres] = [leaves(Company::Triangles, f32::INFINITY), leaves(Company::Spheres, 0.0)];
+        assert!(shared < 400 && spheres == shared, "{shared}, {spheres}");
+        let some = leaves(Company::Triangles, 0.02);
+        assert!(shared < some && some < 1000, "{some}");
+        assert_eq!(leaves(Company::Triangles, 0.0), 1000);
     }
 }
