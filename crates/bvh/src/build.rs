@@ -226,3 +226,61 @@ fn binary(
     }
     (!stop()).then_some((binary, BuildWork { looks, ..work }))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube(centre: Vec3, edge: f32) -> PaddedBox {
+        PaddedBox { min: centre - 0.5 * edge, max: centre + 0.5 * edge }
+    }
+
+    /// Small cubes on a grid, and some of them so many times as large.
+    fn mixed(every: usize, larger: f32, edge: f32) -> Vec<PaddedBox> {
+        let at = |i: usize| Vec3::new((i % 20) as f32, (i / 20 % 20) as f32, (i / 400) as f32);
+        (0..8000).map(|i| cube(at(i), if i % every == 0 { larger * edge } else { edge })).collect()
+    }
+
+    const TRIANGLES: Triangles<'static> = Triangles { company: &|_| Company::Triangles, corners: &|_| None };
+
+    /// Protects: the measures of sizes, by hand: cubes of edge 1, half of whose surface is 3, and one of edge 3.
+    #[test]
+    fn sizes_are_the_mean_and_how_uneven_they_are() {
+        let boxes = [1.0, 1.0, 1.0, 3.0].map(|edge| cube(Vec3::splat(7.0), edge));
+        assert_eq!(sizes(&boxes), [9.0, 4.0 * (3.0 * 9.0 + 27.0 * 27.0) / (36.0 * 36.0)]);
+        assert_eq!(sizes(&boxes[..3]), [3.0, 1.0]);
+    }
+
+    /// Protects: where sizes differ, a leaf of several triangles is not much larger than they are, when the tree is improved; in least time
+    /// and where all are alike it may be of any size.
+    #[test]
+    fn large_triangles_are_in_leaves_of_their_own() {
+        let widest = |boxes: &[PaddedBox], quality: BuildQuality| {
+            let (binary, _) = binary(boxes, &[], quality, Some(TRIANGLES), &|| false).unwrap();
+            let shared = binary.nodes.iter().filter(|node| node.count > 1);
+            shared.map(|node| exact_half_area(&node.bounds)).fold(0.0, f64::max) / sizes(boxes)[0]
+        };
+        // Uneven enough for a bound, and not for clustering.
+        let [differ, alike] = [mixed(10, 4.0, 0.5), mixed(1, 1.0, 0.02)];
+        let uneven = [&differ, &alike].map(|boxes| sizes(boxes)[1]);
+        assert!(uneven[0] > ALIKE && uneven[0] < UNEVEN && uneven[1] < ALIKE, "{uneven:?}");
+        let shared = widest(&differ, BuildQuality::Medium);
+        assert!(shared > 0.5 * WIDEST_LEAF && shared <= WIDEST_LEAF, "{shared}");
+        assert!(widest(&differ, BuildQuality::Fast) > 1.5 * WIDEST_LEAF);
+        assert!(widest(&alike, BuildQuality::Medium) > 100.0 * WIDEST_LEAF);
+    }
+
+    /// Protects: of sizes that differ much the clustered tree is kept where it is cheaper or costs 1.09 times what ours does, and ours where
+    /// the other costs 1.32 times as much.
+    #[test]
+    fn clustered_trees_are_kept_unless_they_cost_more() {
+        let kept = |boxes: &[PaddedBox]| {
+            assert!(sizes(boxes)[1] > UNEVEN);
+            binary(boxes, &[], BuildQuality::Medium, Some(TRIANGLES), &|| false).unwrap().1.clustered
+        };
+        assert_eq!(
+            [mixed(800, 20.0, 2.0), mixed(100, 30.0, 0.2), mixed(50, 20.0, 1.0)].map(|boxes| kept(&boxes)),
+            [true, true, false]
+        );
+    }
+}
