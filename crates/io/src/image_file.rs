@@ -252,4 +252,4 @@ fn usable(value: f32) -> f32 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

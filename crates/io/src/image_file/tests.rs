@@ -77,6 +77,30 @@ fn palettes_agree_with_the_general_decoder() {
     assert!(decode_palette(&png(png::ColorType::Rgb, png::BitDepth::Eight, None, &[1; 6]), &Limits::default()).is_none());
 }
 
+/// Protects: the rows of an interlaced palette, which come in seven passes, land where they belong.
+#[test]
+fn interlaced_palettes_are_put_together() {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 6, 1);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(&[1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4][..]);
+    encoder.set_filter(png::Filter::NoFilter);
+    // A row of six is also what two by two have in three passes of theirs, each row with the number of its filter before it.
+    encoder.write_header().unwrap().write_image_data(&[0, 0, 1, 0, 2, 3]).unwrap();
+    (file[19], file[23], file[28]) = (2, 2, 1);
+    let checksum = crc32(&file[12..29]);
+    file[29..33].copy_from_slice(&checksum.to_be_bytes());
+    assert_eq!(codes(&file), [1, 2, 3, 4].map(|code| [code, code, code, 255]));
+}
+
+/// The checksum of a PNG chunk, bit by bit.
+pub(crate) fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
+    })
+}
+
 /// The two float formats keep what is brighter than white, and clamp what light can't be.
 #[test]
 fn float_formats_stay_linear() {

@@ -6,6 +6,7 @@ use ::exr::prelude::{
 };
 
 use super::*;
+use crate::image_file::tests::crc32;
 
 /// 16-bit, grey, palette and coverage PNGs are read to the values they store.
 #[test]
@@ -148,11 +149,4 @@ fn sizes_are_checked_before_memory_is_taken() {
             decode_picture(Path::new("x"), &file, &Limits { image_pixels: 6, memory_bytes: 72, ..Limits::default() }).is_ok()
         );
     }
-}
-
-/// The checksum of a PNG chunk, bit by bit.
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 })
-    })
 }
