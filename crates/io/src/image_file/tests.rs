@@ -81,17 +81,18 @@ fn palettes_agree_with_the_general_decoder() {
 #[test]
 fn interlaced_palettes_are_put_together() {
     let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, 6, 1);
+    let mut encoder = png::Encoder::new(&mut file, 10, 1);
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_palette(&[1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4][..]);
+    let colours: Vec<u8> = (0..18).map(|i| i / 3).collect();
+    encoder.set_palette(&colours[..]);
     encoder.set_filter(png::Filter::NoFilter);
-    // A row of six is also what two by two have in three passes of theirs, each row with the number of its filter before it.
-    encoder.write_header().unwrap().write_image_data(&[0, 0, 1, 0, 2, 3]).unwrap();
-    (file[19], file[23], file[28]) = (2, 2, 1);
+    // A row of ten is also what two by three have in the four passes that they have a share in, each row with the number of its filter before it.
+    encoder.write_header().unwrap().write_image_data(&[0, 0, 4, 0, 1, 0, 5, 0, 2, 3]).unwrap();
+    (file[19], file[23], file[28]) = (2, 3, 1);
     let checksum = crc32(&file[12..29]);
     file[29..33].copy_from_slice(&checksum.to_be_bytes());
-    assert_eq!(codes(&file), [1, 2, 3, 4].map(|code| [code, code, code, 255]));
+    assert_eq!(codes(&file), [0, 1, 2, 3, 4, 5].map(|code| [code, code, code, 255]));
 }
 
 /// The checksum of a PNG chunk, bit by bit.
