@@ -44,8 +44,16 @@ const RARE: &str = r#"{ "format": 1, "sky": { "constant": 0.1 },
                 { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.01 } }, "material": "lamp" }] }"#;
 
 /// What pictures are asked for that get as many samples as it takes: errors for which sixteen samples, the least there is, do not suffice.
-const ASKED: [(&str, f64); 5] =
-    [("cornell", 0.08), ("glossy-box", 0.12), ("many-lights", 0.5), ("product", 0.08), ("caustic", 0.15)];
+const ASKED: [(&str, f64); 8] = [
+    ("cornell", 0.08),
+    ("glossy-box", 0.12),
+    ("many-lights", 0.5),
+    ("product", 0.08),
+    ("absorption", 0.08),
+    ("layers", 0.12),
+    ("depth-of-field", 0.15),
+    ("caustic", 0.15),
+];
 
 /// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few replicates for one.
 const SAMPLES: u32 = 64;
@@ -55,7 +63,10 @@ fn scenes() -> Vec<(String, Scene)> {
     let preset =
         |name: &str| load(&Input::Preset(name.to_owned()), &LoadOptions::default()).ok().map(|l| (name.to_owned(), l.scene));
     let mut all: Vec<(String, Scene)> =
-        ["cornell", "glossy-box", "many-lights", "product"].into_iter().filter_map(preset).collect();
+        ["cornell", "glossy-box", "many-lights", "product", "absorption", "layers", "depth-of-field"]
+            .into_iter()
+            .filter_map(preset)
+            .collect();
     for (name, text) in [("caustic", CAUSTIC), ("rare light", RARE)] {
         all.push((name.to_owned(), serde_json::from_str(text).unwrap_or_else(|e| panic!("{name} is right: {e}"))));
     }
