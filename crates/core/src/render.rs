@@ -1,16 +1,18 @@
 //! Rendering: tiles over threads, samples over pixels. Nothing here allocates or locks per ray.
 
 mod ahead;
+mod first_hits;
+mod queue;
 
 use core::marker::PhantomData;
 use core::ops::Range;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 use std::sync::{Mutex, MutexGuard};
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
 use self::ahead::Ahead;
+use self::first_hits::FirstHits;
+use self::queue::{Next, Queue};
 use crate::counters::Counters;
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit, parts};
 use crate::filter::Draws;
@@ -89,74 +91,6 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
     mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// What is to be rendered, in order, and the film that it goes to.
-struct Queue<'f> {
-    film: &'f mut Film,
-    /// What comes next of each tile in each replicate that is not finished and not being worked on: the pass, the replicate, the
-    /// tile. Whoever finds nothing here can leave: what is being worked on is continued by who works on it.
-    waiting: BinaryHeap<Reverse<(u32, u32, u32)>>,
-    /// Tiles of the part that have no samples at all.
-    bare: usize,
-    /// Samples of all pixels, taken and to be taken.
-    done: u64,
-    total: u64,
-}
-
-/// Work for a thread.
-struct Next {
-    tile: u32,
-    replicate: u32,
-    samples: Range<u32>,
-    /// What is there already.
-    start: Plane,
-}
-
-impl<'f> Queue<'f> {
-    fn new(film: &'f mut Film, part: &Part) -> Self {
-        let plan = film.plan();
-        let replicates = part.replicates.start..part.replicates.end.min(plan.replicates);
-        let (mut waiting, mut bare) = (Vec::new(), 0);
-        let (done, total) = film.progress(part);
-        for tile in part.each_tile(plan) {
-            bare += usize::from((0..plan.replicates).all(|replicate| film.drawn(tile, replicate) == 0));
-            for replicate in replicates.clone() {
-                let next = plan.pass(film.goal(tile, replicate), film.drawn(tile, replicate));
-                waiting.extend(next.map(|(pass, _)| Reverse((pass, replicate, tile))));
-            }
-        }
-        Self { film, waiting: waiting.into(), bare, done, total }
-    }
-
-    /// Takes what is finished, and gives the next piece of work, if there is any and the observer has not got enough. One lock a
-    /// tile.
-    fn exchange(&mut self, finished: Option<Unit>, observer: &dyn Observer) -> Option<Next> {
-        self.put(finished, observer);
-        if observer.has_enough(self.bare == 0) {
-            return None;
-        }
-        let Reverse((_, replicate, tile)) = self.waiting.pop()?;
-        let (_, samples) = self.next(tile, replicate)?;
-        Some(Next { tile, replicate, samples, start: self.film.state(tile, replicate) })
-    }
-
-    /// The pass that comes next of a tile in a replicate, and its samples.
-    fn next(&self, tile: u32, replicate: u32) -> Option<(u32, Range<u32>)> {
-        self.film.plan().pass(self.film.goal(tile, replicate), self.film.drawn(tile, replicate))
-    }
-
-    fn put(&mut self, finished: Option<Unit>, observer: &dyn Observer) {
-        let Some(unit) = finished else { return };
-        let (tile, replicate) = (unit.tile, unit.replicate);
-        let bare = (0..self.film.plan().replicates).all(|replicate| self.film.drawn(tile, replicate) == 0);
-        let before = self.film.drawn(tile, replicate);
-        self.film.put(&unit);
-        self.bare -= usize::from(bare);
-        self.done += self.film.plan().pixels_of(tile) * u64::from(unit.drawn - before);
-        self.waiting.extend(self.next(tile, replicate).map(|(pass, _)| Reverse((pass, replicate, tile))));
-        observer.progress(self.done, self.total);
-    }
-}
-
 /// Some samples of one tile in one replicate.
 struct UnitJob<'a, P: Precision, K: Kernel> {
     scene: &'a Prepared<P>,
@@ -170,62 +104,6 @@ struct UnitJob<'a, P: Precision, K: Kernel> {
     samples: Range<u32>,
     observer: &'a dyn Observer,
     kernel: PhantomData<K>,
-}
-
-/// Sums of the layers that come from first hits, for one pixel.
-struct FirstHits<'a> {
-    plan: &'a Plan,
-    sums: Vec<[f64; 3]>,
-    hits: u16,
-}
-
-impl<'a> FirstHits<'a> {
-    fn new(plan: &'a Plan) -> Self {
-        Self { plan, sums: vec![[0.0; 3]; plan.layers.mean.len()], hits: 0 }
-    }
-
-    /// Goes on with a pixel of a plane that has some samples.
-    fn resume(&mut self, plane: &Plane, pixel: usize) {
-        for (sum, layer) in self.sums.iter_mut().zip(&plane.layers) {
-            *sum = layer.get(pixel).copied().unwrap_or([0.0; 3]);
-        }
-        self.hits = plane.first_hits.get(pixel).copied().unwrap_or(0);
-    }
-
-    #[inline(always)]
-    fn add(&mut self, first: Option<&FirstHit>) {
-        if !self.sums.is_empty() {
-            self.sum(first);
-        }
-    }
-
-    fn sum(&mut self, first: Option<&FirstHit>) {
-        let Some(first) = first else { return };
-        self.hits += 1;
-        for (sum, (aov, _)) in self.sums.iter_mut().zip(&self.plan.layers.mean) {
-            let value = match aov {
-                Aov::Albedo => first.albedo,
-                Aov::Normal => first.normal,
-                _ => first.position,
-            };
-            *sum = core::array::from_fn(|i| sum[i] + value[i]);
-        }
-    }
-
-    /// Hands the sums of the pixel over and starts the next one.
-    #[inline(always)]
-    fn push(&mut self, plane: &mut Plane) {
-        if self.sums.is_empty() {
-            return;
-        }
-        for (layer, sum) in plane.layers.iter_mut().zip(&mut self.sums) {
-            layer.push(core::mem::take(sum));
-        }
-        if self.plan.counts_first_hits() {
-            plane.first_hits.push(self.hits);
-        }
-        self.hits = 0;
-    }
 }
 
 impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {

@@ -1,0 +1,123 @@
+//! What a ray is expected to spend in what becomes of a binary tree. For each node of that: what its subtree costs a ray that meets it as a
+//! child of one wide node, and as two children to eight of them side by side ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", Ylitie, Karras, Laine 2017, section 3.1).
+
+use rayon::prelude::*;
+
+use crate::aabb::half_area;
+use crate::binary::{Binary, BinaryNode};
+use crate::build::{Company, CompanyOf};
+use crate::wide::WIDTH;
+
+/// What a block's test costs, that of a node being 1. Measured: `../../../../benches/README.md`.
+const BLOCK: f32 = 1.1;
+/// Those of a row of spheres and of some quads, from measured times of random ones; fewer cost what each does alone.
+const ROW: f32 = 1.2;
+const QUADS: f32 = 3.0;
+/// What the test of another primitive costs, and of a sphere or a quad alone.
+const OTHER: f32 = 0.7;
+const SPHERE: f32 = 0.5;
+const QUAD: f32 = 1.0;
+/// What a subtree becomes when it is given so many lanes of a node.
+pub(super) const AS_LEAF: u8 = 0;
+pub(super) const AS_INNER: u8 = 1;
+pub(super) const FEWER: u8 = u8::MAX;
+
+/// The least costs of a subtree in one lane to eight.
+#[derive(Clone, Copy)]
+pub(super) struct Costs {
+    pub cost: [f32; WIDTH],
+    /// One of the above, or two more than the lanes that the left child gets less one.
+    pub pick: [u8; WIDTH],
+    /// How many leaves it has, up to `WIDTH`: it fills no more lanes than that.
+    pub leaves: u8,
+    /// How many primitives of one company it is, up to `WIDTH`; more where there are more or others among them.
+    pub alike: u8,
+    pub company: Company,
+}
+
+impl Costs {
+    const NONE: Self = Self { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, alike: u8::MAX, company: Company::None };
+}
+
+/// What the left one of two subtrees may get of so many lanes, where neither gets more than it has leaves.
+pub(super) fn shares(left: &Costs, right: &Costs, lanes: usize) -> core::ops::RangeInclusive<usize> {
+    lanes.saturating_sub(right.leaves.into()).max(1)..=(lanes - 1).min(left.leaves.into())
+}
+
+/// The costs of one node, those of its children below it.
+fn costs(binary: &Binary, node: &BinaryNode, company: CompanyOf<'_>, below: impl Fn(usize) -> Costs) -> Costs {
+    let area = half_area(&node.bounds);
+    if node.count == 0 {
+        return inner(&below(node.first as usize), &below(node.first as usize + 1), area);
+    }
+    let company = company(binary.order[node.first as usize]);
+    let alike = if company == Company::None { u8::MAX } else { node.count as u8 };
+    let mut pick = [FEWER; WIDTH];
+    pick[0] = AS_LEAF;
+    Costs { cost: [area * weight(company, alike); WIDTH], pick, leaves: 1, alike, company }
+}
+
+/// What the test of a leaf costs.
+pub(super) fn weight(company: Company, count: u8) -> f32 {
+    match company {
+        Company::Triangles => BLOCK,
+        Company::Spheres => ROW.min(SPHERE * f32::from(count)),
+        Company::Quads => QUADS.min(QUAD * f32::from(count)),
+        Company::None => OTHER,
+    }
+}
+
+fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
+    let alike = if l.company == r.company { l.alike.saturating_add(r.alike) } else { u8::MAX };
+    // The least cost of both children in so many lanes, and how many of these the left one gets.
+    let mut both = [(f32::INFINITY, 1_u8); WIDTH + 1];
+    let leaves = (l.leaves + r.leaves).min(WIDTH as u8);
+    for (lanes, best) in both.iter_mut().enumerate().take(usize::from(leaves) + 1).skip(2) {
+        for to_left in shares(l, r, lanes) {
+            let cost = l.cost[to_left - 1] + r.cost[lanes - to_left - 1];
+            if cost < best.0 {
+                *best = (cost, to_left as u8);
+            }
+        }
+    }
+    let (leaf, inner) = (area * weight(l.company, alike), area + both[usize::from(leaves)].0);
+    let (mut cost, mut pick) = ([inner; WIDTH], [AS_INNER; WIDTH]);
+    // As many primitives as a block takes are one, in a lane alone: a node above it would be met as often.
+    if usize::from(alike) <= WIDTH {
+        (cost[0], pick[0]) = (leaf, AS_LEAF);
+    }
+    for lanes in 1..WIDTH {
+        let (divided, to_left) = both[lanes + 1];
+        (cost[lanes], pick[lanes]) = if divided < cost[lanes - 1] { (divided, to_left + 1) } else { (cost[lanes - 1], FEWER) };
+    }
+    Costs { cost, pick, leaves, alike, company: l.company }
+}
+
+/// Costs from the leaves up: each part by a thread of its own, then what is above them.
+pub(super) fn solve(binary: &Binary, company: CompanyOf<'_>) -> Vec<Costs> {
+    let mut all = vec![Costs::NONE; binary.nodes.len()];
+    let (tops, mut rest) = all.split_at_mut(binary.tops());
+    let mut parts = Vec::with_capacity(binary.parts.len());
+    for part in &binary.parts {
+        let (own, after) = rest.split_at_mut(part.len());
+        parts.push((part.start, own));
+        rest = after;
+    }
+    parts.into_par_iter().for_each(|(base, own)| {
+        for at in (0..own.len()).rev() {
+            own[at] = costs(binary, &binary.nodes[base + at], company, |node| own[node - base]);
+        }
+    });
+    let count = tops.len();
+    for at in (0..count).rev() {
+        all[at] = costs(binary, &binary.nodes[at], company, |node| all[node]);
+    }
+    all
+}
+
+/// What a ray that meets a binary tree is expected to spend in what becomes of it, in tests of nodes.
+pub(crate) fn cost(binary: &Binary, company: CompanyOf<'_>) -> f32 {
+    let all = solve(binary, company);
+    let root = half_area(&binary.nodes[0].bounds);
+    if root > 0.0 { all[0].cost[WIDTH - 1] / root } else { all[0].cost[WIDTH - 1] }
+}

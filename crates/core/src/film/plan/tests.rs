@@ -1,0 +1,70 @@
+//! That replicates, tiles and passes leave nothing out and take nothing twice.
+
+use super::*;
+use crate::scene::{Pattern, Scene};
+use crate::settings::Sampling;
+
+fn plan(sampling: Sampling) -> Plan {
+    Plan::new(&Settings { sampling, ..Settings::of(&Scene::default()) }, true)
+}
+
+/// Protects: every sample belongs to one replicate, none is larger than the first or smaller by more than one, no
+/// replicate outgrows its count, and there are never more replicates than samples.
+#[test]
+fn samples_are_spread_evenly_over_replicates() {
+    for n in [1, 7, 8, 9, 16, 63, 64, 1023, 65_536, 262_140, 262_141, 1_000_000, u32::MAX] {
+        let plan = plan(Sampling::General(n));
+        let each: Vec<u32> = (0..plan.replicates).map(|r| plan.samples_of(r)).collect();
+        assert_eq!(each.iter().sum::<u32>(), n);
+        assert!(each.is_sorted_by(|a, b| a >= b) && each[0] - each[each.len() - 1] <= 1, "{n}: {each:?}");
+        assert!((1..=MOST).contains(&each[0]), "{n}: {}", each[0]);
+        assert_eq!(plan.replicates, if n <= 262_140 { replicates(n) } else { n.div_ceil(MOST) });
+    }
+    for (asked, samples, given) in [(4, 3, 3), (4, 4, 4), (0, 4, 1), (5, 7, 5)] {
+        let sampling = Sampling::General(samples);
+        let settings = Settings { sampling, replicates: Some(asked), ..Settings::of(&Scene::default()) };
+        assert_eq!(Plan::new(&settings, true).replicates, given, "{asked} asked for of {samples} samples");
+    }
+    for pattern in [Pattern::Centre, Pattern::Corners] {
+        let plan = plan(Sampling::Pattern(pattern));
+        assert_eq!((plan.replicates, plan.samples_of(0)), (1, pattern.count()));
+    }
+}
+
+/// Protects: tiles cover each pixel of the film once, whether or not their edge divides the picture's.
+#[test]
+fn tiles_cover_the_film_once() {
+    for size in [1, 7, 32, 1000] {
+        let settings = Settings { size: [65, 33], tile_size: size, ..Settings::of(&Scene::default()) };
+        let plan = Plan::new(&settings, false);
+        let mut covered = vec![0; plan.pixels()];
+        for tile in (0..plan.tiles()).map(|index| plan.tile(index)) {
+            for y in tile.y..tile.y + tile.height {
+                (tile.x..tile.x + tile.width).for_each(|x| covered[(y * 65 + x) as usize] += 1);
+            }
+        }
+        assert!(covered.iter().all(|&n| n == 1), "tiles of {size}");
+    }
+}
+
+/// Protects: passes follow each other without a gap, are few samples at first, and end at full blocks from the second on; a
+/// pattern is one pass.
+#[test]
+fn passes_take_all_samples_in_order() {
+    let passes = |plan: &Plan| {
+        let (mut drawn, mut ends) = (0, Vec::new());
+        while let Some((pass, samples)) = plan.pass(plan.samples_of(0), drawn) {
+            assert_eq!((pass, samples.start), (ends.len() as u32, drawn));
+            drawn = samples.end;
+            ends.push(drawn);
+        }
+        ends
+    };
+    let general = |n| passes(&Plan { replicates: 1, ..plan(Sampling::General(n)) });
+    assert_eq!(general(1), [1]);
+    assert_eq!(general(20), [4, 16, 20]);
+    assert_eq!(general(200), [4, 16, 32, 64, 128, 192, 200]);
+    assert_eq!(passes(&plan(Sampling::Pattern(Pattern::Corners))), [4]);
+    // From in between, to where the others end.
+    assert_eq!(plan(Sampling::General(400)).pass(100, 70), Some((4, 70..100)));
+}

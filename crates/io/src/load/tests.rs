@@ -1,0 +1,54 @@
+//! What files and their names are taken for.
+
+use super::*;
+
+/// Protects: the kind of a file by its ending in any case, else by how it begins; binary glTF by its first bytes, whatever its name.
+#[test]
+fn kinds_of_files_are_told() {
+    let toml = Format::Native(Notation::Toml);
+    let json = Format::Native(Notation::Json);
+    for (name, bytes, format) in [
+        ("a.glb", "", Format::Glb),
+        ("a.obj", "glTF", Format::Glb),
+        ("a.gltf", "", Format::Gltf),
+        ("a.GLTF", "", Format::Gltf),
+        ("a.obj", "", Format::Obj),
+        ("a.Obj", "", Format::Obj),
+        ("a.toml", "{", toml),
+        ("a.json", "# no", json),
+        ("a.json", "{ \"asset\": 1 }", json),
+        ("a", " { \"asset\": 1 }", Format::Gltf),
+        ("a", "\n{ \"format\": 1 }", json),
+        ("a", "format = 1", toml),
+        ("a", "\n# a scene", toml),
+        ("a.txt", "format = 1", toml),
+    ] {
+        assert_eq!(format_of(Path::new(name), bytes.as_bytes()).ok(), Some(format), "{name} {bytes}");
+    }
+    for (name, bytes) in [("a", ""), ("a.png", "\u{89}PNG"), ("a", "v 0 0 0")] {
+        assert!(
+            format_of(Path::new(name), bytes.as_bytes()).is_err_and(|error| error.kind() == crate::ErrorKind::Input),
+            "{name}"
+        );
+    }
+}
+
+/// Protects: what a picture is called after its scene: the longest known ending goes, in any case, and nothing else does.
+#[test]
+fn stems_lack_their_ending() {
+    for (name, expected) in [
+        ("x/room.scene.toml", "room"),
+        ("room.scene.json", "room"),
+        ("room.Scene.TOML", "room"),
+        ("room.toml", "room"),
+        ("room.json", "room"),
+        ("a.b.gltf", "a.b"),
+        ("duck.glb", "duck"),
+        ("teapot.obj", "teapot"),
+        ("teapot", "teapot"),
+        ("teapot.txt", "teapot.txt"),
+        (".obj", ".obj"),
+    ] {
+        assert_eq!(stem(Path::new(name)), expected, "{name}");
+    }
+}

@@ -1,0 +1,49 @@
+//! Places on a plot by hand, and that words and empty lines do no harm.
+
+use super::*;
+
+fn point(x: f64, y: f64) -> Point {
+    Point { x, y, spread: [y, y], label: None }
+}
+
+/// Protects: a decade is as wide as any other, on the whole width of the area, upwards as values grow.
+#[test]
+fn scales_are_logarithmic() {
+    let scale = Scale::new([2.0, 500.0].into_iter(), 0.0, 300.0);
+    assert_eq!(scale.decades().collect::<Vec<_>>(), [0, 1, 2, 3]);
+    for (value, at) in [(1.0, 0.0), (10.0, 100.0), (1000.0, 300.0)] {
+        assert!((scale.at(value) - at).abs() < 1e-9, "{value}");
+    }
+    // A single value, or none, still has a width to be drawn on.
+    assert_eq!(Scale::new([10.0].into_iter(), 0.0, 1.0).decades, [1, 2]);
+    assert_eq!(Scale::new([f64::NAN].into_iter(), 0.0, 1.0).decades, [0, 1]);
+}
+
+/// Protects: names and file names can hold anything without breaking the file.
+#[test]
+fn words_are_escaped() {
+    let plot = Plot { title: "a<b & \"c\"".to_owned(), ..Plot::default() };
+    let svg = plot.svg();
+    assert!(svg.contains("a&lt;b &amp; &quot;c&quot;") && !svg.contains("a<b"), "{svg}");
+}
+
+/// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from the point.
+#[test]
+fn spreads_lie_on_the_area() {
+    let points = vec![Point { x: 1.0, y: 10.0, spread: [1.0, 1000.0], label: None }, point(10.0, 10.0)];
+    let svg = Plot { lines: vec![Line { points, ..Line::default() }], ..Plot::default() }.svg();
+    let [left, top, _, bottom] = AREA;
+    assert!(svg.contains(&format!("d=\"M{left:.1} {bottom:.1}V{top:.1}\"")), "{svg}");
+}
+
+/// Protects: every line is drawn, marked and named once, an empty one not at all, and no coordinate is NaN.
+#[test]
+fn lines_are_drawn_and_named() {
+    let line = |name: &str, points| Line { name: name.to_owned(), points, ..Line::default() };
+    let lines = vec![line("one", vec![point(1.0, 3.0), point(100.0, 7.0)]), line("none", vec![])];
+    let svg = Plot { lines, marks: vec![Mark { x: 10.0, label: "here".to_owned() }], ..Plot::default() }.svg();
+    assert_eq!((svg.matches(">one<").count(), svg.matches(">none<").count(), svg.matches(">here<").count()), (1, 0, 1));
+    // Two points and the legend's.
+    assert_eq!(svg.matches("<circle").count(), 3);
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+}
