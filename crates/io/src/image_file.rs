@@ -132,8 +132,30 @@ fn broken(error: image::ImageError) -> Fault {
     }
 }
 
+/// The length of a PNG's palette, where that is not three bytes for each of up to 256 colours: the decoder, which would have to refuse
+/// it, panics.
+fn broken_palette(bytes: &[u8]) -> Option<usize> {
+    let mut chunks = bytes.get(8..)?;
+    while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
+        let [a, b, c, d, kind @ ..] = *head;
+        let length = u32::from_be_bytes([a, b, c, d]) as usize;
+        match &kind {
+            b"PLTE" if !length.is_multiple_of(3) || length > 3 * 256 => return Some(length),
+            b"IDAT" => return None,
+            // Its checksum comes behind it.
+            _ => chunks = rest.get(length..)?.get(4..)?,
+        }
+    }
+    None
+}
+
 /// The decoder of a picture that is not too large.
 fn opened<'b>(format: ImageFormat, bytes: &'b [u8], limits: &Limits) -> Outcome<impl ImageDecoder + 'b> {
+    if let Some(length) = broken_palette(bytes).filter(|_| format == ImageFormat::Png) {
+        return Err(Fault::input(format!(
+            "is a broken picture (its palette has {length} bytes, which is not three for each of up to 256 colours)"
+        )));
+    }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     // The pixel count is checked below; this bounds what the decoder itself may allocate on the way.
     let mut own = image::Limits::default();
@@ -167,7 +189,8 @@ fn decode_with(format: ImageFormat, bytes: &[u8], limits: &Limits) -> Outcome<Im
 /// much memory again, which takes the system as long to provide as decoding takes.
 fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
     // Depth and kind of colour stand at fixed places of the first chunk.
-    if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8]) {
+    if bytes.get(24..26) != Some(&[png::BitDepth::Eight as u8, png::ColorType::Indexed as u8]) || broken_palette(bytes).is_some()
+    {
         return None;
     }
     let own = png::Limits { bytes: usize::try_from(limits.image_pixels).ok()?.saturating_mul(16) };
@@ -179,8 +202,9 @@ fn decode_palette(bytes: &[u8], limits: &Limits) -> Option<ImageData> {
         return None;
     }
     let colours = info.palette.as_ref()?.as_chunks().0;
-    let alphas = info.trns.as_deref().unwrap_or_default();
-    // As the decoder has it, what is beyond the palette is black, and beyond the list of alphas opaque.
+    // As the decoder has it, what is beyond the palette is black, what is beyond the list of alphas opaque, and a list that is longer than the
+    // palette is none.
+    let alphas = info.trns.as_deref().filter(|alphas| alphas.len() <= colours.len()).unwrap_or_default();
     let colour = |code: usize| {
         let [r, g, b] = colours.get(code).copied().unwrap_or_default();
         [r, g, b, alphas.get(code).copied().unwrap_or(255)]

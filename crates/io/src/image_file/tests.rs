@@ -60,7 +60,7 @@ fn palettes_agree_with_the_general_decoder() {
         out
     };
     for (width, height) in [(1, 1), (31, 17), (256, 3)] {
-        for alphas in [&[][..], &[0, 128, 7], &[9; 200]] {
+        for alphas in [&[][..], &[0, 128, 7], &[9; 200], &[9; 201]] {
             let file = written(width, height, alphas);
             let general = decode_with(ImageFormat::Png, &file, &Limits::default()).unwrap();
             let Pixels::Codes(expected) = general.pixels else { panic!("codes") };
@@ -93,6 +93,31 @@ fn interlaced_palettes_are_put_together() {
     let checksum = crc32(&file[12..29]);
     file[29..33].copy_from_slice(&checksum.to_be_bytes());
     assert_eq!(codes(&file), [0, 1, 2, 3, 4, 5].map(|code| [code, code, code, 255]));
+}
+
+/// Protects: a palette of one byte more or less than three for each colour, or of more than 256 colours, is refused with its length, at every
+/// depth; the decoder panics over it.
+#[test]
+fn palettes_of_odd_lengths_are_refused() {
+    use png::BitDepth::*;
+    for depth in [One, Two, Four, Eight] {
+        for length in [1, 2, 3, 4, 5, 6, 766, 767, 768, 769, 771] {
+            let mut file =
+                png(png::ColorType::Indexed, depth, Some((&[7; 6], &[9])), &[0, 0][..if depth == Eight { 2 } else { 1 }]);
+            let start = file.windows(4).position(|kind| kind == b"PLTE").unwrap();
+            let mut chunk = b"PLTE".to_vec();
+            chunk.extend(vec![7; length]);
+            let (size, checksum) = ((length as u32).to_be_bytes(), crc32(&chunk).to_be_bytes());
+            file.splice(start - 4..start + 4 + 6 + 4, [&size[..], &chunk, &checksum].concat());
+            match decode(&file, &Limits::default()) {
+                Ok(_) => assert!(length % 3 == 0 && length <= 768, "{depth:?}, {length}"),
+                Err(fault) => {
+                    assert!(length % 3 != 0 || length > 768, "{depth:?}, {length}: {}", fault.message);
+                    assert!(fault.message.contains(&format!("palette has {length} bytes")), "{}", fault.message);
+                }
+            }
+        }
+    }
 }
 
 /// The checksum of a PNG chunk, bit by bit.
