@@ -132,8 +132,8 @@ fn broken(error: image::ImageError) -> Fault {
     }
 }
 
-/// The length of a PNG's palette, where that is not three bytes for each of up to 256 colours: the decoder, which would have to refuse
-/// it, panics.
+/// The length of a PNG's palette, where that is not three bytes for each of up to 256 colours: the decoder (`png` 0.18.1), which
+/// would have to refuse it, panics.
 fn broken_palette(bytes: &[u8]) -> Option<usize> {
     let mut chunks = bytes.get(8..)?;
     while let Some((head, rest)) = chunks.split_first_chunk::<8>() {
@@ -151,7 +151,9 @@ fn broken_palette(bytes: &[u8]) -> Option<usize> {
 
 /// The decoder of a picture that is not too large.
 fn opened<'b>(format: ImageFormat, bytes: &'b [u8], limits: &Limits) -> Outcome<impl ImageDecoder + 'b> {
-    if let Some(length) = broken_palette(bytes).filter(|_| format == ImageFormat::Png) {
+    if format == ImageFormat::Png
+        && let Some(length) = broken_palette(bytes)
+    {
         return Err(Fault::input(format!(
             "is a broken picture (its palette has {length} bytes, which is not three for each of up to 256 colours)"
         )));

@@ -87,7 +87,8 @@ fn interlaced_palettes_are_put_together() {
     let colours: Vec<u8> = (0..18).map(|i| i / 3).collect();
     encoder.set_palette(&colours[..]);
     encoder.set_filter(png::Filter::NoFilter);
-    // A row of ten is also what two by three have in the four passes that they have a share in, each row with the number of its filter before it.
+    // A row of ten is also what two by three have in the four passes that they have a share in, each row with the number of its filter
+    // before it.
     encoder.write_header().unwrap().write_image_data(&[0, 0, 4, 0, 1, 0, 5, 0, 2, 3]).unwrap();
     (file[19], file[23], file[28]) = (2, 3, 1);
     let checksum = crc32(&file[12..29]);

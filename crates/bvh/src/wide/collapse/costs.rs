@@ -1,5 +1,6 @@
 //! What a ray is expected to spend in what becomes of a binary tree. For each node of that: what its subtree costs a ray that meets it as a
-//! child of one wide node, and as two children to eight of them side by side ("Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", Ylitie, Karras, Laine 2017, section 3.1).
+//! child of one wide node, and as two children to eight of them side by side ("Efficient Incoherent Ray Traversal on GPUs Through
+//! Compressed Wide BVHs", Ylitie, Karras, Laine 2017, section 3.1).
 
 use rayon::prelude::*;
 
@@ -17,6 +18,7 @@ const QUADS: f32 = 3.0;
 const OTHER: f32 = 0.7;
 const SPHERE: f32 = 0.5;
 const QUAD: f32 = 1.0;
+
 /// What a subtree becomes when it is given so many lanes of a node.
 pub(super) const AS_LEAF: u8 = 0;
 pub(super) const AS_INNER: u8 = 1;
