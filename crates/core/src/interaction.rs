@@ -3,6 +3,7 @@
 use raywright_bvh::{Real, Surface, Vector};
 
 use crate::expr::Inputs;
+use crate::prepare::Place;
 use crate::scene::MOST_UV_SETS;
 
 /// A point where a ray met a surface. What only some readers want is made from it when they ask: [`Self::inputs`] where an
@@ -28,6 +29,8 @@ pub(crate) struct Interaction<R: Real> {
     pub uv: [[R; 2]; MOST_UV_SETS],
     /// Side of the square of texture coordinates that the ray covers as wide as it is, by set; zero where no texture asks.
     pub footprint: [R; MOST_UV_SETS],
+    /// Where its textures lie in their images, and the first use that lies there, where that is known already.
+    pub lies: Option<(u32, Place<R>)>,
     /// Colour of the mesh's vertices with alpha; white where there is none.
     pub colour: [R; 4],
     pub object: u32,

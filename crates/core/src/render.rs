@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
-use self::ahead::Ahead;
+use self::ahead::{Ahead, Sample};
 use self::first_hits::FirstHits;
 use self::queue::{Next, Queue};
 use crate::counters::Counters;
@@ -148,10 +148,10 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                         }
                         place += 1;
                         for index in self.samples.clone() {
-                            let Some(ray) = ahead.next(&tracer, self.sample_rays([x, y], index)) else { break };
-                            let brought = tracer.camera_ray(ray, self.address(x, y, index));
+                            let make = |most, samples: &mut Vec<_>| self.make_samples([x, y], index, most, samples);
+                            let Some(brought) = ahead.next(&mut tracer, make) else { break };
                             dropped += u64::from(!pixel.add(brought.radiance, parts(brought.coverage)));
-                            firsts.add(tracer.first());
+                            firsts.add(ahead.first(&tracer));
                         }
                         finish(&mut plane, pixel.finish());
                         firsts.push(&mut plane);
@@ -227,12 +227,12 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         for y in rows {
             for x in columns.clone() {
                 let at = |v: u32| P::Real::from_f64(f64::from(v));
-                let rays = (x..columns.end).map(|x| self.scene.camera.ray(at(x), at(y), [0.5; 2]));
-                let Some(ray) = ahead.next(tracer, rays) else { break };
-                let brought = tracer.camera_ray(ray, self.address(x, y, 0));
+                let rays = (x..columns.end).map(|x| (self.scene.camera.ray(at(x), at(y), [0.5; 2]), self.address(x, y, 0)));
+                let make = |most, samples: &mut Vec<_>| samples.extend(rays.take(most));
+                let Some(brought) = ahead.next(tracer, make) else { break };
                 corners.push((brought.radiance, parts(brought.coverage)));
                 if asked {
-                    hits.push(tracer.first().copied());
+                    hits.push(ahead.first(tracer).copied());
                 }
             }
         }
@@ -244,21 +244,35 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         Address { seed, frame, sampler, pixel: [x, y], replicate: self.replicate, index, ..Address::default() }
     }
 
-    /// The camera rays of a row from one sample of a pixel on: those of this pixel, then of the next ones.
-    fn sample_rays(&self, [x, y]: [u32; 2], index: u32) -> impl Iterator<Item = Ray<P::Real>> + '_ {
-        (x..self.columns().end).flat_map(move |column| {
-            // A replicate has no more samples than a sequence has points.
-            let places = (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(column, y, 0), Purpose::Pixel));
-            let from = if column == x { index } else { self.samples.start };
-            (from..self.samples.end).map(move |index| self.sample_ray([column, y], index, places))
-        })
+    /// Makes at most so many samples from one of a pixel on: those of this pixel, then of the next ones; of paths those of the next rows
+    /// too.
+    fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Vec<Sample<P::Real>>) {
+        let end = if K::PATHS { self.rows().end } else { y + 1 };
+        for row in y..end {
+            let first = if row == y { x } else { self.columns().start };
+            for column in first..self.columns().end {
+                // A replicate has no more samples than a sequence has points.
+                let places =
+                    (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(column, row, 0), Purpose::Pixel));
+                let from = if [column, row] == [x, y] { index } else { self.samples.start };
+                let room = (most - samples.len()) as u32;
+                let until = self.samples.end.min(from.saturating_add(room));
+                samples.extend((from..until).map(|index| {
+                    let address = self.address(column, row, index);
+                    (self.sample_ray(address, places), address)
+                }));
+                if samples.len() == most {
+                    return;
+                }
+            }
+        }
     }
 
     /// The camera ray of one sample of a pixel: at its place, or in the middle.
     #[inline]
-    fn sample_ray(&self, [x, y]: [u32; 2], index: u32, places: Option<Sequence>) -> Ray<P::Real> {
-        let address = self.address(x, y, index);
-        let [u, v] = places.map_or([0.5; 2], |places| places.pair(index).map(|number| self.draws.place(number)));
+    fn sample_ray(&self, address: Address, places: Option<Sequence>) -> Ray<P::Real> {
+        let [x, y] = address.pixel;
+        let [u, v] = places.map_or([0.5; 2], |places| places.pair(address.index).map(|number| self.draws.place(number)));
         let camera = &self.scene.camera;
         let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
         let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };

@@ -17,6 +17,7 @@ mod surface;
 
 pub(crate) use kernel::{Analytic, General, Kernel, Paths};
 use path::{Leaving, Next, Path, Step};
+pub(crate) use path_tracing::Stream;
 pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;
@@ -131,29 +132,24 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         self.stopped
     }
 
-    /// Radiance that arrives along a camera ray.
+    /// Radiance that arrives along a camera ray under Whitted's rules.
     #[inline]
     pub fn camera_ray(&mut self, asked: CameraRay<'_, P::Real>, address: Address) -> Brought<P::Real> {
-        if K::PATHS {
-            let brought = self.trace(asked, address);
-            let radiance = self.scene.clamp.map_or(brought.radiance, |most| clamped::<P::Real>(brought.radiance, most));
-            return Brought { radiance: radiance + self.scene.veil, ..brought };
-        }
         let mut path = self.camera_path(asked.ray, address);
         self.follow(&mut path, asked.met);
         Brought { radiance: path.radiance + self.scene.veil, coverage: path.covered }
     }
 
     /// What camera rays hit, where they leave one point at one time, which is asked for them together; nothing otherwise.
-    pub fn meet(&self, rays: &[Ray<P::Real>], hits: &mut FirstHits<P>) {
+    pub fn meet(&self, samples: &[(Ray<P::Real>, Address)], hits: &mut FirstHits<P>) {
         let FirstHits { directions, hits, patience } = hits;
         hits.clear();
-        let Some(first) = rays.first() else { return };
-        if !rays.iter().all(|ray| ray.origin == first.origin && ray.time == first.time) {
+        let Some((first, _)) = samples.first() else { return };
+        if !samples.iter().all(|(ray, _)| ray.origin == first.origin && ray.time == first.time) {
             return;
         }
         directions.clear();
-        directions.extend(rays.iter().map(|ray| ray.direction));
+        directions.extend(samples.iter().map(|(ray, _)| ray.direction));
         let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: P::Real::INFINITY };
         let asked = FromOnePoint { origin: first.origin, directions, time: first.time, range };
         self.scene.geometry.closest_from(&asked, patience, hits);

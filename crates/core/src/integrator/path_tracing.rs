@@ -12,14 +12,16 @@ mod media;
 mod mixture;
 mod nested;
 mod straight;
+mod stream;
 mod vertex;
 
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 pub(crate) use media::Media;
 use media::absorbed;
+pub(crate) use stream::Stream;
 
-use super::{Brought, CameraRay, Kernel, Leg, MAX_CUTOUTS, Tracer};
+use super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
 use crate::interaction::Interaction;
 use crate::light::LightId;
 use crate::material::Sampled;
@@ -94,12 +96,10 @@ fn weight(own: f64, other: f64) -> f64 {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// Radiance that arrives along a camera ray.
-    pub(super) fn trace(&mut self, asked: CameraRay<'_, P::Real>, address: Address) -> Brought<P::Real> {
-        let CameraRay { ray, met: mut known } = asked;
-        self.first = None;
-        self.counters.camera += 1;
-        let mut walk = Walk {
+    /// The path of a camera ray before its first segment.
+    #[inline(always)]
+    fn walk(&self, ray: Ray<P::Real>, address: Address) -> Walk<P::Real> {
+        Walk {
             leg: Leg::of_camera(self.scene, ray),
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
@@ -111,34 +111,26 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             media: self.media,
             left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
             wavelength: None,
-        };
-        loop {
-            let min = if walk.traced == 0 { self.camera_min - walk.leg.ahead } else { self.secondary_min };
-            let hit = known
-                .take()
-                .copied()
-                .unwrap_or_else(|| self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: P::Real::INFINITY }, &mut ()));
-            if !self.step(&mut walk, hit.as_ref()) {
-                let coverage = if walk.hit { P::Real::ONE } else { P::Real::ZERO };
-                return Brought { radiance: walk.radiance, coverage };
-            }
         }
     }
 
-    /// What one more segment makes of a path: it has met this, or nothing. Whether it has another ray to be traced.
+    /// What a path asks next.
     #[inline(always)]
-    fn step(&mut self, walk: &mut Walk<P::Real>, hit: Option<&Hit<P::Real>>) -> bool {
-        let Some(hit) = hit else {
-            walk.radiance += walk.throughput * self.escaped(walk);
-            return false;
-        };
-        let at = Interaction::of::<P, K>(self.scene, &walk.leg, hit);
+    fn ask(&self, walk: &Walk<P::Real>) -> Option<Hit<P::Real>> {
+        let min = if walk.traced == 0 { self.camera_min - walk.leg.ahead } else { self.secondary_min };
+        self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: P::Real::INFINITY }, &mut ())
+    }
+
+    /// What one more segment makes of a path that has met something. Whether it has another ray to be traced.
+    #[inline(always)]
+    fn met(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, mut at: Interaction<P::Real>) -> bool {
+        at.bend_where_bumpy(self.scene, &walk.leg, hit);
         if self.scene.absorbs
             && let Some(absorption) = self.absorption(&walk.media, &at)
         {
             walk.throughput *= absorbed::<P::Real>(absorption, at.distance);
         }
-        if walk.traced == 0 && self.keeps_first && self.first.is_none() {
+        if self.keeps_first && walk.traced == 0 && walk.cutouts == 0 {
             self.first = Some(self.seen(&walk.leg, hit));
         }
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
@@ -163,14 +155,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         self.vertex(walk, hit, &at)
     }
 
-    /// What a ray brings that hit nothing, in its share.
-    fn escaped(&self, walk: &Walk<P::Real>) -> Vec3Of<P> {
+    /// What a ray brings that hit nothing, in its share, where the sky has this [`crate::light::Sky::place`].
+    #[inline(always)]
+    fn escaped(&self, walk: &Walk<P::Real>, place: [P::Real; 2]) -> Vec3Of<P> {
         if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
             return backdrop;
         }
         let direction = walk.leg.ray.direction;
         let lights = &self.scene.lights;
-        let place = lights.sky.place(direction);
         let sky = lights.sky.radiance_at(walk.leg.start(), direction, place);
         sky * self.found(walk, LightId::Sky, |probability| lights.density_of_sky(direction, place, probability))
     }

@@ -55,10 +55,18 @@ impl<R: Real> Interaction<R> {
     #[inline(always)]
     pub fn of<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::smooth::<P, K>(scene, leg, hit);
-        if K::PHYSICAL && scene.objects[at.object as usize].bumpy {
-            at.bend(scene, leg, hit);
+        if K::PHYSICAL {
+            at.bend_where_bumpy(scene, leg, hit);
         }
         at
+    }
+
+    /// Bends the normal where an image of the material does.
+    #[inline(always)]
+    pub fn bend_where_bumpy<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) {
+        if scene.objects[self.object as usize].bumpy {
+            self.bend(scene, leg, hit);
+        }
     }
 
     /// The same before an image bends the normal.
@@ -80,6 +88,7 @@ impl<R: Real> Interaction<R> {
             time: ray.time,
             uv: [[R::ZERO; 2]; MOST_UV_SETS],
             footprint: [R::ZERO; MOST_UV_SETS],
+            lies: None,
             colour: [R::ONE; 4],
             object,
             material: record.material,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raywright_bvh::shapes::equirectangular;
-use raywright_bvh::{Real, Vector};
+use raywright_bvh::{Real, Vector, prefetch};
 
 use crate::expr::{Inputs, Programs, Scope, compile};
 use crate::lookup::Lookup;
@@ -116,6 +116,14 @@ impl<R: Real> Sky<R> {
         if let Kind::Map(_) = &self.kind { equirectangular::<R>(d) } else { [R::ZERO; 2] }
     }
 
+    /// Has what the picture holds at a [`Self::place`] brought near.
+    #[inline(always)]
+    pub fn prefetch(&self, place: [R; 2]) {
+        if let Kind::Map(map) = &self.kind {
+            map.prefetch(place);
+        }
+    }
+
     /// Radiance along a unit direction, seen from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
@@ -168,32 +176,59 @@ impl<R: Real> Map<R> {
         R::Vec3::new(r, g, b)
     }
 
+    /// Has the texels at a place brought near.
+    #[inline(always)]
+    fn prefetch(&self, [u, v]: [R; 2]) {
+        let (left, top, ..) = self.corner([u, v]);
+        for row in [top, top + 1] {
+            let at = self.row(row) * self.image.width as usize + self.column(left);
+            prefetch(&self.packed, at);
+            if let Pixels::Linear(pixels) = &self.image.pixels
+                && self.packed.is_empty()
+            {
+                prefetch(pixels, at);
+            }
+        }
+    }
+
     /// Bilinear at a place of the picture, repeating around and clamped at the poles.
     fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
-        let half = R::from_f64(0.5);
-        let u = u - self.turn;
-        let (width, height) = (self.image.width, self.image.height);
-        let x = (u - u.floor()) * R::from_f64(f64::from(width)) - half;
-        let y = v * R::from_f64(f64::from(height)) - half;
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let (left, top) = (x0.to_f64() as i64, y0.to_f64() as i64);
-        // At most one turn away, so no division is needed.
-        let column = |x: i64| {
-            let width = i64::from(width);
-            (if x < 0 {
-                x + width
-            } else if x >= width {
-                x - width
-            } else {
-                x
-            }) as usize
-        };
-        let row = |y: i64| y.clamp(0, i64::from(height) - 1) as usize;
+        let (left, top, [fx, fy]) = self.corner([u, v]);
         let at = |x: usize, y: usize| self.texel(x, y);
         let mix = |a: R::Vec3, b: R::Vec3, w: R| a * (R::ONE - w) + b * w;
-        let (left, right, top, bottom) = (column(left), column(left + 1), row(top), row(top + 1));
+        let (left, right, top, bottom) = (self.column(left), self.column(left + 1), self.row(top), self.row(top + 1));
         mix(mix(at(left, top), at(right, top), fx), mix(at(left, bottom), at(right, bottom), fx), fy) * self.strength
+    }
+}
+
+impl<R: Real> Map<R> {
+    /// The upper left one of the four texels around a place, and where the place lies between them.
+    #[inline(always)]
+    fn corner(&self, [u, v]: [R; 2]) -> (i64, i64, [R; 2]) {
+        let half = R::from_f64(0.5);
+        let u = u - self.turn;
+        let x = (u - u.floor()) * R::from_f64(f64::from(self.image.width)) - half;
+        let y = v * R::from_f64(f64::from(self.image.height)) - half;
+        let (x0, y0) = (x.floor(), y.floor());
+        (x0.to_f64() as i64, y0.to_f64() as i64, [x - x0, y - y0])
+    }
+
+    /// At most one turn away, so no division is needed.
+    #[inline(always)]
+    fn column(&self, x: i64) -> usize {
+        let width = i64::from(self.image.width);
+        (if x < 0 {
+            x + width
+        } else if x >= width {
+            x - width
+        } else {
+            x
+        }) as usize
+    }
+
+    #[inline(always)]
+    fn row(&self, y: i64) -> usize {
+        y.clamp(0, i64::from(self.image.height) - 1) as usize
     }
 }
 

@@ -104,6 +104,7 @@ impl<P: Precision> Varied<'_, P> {
             time: P::Real::ZERO,
             uv,
             footprint: [P::Real::ZERO; MOST_UV_SETS],
+            lies: None,
             colour,
             object: 0,
             material: 0,

@@ -2,6 +2,7 @@
 //! they refer to lies in flat tables, so an input is a number or two itself.
 
 use core::cell::Cell;
+use core::ops::Range;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -20,6 +21,8 @@ use crate::scene::{Channel, ColourSpace, Filter, ImageData, Input as InputData, 
 pub(crate) struct Sources<R: Real> {
     programs: Programs<R>,
     pub textures: Vec<TextureUse<R>>,
+    /// Which of them each material reads.
+    pub of_materials: Vec<Range<u32>>,
     /// Each once, however many textures show it; the scene's own, because pixels are not copied.
     pub images: Vec<Arc<ImageData>>,
     /// Mip maps of images, for each colour space in which one is read with them; empty where no texture asks for any.
@@ -52,12 +55,17 @@ impl<R: Real> TextureUse<R> {
         Some(match here.place.get() {
             Some((found, place)) if found == first => place,
             _ => {
-                let coordinates = here.at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]);
-                let place = self.sampler.place(&here.sources.images[self.image as usize], coordinates);
+                let place = self.place_in(&here.sources.images[self.image as usize], here.at);
                 here.place.set(Some((first, place)));
                 place
             }
         })
+    }
+
+    #[inline(always)]
+    fn place_in(&self, image: &ImageData, at: &Interaction<R>) -> Place<R> {
+        let coordinates = at.uv.get(self.set).copied().unwrap_or([R::ZERO; 2]);
+        self.sampler.place(image, coordinates)
     }
 
     #[inline(always)]
@@ -91,7 +99,28 @@ impl<R: Real> Sources<R> {
     /// Reads inputs at an interaction.
     #[inline(always)]
     pub fn at<'a>(&'a self, at: &'a Interaction<R>) -> Here<'a, R> {
-        Here { sources: self, at, beam: Beam::default(), last: Cell::new(None), place: Cell::new(None) }
+        Here { sources: self, at, beam: Beam::default(), last: Cell::new(None), place: Cell::new(at.lies) }
+    }
+
+    /// Has the texels brought near that a material's textures will read at an interaction, as far as texture coordinates alone say which,
+    /// and notes where they lie.
+    pub fn prefetch(&self, at: &mut Interaction<R>) {
+        let Range { start, end } = self.of_materials[at.material as usize];
+        let mut asked = None;
+        for texture in &self.textures[start as usize..end as usize] {
+            let Some(first) = texture.lies_as else { continue };
+            let image = &self.images[texture.image as usize];
+            let place = match at.lies {
+                Some((found, place)) if found == first => place,
+                _ => texture.place_in(image, at),
+            };
+            at.lies = Some((first, place));
+            // Channels of one image are uses of their own.
+            if asked != Some((first, texture.image)) {
+                asked = Some((first, texture.image));
+                place.prefetch(image);
+            }
+        }
     }
 }
 
@@ -257,6 +286,7 @@ impl<'a, R: Real> Compiler<'a, R> {
         let sources = Sources {
             programs: Programs::default(),
             textures: Vec::new(),
+            of_materials: Vec::new(),
             images: Vec::new(),
             pyramids: Vec::new(),
             codes: Codes::new(),

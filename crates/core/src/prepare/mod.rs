@@ -41,6 +41,7 @@ pub(crate) use material::{Alpha, Boundary, Bump, Classic, Index, Layered, Materi
 pub(crate) use shape::any_shape;
 pub use shut::ShutAway;
 pub(crate) use tangents::Corners;
+pub(crate) use texture::Place;
 
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -234,11 +235,13 @@ impl<P: Precision> Prepared<P> {
         let mut materials = Vec::with_capacity(scene.materials.len());
         for (index, material) in scene.materials.iter().enumerate() {
             go_on(observer)?;
+            let first = inputs.sources.textures.len() as u32;
             materials.push(if used[index] {
                 material::prepare(material, index, scene, &mut inputs, &mut context)?
             } else {
                 Material::Unused
             });
+            inputs.sources.of_materials.push(first..inputs.sources.textures.len() as u32);
         }
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
         let facets = facets(scene, (&materials, &context.layers), &inputs.sources, (paths, hard_shadows));
@@ -338,6 +341,7 @@ impl<P: Precision> Prepared<P> {
             + size_of_val(self.layers.as_slice())
             + size_of_val(self.priorities.as_slice())
             + size_of_val(self.sources.textures.as_slice())
+            + size_of_val(self.sources.of_materials.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
         let tangents = self.tangents.iter().map(|corners| size_of_val(corners.as_slice()) as u64).sum::<u64>();

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use raywright_bvh::{Real, Vector};
+use raywright_bvh::{Real, Vector, prefetch};
 
 use crate::display::curve::decode;
 use crate::scene::{ColourSpace, Filter, ImageData, Pixels, Texture, TextureRef, TransferCurve, Wrap};
@@ -145,6 +145,18 @@ pub(crate) struct Place<R> {
     corners: [usize; 4],
     /// From left to right and from top to bottom, in [0, 1).
     weights: [R; 2],
+}
+
+impl<R> Place<R> {
+    /// Has the texels brought near. The right ones mostly are where the left ones are.
+    #[inline(always)]
+    pub fn prefetch(&self, image: &ImageData) {
+        let [upper, _, lower, _] = self.corners;
+        match &image.pixels {
+            Pixels::Linear(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
+            Pixels::Codes(pixels) => [upper, lower].map(|corner| prefetch(pixels, corner)),
+        };
+    }
 }
 
 /// What the codes of an image stand for.

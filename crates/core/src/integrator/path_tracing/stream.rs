@@ -1,0 +1,123 @@
+//! Many paths at a time, each segment of all of them before the next one of any: what one asks of memory is on its way while others
+//! compute, and rays, sky and surfaces each have the caches to themselves. No path's bits depend on which others it goes with.
+
+use raywright_bvh::{Hit, Precision, Ray, Real};
+
+use super::super::{Brought, FirstHit, FirstHits, Kernel, Tracer, clamped};
+use super::Walk;
+use crate::interaction::Interaction;
+use crate::sampler::Address;
+
+/// Paths on their way together; kept by who has many, so that its lists are made once.
+pub(crate) struct Stream<P: Precision> {
+    walks: Vec<Walk<P::Real>>,
+    /// What those that go on hit, in their order.
+    hits: Vec<Option<Hit<P::Real>>>,
+    /// Those that have a ray to be traced, by their places.
+    going: Vec<u32>,
+    /// What their camera rays hit first, where that is kept.
+    firsts: Vec<Option<FirstHit>>,
+    /// Where in the sky those that met nothing end.
+    places: Vec<[P::Real; 2]>,
+    /// What the others met.
+    met: Vec<Interaction<P::Real>>,
+    together: FirstHits<P>,
+}
+
+impl<P: Precision> Default for Stream<P> {
+    fn default() -> Self {
+        Self {
+            walks: Vec::new(),
+            hits: Vec::new(),
+            going: Vec::new(),
+            firsts: Vec::new(),
+            places: Vec::new(),
+            met: Vec::new(),
+            together: FirstHits::default(),
+        }
+    }
+}
+
+impl<P: Precision> Stream<P> {
+    /// What the path of a camera ray brought, by its place among those that were followed.
+    #[inline(always)]
+    pub fn brought(&self, place: usize) -> Brought<P::Real> {
+        let walk = &self.walks[place];
+        Brought { radiance: walk.radiance, coverage: if walk.hit { P::Real::ONE } else { P::Real::ZERO } }
+    }
+
+    /// What it hit first; none for the sky, and where that is not kept.
+    pub fn first(&self, place: usize) -> Option<&FirstHit> {
+        self.firsts.get(place)?.as_ref()
+    }
+}
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Follows the paths of camera rays to their ends. `together`: so many of them, one after the other, are asked at once what they hit
+    /// first.
+    pub fn follow_all(&mut self, samples: &[(Ray<P::Real>, Address)], together: usize, stream: &mut Stream<P>) {
+        let Stream { walks, hits, going, firsts, places, met, together: found } = stream;
+        walks.clear();
+        walks.extend(samples.iter().map(|&(ray, address)| self.walk(ray, address)));
+        self.counters.camera += samples.len() as u64;
+        going.clear();
+        going.extend(0..samples.len() as u32);
+        hits.clear();
+        for (samples, walks) in samples.chunks(together).zip(walks.chunks(together)) {
+            self.meet(samples, found);
+            hits.extend(walks.iter().enumerate().map(|(i, walk)| found.get(i).copied().unwrap_or_else(|| self.ask(walk))));
+        }
+        firsts.clear();
+        while !going.is_empty() {
+            self.escape(walks, going, hits, places);
+            // What the surfaces read is asked for before any of it is waited for.
+            met.clear();
+            met.extend(going.iter().zip(&*hits).filter_map(|(&place, hit)| {
+                let mut at = Interaction::smooth::<P, K>(self.scene, &walks[place as usize].leg, hit.as_ref()?);
+                self.scene.sources.prefetch(&mut at);
+                Some(at)
+            }));
+            let (mut hit, mut at) = (hits.iter(), met.iter());
+            going.retain(|&place| {
+                let (Some(Some(hit)), Some(at)) = (hit.next(), at.next()) else { return false };
+                let goes_on = self.met(&mut walks[place as usize], hit, *at);
+                if let Some(first) = self.first.take() {
+                    firsts.resize(samples.len(), None);
+                    firsts[place as usize] = Some(first);
+                }
+                goes_on
+            });
+            hits.clear();
+            hits.extend(going.iter().map(|&place| self.ask(&walks[place as usize])));
+        }
+        for walk in walks {
+            let radiance = self.scene.clamp.map_or(walk.radiance, |most| clamped::<P::Real>(walk.radiance, most));
+            walk.radiance = radiance + self.scene.veil;
+        }
+    }
+
+    /// Ends the paths that hit nothing.
+    fn escape(
+        &mut self,
+        walks: &mut [Walk<P::Real>],
+        going: &mut Vec<u32>,
+        hits: &mut Vec<Option<Hit<P::Real>>>,
+        places: &mut Vec<[P::Real; 2]>,
+    ) {
+        let sky = &self.scene.lights.sky;
+        places.clear();
+        let escaped = || going.iter().zip(&*hits).filter(|(_, hit)| hit.is_none()).map(|(&place, _)| place as usize);
+        places.extend(escaped().map(|place| {
+            let place = sky.place(walks[place].leg.ray.direction);
+            sky.prefetch(place);
+            place
+        }));
+        for (walk, &place) in escaped().zip(&*places) {
+            let walk = &mut walks[walk];
+            walk.radiance += walk.throughput * self.escaped(walk, place);
+        }
+        let mut hit = hits.iter();
+        going.retain(|_| hit.next().is_some_and(Option::is_some));
+        hits.retain(Option::is_some);
+    }
+}
