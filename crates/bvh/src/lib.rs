@@ -64,7 +64,7 @@ pub use geometry::Geometry;
 pub use group::Group;
 pub use inventory::Inventory;
 pub use motion::Motion;
-pub use processor::prefetch;
+pub use processor::{Loops, prefetch, widest};
 pub use query::{FromOnePoint, Patience};
 pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
 pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};

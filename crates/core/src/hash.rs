@@ -2,6 +2,7 @@
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood, "Fast Splittable Pseudorandom Number Generators", 2014): a permutation
 /// of the 64-bit numbers in which every bit of the argument counts for every bit of the result.
+#[inline(always)]
 pub(crate) fn mix(z: u64) -> u64 {
     let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

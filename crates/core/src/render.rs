@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use raywright_bvh::{Precision, Ray, Real, Vec3Of};
 
-use self::ahead::{Ahead, Sample};
+use self::ahead::{Ahead, Samples};
 use self::first_hits::FirstHits;
 use self::queue::{Next, Queue};
 use crate::counters::Counters;
@@ -20,7 +20,7 @@ use crate::integrator::{FirstHit, Kernel, Tracer};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
-use crate::sampler::{Address, Purpose, Sequence, pair};
+use crate::sampler::{Address, Purpose, Sequence, fours, pair};
 use crate::scene::Pattern;
 use crate::settings::{Accumulation, Aov, Crop, Sampling, Settings};
 
@@ -148,7 +148,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                         }
                         place += 1;
                         for index in self.samples.clone() {
-                            let make = |most, samples: &mut Vec<_>| self.make_samples([x, y], index, most, samples);
+                            let make = |most, samples: &mut Samples<_>| self.make_samples([x, y], index, most, samples);
                             let Some(brought) = ahead.next(&mut tracer, make) else { break };
                             dropped += u64::from(!pixel.add(brought.radiance, parts(brought.coverage)));
                             firsts.add(ahead.first(&tracer));
@@ -227,8 +227,10 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         for y in rows {
             for x in columns.clone() {
                 let at = |v: u32| P::Real::from_f64(f64::from(v));
-                let rays = (x..columns.end).map(|x| (self.scene.camera.ray(at(x), at(y), [0.5; 2]), self.address(x, y, 0)));
-                let make = |most, samples: &mut Vec<_>| samples.extend(rays.take(most));
+                let make = |most, samples: &mut Samples<_>| {
+                    samples.addresses.extend((x..columns.end).take(most).map(|x| self.address(x, y, 0)));
+                    samples.rays.extend((x..columns.end).take(most).map(|x| self.scene.camera.ray(at(x), at(y), [0.5; 2])));
+                };
                 let Some(brought) = ahead.next(tracer, make) else { break };
                 corners.push((brought.radiance, parts(brought.coverage)));
                 if asked {
@@ -246,33 +248,41 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
 
     /// Makes at most so many samples from one of a pixel on: those of this pixel, then of the next ones; of paths those of the next rows
     /// too.
-    fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Vec<Sample<P::Real>>) {
+    fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Samples<P::Real>) {
         let end = if K::PATHS { self.rows().end } else { y + 1 };
-        for row in y..end {
-            let first = if row == y { x } else { self.columns().start };
-            for column in first..self.columns().end {
+        let pixels =
+            (y..end).flat_map(|row| (if row == y { x } else { self.columns().start }..self.columns().end).map(move |x| [x, row]));
+        let by_chance = !self.settings.sampling.is_fixed();
+        let Samples { addresses, rays, sequences, places } = samples;
+        for pixel in pixels {
+            let from = if pixel == [x, y] { index } else { self.samples.start };
+            let until = self.samples.end.min(from.saturating_add((most - addresses.len()) as u32));
+            let first = self.address(pixel[0], pixel[1], 0);
+            addresses.extend((from..until).map(|index| Address { index, ..first }));
+            if by_chance {
                 // A replicate has no more samples than a sequence has points.
-                let places =
-                    (!self.settings.sampling.is_fixed()).then(|| Sequence::of(self.address(column, row, 0), Purpose::Pixel));
-                let from = if [column, row] == [x, y] { index } else { self.samples.start };
-                let room = (most - samples.len()) as u32;
-                let until = self.samples.end.min(from.saturating_add(room));
-                samples.extend((from..until).map(|index| {
-                    let address = self.address(column, row, index);
-                    (self.sample_ray(address, places), address)
-                }));
-                if samples.len() == most {
-                    return;
-                }
+                let sequence = Sequence::of(first, Purpose::Pixel);
+                sequences.extend((from..until).map(|index| (sequence, index)));
             }
+            if addresses.len() == most {
+                break;
+            }
+        }
+        if by_chance {
+            fours(sequences.iter().copied(), places);
+            rays.extend(addresses.iter().zip(&*places).map(|(&address, &[u, v, ..])| {
+                let [u, v] = [u, v].map(|number| self.draws.place(number));
+                self.sample_ray(address, [u, v])
+            }));
+        } else {
+            rays.extend(addresses.iter().map(|&address| self.sample_ray(address, [0.5; 2])));
         }
     }
 
-    /// The camera ray of one sample of a pixel: at its place, or in the middle.
+    /// The camera ray of a sample, through a place in its pixel.
     #[inline]
-    fn sample_ray(&self, address: Address, places: Option<Sequence>) -> Ray<P::Real> {
+    fn sample_ray(&self, address: Address, [u, v]: [f32; 2]) -> Ray<P::Real> {
         let [x, y] = address.pixel;
-        let [u, v] = places.map_or([0.5; 2], |places| places.pair(address.index).map(|number| self.draws.place(number)));
         let camera = &self.scene.camera;
         let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
         let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };

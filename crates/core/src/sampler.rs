@@ -74,7 +74,19 @@ pub enum Branch {
     Behind = 2,
 }
 
+/// The part of an address that all vertices of a sample share, mixed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way(u64);
+
 impl Address {
+    /// What all vertices of its sample share.
+    #[inline]
+    pub(crate) fn way(&self) -> Way {
+        let words =
+            [u64::from(self.pixel[0]) | u64::from(self.pixel[1]) << 32, u64::from(self.frame) | u64::from(self.replicate) << 32];
+        Way(words.into_iter().fold(mix(self.seed), |hash, word| mix(hash ^ word)))
+    }
+
     /// The address of the first vertex on a side branch that leaves here.
     ///
     /// A branch is told by a hash of all the places where it left the main path: tracing it takes no more than a word, however
@@ -98,13 +110,14 @@ impl Sequence {
     /// many of them asks once.
     #[inline]
     pub fn of(at: Address, purpose: Purpose) -> Self {
-        let words = [
-            u64::from(at.pixel[0]) | u64::from(at.pixel[1]) << 32,
-            u64::from(at.frame) | u64::from(at.replicate) << 32,
-            u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56,
-            at.branch,
-        ];
-        Self { scramble: words.into_iter().fold(mix(at.seed), |hash, word| mix(hash ^ word)) as u32, sampler: at.sampler }
+        Self::on(at.way(), at, purpose)
+    }
+
+    /// The same where [`Address::way`] is known.
+    #[inline(always)]
+    pub fn on(Way(way): Way, at: Address, purpose: Purpose) -> Self {
+        let vertex = u64::from(at.bounce) | u64::from(at.index / SEQUENCE) << 32 | (purpose as u64) << 56;
+        Self { scramble: mix(mix(way ^ vertex) ^ at.branch) as u32, sampler: at.sampler }
     }
 
     /// Four numbers in [0, 1): they are even together, and cost little more than one.
@@ -112,29 +125,31 @@ impl Sequence {
     fn four(self, index: u32) -> [f32; 4] {
         let (index, scramble) = (index % SEQUENCE, self.scramble);
         match self.sampler {
-            SamplerKind::Sobol => sobol::point(index, scramble),
+            SamplerKind::Sobol => sobol::point(sobol::Which { index, scramble }),
             SamplerKind::Stratified => grid::stratified(index, scramble),
             SamplerKind::Independent => grid::independent(index, scramble),
         }
     }
+}
 
-    /// Two numbers in [0, 1): the first two of four dimensions, which together take less time than one after the other.
-    #[inline]
-    pub fn pair(self, index: u32) -> [f32; 2] {
-        let [x, y, ..] = self.four(index);
-        [x, y]
+/// Four numbers in [0, 1) for each of many sequences and the indices in them, one after the other: in less time than [`Sequence::four`] of
+/// each.
+pub(crate) fn fours(asked: impl Iterator<Item = (Sequence, u32)> + Clone, out: &mut Vec<[f32; 4]>) {
+    match asked.clone().next() {
+        Some((first, _)) if first.sampler == SamplerKind::Sobol => {
+            sobol::points(
+                asked.map(|(sequence, index)| sobol::Which { index: index % SEQUENCE, scramble: sequence.scramble }),
+                out,
+            );
+        }
+        _ => out.extend(asked.map(|(sequence, index)| sequence.four(index))),
     }
 }
 
-/// Four numbers in [0, 1) for one purpose at one vertex of a sample's path: they are even together, and cost little more than one.
-#[inline]
-pub(crate) fn four(at: Address, purpose: Purpose) -> [f32; 4] {
-    Sequence::of(at, purpose).four(at.index)
-}
-
-/// Two numbers in [0, 1) for one purpose at one vertex of a sample's path.
+/// Two numbers in [0, 1) for one purpose at one vertex of a sample's path: of four that are even together.
 pub fn pair(at: Address, purpose: Purpose) -> [f32; 2] {
-    Sequence::of(at, purpose).pair(at.index)
+    let [x, y, ..] = Sequence::of(at, purpose).four(at.index);
+    [x, y]
 }
 
 #[cfg(test)]

@@ -141,9 +141,10 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
 
 /// Coordinates in [0, 1] of a direction in an equirectangular map: the first runs about +y from the −x side, the second from
 /// the top. At the poles, where an arc cosine has steps as wide as the root of its scalar's, they keep their digits.
+#[inline(always)]
 pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
-    [n.z().atan2(n.x()) / num(core::f64::consts::TAU) + num(0.5), ring.atan2(n.y()) / num(core::f64::consts::PI)]
+    [n.z().angle(n.x()) / num(core::f64::consts::TAU) + num(0.5), ring.angle(n.y()) / num(core::f64::consts::PI)]
 }
 
 /// Texture coordinates of a sphere by its unit normal: an equirectangular map is seen from inside, a globe from outside, so the

@@ -141,15 +141,15 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     }
 
     /// What camera rays hit, where they leave one point at one time, which is asked for them together; nothing otherwise.
-    pub fn meet(&self, samples: &[(Ray<P::Real>, Address)], hits: &mut FirstHits<P>) {
+    pub fn meet(&self, rays: &[Ray<P::Real>], hits: &mut FirstHits<P>) {
         let FirstHits { directions, hits, patience } = hits;
         hits.clear();
-        let Some((first, _)) = samples.first() else { return };
-        if !samples.iter().all(|(ray, _)| ray.origin == first.origin && ray.time == first.time) {
+        let Some(first) = rays.first() else { return };
+        if !rays.iter().all(|ray| ray.origin == first.origin && ray.time == first.time) {
             return;
         }
         directions.clear();
-        directions.extend(samples.iter().map(|(ray, _)| ray.direction));
+        directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: P::Real::INFINITY };
         let asked = FromOnePoint { origin: first.origin, directions, time: first.time, range };
         self.scene.geometry.closest_from(&asked, patience, hits);

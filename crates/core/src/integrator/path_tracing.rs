@@ -23,10 +23,10 @@ pub(crate) use stream::Stream;
 
 use super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
 use crate::interaction::Interaction;
-use crate::light::LightId;
+use crate::light::{LightId, Seen};
 use crate::material::Sampled;
 use crate::prepare::{Alpha, Material};
-use crate::sampler::{Address, Purpose, pair};
+use crate::sampler::{Address, Purpose, Way, pair};
 use crate::settings::{LightSampling, Roulette};
 
 /// From so many segments on a path ends by chance however bright it is, so that one in a white room, of which nothing is ever lost, has an end
@@ -57,6 +57,8 @@ struct Walk<R: Real> {
     radiance: R::Vec3,
     /// The vertex in the making, for random numbers.
     address: Address,
+    way: Way,
+    draws: Draws,
     /// Segments traced so far.
     traced: u32,
     /// Surfaces that it passed through because they are absent there.
@@ -71,6 +73,15 @@ struct Walk<R: Real> {
     left: Left<R>,
     /// The one wavelength, in nanometres, by which a path goes on that was bent apart; none: it is white.
     wavelength: Option<f64>,
+}
+
+/// Numbers in [0, 1) that nearly every vertex asks for.
+#[derive(Clone, Copy, Debug, Default)]
+struct Draws {
+    /// Which light it asks, and where on it.
+    light: [f32; 4],
+    /// Which way the path goes on, and whether.
+    scatter: [f32; 4],
 }
 
 /// How a ray left its vertex: what it takes to know how else the light at its end could have been found.
@@ -104,6 +115,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,
+            way: address.way(),
+            draws: Draws::default(),
             traced: 0,
             cutouts: 0,
             hit: false,
@@ -123,7 +136,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// What one more segment makes of a path that has met something. Whether it has another ray to be traced.
     #[inline(always)]
-    fn met(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, mut at: Interaction<P::Real>) -> bool {
+    fn met(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &mut Interaction<P::Real>) -> bool {
         at.bend_where_bumpy(self.scene, &walk.leg, hit);
         if self.scene.absorbs
             && let Some(absorption) = self.absorption(&walk.media, &at)
@@ -155,16 +168,15 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         self.vertex(walk, hit, &at)
     }
 
-    /// What a ray brings that hit nothing, in its share, where the sky has this [`crate::light::Sky::place`].
+    /// What a ray brings that hit nothing and sees this of the sky, in its share.
     #[inline(always)]
-    fn escaped(&self, walk: &Walk<P::Real>, place: [P::Real; 2]) -> Vec3Of<P> {
+    fn escaped(&self, walk: &Walk<P::Real>, seen: &Seen<P::Real>) -> Vec3Of<P> {
         if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
             return backdrop;
         }
         let direction = walk.leg.ray.direction;
         let lights = &self.scene.lights;
-        let sky = lights.sky.radiance_at(walk.leg.start(), direction, place);
-        sky * self.found(walk, LightId::Sky, |probability| lights.density_of_sky(direction, place, probability))
+        seen.radiance * self.found(walk, LightId::Sky, |probability| lights.density_of_sky(direction, seen.place, probability))
     }
 
     /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.

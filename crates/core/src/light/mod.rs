@@ -39,7 +39,7 @@ pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub use polygon::Polygon;
 pub use reached::Reached;
-pub use sky::Sky;
+pub use sky::{Seen, Sky};
 pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
 pub use sky_sampler::SkySampler;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use raywright_bvh::shapes::equirectangular;
-use raywright_bvh::{Real, Vector, prefetch};
+use raywright_bvh::{Loops, Real, Vector, widest};
 
 use crate::expr::{Inputs, Programs, Scope, compile};
 use crate::lookup::Lookup;
@@ -17,6 +17,15 @@ use crate::scene::{ColourInput, ImageData, Pixels, Scene, Sky as SkyData};
 #[derive(Clone, Debug)]
 pub struct Sky<R: Real> {
     pub(super) kind: Kind<R>,
+}
+
+/// What a ray sees of the sky.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<R: Real> {
+    /// Where that lies in its picture: see [`Sky::place`].
+    pub place: [R; 2],
+    /// Radiance.
+    pub radiance: R::Vec3,
 }
 
 #[derive(Clone, Debug)]
@@ -48,7 +57,7 @@ pub(super) struct Map<R: Real> {
     pub image: Arc<ImageData>,
     /// Its texels in a quarter of the bytes, where all of them are the same then, as those of an .hdr file are; empty otherwise. Sky
     /// lookups go anywhere, and what they cost is reaching memory.
-    packed: Vec<[u8; 4]>,
+    packed: Vec<u32>,
     /// Share of a whole turn by which the picture is turned about +y.
     pub turn: R,
     pub strength: R,
@@ -116,18 +125,33 @@ impl<R: Real> Sky<R> {
         if let Kind::Map(_) = &self.kind { equirectangular::<R>(d) } else { [R::ZERO; 2] }
     }
 
-    /// Has what the picture holds at a [`Self::place`] brought near.
-    #[inline(always)]
-    pub fn prefetch(&self, place: [R; 2]) {
-        if let Kind::Map(map) = &self.kind {
-            map.prefetch(place);
-        }
-    }
-
     /// Radiance along a unit direction, seen from an origin.
     #[inline(always)]
     pub fn radiance(&self, origin: R::Vec3, d: R::Vec3) -> R::Vec3 {
         self.radiance_at(origin, d, self.place(d))
+    }
+
+    /// What many rays see, one after the other, with the [`Self::place`] of each: in less time than one by one.
+    pub fn look(&self, rays: impl Iterator<Item = (R::Vec3, R::Vec3)>, out: &mut Vec<Seen<R>>) {
+        let Kind::Map(map) = &self.kind else {
+            out.extend(rays.map(|(origin, d)| Seen { place: [R::ZERO; 2], radiance: self.radiance(origin, d) }));
+            return;
+        };
+        let mut rays = rays.fuse();
+        loop {
+            // What is looked along where no ray is left does not matter.
+            let mut directions = [[R::ZERO; LANES]; 3];
+            let mut count = 0;
+            for (i, (_, d)) in (0..LANES).zip(&mut rays) {
+                [directions[0][i], directions[1][i], directions[2][i]] = [d.x(), d.y(), d.z()];
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
+            let [u, v, r, g, b] = widest(Look { map, directions: &directions });
+            out.extend((0..count).map(|i| Seen { place: [u[i], v[i]], radiance: R::Vec3::new(r[i], g[i], b[i]) }));
+        }
     }
 
     /// The same of a direction that has this [`Self::place`].
@@ -164,81 +188,107 @@ impl<R: Real> Map<R> {
     /// What the picture holds, before its strength.
     #[inline(always)]
     pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
-        let i = y * self.image.width as usize + x;
-        if let Some(&texel) = self.packed.get(i) {
-            let [r, g, b] = unpacked(texel).map(R::from_f32);
-            return R::Vec3::new(r, g, b);
-        }
+        self.stored(y * self.image.width as usize + x)
+    }
+
+    #[inline(always)]
+    fn stored(&self, place: usize) -> R::Vec3 {
         let [r, g, b, _] = match &self.image.pixels {
-            Pixels::Linear(p) => p[i].map(R::from_f32),
-            Pixels::Codes(p) => p[i].map(|code| R::from_f64(decoded(code))),
+            Pixels::Linear(p) => p[place].map(R::from_f32),
+            Pixels::Codes(p) => p[place].map(|code| R::from_f64(decoded(code))),
         };
         R::Vec3::new(r, g, b)
     }
 
-    /// Has the texels at a place brought near.
-    #[inline(always)]
-    fn prefetch(&self, [u, v]: [R; 2]) {
-        let (left, top, ..) = self.corner([u, v]);
-        for row in [top, top + 1] {
-            let at = self.row(row) * self.image.width as usize + self.column(left);
-            prefetch(&self.packed, at);
-            if let Pixels::Linear(pixels) = &self.image.pixels
-                && self.packed.is_empty()
-            {
-                prefetch(pixels, at);
-            }
-        }
-    }
-
     /// Bilinear at a place of the picture, repeating around and clamped at the poles.
     fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
-        let (left, top, [fx, fy]) = self.corner([u, v]);
-        let at = |x: usize, y: usize| self.texel(x, y);
-        let mix = |a: R::Vec3, b: R::Vec3, w: R| a * (R::ONE - w) + b * w;
-        let (left, right, top, bottom) = (self.column(left), self.column(left + 1), self.row(top), self.row(top + 1));
-        mix(mix(at(left, top), at(right, top), fx), mix(at(left, bottom), at(right, bottom), fx), fy) * self.strength
+        let [[r], [g], [b]] = self.radiances([&[u], &[v]]);
+        R::Vec3::new(r, g, b)
+    }
+
+    /// The same of several places.
+    #[inline(always)]
+    fn radiances<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
+        let half = R::from_f64(0.5);
+        let [width, height] = [self.image.width, self.image.height].map(|size| size as i32);
+        let [across, down] = [width, height].map(|size| R::from_f64(f64::from(size)));
+        let (mut fx, mut fy, mut corners) = ([R::ZERO; N], [R::ZERO; N], [[0; N]; 4]);
+        for i in 0..N {
+            let u = u[i] - self.turn;
+            let (x, y) = ((u - u.floor()) * across - half, v[i] * down - half);
+            let (x0, y0) = (x.floor(), y.floor());
+            (fx[i], fy[i]) = (x - x0, y - y0);
+            let (left, top) = (x0.to_f64() as i32, y0.to_f64() as i32);
+            // At most one turn away, so no division is needed.
+            let column = |x: i32| (if x < 0 { x + width } else { x } - if x >= width { width } else { 0 }) as u32;
+            let row = |y: i32| y.clamp(0, height - 1) as u32 * width as u32;
+            let (left, right, top, bottom) = (column(left), column(left + 1), row(top), row(top.saturating_add(1)));
+            [corners[0][i], corners[1][i], corners[2][i], corners[3][i]] =
+                [top + left, top + right, bottom + left, bottom + right];
+        }
+        let texels = corners.map(|places| self.texels(&places));
+        let mut out = [[R::ZERO; N]; 3];
+        for (channel, out) in out.iter_mut().enumerate() {
+            let [upper_left, upper_right, lower_left, lower_right] = [0, 1, 2, 3].map(|corner| &texels[corner][channel]);
+            for i in 0..N {
+                let mix = |a: R, b: R, w: R| a * (R::ONE - w) + b * w;
+                let upper = mix(upper_left[i], upper_right[i], fx[i]);
+                let lower = mix(lower_left[i], lower_right[i], fx[i]);
+                out[i] = mix(upper, lower, fy[i]) * self.strength;
+            }
+        }
+        out
+    }
+
+    /// What the picture holds at places in its list of pixels, channel by channel.
+    #[inline(always)]
+    fn texels<const N: usize>(&self, places: &[u32; N]) -> [[R; N]; 3] {
+        let mut out = [[R::ZERO; N]; 3];
+        if self.packed.is_empty() {
+            for (i, &place) in places.iter().enumerate() {
+                let texel = self.stored(place as usize);
+                [out[0][i], out[1][i], out[2][i]] = [texel.x(), texel.y(), texel.z()];
+            }
+        } else {
+            let texels = places.map(|place| self.packed[place as usize]);
+            for (i, &texel) in texels.iter().enumerate() {
+                [out[0][i], out[1][i], out[2][i]] = unpacked(texel).map(R::from_f32);
+            }
+        }
+        out
     }
 }
 
-impl<R: Real> Map<R> {
-    /// The upper left one of the four texels around a place, and where the place lies between them.
-    #[inline(always)]
-    fn corner(&self, [u, v]: [R; 2]) -> (i64, i64, [R; 2]) {
-        let half = R::from_f64(0.5);
-        let u = u - self.turn;
-        let x = (u - u.floor()) * R::from_f64(f64::from(self.image.width)) - half;
-        let y = v * R::from_f64(f64::from(self.image.height)) - half;
-        let (x0, y0) = (x.floor(), y.floor());
-        (x0.to_f64() as i64, y0.to_f64() as i64, [x - x0, y - y0])
-    }
+/// Directions that are looked along side by side.
+const LANES: usize = 16;
 
-    /// At most one turn away, so no division is needed.
-    #[inline(always)]
-    fn column(&self, x: i64) -> usize {
-        let width = i64::from(self.image.width);
-        (if x < 0 {
-            x + width
-        } else if x >= width {
-            x - width
-        } else {
-            x
-        }) as usize
-    }
+/// Places in a picture of directions, and what it holds there.
+struct Look<'a, R: Real> {
+    map: &'a Map<R>,
+    directions: &'a [[R; LANES]; 3],
+}
 
+impl<R: Real> Loops for Look<'_, R> {
+    type Output = [[R; LANES]; 5];
     #[inline(always)]
-    fn row(&self, y: i64) -> usize {
-        y.clamp(0, i64::from(self.image.height) - 1) as usize
+    fn run(self) -> Self::Output {
+        let (mut u, mut v) = ([R::ZERO; LANES], [R::ZERO; LANES]);
+        let [x, y, z] = self.directions;
+        for i in 0..LANES {
+            [u[i], v[i]] = equirectangular::<R>(R::Vec3::new(x[i], y[i], z[i]));
+        }
+        let [r, g, b] = self.map.radiances([&u, &v]);
+        [u, v, r, g, b]
     }
 }
 
 /// Most bytes that a sky keeps besides its picture.
 pub(crate) fn packed_bytes(image: &Arc<ImageData>) -> u64 {
-    if let Pixels::Linear(pixels) = &image.pixels { (pixels.len() * size_of::<[u8; 4]>()) as u64 } else { 0 }
+    if let Pixels::Linear(pixels) = &image.pixels { (pixels.len() * size_of::<u32>()) as u64 } else { 0 }
 }
 
 /// Three mantissas of a byte and their common exponent, where that is what a colour is exactly (Ward, "Real Pixels", 1991).
-fn packed(colour: [f32; 3]) -> Option<[u8; 4]> {
+fn packed(colour: [f32; 3]) -> Option<u32> {
     let largest = colour.into_iter().fold(0.0_f32, f32::max);
     // Below this, the exponent has no room.
     if largest > 0.0 && largest < f32::MIN_POSITIVE * 256.0 {
@@ -247,15 +297,15 @@ fn packed(colour: [f32; 3]) -> Option<[u8; 4]> {
     let exponent = (largest.to_bits() >> 23).saturating_sub(7).max(1);
     let unit = f32::from_bits(exponent << 23);
     let [r, g, b] = colour.map(|c| (c / unit) as u8);
-    let texel = [r, g, b, u8::try_from(exponent).ok()?];
+    let texel = u32::from_le_bytes([r, g, b, u8::try_from(exponent).ok()?]);
     // To the bit, so that minus zero and what is no number stay what they are.
     (unpacked(texel).map(f32::to_bits) == colour.map(f32::to_bits)).then_some(texel)
 }
 
 #[inline(always)]
-fn unpacked([r, g, b, exponent]: [u8; 4]) -> [f32; 3] {
-    let unit = f32::from_bits(u32::from(exponent) << 23);
-    [r, g, b].map(|mantissa| f32::from(mantissa) * unit)
+fn unpacked(texel: u32) -> [f32; 3] {
+    let unit = f32::from_bits(texel >> 24 << 23);
+    [0, 8, 16].map(|shift| (texel >> shift & 255) as i32 as f32 * unit)
 }
 
 #[cfg(test)]

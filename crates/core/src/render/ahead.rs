@@ -1,10 +1,10 @@
 //! Samples, made some ahead of being asked for: camera rays that leave one point find together what they hit, and paths go a segment
 //! at a time side by side; in less time and with the same bits.
 
-use raywright_bvh::{Precision, Ray};
+use raywright_bvh::{Precision, Ray, Real};
 
 use crate::integrator::{Brought, CameraRay, FirstHit, FirstHits, Kernel, Stream, Tracer};
-use crate::sampler::Address;
+use crate::sampler::{Address, Sequence};
 
 /// As many camera rays as are asked at once what they hit.
 const TOGETHER: usize = 16;
@@ -12,12 +12,17 @@ const TOGETHER: usize = 16;
 /// As many paths as go side by side: what there is of them stays in a core's own cache.
 const PATHS: usize = 256;
 
-/// A camera ray, and the sample that it is of.
-pub(super) type Sample<R> = (Ray<R>, Address);
+/// Samples that are to be taken: their addresses, their camera rays, and what it takes to make them.
+pub(super) struct Samples<R: Real> {
+    pub addresses: Vec<Address>,
+    pub rays: Vec<Ray<R>>,
+    pub sequences: Vec<(Sequence, u32)>,
+    pub places: Vec<[f32; 4]>,
+}
 
-/// The camera rays made so far, and which one is next.
+/// The samples made so far, and which one is next.
 pub(super) struct Ahead<P: Precision> {
-    samples: Vec<Sample<P::Real>>,
+    samples: Samples<P::Real>,
     hits: FirstHits<P>,
     stream: Stream<P>,
     next: usize,
@@ -25,7 +30,8 @@ pub(super) struct Ahead<P: Precision> {
 
 impl<P: Precision> Default for Ahead<P> {
     fn default() -> Self {
-        Self { samples: Vec::with_capacity(PATHS), hits: FirstHits::default(), stream: Stream::default(), next: 0 }
+        let samples = Samples { addresses: Vec::new(), rays: Vec::new(), sequences: Vec::new(), places: Vec::new() };
+        Self { samples, hits: FirstHits::default(), stream: Stream::default(), next: 0 }
     }
 }
 
@@ -35,19 +41,23 @@ impl<P: Precision> Ahead<P> {
     pub fn next<K: Kernel>(
         &mut self,
         tracer: &mut Tracer<'_, P, K>,
-        make: impl FnOnce(usize, &mut Vec<Sample<P::Real>>),
+        make: impl FnOnce(usize, &mut Samples<P::Real>),
     ) -> Option<Brought<P::Real>> {
-        if self.next == self.samples.len() {
+        if self.next == self.samples.rays.len() {
             self.next = 0;
-            self.samples.clear();
+            self.samples.addresses.clear();
+            self.samples.rays.clear();
+            self.samples.sequences.clear();
+            self.samples.places.clear();
             make(if K::PATHS { PATHS } else { TOGETHER }, &mut self.samples);
+            let Samples { addresses, rays, .. } = &self.samples;
             if K::PATHS {
-                tracer.follow_all(&self.samples, TOGETHER, &mut self.stream);
+                tracer.follow_all((rays, addresses), TOGETHER, &mut self.stream);
             } else {
-                tracer.meet(&self.samples, &mut self.hits);
+                tracer.meet(rays, &mut self.hits);
             }
         }
-        let (place, &(ray, address)) = (self.next, self.samples.get(self.next)?);
+        let (place, &ray, &address) = (self.next, self.samples.rays.get(self.next)?, self.samples.addresses.get(self.next)?);
         self.next += 1;
         Some(if K::PATHS {
             self.stream.brought(place)

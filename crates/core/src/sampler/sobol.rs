@@ -5,29 +5,86 @@
 
 use std::sync::LazyLock;
 
-use sobol_burley::parts::{Int4, hash, hash_int4, owen_scramble_int4_rev, owen_scramble_rev, sobol_int4_rev};
+use raywright_bvh::{Loops, widest};
+use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev, u32_to_f32_norm};
 
 /// Bits of a point's number that are looked up at once.
 const BITS: u32 = 4;
 
 /// Sums modulo two of the direction vectors of four dimensions, for each value of each four of the sixteen bits, the lowest bits of the
 /// number first. Numbers are written from the left, lowest bit first, as the scrambling wants them.
-static SUMS: LazyLock<[[Int4; 16]; 4]> = LazyLock::new(|| {
-    let part = |k: usize| core::array::from_fn(|value| sobol_int4_rev((value as u32) << (u32::BITS - BITS * (k as u32 + 1)), 0));
-    core::array::from_fn(part)
+static SUMS: LazyLock<[[[u32; 4]; 16]; 4]> = LazyLock::new(|| {
+    let sum =
+        |k: usize, value: usize, dimension: u32| sobol_rev((value as u32) << (u32::BITS - BITS * (k as u32 + 1)), dimension);
+    core::array::from_fn(|k| core::array::from_fn(|value| [0, 1, 2, 3].map(|dimension| sum(k, value, dimension))))
 });
 
-/// Four numbers in [0, 1): a point of the sequence that a scramble names, for numbers below 2¹⁶.
+/// Which point of which sequence: a number below 2¹⁶, and the name of a scramble.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Which {
+    pub index: u32,
+    pub scramble: u32,
+}
+
+/// Four numbers in [0, 1): a point of the sequence that a scramble names.
 #[inline]
-pub(super) fn point(index: u32, scramble: u32) -> [f32; 4] {
-    // The order of the points is scrambled by the name too, and each dimension by a number of its own.
-    let shuffled = owen_scramble_rev(index.reverse_bits(), hash(scramble ^ 0x79c6_8e4a));
-    let sums = &*SUMS;
-    let part = |k: usize| sums[k][(shuffled >> (u32::BITS - BITS * (k as u32 + 1))) as usize % 16];
-    let sum = (part(0) ^ part(1)) ^ (part(2) ^ part(3));
-    let own: Int4 = [scramble.wrapping_mul(0x9c8f_2d3b); 4].into();
-    let own = own ^ [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8].into();
-    owen_scramble_int4_rev(sum, hash_int4(own)).reverse_bits().to_f32_norm()
+pub(super) fn point(which: Which) -> [f32; 4] {
+    let [point] = side_by_side(&SUMS, &[which]);
+    point
+}
+
+/// Points that are computed side by side.
+const LANES: usize = 16;
+
+/// The same of many points, as they are wanted one after the other.
+pub(super) fn points(which: impl Iterator<Item = Which>, out: &mut Vec<[f32; 4]>) {
+    let mut which = which.fuse();
+    loop {
+        let mut asked = [Which::default(); LANES];
+        let mut count = 0;
+        for (slot, which) in asked.iter_mut().zip(&mut which) {
+            *slot = which;
+            count += 1;
+        }
+        out.extend_from_slice(&widest(SideBySide(&SUMS, &asked))[..count]);
+        if count < LANES {
+            return;
+        }
+    }
+}
+
+struct SideBySide<'a>(&'a [[[u32; 4]; 16]; 4], &'a [Which; LANES]);
+
+impl Loops for SideBySide<'_> {
+    type Output = [[f32; 4]; LANES];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        side_by_side(self.0, self.1)
+    }
+}
+
+#[inline(always)]
+fn side_by_side<const N: usize>(sums: &[[[u32; 4]; 16]; 4], which: &[Which; N]) -> [[f32; 4]; N] {
+    let mut shuffled = [0; N];
+    for (shuffled, which) in shuffled.iter_mut().zip(which) {
+        // The order of the points is scrambled by the name too, and each dimension by a number of its own.
+        *shuffled = owen_scramble_rev(which.index.reverse_bits(), hash(which.scramble ^ 0x79c6_8e4a));
+    }
+    let mut points = [[0; 4]; N];
+    for (point, &shuffled) in points.iter_mut().zip(&shuffled) {
+        let part = |k: usize| &sums[k][(shuffled >> (u32::BITS - BITS * (k as u32 + 1))) as usize % 16];
+        let [a, b, c, d] = [part(0), part(1), part(2), part(3)];
+        *point = core::array::from_fn(|i| a[i] ^ b[i] ^ c[i] ^ d[i]);
+    }
+    let mut out = [[0.0; 4]; N];
+    for ((out, point), which) in out.iter_mut().zip(&points).zip(which) {
+        const OWN: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
+        let own = which.scramble.wrapping_mul(0x9c8f_2d3b);
+        for i in 0..4 {
+            out[i] = u32_to_f32_norm(owen_scramble_rev(point[i], hash(own ^ OWN[i])).reverse_bits());
+        }
+    }
+    out
 }
 
 #[cfg(test)]
@@ -39,11 +96,27 @@ mod tests {
     fn points_are_those_of_the_crate() {
         for index in 0..1_u32 << 16 {
             let scramble = index.wrapping_mul(0x9e37_79b9).rotate_left(index % 32);
-            let [found, expected] = [point(index, scramble), sobol_burley::sample_4d(index, 0, scramble)];
+            let [found, expected] = [point(Which { index, scramble }), sobol_burley::sample_4d(index, 0, scramble)];
             assert_eq!(found.map(f32::to_bits), expected.map(f32::to_bits), "point {index} of {scramble:#x}");
         }
         for scramble in [0, 1, u32::MAX, 0x79c6_8e4a] {
-            assert_eq!(point(0xffff, scramble).map(f32::to_bits), sobol_burley::sample_4d(0xffff, 0, scramble).map(f32::to_bits));
+            assert_eq!(
+                point(Which { index: 0xffff, scramble }).map(f32::to_bits),
+                sobol_burley::sample_4d(0xffff, 0, scramble).map(f32::to_bits)
+            );
+        }
+    }
+
+    /// Protects: points that are made side by side are those that are made one by one, however many are wanted.
+    #[test]
+    fn points_side_by_side_are_those_alone() {
+        for count in [0, 1, 15, 16, 17, 33, 1000] {
+            let which = |i: u32| Which { index: i.wrapping_mul(7919) % (1 << 16), scramble: i.wrapping_mul(0x9e37_79b9) };
+            let mut out = vec![[0.5; 4]];
+            points((0..count).map(which), &mut out);
+            let alone: Vec<_> = (0..count).map(|i| point(which(i)).map(f32::to_bits)).collect();
+            assert_eq!(out[1..].iter().map(|point| point.map(f32::to_bits)).collect::<Vec<_>>(), alone, "{count}");
+            assert_eq!(out[0], [0.5; 4]);
         }
     }
 }

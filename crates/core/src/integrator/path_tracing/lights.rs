@@ -9,7 +9,6 @@ use crate::interaction::Interaction;
 use crate::light::{Density, LightId, LightSample, Target};
 use crate::material::{Bsdf, Scatters};
 use crate::prepare::{Alpha, Material};
-use crate::sampler::{Purpose, four};
 use crate::settings::LightSampling;
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
@@ -28,7 +27,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if lights.choice().is_empty() || bsdf.is_delta() {
             return Vector::ZERO;
         }
-        let [coarse, fine, u, v] = four(walk.address, Purpose::Light);
+        let [coarse, fine, u, v] = walk.draws.light;
         let (point, normal, view) = (at.surface.point, bsdf.normal(), -at.direction);
         let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
         let Some((light, probability)) = lights.choice().draw::<P::Real>(point, lit, [coarse, fine]) else {

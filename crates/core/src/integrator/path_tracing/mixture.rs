@@ -9,7 +9,6 @@ use super::{Onward, Walk};
 use crate::interaction::Interaction;
 use crate::material::{Bsdf, Frame, Interface, Lobe, Sampled, towards_grazing};
 use crate::prepare::Mixture;
-use crate::sampler::{Purpose, four};
 
 /// Least chance by which the published shader divides.
 const LEAST_CHANCE: f64 = 0.001;
@@ -66,7 +65,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let sent = self.asked(walk, at, &matte, P::Real::from_f64(PI));
             walk.radiance += walk.throughput * sent;
         }
-        let [way, u, v, luck] = four(walk.address, Purpose::Scatter).map(P::Real::from_f32);
+        let [way, u, v, luck] = walk.draws.scatter.map(P::Real::from_f32);
         let way = way.to_f64();
         // The normal and an even point of the unit sphere together are drawn by the cosine.
         let h = Frame::<P::Real>::about(normal).to_world(Lobe::<P::Real>::cosine([u, v]));

@@ -4,9 +4,10 @@
 use raywright_bvh::{Hit, Precision, Ray, Real};
 
 use super::super::{Brought, FirstHit, FirstHits, Kernel, Tracer, clamped};
-use super::Walk;
+use super::{Draws, Walk};
 use crate::interaction::Interaction;
-use crate::sampler::Address;
+use crate::light::Seen;
+use crate::sampler::{Address, Purpose, Sequence, fours};
 
 /// Paths on their way together; kept by who has many, so that its lists are made once.
 pub(crate) struct Stream<P: Precision> {
@@ -17,10 +18,11 @@ pub(crate) struct Stream<P: Precision> {
     going: Vec<u32>,
     /// What their camera rays hit first, where that is kept.
     firsts: Vec<Option<FirstHit>>,
-    /// Where in the sky those that met nothing end.
-    places: Vec<[P::Real; 2]>,
+    /// What those that met nothing see of the sky.
+    seen: Vec<Seen<P::Real>>,
     /// What the others met.
     met: Vec<Interaction<P::Real>>,
+    draws: Vec<[f32; 4]>,
     together: FirstHits<P>,
 }
 
@@ -31,8 +33,9 @@ impl<P: Precision> Default for Stream<P> {
             hits: Vec::new(),
             going: Vec::new(),
             firsts: Vec::new(),
-            places: Vec::new(),
+            seen: Vec::new(),
             met: Vec::new(),
+            draws: Vec::new(),
             together: FirstHits::default(),
         }
     }
@@ -55,21 +58,21 @@ impl<P: Precision> Stream<P> {
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Follows the paths of camera rays to their ends. `together`: so many of them, one after the other, are asked at once what they hit
     /// first.
-    pub fn follow_all(&mut self, samples: &[(Ray<P::Real>, Address)], together: usize, stream: &mut Stream<P>) {
-        let Stream { walks, hits, going, firsts, places, met, together: found } = stream;
+    pub fn follow_all(&mut self, (rays, addresses): (&[Ray<P::Real>], &[Address]), together: usize, stream: &mut Stream<P>) {
+        let Stream { walks, hits, going, firsts, seen, met, draws, together: found } = stream;
         walks.clear();
-        walks.extend(samples.iter().map(|&(ray, address)| self.walk(ray, address)));
-        self.counters.camera += samples.len() as u64;
+        walks.extend(rays.iter().zip(addresses).map(|(&ray, &address)| self.walk(ray, address)));
+        self.counters.camera += rays.len() as u64;
         going.clear();
-        going.extend(0..samples.len() as u32);
+        going.extend(0..rays.len() as u32);
         hits.clear();
-        for (samples, walks) in samples.chunks(together).zip(walks.chunks(together)) {
-            self.meet(samples, found);
+        for (rays, walks) in rays.chunks(together).zip(walks.chunks(together)) {
+            self.meet(rays, found);
             hits.extend(walks.iter().enumerate().map(|(i, walk)| found.get(i).copied().unwrap_or_else(|| self.ask(walk))));
         }
         firsts.clear();
         while !going.is_empty() {
-            self.escape(walks, going, hits, places);
+            self.escape(walks, going, hits, seen);
             // What the surfaces read is asked for before any of it is waited for.
             met.clear();
             met.extend(going.iter().zip(&*hits).filter_map(|(&place, hit)| {
@@ -77,12 +80,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 self.scene.sources.prefetch(&mut at);
                 Some(at)
             }));
-            let (mut hit, mut at) = (hits.iter(), met.iter());
+            self.draw(walks, going, draws);
+            let (mut hit, mut at) = (hits.iter(), met.iter_mut());
             going.retain(|&place| {
                 let (Some(Some(hit)), Some(at)) = (hit.next(), at.next()) else { return false };
-                let goes_on = self.met(&mut walks[place as usize], hit, *at);
+                let goes_on = self.met(&mut walks[place as usize], hit, at);
                 if let Some(first) = self.first.take() {
-                    firsts.resize(samples.len(), None);
+                    firsts.resize(rays.len(), None);
                     firsts[place as usize] = Some(first);
                 }
                 goes_on
@@ -96,25 +100,36 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
     }
 
+    /// Makes the numbers that the vertices of these paths ask for.
+    fn draw(&self, walks: &mut [Walk<P::Real>], going: &[u32], draws: &mut Vec<[f32; 4]>) {
+        let purposes: &[Purpose] =
+            if self.scene.lights.choice().is_empty() { &[Purpose::Scatter] } else { &[Purpose::Scatter, Purpose::Light] };
+        draws.clear();
+        let sequences = going.iter().flat_map(|&place| {
+            let Walk { address, way, .. } = walks[place as usize];
+            purposes.iter().map(move |&purpose| (Sequence::on(way, address, purpose), address.index))
+        });
+        fours(sequences, draws);
+        for (&place, draws) in going.iter().zip(draws.chunks_exact(purposes.len())) {
+            walks[place as usize].draws = Draws { scatter: draws[0], light: draws.get(1).copied().unwrap_or_default() };
+        }
+    }
+
     /// Ends the paths that hit nothing.
     fn escape(
         &mut self,
         walks: &mut [Walk<P::Real>],
         going: &mut Vec<u32>,
         hits: &mut Vec<Option<Hit<P::Real>>>,
-        places: &mut Vec<[P::Real; 2]>,
+        seen: &mut Vec<Seen<P::Real>>,
     ) {
-        let sky = &self.scene.lights.sky;
-        places.clear();
         let escaped = || going.iter().zip(&*hits).filter(|(_, hit)| hit.is_none()).map(|(&place, _)| place as usize);
-        places.extend(escaped().map(|place| {
-            let place = sky.place(walks[place].leg.ray.direction);
-            sky.prefetch(place);
-            place
-        }));
-        for (walk, &place) in escaped().zip(&*places) {
+        seen.clear();
+        let legs = escaped().map(|place| &walks[place].leg);
+        self.scene.lights.sky.look(legs.map(|leg| (leg.start(), leg.ray.direction)), seen);
+        for (walk, seen) in escaped().zip(&*seen) {
             let walk = &mut walks[walk];
-            walk.radiance += walk.throughput * self.escaped(walk, place);
+            walk.radiance += walk.throughput * self.escaped(walk, seen);
         }
         let mut hit = hits.iter();
         going.retain(|_| hit.next().is_some_and(Option::is_some));

@@ -10,7 +10,6 @@ use crate::interaction::Interaction;
 use crate::light::{LightId, Target};
 use crate::material::{Bsdf, Frame, Glass, Interface, Sampled, Scatters};
 use crate::prepare::{Alpha, Material};
-use crate::sampler::{Purpose, four};
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Adds what a surface sends back along a path; whether the path goes on.
@@ -102,7 +101,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     ) -> bool {
         let sent = self.asked(walk, at, bsdf, gain);
         walk.radiance += walk.throughput * sent;
-        let [lobe, u, v, luck] = four(walk.address, Purpose::Scatter).map(P::Real::from_f32);
+        let [lobe, u, v, luck] = walk.draws.scatter.map(P::Real::from_f32);
         let normal = bsdf.normal();
         let drawn = bsdf.sample(&Frame::about(normal), -at.direction, [lobe, u, v]);
         if !drawn.some {
