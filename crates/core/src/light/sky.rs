@@ -210,8 +210,8 @@ impl<R: Real> Map<R> {
     #[inline(always)]
     fn radiances<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
         let half = R::from_f64(0.5);
-        let [width, height] = [self.image.width, self.image.height].map(|size| size as i32);
-        let [across, down] = [width, height].map(|size| R::from_f64(f64::from(size)));
+        let (width, height) = (self.image.width as i32, self.image.height as i32);
+        let (across, down) = (R::from_f64(f64::from(width)), R::from_f64(f64::from(height)));
         let (mut fx, mut fy, mut corners) = ([R::ZERO; N], [R::ZERO; N], [[0; N]; 4]);
         for i in 0..N {
             let u = u[i] - self.turn;
@@ -226,14 +226,16 @@ impl<R: Real> Map<R> {
             [corners[0][i], corners[1][i], corners[2][i], corners[3][i]] =
                 [top + left, top + right, bottom + left, bottom + right];
         }
-        let texels = corners.map(|places| self.texels(&places));
+        let mut texels = [[[R::ZERO; N]; 3]; 4];
+        for (texels, places) in texels.iter_mut().zip(&corners) {
+            self.texels(places, texels);
+        }
         let mut out = [[R::ZERO; N]; 3];
         for (channel, out) in out.iter_mut().enumerate() {
-            let [upper_left, upper_right, lower_left, lower_right] = [0, 1, 2, 3].map(|corner| &texels[corner][channel]);
             for i in 0..N {
                 let mix = |a: R, b: R, w: R| a * (R::ONE - w) + b * w;
-                let upper = mix(upper_left[i], upper_right[i], fx[i]);
-                let lower = mix(lower_left[i], lower_right[i], fx[i]);
+                let upper = mix(texels[0][channel][i], texels[1][channel][i], fx[i]);
+                let lower = mix(texels[2][channel][i], texels[3][channel][i], fx[i]);
                 out[i] = mix(upper, lower, fy[i]) * self.strength;
             }
         }
@@ -242,20 +244,22 @@ impl<R: Real> Map<R> {
 
     /// What the picture holds at places in its list of pixels, channel by channel.
     #[inline(always)]
-    fn texels<const N: usize>(&self, places: &[u32; N]) -> [[R; N]; 3] {
-        let mut out = [[R::ZERO; N]; 3];
+    fn texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
         if self.packed.is_empty() {
             for (i, &place) in places.iter().enumerate() {
                 let texel = self.stored(place as usize);
-                [out[0][i], out[1][i], out[2][i]] = [texel.x(), texel.y(), texel.z()];
+                (out[0][i], out[1][i], out[2][i]) = (texel.x(), texel.y(), texel.z());
             }
-        } else {
-            let texels = places.map(|place| self.packed[place as usize]);
-            for (i, &texel) in texels.iter().enumerate() {
-                [out[0][i], out[1][i], out[2][i]] = unpacked(texel).map(R::from_f32);
-            }
+            return;
         }
-        out
+        let mut texels = [0; N];
+        for (texel, &place) in texels.iter_mut().zip(places) {
+            *texel = self.packed[place as usize];
+        }
+        for (i, &texel) in texels.iter().enumerate() {
+            let [r, g, b] = unpacked(texel);
+            (out[0][i], out[1][i], out[2][i]) = (R::from_f32(r), R::from_f32(g), R::from_f32(b));
+        }
     }
 }
 
@@ -305,7 +309,8 @@ fn packed(colour: [f32; 3]) -> Option<u32> {
 #[inline(always)]
 fn unpacked(texel: u32) -> [f32; 3] {
     let unit = f32::from_bits(texel >> 24 << 23);
-    [0, 8, 16].map(|shift| (texel >> shift & 255) as i32 as f32 * unit)
+    let mantissa = |shift: u32| (texel >> shift & 255) as i32 as f32;
+    [mantissa(0) * unit, mantissa(8) * unit, mantissa(16) * unit]
 }
 
 #[cfg(test)]
