@@ -97,6 +97,8 @@ pub trait Real:
     /// [`Self::atan2`] of numbers that are finite, 0 where both are; in f32 by arithmetic alone, so that a loop of it can be done many at a
     /// time, and within three units of rounding.
     fn angle(self, x: Self) -> Self;
+    /// Cosine and sine of this share of a whole turn, from 0 to 1; in f32 by arithmetic alone, as [`Self::angle`], and within 1.5e-7.
+    fn turned(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
     /// Natural logarithm.
@@ -294,6 +296,14 @@ macro_rules! real {
     };
     (@fn $libm:ident asin) => { #[inline] fn asin(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
     (@fn $libm:ident acos) => { #[inline] fn acos(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
+    (@fn sincos turned) => {
+        #[inline]
+        fn turned(self) -> [Self; 2] {
+            let (sin, cos) = libm::sincos(core::f64::consts::TAU * self);
+            [cos, sin]
+        }
+    };
+    (@fn sincosf turned) => { #[inline(always)] fn turned(self) -> [Self; 2] { turned(self) } };
     (@fn atan2 angle) => { #[inline(always)] fn angle(self, x: Self) -> Self { Real::atan2(self, x) } };
     (@fn atan2f angle) => { #[inline(always)] fn angle(self, x: Self) -> Self { angle(self, x) } };
     (@fn $libm:ident atan2) => { #[inline] fn atan2(self, x: Self) -> Self { libm::$libm(self, x) } };
@@ -321,8 +331,21 @@ fn angle(y: f32, x: f32) -> f32 {
     angle.copysign(y)
 }
 
-real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, expf => exp, logf => ln, powf => powf);
-real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, exp => exp, log => ln, pow => powf);
+/// Cosine and sine of a share of a turn: what is left beside the nearest quarter, exactly, and there the polynomials of the Cephes library.
+#[inline(always)]
+fn turned(share: f32) -> [f32; 2] {
+    let quarters = (4.0 * share + 0.5) as i32;
+    let rest = (share - quarters as f32 * 0.25) * core::f32::consts::TAU;
+    let z = rest * rest;
+    let sin = ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 0.166_666_55) * z * rest + rest;
+    let cos = ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * z * z - 0.5 * z + 1.0;
+    let (over, up) = if quarters & 1 == 0 { (cos, sin) } else { (sin, cos) };
+    let over = if quarters.wrapping_add(1) & 2 == 0 { over } else { -over };
+    [over, if quarters & 2 == 0 { up } else { -up }]
+}
+
+real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, sincosf => turned, expf => exp, logf => ln, powf => powf);
+real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, sincos => turned, exp => exp, log => ln, pow => powf);
 
 /// A rung of the intersection-arithmetic ladder: what is stored, and what an intersection computes with.
 pub trait Precision: sealed::Sealed + Copy + Debug + Default + Send + Sync + 'static {

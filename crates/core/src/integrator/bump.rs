@@ -3,8 +3,8 @@
 use raywright_bvh::{Hit, Precision, Real, Vector};
 
 use super::Leg;
-use super::surface::towards_viewer;
 use crate::interaction::Interaction;
+use crate::material::Bent;
 use crate::prepare::{Bump, Material, Prepared};
 
 impl<R: Real> Interaction<R> {
@@ -12,27 +12,45 @@ impl<R: Real> Interaction<R> {
     #[inline(never)]
     pub(super) fn bend<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) {
         let Material::Physical(material) = &scene.materials[self.material as usize] else { return };
-        if let Some(bent) = material.bump.as_ref().and_then(|bump| self.bent(bump, scene, leg, hit)) {
-            self.normal = bent;
+        if let Some(bump) = &material.bump {
+            self.normal = self.bent(bump, scene, leg, hit);
         }
     }
 
-    /// The shading normal as an image bends it; none where the image says nothing.
+    /// The shading normal as an image bends it.
     pub(super) fn bent<P: Precision<Real = R>>(
         &self,
         bump: &Bump<R>,
         scene: &Prepared<P>,
         leg: &Leg<R>,
         hit: &Hit<R>,
-    ) -> Option<R::Vec3> {
+    ) -> R::Vec3 {
+        self.bending(bump, scene, leg, hit).bent()
+    }
+
+    /// What an image says of the shading normal.
+    #[inline(always)]
+    pub(super) fn bending<P: Precision<Real = R>>(
+        &self,
+        bump: &Bump<R>,
+        scene: &Prepared<P>,
+        leg: &Leg<R>,
+        hit: &Hit<R>,
+    ) -> Bent<R> {
         let code = bump.image.colour(&scene.sources.at(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
-        let frame = self.frame(scene, leg, hit);
         // The image stands for a surface that rises and falls; from behind, its rises are hollows.
         let behind = self.normal.dot(self.surface.normal) < R::ZERO;
         let scale = if behind { -bump.scale } else { bump.scale };
-        let bent = frame.to_world(R::Vec3::new(x * scale, y * scale, z)).normalize();
-        // A texel of nothing, and the like, leave the normal as it is.
-        bent.is_finite().then(|| towards_viewer::<R>(bent, self.surface.normal, self.outside, self.direction))
+        let (along, mirrored) = self.along(scene, leg, hit);
+        Bent {
+            normal: self.normal,
+            along,
+            mirrored,
+            code: R::Vec3::new(x * scale, y * scale, z),
+            geometric: self.surface.normal,
+            outside: self.outside,
+            direction: self.direction,
+        }
     }
 }

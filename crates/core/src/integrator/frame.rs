@@ -15,6 +15,13 @@ impl<R: Real> Interaction<R> {
     /// normals. The bitangent is up in an
     /// image there: the frame is left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
     pub fn frame<P: Precision<Real = R>>(&self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Frame<R> {
+        let (along, mirrored) = self.along(scene, leg, hit);
+        Frame::along(self.normal, along, mirrored)
+    }
+
+    /// The unit direction along which its tangent goes, and whether it is left-handed.
+    #[inline(always)]
+    pub fn along<P: Precision<Real = R>>(&self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> (R::Vec3, bool) {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
                 let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(R::Vec3::from_f64);
@@ -29,7 +36,7 @@ impl<R: Real> Interaction<R> {
             }
         };
         let from_behind = self.normal.dot(self.surface.normal) < R::ZERO;
-        Frame::along(self.normal, R::Vec3::from_f64(along.normalize_or_zero()), mirrored != from_behind)
+        (R::Vec3::from_f64(along.normalize_or_zero()), mirrored != from_behind)
     }
 }
 

@@ -11,6 +11,7 @@ mod lights;
 mod media;
 mod mixture;
 mod nested;
+mod plain;
 mod straight;
 mod stream;
 mod vertex;
@@ -139,33 +140,39 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     fn met(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &mut Interaction<P::Real>) -> bool {
         at.bend_where_bumpy(self.scene, &walk.leg, hit);
         if self.scene.absorbs
-            && let Some(absorption) = self.absorption(&walk.media, &at)
+            && let Some(absorption) = self.absorption(&walk.media, at)
         {
             walk.throughput *= absorbed::<P::Real>(absorption, at.distance);
         }
-        if self.keeps_first && walk.traced == 0 && walk.cutouts == 0 {
-            self.first = Some(self.seen(&walk.leg, hit));
-        }
+        self.keep_first(walk, hit);
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
             && m.alpha != Alpha::Opaque
         {
-            let alpha = m.alpha_at(&self.scene.sources.at(&at));
+            let alpha = m.alpha_at(&self.scene.sources.at(at));
             // A surface that covers a share of what is behind it is there as often.
             let absent = alpha < P::Real::ONE
                 && (alpha <= P::Real::ZERO || P::Real::from_f32(pair(walk.address, Purpose::Coverage)[0]) >= alpha);
             if absent {
-                return self.pass(walk, &at);
+                return self.pass(walk, at);
             }
         }
         if self.nests()
-            && let Some(beyond) = self.hidden(&walk.media, &at)
+            && let Some(beyond) = self.hidden(&walk.media, at)
         {
             walk.media = beyond;
-            return self.pass(walk, &at);
+            return self.pass(walk, at);
         }
         walk.hit = true;
         walk.traced += 1;
-        self.vertex(walk, hit, &at)
+        self.vertex(walk, hit, at)
+    }
+
+    /// Keeps what a camera ray hits first, where layers ask for it.
+    #[inline(always)]
+    fn keep_first(&mut self, walk: &Walk<P::Real>, hit: &Hit<P::Real>) {
+        if self.keeps_first && walk.traced == 0 && walk.cutouts == 0 {
+            self.first = Some(self.seen(&walk.leg, hit));
+        }
     }
 
     /// What a ray brings that hit nothing and sees this of the sky, in its share.

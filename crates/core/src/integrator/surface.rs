@@ -4,6 +4,7 @@ use raywright_bvh::{Hit, Precision, Ray, Real, Vector};
 
 use super::Kernel;
 use crate::interaction::Interaction;
+use crate::material::towards_viewer;
 use crate::prepare::{ObjectRecord, Prepared};
 use crate::scene::MOST_UV_SETS;
 
@@ -113,7 +114,7 @@ impl<R: Real> Interaction<R> {
             at.normal = -at.normal;
         }
         if K::MESHES && record.mesh.is_some() {
-            at.normal = towards_viewer::<R>(at.normal, surface.normal, outside, direction);
+            at.normal = facing::<R>(at.normal, surface.normal, outside, direction);
         }
         at
     }
@@ -161,18 +162,8 @@ impl<R: Real> Interaction<R> {
     }
 }
 
-/// A shading normal on the viewer's side: where interpolation tilts it past the silhouette, it is bent back until it is just
-/// perpendicular to the view, so that no reflection goes through the surface unseen.
+/// [`towards_viewer`], whose arithmetic few normals need.
 #[inline]
-pub(super) fn towards_viewer<R: Real>(n: R::Vec3, geometric: R::Vec3, outside: bool, d: R::Vec3) -> R::Vec3 {
-    let facing = if outside { geometric } else { -geometric };
-    let away = d.dot(n);
-    if away < R::ZERO {
-        return n;
-    }
-    if n.dot(facing) <= R::ZERO {
-        return facing;
-    }
-    let bent = (n - d * (away * R::from_f64(1.001))).normalize();
-    if bent.is_finite() { bent } else { facing }
+fn facing<R: Real>(n: R::Vec3, geometric: R::Vec3, outside: bool, d: R::Vec3) -> R::Vec3 {
+    if d.dot(n) < R::ZERO { n } else { towards_viewer::<R>(n, geometric, outside, d) }
 }

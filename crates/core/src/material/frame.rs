@@ -32,6 +32,7 @@ impl<N: Number> Frame<N> {
     /// The frame about a unit normal whose tangent goes along a direction as far as it can, as that in which an image's columns follow
     /// each other; the bitangent is then up in the image, which the side of the normal may see mirrored. Any frame where the
     /// direction is zero, along the normal, or too long or short to be squared.
+    #[inline(always)]
     pub fn along(normal: N::Vec3, direction: N::Vec3, mirrored: N::Mask) -> Self {
         let across = |v: N::Vec3| v - normal * normal.dot(v);
         let first = across(direction);

@@ -308,12 +308,13 @@ impl<N: Number> Lobe<N> {
 /// An even point of the unit disk for two numbers in [0, 1).
 #[inline(always)]
 pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
-    let angle = N::from_f64(2.0 * PI) * v;
-    [u.sqrt() * angle.cos(), u.sqrt() * angle.sin()]
+    let [cos, sin] = v.turned();
+    [u.sqrt() * cos, u.sqrt() * sin]
 }
 
 /// The normal of a facet that is seen along `wo`, for the α along both axes and a point of the unit disk ("Sampling the GGX Distribution of Visible
 /// Normals", Heitz 2018): the half-ellipsoid of facets is stretched to a half-sphere, whose outline is a disk and half a disk.
+#[inline(always)]
 pub(super) fn visible_facet<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]) -> N::Vec3 {
     let seen = N::Vec3::new(ax * wo.x(), ay * wo.y(), wo.z()).normalize();
     let across = (seen.x() * seen.x() + seen.y() * seen.y()).sqrt();

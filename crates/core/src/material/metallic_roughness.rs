@@ -122,6 +122,26 @@ impl<N: Number> MetallicRoughness<N> {
         bsdf
     }
 
+    /// [`Self::transport`] where no lane is next to smooth and none lets light through: the same numbers from two lobes, whose kinds and
+    /// count are known when this is compiled.
+    #[inline(always)]
+    pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
+        let f0 = self.f0();
+        let gain = if compensated { given_back(f0, self.roughness, normal.dot(wo)) } else { N::Vec3::ONE };
+        Bsdf::of_kind(normal).with(Lobe::Diffuse { albedo: self.albedo(), f0 }).with(Lobe::Rough {
+            f0: f0 * gain,
+            f90: N::Vec3::ONE * gain,
+            roughness: self.roughness,
+        })
+    }
+
+    /// Whether that is what it is, lane by lane.
+    #[inline(always)]
+    pub fn is_rough(&self) -> N::Mask {
+        let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
+        if self.glass.is_some() { N::Mask::default() } else { rough }
+    }
+
     /// All its lobes: those of [`Self::answer`], and the boundary of glass where some lane has a share of it.
     #[inline(always)]
     pub fn bsdf(&self, normal: N::Vec3, outside: N::Mask) -> Bsdf<N> {

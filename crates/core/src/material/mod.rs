@@ -15,6 +15,7 @@
 //! assert!(bsdf.eval(wo, wi).x > bsdf.eval(wo, wi).y && bsdf.pdf(wo, wi) > 0.0);
 //! ```
 
+mod bent;
 mod bsdf;
 mod energy;
 mod facets;
@@ -34,6 +35,7 @@ mod spectrum;
 #[cfg(test)]
 mod tests;
 
+pub use bent::{Bent, towards_viewer};
 pub use bsdf::{Bsdf, MOST_LOBES, Sampled};
 pub use film::Film;
 pub use frame::Frame;

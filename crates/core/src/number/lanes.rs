@@ -1,7 +1,7 @@
 //! Several `f32` side by side, in plain loops over arrays: the compiler turns them into whatever vector registers the target has.
 //!
-//! Vectors are three such arrays and not an array of vectors. Sine, cosine and exponential go lane by lane through `libm`, as those
-//! of one number do: a polynomial in lanes would have other bits. Loops write over a copy; arrays that are made element by element
+//! Vectors are three such arrays and not an array of vectors. The exponential goes lane by lane through `libm`, as that
+//! of one number does: a polynomial in lanes would have other bits. Loops write over a copy; arrays that are made element by element
 //! stay in memory from 16 lanes on.
 
 use core::array::from_fn;
@@ -180,12 +180,12 @@ impl<const N: usize> Number for Lanes<N> {
         self.map(|x| Real::powi(x, exponent))
     }
     #[inline(always)]
-    fn sin(self) -> Self {
-        self.map(Real::sin)
-    }
-    #[inline(always)]
-    fn cos(self) -> Self {
-        self.map(Real::cos)
+    fn turned(self) -> [Self; 2] {
+        let mut out = [self; 2];
+        for i in 0..N {
+            [out[0].0[i], out[1].0[i]] = Real::turned(self.0[i]);
+        }
+        out
     }
     #[inline(always)]
     fn exp(self) -> Self {

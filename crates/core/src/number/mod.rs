@@ -71,10 +71,8 @@ pub trait Number:
     fn sqrt(self) -> Self;
     /// To a whole exponent, by repeated squaring.
     fn powi(self, exponent: u32) -> Self;
-    /// Sine of radians.
-    fn sin(self) -> Self;
-    /// Cosine of radians.
-    fn cos(self) -> Self;
+    /// Cosine and sine of a share of a turn, from 0 to 1.
+    fn turned(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
 }
@@ -197,12 +195,8 @@ impl<R: Real> Number for R {
         Real::powi(self, exponent)
     }
     #[inline(always)]
-    fn sin(self) -> Self {
-        Real::sin(self)
-    }
-    #[inline(always)]
-    fn cos(self) -> Self {
-        Real::cos(self)
+    fn turned(self) -> [Self; 2] {
+        Real::turned(self)
     }
     #[inline(always)]
     fn exp(self) -> Self {

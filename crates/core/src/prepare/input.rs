@@ -210,6 +210,15 @@ impl<R: Real> Input<R> {
         }
     }
 
+    /// Whether expressions have a say in it.
+    pub fn computes(&self, sources: &Sources<R>) -> bool {
+        match self {
+            Self::Constant(_) | Self::Checker { .. } => false,
+            Self::Program(_) => true,
+            Self::Texture(texture, _) => sources.textures[*texture as usize].coordinates.is_some(),
+        }
+    }
+
     /// Whether it depends on the surface's own texture coordinates.
     pub fn reads_coordinates(&self, sources: &Sources<R>) -> bool {
         match self {

@@ -119,7 +119,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let weight = unit(coat.factor.number(here));
         let own = if bumpy || coat.bump.is_some() {
             let smooth = Interaction::smooth::<P, K>(self.scene, &walk.leg, hit);
-            let bent = coat.bump.as_ref().and_then(|bump| smooth.bent(bump, self.scene, &walk.leg, hit));
+            let bent = coat.bump.as_ref().map(|bump| smooth.bent(bump, self.scene, &walk.leg, hit));
             Interaction { normal: bent.unwrap_or(smooth.normal), ..smooth }
         } else {
             *at

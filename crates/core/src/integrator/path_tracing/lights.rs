@@ -11,6 +11,29 @@ use crate::material::{Bsdf, Scatters};
 use crate::prepare::{Alpha, Material};
 use crate::settings::LightSampling;
 
+/// A light that a vertex asks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Question<R: Real> {
+    light: LightId,
+    pub seen: LightSample<R>,
+    /// Cosine between it and the normal.
+    facing: R,
+    /// Whether it shines through the surface.
+    through: bool,
+    pub wanted: Wanted,
+}
+
+/// What a light asks of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Wanted {
+    /// What it sends back.
+    Value,
+    /// The same of a light without size, of which only some make highlights.
+    Delta { shines: bool },
+    /// What it sends back, and how densely it would have drawn a direction that the light drew with this density.
+    Weighed(f64),
+}
+
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Light of one light, drawn by chance, that a surface sends back along a path. `gain`: factor on lights without size, whose
     /// unit is not the same to both families of materials.
@@ -22,52 +45,74 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         bsdf: &Bsdf<P::Real, L, MOST>,
         gain: P::Real,
     ) -> Vec3Of<P> {
-        let scene = self.scene;
-        let (lights, zero) = (&scene.lights, P::Real::ZERO);
-        if lights.choice().is_empty() || bsdf.is_delta() {
+        if bsdf.is_delta() {
             return Vector::ZERO;
         }
-        let [coarse, fine, u, v] = walk.draws.light;
-        let (point, normal, view) = (at.surface.point, bsdf.normal(), -at.direction);
-        let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
-        let Some((light, probability)) = lights.choice().draw::<P::Real>(point, lit, [coarse, fine]) else {
-            return Vector::ZERO;
+        let Some(question) = self.question(walk, at, bsdf.normal(), bsdf.lets_through()) else { return Vector::ZERO };
+        let (view, direction, through) = (-at.direction, question.seen.direction, question.through);
+        let value = || if through { bsdf.eval_either(view, direction) } else { bsdf.eval(view, direction) };
+        let (answer, share) = match question.wanted {
+            Wanted::Value => (value(), P::Real::ONE),
+            Wanted::Delta { shines: true } => (value(), gain),
+            Wanted::Delta { .. } if through => return Vector::ZERO,
+            Wanted::Delta { .. } => (bsdf.diffuse(view, direction), gain),
+            Wanted::Weighed(density) => {
+                let (answer, other) = if through { (value(), bsdf.pdf(view, direction)) } else { bsdf.answer(view, direction) };
+                (answer, P::Real::from_f64(weight(density, other.to_f64())))
+            }
         };
-        let Some(seen) = lights.sample(light, point, [u, v], probability) else { return Vector::ZERO };
-        let facing = normal.dot(seen.direction);
+        self.answered(walk, at, question, (answer, share))
+    }
+
+    /// Draws a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
+    #[inline(always)]
+    pub(super) fn question(
+        &self,
+        walk: &Walk<P::Real>,
+        at: &Interaction<P::Real>,
+        normal: Vec3Of<P>,
+        lets_through: bool,
+    ) -> Option<Question<P::Real>> {
+        let lights = &self.scene.lights;
+        if lights.choice().is_empty() {
+            return None;
+        }
+        let [coarse, fine, u, v] = walk.draws.light;
+        let point = at.surface.point;
+        let lit = if lets_through { Vector::ZERO } else { normal };
+        let (light, probability) = lights.choice().draw::<P::Real>(point, lit, [coarse, fine])?;
+        let seen = lights.sample(light, point, [u, v], probability)?;
+        let (facing, zero) = (normal.dot(seen.direction), P::Real::ZERO);
         // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
         let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
         let through = facing < zero;
-        if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !bsdf.lets_through() {
-            return Vector::ZERO;
+        if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !lets_through {
+            return None;
         }
-        let value = || if through { bsdf.eval_either(view, seen.direction) } else { bsdf.eval(view, seen.direction) };
-        let (answer, share) = match seen.density {
-            Density::Delta => {
-                let shines = matches!(light, LightId::Delta(i) if lights.delta[i as usize].specular);
-                let answer = if shines {
-                    value()
-                } else if through {
-                    Vector::ZERO
-                } else {
-                    bsdf.diffuse(view, seen.direction)
-                };
-                (answer, gain)
-            }
-            Density::SolidAngle(density) => {
-                let combined = |other: P::Real| P::Real::from_f64(weight(density, other.to_f64()));
-                match scene.sampling_of(light) {
-                    LightSampling::Scattering => return Vector::ZERO,
-                    LightSampling::Lights => (value(), P::Real::ONE),
-                    LightSampling::Both if through => (value(), combined(bsdf.pdf(view, seen.direction))),
-                    LightSampling::Both => {
-                        let (answer, other) = bsdf.answer(view, seen.direction);
-                        (answer, combined(other))
-                    }
-                }
-            }
+        let wanted = match (seen.density, light) {
+            (Density::Delta, LightId::Delta(i)) => Wanted::Delta { shines: lights.delta[i as usize].specular },
+            (Density::Delta, _) => Wanted::Delta { shines: false },
+            (Density::SolidAngle(density), _) => match self.scene.sampling_of(light) {
+                LightSampling::Scattering => return None,
+                LightSampling::Lights => Wanted::Value,
+                LightSampling::Both => Wanted::Weighed(density),
+            },
         };
-        let Some(seen) = self.aimed(light, seen, point) else { return Vector::ZERO };
+        Some(Question { light, seen, facing, through, wanted })
+    }
+
+    /// What arrives of a light that was asked, sent back in this share.
+    #[inline(always)]
+    pub(super) fn answered(
+        &mut self,
+        walk: &Walk<P::Real>,
+        at: &Interaction<P::Real>,
+        Question { light, seen, facing, through, .. }: Question<P::Real>,
+        (answer, share): (Vec3Of<P>, P::Real),
+    ) -> Vec3Of<P> {
+        let scene = self.scene;
+        let lights = &scene.lights;
+        let Some(seen) = self.aimed(light, seen, at.surface.point) else { return Vector::ZERO };
         let mut sent = seen.arriving * answer * (Real::abs(facing) * share);
         if sent == Vector::ZERO || !sent.is_finite() {
             return Vector::ZERO;

@@ -4,6 +4,7 @@
 use raywright_bvh::{Hit, Precision, Ray, Real};
 
 use super::super::{Brought, FirstHit, FirstHits, Kernel, Tracer, clamped};
+use super::plain::Plain;
 use super::{Draws, Walk};
 use crate::interaction::Interaction;
 use crate::light::Seen;
@@ -23,6 +24,9 @@ pub(crate) struct Stream<P: Precision> {
     /// What the others met.
     met: Vec<Interaction<P::Real>>,
     draws: Vec<[f32; 4]>,
+    plains: Vec<Plain<P::Real>>,
+    /// Which of them go on.
+    goes: Vec<bool>,
     together: FirstHits<P>,
 }
 
@@ -36,6 +40,8 @@ impl<P: Precision> Default for Stream<P> {
             seen: Vec::new(),
             met: Vec::new(),
             draws: Vec::new(),
+            plains: Vec::new(),
+            goes: Vec::new(),
             together: FirstHits::default(),
         }
     }
@@ -59,7 +65,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Follows the paths of camera rays to their ends. `together`: so many of them, one after the other, are asked at once what they hit
     /// first.
     pub fn follow_all(&mut self, (rays, addresses): (&[Ray<P::Real>], &[Address]), together: usize, stream: &mut Stream<P>) {
-        let Stream { walks, hits, going, firsts, seen, met, draws, together: found } = stream;
+        let Stream { walks, hits, going, firsts, seen, met, draws, plains, goes, together: found } = stream;
         walks.clear();
         walks.extend(rays.iter().zip(addresses).map(|(&ray, &address)| self.walk(ray, address)));
         self.counters.camera += rays.len() as u64;
@@ -81,16 +87,21 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 Some(at)
             }));
             self.draw(walks, going, draws);
-            let (mut hit, mut at) = (hits.iter(), met.iter_mut());
-            going.retain(|&place| {
-                let (Some(Some(hit)), Some(at)) = (hit.next(), at.next()) else { return false };
-                let goes_on = self.met(&mut walks[place as usize], hit, at);
+            plains.clear();
+            goes.clear();
+            for (k, (&place, at)) in going.iter().zip(&mut *met).enumerate() {
+                let (walk, Some(hit)) = (&mut walks[place as usize], &hits[k]) else { continue };
+                let plain = self.plain(k as u32, walk, hit, at);
+                goes.push(plain.is_some() || self.met(walk, hit, at));
+                plains.extend(plain);
                 if let Some(first) = self.first.take() {
                     firsts.resize(rays.len(), None);
                     firsts[place as usize] = Some(first);
                 }
-                goes_on
-            });
+            }
+            self.plains((walks, going), (hits, met), plains, |k| goes[k as usize] = false);
+            let mut goes_on = goes.iter();
+            going.retain(|_| goes_on.next() == Some(&true));
             hits.clear();
             hits.extend(going.iter().map(|&place| self.ask(&walks[place as usize])));
         }

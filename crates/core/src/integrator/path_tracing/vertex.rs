@@ -11,6 +11,20 @@ use crate::light::{LightId, Target};
 use crate::material::{Bsdf, Frame, Glass, Interface, Sampled, Scatters};
 use crate::prepare::{Alpha, Material};
 
+/// How a path leaves a vertex.
+pub(super) struct Leaves<'a, P: Precision> {
+    /// The normal of its lobes.
+    pub normal: Vec3Of<P>,
+    /// Normal of the side that lights were asked for; zero for both.
+    pub lit: Vec3Of<P>,
+    /// A number in [0, 1): below what the path counts, it goes on.
+    pub luck: P::Real,
+    /// The boundary of glass that bends it; none: it goes as drawn.
+    pub bent: Option<&'a Glass<P::Real>>,
+    /// Whether its lobes may have normals of their own.
+    pub coated: bool,
+}
+
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Adds what a surface sends back along a path; whether the path goes on.
     #[inline(always)]
@@ -69,7 +83,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Adds what a surface gives off, in the share that a ray has in finding it.
     #[inline]
-    fn emits(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
+    pub(super) fn emits(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
         // What glows in parts is dark mostly; no share of nothing is worth asking for.
         if emission == Vector::ZERO {
             return;
@@ -104,6 +118,23 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let [lobe, u, v, luck] = walk.draws.scatter.map(P::Real::from_f32);
         let normal = bsdf.normal();
         let drawn = bsdf.sample(&Frame::about(normal), -at.direction, [lobe, u, v]);
+        // A coat may mirror about a normal of its own.
+        let through = drawn.direction.dot(normal) < P::Real::ZERO;
+        let bent = glass.filter(|_| drawn.delta && (through || !L::COATED));
+        let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
+        self.leaves(walk, hit, at, &drawn, Leaves { normal, lit, luck, bent, coated: L::COATED })
+    }
+
+    /// Sends a path on in the direction that was drawn; whether it goes on.
+    #[inline(always)]
+    pub(super) fn leaves(
+        &mut self,
+        walk: &mut Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+        drawn: &Sampled<P::Real>,
+        Leaves { normal, lit, luck, bent, coated }: Leaves<'_, P>,
+    ) -> bool {
         if !drawn.some {
             return false;
         }
@@ -113,18 +144,16 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if (geometric.dot(drawn.direction) < P::Real::ZERO) != through {
             return false;
         }
-        let (direction, rest) = match glass {
-            // A coat may mirror about a normal of its own.
-            Some(glass) if drawn.delta && (through || !L::COATED) => self.known(walk, hit, at, (glass, through), &drawn),
-            _ => (drawn.direction, Vector::ZERO),
+        let (direction, rest) = match bent {
+            Some(glass) => self.known(walk, hit, at, (glass, through), drawn),
+            None => (drawn.direction, Vector::ZERO),
         };
         // Starts of rays count from the normal that the object has.
         let side = if through == (normal == at.normal) { -P::Real::ONE } else { P::Real::ONE };
-        let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
         // Of delta lobes only walls send light on without an index.
-        let straight = L::COATED && drawn.delta && through && self.is_wall(at.material);
+        let straight = coated && drawn.delta && through && self.is_wall(at.material);
         let ray = self.leave(at, direction, side);
-        let goes_on = self.go_on(walk, at, &drawn, Onward { ray, rest, luck, lit, through, straight });
+        let goes_on = self.go_on(walk, at, drawn, Onward { ray, rest, luck, lit, through, straight });
         let rays = match (drawn.delta, through) {
             (_, true) => &mut self.counters.refraction,
             (true, false) => &mut self.counters.reflection,

@@ -3,7 +3,7 @@
 use raywright_bvh::{Real, Vector};
 
 use super::super::PrepareError;
-use super::super::input::{Compiler, Input, Product};
+use super::super::input::{Compiler, Input, Product, Sources};
 use super::Context;
 use super::layered::layered;
 use crate::effects::Effect;
@@ -32,6 +32,9 @@ pub(crate) struct Physical<R: Real> {
     pub layered: Option<u32>,
     /// What bends its normals; none: nothing.
     pub bump: Option<Bump<R>>,
+    /// Whether it is opaque, without layers, and made of numbers that do not depend on its normals, so that many of its points may be
+    /// shaded at once.
+    pub plain: bool,
     /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
     pub mirrors: bool,
 }
@@ -91,6 +94,16 @@ impl<R: Real> Physical<R> {
     }
 }
 
+impl<R: Real> Physical<R> {
+    fn is_plain(&self, sources: &Sources<R>) -> bool {
+        let index = if let Index::Varying(index) = &self.index { Some(index) } else { None };
+        let products = [&self.base, &self.metallic, &self.roughness].into_iter().chain(self.emission.as_ref()).chain(index);
+        let mut inputs = products.flat_map(Product::factors).chain(self.bump.as_ref().map(|bump| &bump.image));
+        let opaque = self.alpha == Alpha::Opaque && self.passage.is_none();
+        opaque && !self.unlit && self.layered.is_none() && !inputs.any(|input| input.computes(sources))
+    }
+}
+
 /// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
 const MOST_ABSORPTION: f64 = 1e30;
 
@@ -140,7 +153,8 @@ pub(super) fn physical<R: Real>(
         Some(image) => inputs.texture(image, "normal_texture")?,
         None => None,
     };
-    Ok(Physical {
+    let mut material = Physical {
+        plain: false,
         layered: layered(m, inputs, context)?.map(|layered| {
             context.layers.push(layered);
             context.layers.len() as u32 - 1
@@ -163,5 +177,7 @@ pub(super) fn physical<R: Real>(
         opacity,
         unlit: m.unlit,
         mirrors: !context.without.has(Effect::MirrorReflection),
-    })
+    };
+    material.plain = material.is_plain(&inputs.sources);
+    Ok(material)
 }

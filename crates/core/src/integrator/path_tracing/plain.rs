@@ -1,0 +1,158 @@
+//! Vertices on plain rough surfaces, by far the most of real models: their normals, answers to light and ways on are computed several at
+//! a time, with the bits that each would have alone. What goes by itself in any case, lights and rays, goes one by one between.
+
+mod lanes;
+
+use core::array::from_fn;
+
+use raywright_bvh::{Hit, Precision, Real, Vector};
+
+use lanes::{Shaded, bend, is_single, one, shade};
+
+use super::super::{Kernel, Tracer};
+use super::Walk;
+use super::lights::{Question, Wanted};
+use super::vertex::Leaves;
+use super::weight;
+use crate::interaction::Interaction;
+use crate::material::{Bent, MetallicRoughness};
+use crate::number::Lanes;
+use crate::prepare::Material;
+
+/// Vertices that are computed at a time.
+const LANES: usize = 8;
+
+/// A vertex on a plain surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plain<R: Real> {
+    /// Its place among the paths that met something.
+    place: u32,
+    model: MetallicRoughness<R>,
+    bent: Option<Bent<R>>,
+    question: Option<Question<R>>,
+}
+
+impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+    /// Whether what a path met is to be one of these vertices, with what that takes; done with what only needs the point itself.
+    #[inline(always)]
+    pub(super) fn plain(
+        &mut self,
+        place: u32,
+        walk: &mut Walk<P::Real>,
+        hit: &Hit<P::Real>,
+        at: &Interaction<P::Real>,
+    ) -> Option<Plain<P::Real>> {
+        let scene = self.scene;
+        let Material::Physical(m) = &scene.materials[at.material as usize] else { return None };
+        if !m.plain || scene.tracks_media || walk.traced + 1 >= self.max_depth {
+            return None;
+        }
+        let here = scene.sources.at(at);
+        let model = m.model_at(&here);
+        if !model.is_rough() {
+            return None;
+        }
+        self.keep_first(walk, hit);
+        walk.hit = true;
+        walk.traced += 1;
+        if let Some(emission) = &m.emission {
+            self.emits(walk, hit, at, emission.tint(&here, Vector::ONE));
+        }
+        let bent = m.bump.as_ref().map(|bump| at.bending(bump, scene, &walk.leg, hit));
+        Some(Plain { place, model, bent, question: None })
+    }
+
+    /// Adds what these surfaces send back along their paths, and sends the paths on; those that have an end are told.
+    pub(super) fn plains(
+        &mut self,
+        (walks, going): (&mut [Walk<P::Real>], &[u32]),
+        (hits, met): (&[Option<Hit<P::Real>>], &mut [Interaction<P::Real>]),
+        plains: &mut [Plain<P::Real>],
+        mut ended: impl FnMut(u32),
+    ) {
+        for plains in plains.chunks_mut(LANES) {
+            self.bend(met, plains);
+            for plain in &mut *plains {
+                let (walk, at) = (&walks[going[plain.place as usize] as usize], &met[plain.place as usize]);
+                plain.question = self.question(walk, at, at.normal, false);
+            }
+            let shaded = self.shaded((walks, going), met, plains);
+            for (plain, shaded) in plains.iter().zip(shaded.iter().flatten()) {
+                let place = plain.place as usize;
+                let (walk, hit, at) = (&mut walks[going[place] as usize], hits[place].as_ref(), &met[place]);
+                if !hit.is_some_and(|hit| self.sent((walk, hit, at), plain.question, shaded)) {
+                    ended(plain.place);
+                }
+            }
+        }
+    }
+
+    /// Bends the normals of some vertices.
+    fn bend(&self, met: &mut [Interaction<P::Real>], plains: &[Plain<P::Real>]) {
+        let bumpy = || plains.iter().filter_map(|plain| plain.bent.as_ref().map(|bent| (plain.place, bent)));
+        let Some((_, first)) = bumpy().next() else { return };
+        let (mut these, mut count) = ([first; LANES], 0);
+        for (slot, (_, bent)) in these.iter_mut().zip(bumpy()) {
+            *slot = bent;
+            count += 1;
+        }
+        let these = &these[..count];
+        let mut places = bumpy().map(|(place, _)| place as usize);
+        if is_single::<P::Real>() {
+            let normals = bend::<P::Real>(these);
+            places.enumerate().for_each(|(lane, place)| met[place].normal = normals[lane]);
+        } else {
+            these.iter().zip(&mut places).for_each(|(bent, place)| met[place].normal = bent.bent());
+        }
+    }
+
+    /// What some vertices answer.
+    #[inline(always)]
+    fn shaded(
+        &self,
+        (walks, going): (&[Walk<P::Real>], &[u32]),
+        met: &[Interaction<P::Real>],
+        plains: &[Plain<P::Real>],
+    ) -> [Option<Shaded<P::Real>>; LANES] {
+        let of = |lane: usize| {
+            let plain = &plains[lane.min(plains.len() - 1)];
+            (plain, &walks[going[plain.place as usize] as usize], &met[plain.place as usize])
+        };
+        let (these, compensated) = (from_fn::<_, LANES, _>(of), self.scene.compensates);
+        let mut out = [None; LANES];
+        if is_single::<P::Real>() {
+            let all = shade::<Lanes<LANES>, P::Real>(&these, compensated);
+            for (lane, out) in out.iter_mut().enumerate() {
+                *out = Some(one(&all, lane));
+            }
+        } else {
+            for (these, out) in these.chunks(1).zip(&mut out) {
+                *out = Some(shade::<P::Real, P::Real>(these, compensated));
+            }
+        }
+        out
+    }
+
+    /// Adds what a vertex sends back of the light that it asked, and sends the path on; whether it goes on.
+    #[inline(always)]
+    fn sent(
+        &mut self,
+        (walk, hit, at): (&mut Walk<P::Real>, &Hit<P::Real>, &Interaction<P::Real>),
+        question: Option<Question<P::Real>>,
+        shaded: &Shaded<P::Real>,
+    ) -> bool {
+        if let Some(question) = question {
+            let one = P::Real::ONE;
+            let answer = match question.wanted {
+                Wanted::Value | Wanted::Delta { shines: true } => (shaded.answer, one),
+                Wanted::Delta { .. } => (shaded.diffuse, one),
+                Wanted::Weighed(density) => (shaded.answer, P::Real::from_f64(weight(density, shaded.density.to_f64()))),
+            };
+            let sent = self.answered(walk, at, question, answer);
+            walk.radiance += walk.throughput * sent;
+        }
+        let luck = P::Real::from_f32(walk.draws.scatter[3]);
+        let normal = at.normal;
+        self.leaves(walk, hit, at, &shaded.drawn, Leaves { normal, lit: normal, luck, bent: None, coated: false })
+    }
+}
