@@ -172,6 +172,11 @@ impl<P: Precision> Lights<P> {
         }
     }
 
+    /// What drawing the sky takes, where that is prepared.
+    pub fn sky_sampler(&self) -> Option<&SkySampler> {
+        self.sky_sampler.as_ref()
+    }
+
     /// Draws a light that was chosen with a `probability`, as `from` sees it, for two numbers in [0, 1); none where it sends
     /// nothing there.
     pub fn sample(&self, light: LightId, from: Vec3Of<P>, position: [f32; 2], probability: f64) -> Option<LightSample<P::Real>> {

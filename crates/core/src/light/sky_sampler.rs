@@ -7,7 +7,7 @@ use raywright_bvh::{Real, Vector};
 
 use super::cdf::{pick, push_shares};
 use super::sky::{Kind, Map};
-use super::{Density, LightSample, Sky, SphereGrid, Target};
+use super::{Density, LightSample, Seen, Sky, SphereGrid, Target};
 
 /// How a sky is drawn.
 #[derive(Clone, Debug)]
@@ -102,11 +102,22 @@ impl SkySampler {
 
     /// Draws a direction for two numbers in [0, 1), as `from` sees it; none where the sky is black.
     pub fn sample<R: Real>(&self, sky: &Sky<R>, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
-        let direction = R::Vec3::from_f64(self.direction(position.map(f64::from)));
-        // Of the direction as it is stored, so that a ray that finds the sky there hears the same.
+        let direction = self.drawn::<R>(position);
         let place = sky.place(direction);
-        let density = self.density::<R>(direction, place) * probability;
-        let arriving = sky.radiance_at(from, direction, place) * R::from_f64(1.0 / density);
+        self.sample_seen(direction, &Seen { place, radiance: sky.radiance_at(from, direction, place) }, probability)
+    }
+
+    /// The direction that [`Self::sample`] draws.
+    pub fn drawn<R: Real>(&self, position: [f32; 2]) -> R::Vec3 {
+        R::Vec3::from_f64(self.direction(position.map(f64::from)))
+    }
+
+    /// The rest of [`Self::sample`], where it is known what is seen in the direction.
+    #[inline]
+    pub fn sample_seen<R: Real>(&self, direction: R::Vec3, seen: &Seen<R>, probability: f64) -> Option<LightSample<R>> {
+        // Of the direction as it is stored, so that a ray that finds the sky there hears the same.
+        let density = self.density::<R>(direction, seen.place) * probability;
+        let arriving = seen.radiance * R::from_f64(1.0 / density);
         (density > 0.0 && arriving.is_finite() && arriving.max_element() > R::ZERO).then_some(LightSample {
             direction,
             arriving,

@@ -73,15 +73,34 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         normal: Vec3Of<P>,
         lets_through: bool,
     ) -> Option<Question<P::Real>> {
-        let lights = &self.scene.lights;
-        if lights.choice().is_empty() {
+        let (light, probability) = self.chosen(walk, at, if lets_through { Vector::ZERO } else { normal })?;
+        let [.., u, v] = walk.draws.light;
+        let seen = self.scene.lights.sample(light, at.surface.point, [u, v], probability)?;
+        self.question_of(light, seen, at, normal, lets_through)
+    }
+
+    /// The light that a point asks, and how likely that was; `lit`: the normal on the side that is lit, zero where both are.
+    #[inline(always)]
+    pub(super) fn chosen(&self, walk: &Walk<P::Real>, at: &Interaction<P::Real>, lit: Vec3Of<P>) -> Option<(LightId, f64)> {
+        let choice = self.scene.lights.choice();
+        if choice.is_empty() {
             return None;
         }
-        let [coarse, fine, u, v] = walk.draws.light;
-        let point = at.surface.point;
-        let lit = if lets_through { Vector::ZERO } else { normal };
-        let (light, probability) = lights.choice().draw::<P::Real>(point, lit, [coarse, fine])?;
-        let seen = lights.sample(light, point, [u, v], probability)?;
+        let [coarse, fine, ..] = walk.draws.light;
+        choice.draw::<P::Real>(at.surface.point, lit, [coarse, fine])
+    }
+
+    /// [`Self::question`] of a light that was drawn.
+    #[inline(always)]
+    pub(super) fn question_of(
+        &self,
+        light: LightId,
+        seen: LightSample<P::Real>,
+        at: &Interaction<P::Real>,
+        normal: Vec3Of<P>,
+        lets_through: bool,
+    ) -> Option<Question<P::Real>> {
+        let lights = &self.scene.lights;
         let (facing, zero) = (normal.dot(seen.direction), P::Real::ZERO);
         // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
         let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };

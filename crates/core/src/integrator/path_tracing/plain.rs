@@ -5,7 +5,7 @@ mod lanes;
 
 use core::array::from_fn;
 
-use raywright_bvh::{Hit, Precision, Real, Vector};
+use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
 
 use lanes::{Shaded, bend, is_single, one, shade};
 
@@ -15,6 +15,7 @@ use super::lights::{Question, Wanted};
 use super::vertex::Leaves;
 use super::weight;
 use crate::interaction::Interaction;
+use crate::light::LightId;
 use crate::material::{Bent, MetallicRoughness};
 use crate::number::Lanes;
 use crate::prepare::Material;
@@ -70,12 +71,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         plains: &mut [Plain<P::Real>],
         mut ended: impl FnMut(u32),
     ) {
-        for plains in plains.chunks_mut(LANES) {
-            self.bend(met, plains);
-            for plain in &mut *plains {
-                let (walk, at) = (&walks[going[plain.place as usize] as usize], &met[plain.place as usize]);
-                plain.question = self.question(walk, at, at.normal, false);
-            }
+        plains.chunks(LANES).for_each(|plains| self.bend(met, plains));
+        self.ask_lights((walks, going), met, plains);
+        for plains in plains.chunks(LANES) {
             let shaded = self.shaded((walks, going), met, plains);
             for (plain, shaded) in plains.iter().zip(shaded.iter().flatten()) {
                 let place = plain.place as usize;
@@ -84,6 +82,36 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     ended(plain.place);
                 }
             }
+        }
+    }
+
+    /// Draws the lights that some vertices ask; those that ask the sky look there together.
+    fn ask_lights(
+        &self,
+        (walks, going): (&[Walk<P::Real>], &[u32]),
+        met: &[Interaction<P::Real>],
+        plains: &mut [Plain<P::Real>],
+    ) {
+        let lights = &self.scene.lights;
+        let (mut sky, mut seen) = (Vec::<(usize, Vec3Of<P>, f64)>::with_capacity(plains.len()), Vec::new());
+        for (k, plain) in plains.iter_mut().enumerate() {
+            let (walk, at) = (&walks[going[plain.place as usize] as usize], &met[plain.place as usize]);
+            let Some((light, probability)) = self.chosen(walk, at, at.normal) else { continue };
+            let [.., u, v] = walk.draws.light;
+            match (light, lights.sky_sampler()) {
+                (LightId::Sky, Some(sampler)) => sky.push((k, sampler.drawn::<P::Real>([u, v]), probability)),
+                _ => {
+                    let drawn = lights.sample(light, at.surface.point, [u, v], probability);
+                    plain.question = drawn.and_then(|drawn| self.question_of(light, drawn, at, at.normal, false));
+                }
+            }
+        }
+        let from = |k: usize| met[plains[k].place as usize].surface.point;
+        lights.sky.look(sky.iter().map(|&(k, direction, _)| (from(k), direction)), &mut seen);
+        for (&(k, direction, probability), seen) in sky.iter().zip(&seen) {
+            let at = &met[plains[k].place as usize];
+            let drawn = lights.sky_sampler().and_then(|sampler| sampler.sample_seen(direction, seen, probability));
+            plains[k].question = drawn.and_then(|drawn| self.question_of(LightId::Sky, drawn, at, at.normal, false));
         }
     }
 
