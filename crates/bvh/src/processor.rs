@@ -56,3 +56,42 @@ pub fn prefetch<T>(list: &[T], place: usize) {
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (list, place);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Sums<'a>(&'a [f32; 64], &'a [f32; 64]);
+
+    impl Loops for Sums<'_> {
+        type Output = [f32; 64];
+        #[inline(always)]
+        fn run(self) -> [f32; 64] {
+            core::array::from_fn(|i| (self.0[i] * self.1[i] + self.0[63 - i]).sqrt() / self.1[i])
+        }
+    }
+
+    /// Protects: wide registers give the bits of single numbers: no product is fused with a sum, no root or quotient is nearly so.
+    #[test]
+    fn wide_registers_change_no_bit() {
+        let mut differs = 0;
+        for turn in 0..100_u32 {
+            let of = |k: u32, i: usize| f32::from_bits(0x3f80_0000 | (turn * 64 + i as u32 + k).wrapping_mul(0x9e37_79b9) >> 9);
+            let (a, b) = (core::array::from_fn(|i| of(0, i)), core::array::from_fn(|i| of(7777, i)));
+            let (found, alone) = (widest(Sums(&a, &b)), Sums(&a, &b).run());
+            assert_eq!(found.map(f32::to_bits), alone.map(f32::to_bits));
+            let exact = |i: usize| ((f64::from(a[i]) * f64::from(b[i]) + f64::from(a[63 - i])) as f32).sqrt() / b[i];
+            differs += (0..64).filter(|&i| exact(i).to_bits() != alone[i].to_bits()).count();
+        }
+        assert!(differs > 500, "fused, {differs} would have other bits");
+    }
+
+    /// Protects: a place beyond the end, and a list without any, may be asked for.
+    #[test]
+    fn what_is_not_there_may_be_asked_for() {
+        prefetch(&[1, 2, 3], 2);
+        prefetch(&[1, 2, 3], usize::MAX);
+        prefetch::<u8>(&[], 0);
+        prefetch(&[()], 0);
+    }
+}

@@ -1,8 +1,8 @@
 //! The kernels of AVX2 and AVX-512: eight lanes of f32 in one register, and four exact tests at once in f64.
 //!
-//! Here and in what this uses is the only unsafe code of the project, of three kinds. *Instructions*: a token of type [`Avx2`] or [`Avx512`] exists
-//! only where the processor was seen to have them, and methods of a token use no others. *Memory*: loads and stores go
-//! through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
+//! Here, in what this uses and in `processor.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
+//! type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use no others. *Memory*:
+//! loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
 #![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
 
 mod doubles;

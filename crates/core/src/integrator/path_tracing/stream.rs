@@ -147,3 +147,6 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         hits.retain(Option::is_some);
     }
 }
+
+#[cfg(test)]
+mod tests;

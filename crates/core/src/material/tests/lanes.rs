@@ -101,6 +101,16 @@ impl<N: Number> Outcome<N> {
     }
 
     #[inline(never)]
+    fn rough(&mut self, model: &MetallicRoughness<N>, normal: N::Vec3, [wo, wi]: [N::Vec3; 2], drawn: [N; 3]) {
+        let bsdf = model.rough(normal, wo, true);
+        let (value, density) = bsdf.answer(wo, wi);
+        let sampled = bsdf.sample(&Frame::about(normal), wo, drawn);
+        self.numbers.extend([density, sampled.density]);
+        self.vectors.extend([value, bsdf.diffuse(wo, wi), sampled.direction, sampled.weight]);
+        self.masks.push(model.is_rough());
+    }
+
+    #[inline(never)]
     fn densities(&mut self, bsdf: &Bsdf<N>, wo: N::Vec3, wi: N::Vec3) {
         self.numbers.push(bsdf.pdf(wo, wi));
         self.vectors.push(bsdf.diffuse(wo, wi));
@@ -172,6 +182,9 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
             .with(Lobe::RoughGlass(frosted));
         lists.extend([further, model.transport(normal, wo, outside, true)]);
         found.values_of_both_sides(&further, wo, wi);
+        found.rough(&model, normal, [wo, wi], drawn);
+        let bent = Bent::<N> { normal, along: wi, mirrored: outside, code: second, geometric: wo, outside, direction: -wo };
+        found.vectors.push(bent.bent());
     }
     for bsdf in lists {
         found.densities(&bsdf, wo, wi);
@@ -194,6 +207,37 @@ fn lanes_have_the_bits_of_one() {
             }
         }
     }
+}
+
+/// Protects: a rough surface that lets nothing through has the same bits by the two lobes that are always there as by the list of those
+/// that it needs.
+#[test]
+fn rough_surfaces_are_what_they_are_by_all_lobes() {
+    let mut rough = 0;
+    for case in (0..CASES).map(Case::of) {
+        let number = |x: f64| x as f32;
+        let [normal, wo, wi] = [case.normal, case.wo, case.wi].map(|v| v.as_vec3());
+        let (base, metallic, roughness) = (case.colours[0].as_vec3(), number(case.metallic), number(case.roughness));
+        let model = MetallicRoughness { base, metallic, roughness, dielectric: number(case.dielectric), glass: None };
+        if !model.is_rough() {
+            continue;
+        }
+        rough += 1;
+        for compensated in [false, true] {
+            let (two, all) = (model.rough(normal, wo, compensated), model.transport(normal, wo, case.outside, compensated));
+            let bits = |v: glam::Vec3| v.to_array().map(|x| if x.is_nan() { u32::MAX } else { (x + 0.0).to_bits() });
+            let told = |(value, density): (glam::Vec3, f32)| (bits(value), bits(glam::Vec3::splat(density)));
+            assert_eq!(told(two.answer(wo, wi)), told(all.answer(wo, wi)), "{case:?}");
+            assert_eq!(bits(two.diffuse(wo, wi)), bits(all.diffuse(wo, wi)), "{case:?}");
+            let (frame, drawn) = (Frame::about(normal), case.drawn.map(number));
+            let [a, b] = [two.sample(&frame, wo, drawn), all.sample(&frame, wo, drawn)];
+            assert_eq!(
+                (a.some, a.delta, bits(a.direction), bits(a.weight)),
+                (b.some, b.delta, bits(b.direction), bits(b.weight))
+            );
+        }
+    }
+    assert!(rough > CASES / 2, "{rough}");
 }
 
 /// Protects: the cases above are what they claim to be: something of each is there, many send light, and some send none.
