@@ -1,11 +1,12 @@
-//! How lights are divided between the two nodes below one: by what asking each of them would cost ("Importance Sampling of Many Lights
+//! How lights are divided among the groups of a node: in two by what asking each of them would cost, and the dearest of those again ("Importance Sampling of Many Lights
 //! with Adaptive Tree Splitting", Conty Estevez, Kulla 2018).
 
 use core::f64::consts::PI;
+use core::ops::Range;
 
 use glam::DVec3;
 
-use super::Leaf;
+use super::{Leaf, WIDTH};
 use crate::light::{Bounds, LightId};
 
 /// Lights taken together.
@@ -15,8 +16,56 @@ pub(super) struct Sum {
     pub power: f64,
 }
 
+/// Leaves that follow each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Group {
+    start: usize,
+    end: usize,
+    /// How often all leaves were divided to get here.
+    depth: u32,
+    pub sum: Sum,
+}
+
+impl Group {
+    /// None where there is no leaf.
+    pub fn of_all(leaves: &[Leaf]) -> Option<Self> {
+        (!leaves.is_empty()).then(|| Self::of(leaves, 0..leaves.len(), 0))
+    }
+
+    fn of(leaves: &[Leaf], range: Range<usize>, depth: u32) -> Self {
+        Self { start: range.start, end: range.end, depth, sum: Sum::of(&leaves[range]) }
+    }
+
+    pub fn range(&self) -> Range<usize> {
+        self.start..self.end
+    }
+}
+
+/// The groups of a node over two leaves or more: up to [`WIDTH`], those of one leaf among them. Group after group is divided, the one that
+/// costs most first, but for those that are so small in the node that it would not tell their halves' places apart.
+pub(super) fn divide(leaves: &mut [Leaf], whole: Group) -> Vec<Group> {
+    /// Size of a group that is divided, in the node: some hundreds of times what its places are rounded to.
+    const SMALLEST: f64 = 1e-4;
+    let size = |group: &Group| group.sum.bounds.space.extent().length();
+    let smallest = SMALLEST * size(&whole);
+    let mut groups = Vec::with_capacity(WIDTH);
+    groups.push(whole);
+    while groups.len() < WIDTH {
+        // The first one always, also where its size is no number.
+        let whole = groups.len() == 1;
+        let open = groups.iter().enumerate().filter(|(_, group)| group.range().len() > 1 && (whole || size(group) >= smallest));
+        let dearest =
+            open.max_by(|(_, a), (_, b)| a.sum.cost().total_cmp(&b.sum.cost()).then(a.range().len().cmp(&b.range().len())));
+        let Some((index, &group)) = dearest else { break };
+        let middle = group.start + split(&mut leaves[group.range()], &group.sum.bounds, group.depth);
+        groups[index] = Group::of(leaves, group.start..middle, group.depth + 1);
+        groups.push(Group::of(leaves, middle..group.end, group.depth + 1));
+    }
+    groups
+}
+
 impl Sum {
-    pub fn of(leaves: &[Leaf]) -> Self {
+    fn of(leaves: &[Leaf]) -> Self {
         let first = Self { bounds: leaves[0].bounds, power: leaves[0].power };
         leaves[1..].iter().fold(first, |sum, leaf| sum.and(&Self { bounds: leaf.bounds, power: leaf.power }))
     }
@@ -69,8 +118,8 @@ const BINS: usize = 12;
 /// Depth from which lights are divided in the middle: however they lie, a tree is not deeper than 64 levels.
 const DEEP: u32 = 32;
 
-/// Brings the leaves of the first of two nodes to the front and says how many they are: at least one, and one is left.
-pub(super) fn split(leaves: &mut [Leaf], whole: &Bounds, depth: u32) -> usize {
+/// Brings the leaves of the first of two groups to the front and says how many they are: at least one, and one is left.
+fn split(leaves: &mut [Leaf], whole: &Bounds, depth: u32) -> usize {
     let middle = leaves.len() / 2;
     let centres = leaves.iter().map(|leaf| leaf.bounds.space.centre());
     let (least, most) = centres.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), c| (a.min(c), b.max(c)));
