@@ -10,9 +10,9 @@ use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 use raywright_bvh::Real;
 
-use super::cdf::{pick, push_shares, share};
+use super::cdf::{guide_len, pick, pick_guided, push_guide, push_shares, share};
 
-/// Most blocks along azimuth and polar angle.
+/// Most blocks along azimuth and polar angle; guides tell up to 256 apart.
 const BLOCKS: [usize; 2] = [128, 64];
 /// A block is even whose brightest cell has so many times the radiance of its darkest one at most.
 const EVEN: f64 = 1.25;
@@ -31,6 +31,8 @@ pub struct SphereGrid {
     rows: Vec<f64>,
     /// The blocks of each of those rows, one row after the other.
     columns: Vec<f32>,
+    /// Where searches begin in `rows`, and then in each row of `columns`.
+    guides: Vec<u8>,
     /// Where a block's cells begin in `cells`, or [`WHOLE`].
     parts: Vec<u32>,
     /// Of each block that is not even: the running sum of its rows, and of the cells of each of them.
@@ -56,6 +58,7 @@ impl SphereGrid {
             turn,
             rows: Vec::new(),
             columns: Vec::new(),
+            guides: Vec::new(),
             parts: Vec::new(),
             cells: Vec::new(),
             edges: (0..=height).map(edge).collect(),
@@ -75,6 +78,10 @@ impl SphereGrid {
             fluxes.push(grid.push_blocks(&weights, rows.start));
         }
         grid.flux = push_shares(&mut grid.rows, &fluxes);
+        push_guide(&mut grid.guides, &grid.rows);
+        for row in grid.columns.chunks_exact(width.div_ceil(grid.block[0])) {
+            push_guide(&mut grid.guides, row);
+        }
         (grid.flux > 0.0 && grid.flux.is_finite()).then_some(grid)
     }
 
@@ -109,9 +116,10 @@ impl SphereGrid {
 
     /// A unit direction for two numbers in [0, 1).
     pub fn direction(&self, [u, v]: [f64; 2]) -> DVec3 {
-        let (y, _, down) = pick(&self.rows, v);
-        let blocks = self.columns_of(y);
-        let (x, _, along) = pick(blocks, u);
+        let (guide, guides) = self.guides.split_at(guide_len(self.rows.len()));
+        let (y, _, down) = pick_guided(&self.rows, guide, v);
+        let (blocks, parts) = (self.columns_of(y), guide_len(self.width.div_ceil(self.block[0])));
+        let (x, _, along) = pick_guided(blocks, &guides[y * parts..][..parts], u);
         let ([left, top], [columns, rows]) = self.extent(x, y);
         let (place, height) = (self.parts[y * blocks.len() + x], self.angles.len());
         let (column, row, down, span) = if place == WHOLE {
