@@ -9,6 +9,7 @@ mod build;
 mod node;
 
 use glam::DVec3;
+use raywright_bvh::{Loops, Real, widest};
 
 use build::{Group, divide};
 use node::{Node, WIDTH, running};
@@ -106,7 +107,15 @@ impl Tree {
     }
 
     /// A light for a number in [0, 1), and its probability; none where none sends anything.
-    pub fn draw(&self, receiver: &Receiver, mut u: f64) -> Option<(LightId, f64)> {
+    pub fn draw(&self, receiver: &Receiver, u: f64) -> Option<(LightId, f64)> {
+        match self.top? {
+            Content::Light(light) => Some((light, 1.0)),
+            Content::Inner(_) => widest(Draw { tree: self, receiver, u }),
+        }
+    }
+
+    #[inline(always)]
+    fn drawn(&self, receiver: &Receiver, mut u: f64) -> Option<(LightId, f64)> {
         let (mut content, mut probability) = (self.top?, 1.0);
         loop {
             let node = match content {
@@ -123,10 +132,12 @@ impl Tree {
             let at = u * total;
             // A number below one times the sum is below the sum, so that this is a group with importance. Counted, not looked for: a
             // processor guesses wrongly where a search ends.
-            let lane: u32 = sums[1..WIDTH].iter().map(|&sum| u32::from(sum <= at)).sum();
-            let lane = lane as usize;
+            let mut lane = 0;
+            for &sum in &sums[1..WIDTH] {
+                lane += usize::from(sum <= at);
+            }
             let importance = f64::from(importances[lane]);
-            u = ((at - sums[lane]) / importance).clamp(0.0, 1.0_f64.next_down());
+            u = Real::clamp((at - sums[lane]) / importance, 0.0, BELOW_ONE);
             probability *= importance / total;
             content = node.content[lane];
         }
@@ -144,6 +155,24 @@ impl Tree {
             return 0.0;
         }
         self.probability(node.parent, receiver) * (f64::from(importances[place as usize % WIDTH]) / total)
+    }
+}
+
+/// The greatest number below one.
+const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// [`Tree::draw`], for wide registers.
+struct Draw<'a> {
+    tree: &'a Tree,
+    receiver: &'a Receiver,
+    u: f64,
+}
+
+impl Loops for Draw<'_> {
+    type Output = Option<(LightId, f64)>;
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        self.tree.drawn(self.receiver, self.u)
     }
 }
 

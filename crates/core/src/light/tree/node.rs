@@ -1,5 +1,5 @@
 //! Up to eight groups of lights side by side: how much of each may arrive at a point, in f32 and without a branch, so that the
-//! compiler makes it four at a time.
+//! compiler makes it as many at a time as registers hold.
 //!
 //! What f32 cannot hold is taken out when the node is built: places are told from the node's middle in units of its size, powers as
 //! shares of the node's. What it rounds is given back as room: radii and cosines are wider than they are, so that no light that may
@@ -161,8 +161,13 @@ impl Node {
 /// rounding keeps that, so that what has no importance takes no room. In f64, or what is faint would be drawn by what the sum is rounded to.
 #[inline(always)]
 pub(super) fn running(importances: &[f32; WIDTH]) -> [f64; WIDTH + 1] {
-    let one = importances.map(f64::from);
-    let two: [f64; WIDTH / 2] = core::array::from_fn(|i| one[2 * i] + one[2 * i + 1]);
+    let (mut one, mut two) = ([0.0; WIDTH], [0.0; WIDTH / 2]);
+    for (one, &importance) in one.iter_mut().zip(importances) {
+        *one = importance.into();
+    }
+    for i in 0..WIDTH / 2 {
+        two[i] = one[2 * i] + one[2 * i + 1];
+    }
     let four = [two[0] + two[1], two[2] + two[3]];
     [
         0.0,
