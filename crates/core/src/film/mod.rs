@@ -14,9 +14,11 @@
 //! then there is one replicate and no spread. [`Memory`](crate::Memory) counts them before anything is rendered.
 
 mod adaptive;
+mod again;
 mod estimate;
 mod identity;
 mod merge;
+mod pixel;
 mod plan;
 mod plane;
 mod record;

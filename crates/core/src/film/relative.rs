@@ -6,7 +6,7 @@
 //! together with the error: whoever weighs an error takes the weights from replicates that are not in it, or says what that does.
 
 /// Keeps the relative error of dark pixels finite, as in [`crate::metrics::Errors::relmse`].
-const FLOOR: f64 = 0.01;
+pub(super) const FLOOR: f64 = 0.01;
 
 /// Pixels to each side that count as neighbours.
 pub(super) const REACH: usize = 2;

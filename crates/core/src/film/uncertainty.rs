@@ -18,6 +18,9 @@
 //! Student's factor takes the normal one's place. `benches/calibration.rs` says how often all that holds, and from how many pixels on
 //! it may be trusted.
 //!
+//! Where lamps are small and many, a pixel that one replicate alone saw lit is no black one, and few pixels would have all of the error if
+//! it were taken for one. `film::again` says when others vouch for such light, and what its error is relative to then.
+//!
 //! Light that no sample has found is in neither. What can be noticed is that it may be there: paths that were scattered and then went on
 //! by a mirror or through glass meet lamps by chance alone, and where many did and few met one, more of that light is to be expected
 //! than was seen. The number that were found is a Poisson number, known to a sixth where it is forty.
@@ -28,12 +31,14 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
 use super::Film;
+use super::again::{Again, Once};
 use super::estimate::There;
+use super::pixel::{Pixel, product};
 use super::relative::{REACH, across, among, weights, within};
 use crate::metrics::student_95;
 
 /// Squared errors relative to what other replicates have, and to what the pair in the error itself has, may differ by this factor: then
-/// light is so rare that no way to make them relative is right.
+/// light is so rare that no way to make them relative is right, unless it is seen again elsewhere.
 const APART: f64 = 4.0;
 
 /// Fewer pixels that carry the error say too little of it.
@@ -47,9 +52,6 @@ const ENOUGH: u32 = 4;
 
 /// Rows that are looked at together.
 const BAND: usize = 32;
-
-/// Ways to pair four replicates.
-const PAIRINGS: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 3, 1, 2]];
 
 /// A number with the interval that holds what it estimates in 95 of 100 renders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -99,6 +101,8 @@ struct Sum {
     seen: f64,
     /// Squared products of two independent differences between replicates.
     product: f64,
+    /// Squares of what the light that it is relative to may be off by where it was seen once.
+    unsure: f64,
     /// Squares of the variance, of how far the two ways to weigh it are apart, and of the products.
     square: f64,
     apart: f64,
@@ -111,6 +115,7 @@ impl AddAssign for Sum {
         self.among += other.among;
         self.seen += other.seen;
         self.product += other.product;
+        self.unsure += other.unsure;
         self.square += other.square;
         self.apart += other.apart;
         self.product_square += other.product_square;
@@ -119,10 +124,10 @@ impl AddAssign for Sum {
 
 impl Sum {
     /// Of one pixel.
-    fn of(Pixel { variance, among, seen, product }: Pixel) -> Self {
+    fn of(Pixel { variance, among, seen, product, unsure }: Pixel) -> Self {
         let difference = variance - among;
         let (square, apart, product_square) = (variance * variance, difference * difference, product * product);
-        Self { variance, among, seen, product, square, apart, product_square }
+        Self { variance, among, seen, product, unsure: unsure * unsure, square, apart, product_square }
     }
 
     /// How far the logarithms of both ways to weigh are apart.
@@ -140,7 +145,9 @@ impl Sum {
         let least = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
         let products = (self.product / (2.0 * replicates * (replicates - 1.0)) / (self.among * self.among)).max(least);
         let (weights, gap) = (self.apart / self.square_of_sum(), self.gap() / 2.0);
-        let spread = products + weights + gap * gap;
+        // Both are about light that was seen once, so that where one is wrong the other is, and they add up rather than their squares.
+        let relative_to = gap.abs() + (self.unsure / (self.variance * self.among)).sqrt();
+        let spread = products + weights + relative_to * relative_to;
         // Whole degrees of freedom, rounded to fewer; those of many where no pixel says anything.
         let freedom = 2.0 * self.product * self.product / self.product_square;
         let factor = student_95(if freedom.is_finite() { freedom as u32 } else { u32::MAX });
@@ -155,19 +162,12 @@ impl Sum {
     }
 }
 
-/// What one pixel adds: its variance weighed in three ways, and squared products of differences.
-#[derive(Clone, Copy, Default)]
-struct Pixel {
-    variance: f64,
-    among: f64,
-    seen: f64,
-    product: f64,
-}
-
 /// A few rows of pixels with what their replicates say, in radiance and relative.
 struct Band {
     absolute: Vec<Pixel>,
     relative: Vec<Pixel>,
+    /// Relative where light that one replicate alone saw is seen again.
+    vouched: Vec<Pixel>,
 }
 
 impl Film {
@@ -185,27 +185,31 @@ impl Film {
         let height = self.plan.crop.height as usize;
         let bands = (0..height.div_ceil(BAND)).into_par_iter();
         // In order, so that the sums do not depend on who is first.
-        let bands: Vec<[Sum; 2]> =
+        let bands: Vec<([Sum; 3], Again)> =
             bands.map(|band| self.band(&planes, band * BAND..((band + 1) * BAND).min(height), fewest)).collect();
-        let (mut absolute, mut relative) = (Sum::default(), Sum::default());
-        for [a, r] in bands {
-            absolute += a;
-            relative += r;
+        let (mut sums, mut again) = ([Sum::default(); 3], Again::default());
+        for (of_band, again_in_band) in bands {
+            sums.iter_mut().zip(of_band).for_each(|(sum, of)| *sum += of);
+            again += again_in_band;
         }
+        let [absolute, relative, vouched] = sums;
+        let is_vouched = again.is_enough();
+        let is_rare = !is_vouched && relative.variance > APART * relative.seen;
+        let relative = if is_vouched { vouched } else { relative };
         let (pixels, replicates) = (self.plan.pixels() as f64, f64::from(fewest));
         let (rmse, root_relmse) = (absolute.estimate(pixels, replicates), relative.estimate(pixels, replicates));
         let by_chance = self.counters.unaided > 0 && self.counters.found < FEWEST_FOUND;
         let doubts = [
             (fewest < ENOUGH, Doubt::FewSamples),
             (by_chance, Doubt::LightByChance),
-            (root_relmse.carriers < FEWEST || relative.variance > APART * relative.seen, Doubt::FewPixels),
+            (root_relmse.carriers < FEWEST || is_rare, Doubt::FewPixels),
         ];
         let doubt = doubts.into_iter().find_map(|(is, doubt)| is.then_some(doubt));
         Some(Uncertainty { rmse, root_relmse, replicates: fewest, doubt })
     }
 
-    /// Sums over some rows, in radiance and relative.
-    fn band(&self, planes: &There<'_>, rows: Range<usize>, replicates: u32) -> [Sum; 2] {
+    /// Sums over some rows, in radiance and relative in both ways, and what is seen again there.
+    fn band(&self, planes: &There<'_>, rows: Range<usize>, replicates: u32) -> ([Sum; 3], Again) {
         let width = self.plan.crop.width as usize;
         // With the rows that pixels have neighbours in.
         let first = rows.start.saturating_sub(REACH);
@@ -216,8 +220,8 @@ impl Film {
             planes.each_mean(pixel, &mut each);
             means.iter_mut().zip(&each).for_each(|(means, &mean)| means.push(mean));
         }
-        let mut band =
-            Band { absolute: vec![Pixel::default(); means[0].len()], relative: vec![Pixel::default(); means[0].len()] };
+        let [absolute, relative, vouched] = [(); 3].map(|()| vec![Pixel::default(); means[0].len()]);
+        let mut band = Band { absolute, relative, vouched };
         match means.chunks_exact(4).len() {
             0 => band.guess(&means, width),
             fours => {
@@ -226,21 +230,27 @@ impl Film {
             }
         }
         let inner = (rows.start - first) * width..(rows.end - first) * width;
-        [&band.absolute[inner.clone()], &band.relative[inner]].map(|pixels| {
+        let mut again = Again::default();
+        for four in means.chunks_exact(4) {
+            inner.clone().for_each(|pixel| again.add([0, 1, 2, 3].map(|r: usize| four[r][pixel])));
+        }
+        let sums = [&band.absolute, &band.relative, &band.vouched].map(|pixels| {
             let mut sum = Sum::default();
-            pixels.iter().for_each(|&pixel| sum += Sum::of(pixel));
+            pixels[inner.clone()].iter().for_each(|&pixel| sum += Sum::of(pixel));
             sum
-        })
+        });
+        (sums, again)
     }
 }
 
 impl Band {
     /// What four replicates say. `shares`: of what one way to pair them says, in the variance of the mean and in the mean of products.
     fn add(&mut self, four: &[Vec<[f64; 3]>], shares: [f64; 2]) {
-        for (pixel, (absolute, relative)) in self.absolute.iter_mut().zip(&mut self.relative).enumerate() {
+        for pixel in 0..four[0].len() {
             let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-            absolute.add(at, [|_, _| [1.0; 3]; 2], [1.0; 3], shares);
-            relative.add(at, [across, within], among(at), shares);
+            self.absolute[pixel].add(at, [|_, _| [1.0; 3]; 2], [1.0; 3], Once::default(), shares);
+            self.relative[pixel].add(at, [across, within], among(at), Once::default(), shares);
+            self.vouched[pixel].add(at, [across, within], among(at), Once::of(at), shares);
         }
     }
 
@@ -256,37 +266,10 @@ impl Band {
             let share = 2.0 / means.len() as f64 / 4.0;
             let of = |weights: [f64; 3], beside: [f64; 3]| {
                 let variance = share * (0..3).map(|i| weights[i] * one[i] * one[i]).sum::<f64>();
-                Pixel { variance, among: variance, seen: variance, product: product(one, two, weights, beside) }
+                Pixel { variance, among: variance, seen: variance, product: product(one, two, weights, beside), unsure: 0.0 }
             };
             self.absolute[pixel] = of([1.0; 3], [1.0; 3]);
             self.relative[pixel] = of(weights[pixel], weights[beside]);
         }
     }
-}
-
-impl Pixel {
-    /// Adds what the means of four replicates say: each difference of two has twice the variance of a replicate, and an eighth of its square
-    /// is the variance of a mean of four. It is weighed by the other two, by itself, and by all four.
-    fn add(&mut self, at: [[f64; 3]; 4], [across, within]: [Weigh; 2], among: [f64; 3], shares: [f64; 2]) {
-        for [a, b, c, d] in PAIRINGS.map(|pairing| pairing.map(|r| at[r])) {
-            let one: [f64; 3] = core::array::from_fn(|i| a[i] - b[i]);
-            let two: [f64; 3] = core::array::from_fn(|i| c[i] - d[i]);
-            let squares = |of_one: [f64; 3], of_two: [f64; 3]| -> f64 {
-                (0..3).map(|i| of_one[i] * one[i] * one[i] + of_two[i] * two[i] * two[i]).sum()
-            };
-            self.variance += shares[0] * squares(across(c, d), across(a, b)) / 16.0;
-            self.seen += shares[0] * squares(within(a, b), within(c, d)) / 16.0;
-            self.among += shares[0] * squares(among, among) / 16.0;
-            self.product += shares[1] * product(one, two, among, among);
-        }
-    }
-}
-
-/// Weights by the means of two replicates.
-type Weigh = fn([f64; 3], [f64; 3]) -> [f64; 3];
-
-/// Squared product of two differences, weighed.
-fn product(one: [f64; 3], two: [f64; 3], of_one: [f64; 3], of_two: [f64; 3]) -> f64 {
-    let dot: f64 = (0..3).map(|i| (of_one[i] * of_two[i]).sqrt() * one[i] * two[i]).sum();
-    dot * dot
 }

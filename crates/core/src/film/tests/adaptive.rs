@@ -12,14 +12,14 @@ use crate::settings::{Aov, Sampling, Settings};
 use crate::{Ready, prepare};
 
 /// A film of so many tiles in a row, each 16 × 16 pixels.
-fn row(tiles: u32, most: u32) -> Film {
+pub(super) fn row(tiles: u32, most: u32) -> Film {
     let size = [16 * tiles, 16];
     let settings = Settings { size, sampling: Sampling::General(most), max_error: Some(0.1), ..Settings::of(&Scene::default()) };
     prepare(&Scene::default(), &settings, &()).expect("an empty scene").film("")
 }
 
 /// Takes the samples that are to be taken: replicate r of each pixel has this mean by its tile and number of samples.
-fn take(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
+pub(super) fn take(film: &mut Film, mean: impl Fn(u32, u32, f64) -> f64) {
     let plan = film.plan.clone();
     for replicate in 0..4 {
         let tile_of = |pixel: usize| plan.tile_of(pixel);

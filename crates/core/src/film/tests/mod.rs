@@ -1,6 +1,7 @@
 //! The film against f64, closed forms and itself in parts.
 
 mod adaptive;
+mod again;
 mod parts;
 mod picture;
 mod sums;

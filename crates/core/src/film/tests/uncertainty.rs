@@ -8,7 +8,7 @@ use crate::settings::{Sampling, Settings};
 use crate::{Ready, prepare};
 
 /// A film of pixels whose replicates have these means, each of two samples.
-fn film(pixels: &[[f64; 4]]) -> Film {
+pub(super) fn film(pixels: &[[f64; 4]]) -> Film {
     let all = Settings {
         size: [pixels.len() as u32, 1],
         sampling: Sampling::General(8),

@@ -1,0 +1,157 @@
+//! Light that one replicate alone saw: when others vouch for it, what errors are relative to then, and that rare light stays in doubt.
+
+use super::adaptive::{row, take};
+use super::uncertainty::film;
+use crate::film::adaptive::Aim;
+use crate::film::again::{Again, Once};
+use crate::film::{Doubt, Plane};
+use crate::hash::mix;
+use crate::metrics::student_95;
+
+/// Whether so many pixels with these means of four replicates vouch for light that was seen once.
+fn vouch(pixels: &[(usize, [f64; 4])]) -> bool {
+    let mut again = Again::default();
+    for &(count, means) in pixels {
+        (0..count).for_each(|_| again.add(means.map(|mean| [mean; 3])));
+    }
+    again.is_enough()
+}
+
+/// Protects: a pixel that one replicate lit says three times that the held out has nothing, one that two lit says twice that it has three
+/// times the mean of the others. Of 100 and 60 pixels that is 360/420 = 0.86, known to 2/√420 = 0.10; of 100 and 40 pixels 0.63, known to 0.10.
+/// 33 of each are enough to say anything, and 30 are not, which are 150 held out of 160; nor is any number of pixels that all replicates lit.
+#[test]
+fn light_is_vouched_for_where_it_is_seen_again() {
+    let (once, twice) = ([0.0, 0.0, 2.0, 0.0], [2.0, 0.0, 0.0, 2.0]);
+    let of = |lit_once, lit_twice| vouch(&[(lit_once, once), (lit_twice, twice), (1000, [2.0; 4])]);
+    assert_eq!([of(100, 60), of(100, 40), of(33, 33), of(30, 30), of(0, 0)], [true, false, true, false, false]);
+}
+
+/// Protects: brighter light needs more to vouch for it: 600 dim replicates with three times what was expected, and 300 of a hundredfold
+/// brightness with nothing, are 2 on average, but by the root of brightness 1/2. One replicate that is far brighter than its pixel's
+/// others does not vouch for a hundred others: it counts four times what was expected, not 270 times. Black pixels say nothing.
+#[test]
+fn bright_light_needs_more_to_vouch_for_it() {
+    let dim = (300, [1.0, 1.0, 0.0, 0.0]);
+    assert!(vouch(&[dim, (100, [0.0, 1.0, 0.0, 0.0])]));
+    assert!(!vouch(&[dim, (100, [0.0, 100.0, 0.0, 0.0])]));
+    assert!(!vouch(&[(100, [0.0, 1.0, 0.0, 0.0]), (8, [1.0, 0.0, 0.0, 90.0])]));
+    assert!(!vouch(&[(300, [0.25, 0.25, 0.0, 0.0])]) && vouch(&[(300, [0.35, 0.35, 0.0, 0.0])]));
+}
+
+/// Protects: a pixel that was lit once is weighed by what 1/(T² + 0.01) is on average if T has a gamma distribution of shape 3/2 and its mean
+/// for a scale: by no less, by twice as much at most where it is dark, and by a tenth more where it is bright. How far that may be off
+/// is the root of the mean square there. The integrals are sums over steps of a thousandth in log T.
+#[test]
+fn what_was_seen_once_has_a_gamma_distribution() {
+    for (mean, largest) in [(0.01, 2.05), (0.1, 2.05), (1.0, 2.05), (10.0, 1.25), (100.0, 1.1), (1000.0, 1.05)] {
+        let (mut first, mut second) = (0.0, 0.0);
+        for step in -30_000..5_000 {
+            let t = (f64::from(step) / 1000.0).exp();
+            let density = t.powf(1.5) * (-t).exp() / (core::f64::consts::PI.sqrt() / 2.0) / 1000.0;
+            let weight = 1.0 / (mean * mean * t * t + 0.01);
+            first += density * weight;
+            second += density * weight * weight;
+        }
+        // Of four replicates one has all of the light.
+        let once = Once::of([[0.0; 3], [4.0 * mean; 3], [0.0; 3], [0.0; 3]]);
+        let ratio = once.most[0] / first;
+        assert!((0.99..=largest).contains(&ratio), "{mean}: {ratio}");
+        if mean >= 1.0 {
+            let ratio = (once.most[0] * once.deviation[0]).powi(2) / second;
+            assert!((1.0..=1.2).contains(&ratio), "{mean}: {ratio}");
+        }
+    }
+}
+
+/// Protects: where others vouch for it, pixels that were lit once are relative to no less than a gamma distribution says, and those that were
+/// lit twice to products as ever; what the first may be off by is added to what both ways to weigh are apart. Of 100 pixels with one replicate
+/// of 2 and 100 with two, the first have a variance of 4/16 in each channel, the second of 4/12.
+#[test]
+fn errors_of_light_that_is_vouched_for_by_hand() {
+    let mut pixels = [[0.0, 2.0, 0.0, 0.0]; 200];
+    pixels[100..].fill([2.0, 2.0, 0.0, 0.0]);
+    let found = film(&pixels).uncertainty().expect("four replicates");
+    assert_eq!(found.doubt, None);
+    // A mean of 1/2, which is five times 0.1.
+    let root = (core::f64::consts::TAU * 5.0).sqrt();
+    let lit_once = 3.0 * 0.25 / (0.25 / (1.0 + root) + 0.01);
+    let unsure = lit_once * (5.0_f64.powf(1.5) / (4.0 * core::f64::consts::TAU.sqrt())).sqrt();
+    // Across: 0.01/(0.01² + 2²). Among: 4/6 and 0.01.
+    let twice = [0.01 / (0.01 * 0.01 + 4.0), 1.0 / (4.0 / 6.0 + 0.01)].map(|weight| 3.0 * weight / 3.0);
+    let [across, among] = twice.map(|twice| 100.0 * (lit_once + twice));
+    let expected = ((across * among).sqrt() / 600.0).sqrt();
+    assert!((found.root_relmse.value / expected - 1.0).abs() < 1e-12, "{} and {expected}", found.root_relmse.value);
+    // In two pairings of three both differences are 2, in each of three channels.
+    let product = 100.0 * 2.0 / 3.0 * (3.0 * twice[1] * 4.0_f64).powi(2);
+    let weights = 100.0 * (twice[0] - twice[1]).powi(2) / (across * across);
+    let relative_to = (across / among).ln().abs() / 2.0 + (100.0 * unsure * unsure / (across * among)).sqrt();
+    // No less than two hundred equal variances would say.
+    let products = (product / 24.0 / (among * among)).max(8.0 / 9.0 / 200.0);
+    let width = student_95(200) * (products + weights + relative_to * relative_to).sqrt();
+    // Two hundred degrees of freedom may come out as a rounding less, and one less is taken then: a factor of 1.97196 in place of 1.97190.
+    let found = (found.root_relmse.high / expected).ln() * 2.0;
+    assert!((found / width - 1.0).abs() < 5e-5, "{found} and {width}");
+}
+
+/// A share below one by an address.
+fn share(address: u64) -> f64 {
+    (mix(mix(address) ^ 0xA5A5) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Protects: small lamps that cover any share of a pixel are not doubted, and the error is below the upper end in 95 of 100 pictures and no
+/// more than twice nor less than half what is claimed. Where each pixel meets a lamp with one sample of a thousand, all of them or all
+/// but a fifth that have lamps of any share, every picture is doubted.
+#[test]
+fn small_lamps_are_told_from_rare_light() {
+    const FILMS: u64 = 60;
+    const PIXELS: u64 = 2000;
+    const SAMPLES: u64 = 16;
+    let covered: [(&str, bool, fn(u64) -> f64); 4] = [
+        ("any share", true, share),
+        ("small shares", true, |pixel| share(pixel).powi(2) / 2.0),
+        ("rare", false, |_| 0.001),
+        ("both", false, |pixel| if pixel.is_multiple_of(5) { share(pixel) } else { 0.001 }),
+    ];
+    for (name, is_sure, covered) in covered {
+        let mut below = 0;
+        let mut film = film(&[[0.0; 4]; PIXELS as usize]);
+        for run in 0..FILMS {
+            let colour = |lit: f64| 10.0 * lit + 0.003;
+            for replicate in 0..4 {
+                let sum = |pixel: u64| {
+                    let address = |index| ((run * 4 + replicate) * PIXELS + pixel) * SAMPLES + index + (1 << 40);
+                    let lit = (0..SAMPLES).filter(|&index| share(address(index)) < covered(run * PIXELS + pixel)).count();
+                    [2.0 * colour(lit as f64 / SAMPLES as f64); 3]
+                };
+                let sums = (0..PIXELS).map(sum).collect();
+                film.planes[replicate as usize] = Some(Plane { sums, samples: vec![2; PIXELS as usize], ..Plane::default() });
+            }
+            let found = film.uncertainty().expect("four replicates");
+            assert_eq!(found.doubt, (!is_sure).then_some(Doubt::FewPixels), "{name}");
+            let square = |(pixel, rgb): (u64, &[f32; 3])| {
+                let truth = colour(covered(run * PIXELS + pixel));
+                (f64::from(rgb[0]) - truth).powi(2) / (truth * truth + 0.01)
+            };
+            let error = ((0..).zip(&film.picture().rgb).map(square).sum::<f64>() / PIXELS as f64).sqrt();
+            below += u64::from(error <= found.root_relmse.high);
+            let ratio = error / found.root_relmse.value;
+            assert!(!is_sure || (0.5..=2.0).contains(&ratio), "{name}: {ratio}");
+        }
+        assert!(!is_sure || below * 100 >= FILMS * 95, "{name}: {below}");
+    }
+}
+
+/// Protects: an error that is asked for is reached where lamps are small, and not where each of as many pixels was lit once.
+#[test]
+fn small_lamps_do_not_go_on() {
+    let aim = |is_seen_again: bool| {
+        let mut film = row(8, 65_536);
+        take(&mut film, |replicate, tile, _| {
+            let lit = if tile >= 4 && is_seen_again { 2 } else { 1 };
+            if (replicate + tile) % 4 < lit { 1.0 } else { 0.0 }
+        });
+        film.aim(2.0)
+    };
+    assert_eq!([aim(true), aim(false)], [Aim::Reached, Aim::Further]);
+}
