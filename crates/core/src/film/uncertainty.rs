@@ -246,11 +246,12 @@ impl Film {
 impl Band {
     /// What four replicates say. `shares`: of what one way to pair them says, in the variance of the mean and in the mean of products.
     fn add(&mut self, four: &[Vec<[f64; 3]>], shares: [f64; 2]) {
-        for pixel in 0..four[0].len() {
+        let pixels = self.absolute.iter_mut().zip(&mut self.relative).zip(&mut self.vouched);
+        for (pixel, ((absolute, relative), vouched)) in pixels.enumerate() {
             let at = [0, 1, 2, 3].map(|r: usize| four[r][pixel]);
-            self.absolute[pixel].add(at, [|_, _| [1.0; 3]; 2], [1.0; 3], Once::default(), shares);
-            self.relative[pixel].add(at, [across, within], among(at), Once::default(), shares);
-            self.vouched[pixel].add(at, [across, within], among(at), Once::of(at), shares);
+            absolute.add(at, [|_, _| [1.0; 3]; 2], [1.0; 3], Once::default(), shares);
+            relative.add(at, [across, within], among(at), Once::default(), shares);
+            vouched.add(at, [across, within], among(at), Once::of(at), shares);
         }
     }
 

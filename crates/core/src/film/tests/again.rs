@@ -104,10 +104,12 @@ fn share(address: u64) -> f64 {
 /// but a fifth that have lamps of any share, every picture is doubted.
 #[test]
 fn small_lamps_are_told_from_rare_light() {
+    /// Share of a pixel that a lamp covers.
+    type Covered = fn(u64) -> f64;
     const FILMS: u64 = 60;
     const PIXELS: u64 = 2000;
     const SAMPLES: u64 = 16;
-    let covered: [(&str, bool, fn(u64) -> f64); 4] = [
+    let covered: [(&str, bool, Covered); 4] = [
         ("any share", true, share),
         ("small shares", true, |pixel| share(pixel).powi(2) / 2.0),
         ("rare", false, |_| 0.001),
