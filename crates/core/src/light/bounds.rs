@@ -30,9 +30,10 @@ impl Bounds {
         Self { space, axis: normal, normals: 0.0, emission: 0.5 * PI }
     }
 
-    /// A point that shines within an angle of a direction.
-    pub fn point(at: DVec3, axis: DVec3, emission: f64) -> Self {
-        Self { space: Aabb { min: at, max: at }, axis, normals: 0.0, emission }
+    /// A point that shines within an angle of a direction: as what has a normal along each of those, since its light does not weaken
+    /// towards the edge as that of a surface does.
+    pub fn point(at: DVec3, axis: DVec3, angle: f64) -> Self {
+        Self { space: Aabb { min: at, max: at }, axis, normals: angle, emission: 0.0 }
     }
 
     /// Whether light may leave in a unit direction.

@@ -1,6 +1,7 @@
 //! What memory a picture will take, from the scene alone: asked before anything is built, so that what can't be had is refused
 //! and not tried.
 
+use core::ops::Range;
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -45,7 +46,7 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
         times(count(scene), size_of::<ObjectRecord<P::Real>>()),
-        times(scene.materials.len() as u64, size_of::<Material<P::Real>>()),
+        times(scene.materials.len() as u64, size_of::<Material<P::Real>>() + size_of::<Range<u32>>()),
         times(if paths { count_layered(scene, settings.fresnel) } else { 0 }, size_of::<Layered<P::Real>>()),
         times(needs.texture_uses, size_of::<TextureUse<P::Real>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<P::Real>>()),
