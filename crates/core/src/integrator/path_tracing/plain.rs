@@ -23,6 +23,24 @@ use crate::prepare::Material;
 /// Vertices that are computed at a time.
 const LANES: usize = 8;
 
+/// A segment of many paths.
+pub(super) struct Round<'a, R: Real> {
+    pub walks: &'a mut [Walk<R>],
+    /// Those that met something, by their places.
+    pub going: &'a [u32],
+    /// What they hit, and what that is, in their order.
+    pub hits: &'a [Option<Hit<R>>],
+    pub met: &'a mut [Interaction<R>],
+}
+
+impl<R: Real> Round<'_, R> {
+    /// The path that comes to a vertex, and what it met there.
+    fn of(&self, plain: &Plain<R>) -> (&Walk<R>, &Interaction<R>) {
+        let place = plain.place as usize;
+        (&self.walks[self.going[place] as usize], &self.met[place])
+    }
+}
+
 /// A vertex on a plain surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plain<R: Real> {
@@ -64,21 +82,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Adds what these surfaces send back along their paths, and sends the paths on; those that have an end are told.
-    pub(super) fn plains(
-        &mut self,
-        (walks, going): (&mut [Walk<P::Real>], &[u32]),
-        (hits, met): (&[Option<Hit<P::Real>>], &mut [Interaction<P::Real>]),
-        plains: &mut [Plain<P::Real>],
-        mut ended: impl FnMut(u32),
-    ) {
-        plains.chunks(LANES).for_each(|plains| self.bend(met, plains));
-        self.ask_lights((walks, going), met, plains);
+    pub(super) fn plains(&mut self, mut round: Round<'_, P::Real>, plains: &mut [Plain<P::Real>], mut ended: impl FnMut(u32)) {
+        plains.chunks(LANES).for_each(|plains| self.bend(&mut round, plains));
+        self.ask_lights(&round, plains);
         for plains in plains.chunks(LANES) {
-            let shaded = self.shaded((walks, going), met, plains);
+            let shaded = self.shaded(&round, plains);
             for (plain, shaded) in plains.iter().zip(shaded.iter().flatten()) {
-                let place = plain.place as usize;
-                let (walk, hit, at) = (&mut walks[going[place] as usize], hits[place].as_ref(), &met[place]);
-                if !hit.is_some_and(|hit| self.sent((walk, hit, at), plain.question, shaded)) {
+                if !self.sent(&mut round, plain, shaded) {
                     ended(plain.place);
                 }
             }
@@ -86,16 +96,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Draws the lights that some vertices ask; those that ask the sky look there together.
-    fn ask_lights(
-        &self,
-        (walks, going): (&[Walk<P::Real>], &[u32]),
-        met: &[Interaction<P::Real>],
-        plains: &mut [Plain<P::Real>],
-    ) {
+    fn ask_lights(&self, round: &Round<'_, P::Real>, plains: &mut [Plain<P::Real>]) {
         let lights = &self.scene.lights;
         let (mut sky, mut seen) = (Vec::<(usize, Vec3Of<P>, f64)>::with_capacity(plains.len()), Vec::new());
         for (k, plain) in plains.iter_mut().enumerate() {
-            let (walk, at) = (&walks[going[plain.place as usize] as usize], &met[plain.place as usize]);
+            let (walk, at) = round.of(plain);
             let Some((light, probability)) = self.chosen(walk, at, at.normal) else { continue };
             let [.., u, v] = walk.draws.light;
             match (light, lights.sky_sampler()) {
@@ -106,17 +111,17 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 }
             }
         }
-        let from = |k: usize| met[plains[k].place as usize].surface.point;
+        let from = |k: usize| round.of(&plains[k]).1.surface.point;
         lights.sky.look(sky.iter().map(|&(k, direction, _)| (from(k), direction)), &mut seen);
         for (&(k, direction, probability), seen) in sky.iter().zip(&seen) {
-            let at = &met[plains[k].place as usize];
+            let (_, at) = round.of(&plains[k]);
             let drawn = lights.sky_sampler().and_then(|sampler| sampler.sample_seen(direction, seen, probability));
             plains[k].question = drawn.and_then(|drawn| self.question_of(LightId::Sky, drawn, at, at.normal, false));
         }
     }
 
     /// Bends the normals of some vertices.
-    fn bend(&self, met: &mut [Interaction<P::Real>], plains: &[Plain<P::Real>]) {
+    fn bend(&self, round: &mut Round<'_, P::Real>, plains: &[Plain<P::Real>]) {
         let bumpy = || plains.iter().filter_map(|plain| plain.bent.as_ref().map(|bent| (plain.place, bent)));
         let Some((_, first)) = bumpy().next() else { return };
         let (mut these, mut count) = ([first; LANES], 0);
@@ -125,26 +130,22 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             count += 1;
         }
         let these = &these[..count];
-        let mut places = bumpy().map(|(place, _)| place as usize);
+        let places = bumpy().map(|(place, _)| place as usize);
         if is_single::<P::Real>() {
             let normals = bend::<P::Real>(these);
-            places.enumerate().for_each(|(lane, place)| met[place].normal = normals[lane]);
+            places.zip(normals).for_each(|(place, normal)| round.met[place].normal = normal);
         } else {
-            these.iter().zip(&mut places).for_each(|(bent, place)| met[place].normal = bent.bent());
+            places.zip(these).for_each(|(place, bent)| round.met[place].normal = bent.bent());
         }
     }
 
     /// What some vertices answer.
     #[inline(always)]
-    fn shaded(
-        &self,
-        (walks, going): (&[Walk<P::Real>], &[u32]),
-        met: &[Interaction<P::Real>],
-        plains: &[Plain<P::Real>],
-    ) -> [Option<Shaded<P::Real>>; LANES] {
+    fn shaded(&self, round: &Round<'_, P::Real>, plains: &[Plain<P::Real>]) -> [Option<Shaded<P::Real>>; LANES] {
         let of = |lane: usize| {
             let plain = &plains[lane.min(plains.len() - 1)];
-            (plain, &walks[going[plain.place as usize] as usize], &met[plain.place as usize])
+            let (walk, at) = round.of(plain);
+            (plain, walk, at)
         };
         let (these, compensated) = (from_fn::<_, LANES, _>(of), self.scene.compensates);
         let mut out = [None; LANES];
@@ -163,13 +164,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Adds what a vertex sends back of the light that it asked, and sends the path on; whether it goes on.
     #[inline(always)]
-    fn sent(
-        &mut self,
-        (walk, hit, at): (&mut Walk<P::Real>, &Hit<P::Real>, &Interaction<P::Real>),
-        question: Option<Question<P::Real>>,
-        shaded: &Shaded<P::Real>,
-    ) -> bool {
-        if let Some(question) = question {
+    fn sent(&mut self, round: &mut Round<'_, P::Real>, plain: &Plain<P::Real>, shaded: &Shaded<P::Real>) -> bool {
+        let place = plain.place as usize;
+        let (walk, at) = (&mut round.walks[round.going[place] as usize], &round.met[place]);
+        let Some(hit) = &round.hits[place] else { return false };
+        if let Some(question) = plain.question {
             let one = P::Real::ONE;
             let answer = match question.wanted {
                 Wanted::Value | Wanted::Delta { shines: true } => (shaded.answer, one),

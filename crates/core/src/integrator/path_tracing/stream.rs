@@ -4,7 +4,7 @@
 use raywright_bvh::{Hit, Precision, Ray, Real};
 
 use super::super::{Brought, FirstHit, FirstHits, Kernel, Tracer, clamped};
-use super::plain::Plain;
+use super::plain::{Plain, Round};
 use super::{Draws, Walk};
 use crate::interaction::Interaction;
 use crate::light::Seen;
@@ -99,7 +99,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     firsts[place as usize] = Some(first);
                 }
             }
-            self.plains((walks, going), (hits, met), plains, |k| goes[k as usize] = false);
+            self.plains(Round { walks, going, hits, met }, plains, |k| goes[k as usize] = false);
             let mut goes_on = goes.iter();
             going.retain(|_| goes_on.next() == Some(&true));
             hits.clear();

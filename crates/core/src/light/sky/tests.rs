@@ -1,5 +1,6 @@
 //! Environment pictures near their poles, and what their codes stand for.
 
+use super::map::{packed, unpacked};
 use super::*;
 use glam::{DVec3, Vec3};
 
@@ -123,5 +124,36 @@ fn packed_skies_are_the_same() {
     for (i, j) in (0..40).flat_map(|i| (0..15).map(move |j| (i, j))) {
         let place = [i as f32 / 40.0, j as f32 / 40.0];
         assert_eq!(narrow.radiance(place), wide.radiance(place), "{place:?}");
+    }
+}
+
+/// Protects: looking along many directions shows what each shows alone, to the bit, of pictures that are packed and of others, and of
+/// skies that are none.
+#[test]
+fn many_looks_show_what_one_shows() {
+    let pixels =
+        |unit: f32| Pixels::Linear((0..15 * 8).map(|i| [i as f32 * unit, 7.0 * unit, (i % 5) as f32 * unit, 1.0]).collect());
+    let map = |unit: f32, turn: f32| {
+        let image = ImageData { width: 15, height: 8, pixels: pixels(unit) };
+        Map::new(Arc::new(image), turn, 1.5)
+    };
+    assert!(!map(0.25, 0.0).packed.is_empty() && map(0.1, 0.0).packed.is_empty());
+    let skies = [Kind::None, Kind::Constant(Vec3::splat(0.3)), Kind::Map(map(0.25, 0.0)), Kind::Map(map(0.1, 0.7))];
+    for kind in skies {
+        let sky = Sky::<f32> { kind };
+        for count in [0, 1, 15, 16, 17, 333] {
+            let direction = |i: usize| {
+                let [turn, height] = [0.731 * i as f64, libm::cos(1.1 * i as f64)];
+                let ring = (1.0 - height * height).sqrt();
+                DVec3::new(ring * libm::cos(turn), height, ring * libm::sin(turn)).as_vec3()
+            };
+            let mut seen = Vec::new();
+            sky.look((0..count).map(|i| (Vec3::ONE, direction(i))), &mut seen);
+            assert_eq!(seen.len(), count);
+            for (i, seen) in seen.into_iter().enumerate() {
+                let (place, radiance) = (sky.place(direction(i)), sky.radiance(Vec3::ONE, direction(i)));
+                assert_eq!((seen.place.map(f32::to_bits), seen.radiance), (place.map(f32::to_bits), radiance), "{i} of {count}");
+            }
+        }
     }
 }

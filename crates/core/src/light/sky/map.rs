@@ -1,0 +1,174 @@
+//! A picture of the sky: what it holds in a direction, for one ray or many.
+
+use std::sync::Arc;
+
+use raywright_bvh::shapes::equirectangular;
+use raywright_bvh::{Loops, Real, Vector, widest};
+
+use super::Seen;
+use crate::prepare::texture::decoded;
+use crate::scene::{ImageData, Pixels};
+
+/// An equirectangular picture.
+#[derive(Clone, Debug)]
+pub struct Map<R: Real> {
+    pub image: Arc<ImageData>,
+    /// Its texels in a quarter of the bytes, where all of them are the same then, as those of an .hdr file are; empty otherwise. Sky
+    /// lookups go anywhere, and what they cost is reaching memory.
+    pub packed: Vec<u32>,
+    /// Share of a whole turn by which the picture is turned about +y.
+    pub turn: R,
+    pub strength: R,
+}
+
+impl<R: Real> Map<R> {
+    /// Of a picture, turned and weighed.
+    pub fn new(image: Arc<ImageData>, turn: R, strength: R) -> Self {
+        let packed = match &image.pixels {
+            Pixels::Linear(pixels) => pixels.iter().map(|&[r, g, b, _]| packed([r, g, b])).collect(),
+            Pixels::Codes(_) => None,
+        };
+        Self { packed: packed.unwrap_or_default(), image, turn, strength }
+    }
+
+    /// What the picture holds, before its strength.
+    #[inline(always)]
+    pub fn texel(&self, x: usize, y: usize) -> R::Vec3 {
+        self.stored(y * self.image.width as usize + x)
+    }
+
+    #[inline(always)]
+    fn stored(&self, place: usize) -> R::Vec3 {
+        let [r, g, b, _] = match &self.image.pixels {
+            Pixels::Linear(p) => p[place].map(R::from_f32),
+            Pixels::Codes(p) => p[place].map(|code| R::from_f64(decoded(code))),
+        };
+        R::Vec3::new(r, g, b)
+    }
+
+    /// Bilinear at a place of the picture, repeating around and clamped at the poles.
+    pub fn radiance(&self, [u, v]: [R; 2]) -> R::Vec3 {
+        let [[r], [g], [b]] = self.radiances([&[u], &[v]]);
+        R::Vec3::new(r, g, b)
+    }
+
+    /// The same of several places.
+    #[inline(always)]
+    fn radiances<const N: usize>(&self, [u, v]: [&[R; N]; 2]) -> [[R; N]; 3] {
+        let half = R::from_f64(0.5);
+        let (width, height) = (self.image.width as i32, self.image.height as i32);
+        let (across, down) = (R::from_f64(f64::from(width)), R::from_f64(f64::from(height)));
+        let (mut fx, mut fy, mut corners) = ([R::ZERO; N], [R::ZERO; N], [[0; N]; 4]);
+        for i in 0..N {
+            let u = u[i] - self.turn;
+            let (x, y) = ((u - u.floor()) * across - half, v[i] * down - half);
+            let (x0, y0) = (x.floor(), y.floor());
+            (fx[i], fy[i]) = (x - x0, y - y0);
+            let (left, top) = (x0.to_f64() as i32, y0.to_f64() as i32);
+            // At most one turn away, so no division is needed.
+            let column = |x: i32| (if x < 0 { x + width } else { x } - if x >= width { width } else { 0 }) as u32;
+            let row = |y: i32| y.clamp(0, height - 1) as u32 * width as u32;
+            let (left, right, top, bottom) = (column(left), column(left + 1), row(top), row(top.saturating_add(1)));
+            [corners[0][i], corners[1][i], corners[2][i], corners[3][i]] =
+                [top + left, top + right, bottom + left, bottom + right];
+        }
+        let mut texels = [[[R::ZERO; N]; 3]; 4];
+        for (texels, places) in texels.iter_mut().zip(&corners) {
+            self.texels(places, texels);
+        }
+        let mut out = [[R::ZERO; N]; 3];
+        for (channel, out) in out.iter_mut().enumerate() {
+            for i in 0..N {
+                let mix = |a: R, b: R, w: R| a * (R::ONE - w) + b * w;
+                let upper = mix(texels[0][channel][i], texels[1][channel][i], fx[i]);
+                let lower = mix(texels[2][channel][i], texels[3][channel][i], fx[i]);
+                out[i] = mix(upper, lower, fy[i]) * self.strength;
+            }
+        }
+        out
+    }
+
+    /// What it holds along many directions, one after the other.
+    pub fn look(&self, directions: impl Iterator<Item = R::Vec3>, out: &mut Vec<Seen<R>>) {
+        let mut directions = directions.fuse();
+        loop {
+            // What is looked along where no direction is left does not matter.
+            let mut these = [[R::ZERO; LANES]; 3];
+            let mut count = 0;
+            for (i, d) in (0..LANES).zip(&mut directions) {
+                [these[0][i], these[1][i], these[2][i]] = [d.x(), d.y(), d.z()];
+                count += 1;
+            }
+            if count == 0 {
+                return;
+            }
+            let [u, v, r, g, b] = widest(Look { map: self, directions: &these });
+            out.extend((0..count).map(|i| Seen { place: [u[i], v[i]], radiance: R::Vec3::new(r[i], g[i], b[i]) }));
+        }
+    }
+
+    /// What the picture holds at places in its list of pixels, channel by channel.
+    #[inline(always)]
+    fn texels<const N: usize>(&self, places: &[u32; N], out: &mut [[R; N]; 3]) {
+        if self.packed.is_empty() {
+            for (i, &place) in places.iter().enumerate() {
+                let texel = self.stored(place as usize);
+                (out[0][i], out[1][i], out[2][i]) = (texel.x(), texel.y(), texel.z());
+            }
+            return;
+        }
+        let mut texels = [0; N];
+        for (texel, &place) in texels.iter_mut().zip(places) {
+            *texel = self.packed[place as usize];
+        }
+        for (i, &texel) in texels.iter().enumerate() {
+            let [r, g, b] = unpacked(texel);
+            (out[0][i], out[1][i], out[2][i]) = (R::from_f32(r), R::from_f32(g), R::from_f32(b));
+        }
+    }
+}
+
+/// Directions that are looked along side by side.
+const LANES: usize = 16;
+
+/// Places in a picture of directions, and what it holds there.
+struct Look<'a, R: Real> {
+    map: &'a Map<R>,
+    directions: &'a [[R; LANES]; 3],
+}
+
+impl<R: Real> Loops for Look<'_, R> {
+    type Output = [[R; LANES]; 5];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let (mut u, mut v) = ([R::ZERO; LANES], [R::ZERO; LANES]);
+        let [x, y, z] = self.directions;
+        for i in 0..LANES {
+            [u[i], v[i]] = equirectangular::<R>(R::Vec3::new(x[i], y[i], z[i]));
+        }
+        let [r, g, b] = self.map.radiances([&u, &v]);
+        [u, v, r, g, b]
+    }
+}
+
+/// Three mantissas of a byte and their common exponent, where that is what a colour is exactly (Ward, "Real Pixels", 1991).
+pub fn packed(colour: [f32; 3]) -> Option<u32> {
+    let largest = colour.into_iter().fold(0.0_f32, f32::max);
+    // Below this, the exponent has no room.
+    if largest > 0.0 && largest < f32::MIN_POSITIVE * 256.0 {
+        return None;
+    }
+    let exponent = (largest.to_bits() >> 23).saturating_sub(7).max(1);
+    let unit = f32::from_bits(exponent << 23);
+    let [r, g, b] = colour.map(|c| (c / unit) as u8);
+    let texel = u32::from_le_bytes([r, g, b, u8::try_from(exponent).ok()?]);
+    // To the bit, so that minus zero and what is no number stay what they are.
+    (unpacked(texel).map(f32::to_bits) == colour.map(f32::to_bits)).then_some(texel)
+}
+
+#[inline(always)]
+pub fn unpacked(texel: u32) -> [f32; 3] {
+    let unit = f32::from_bits(texel >> 24 << 23);
+    let mantissa = |shift: u32| (texel >> shift & 255) as i32 as f32;
+    [mantissa(0) * unit, mantissa(8) * unit, mantissa(16) * unit]
+}
