@@ -3,7 +3,8 @@
 use super::*;
 use crate::hash::mix;
 use crate::light::sky::{Kind, Sky};
-use crate::light::{EmitterList, Emitters, Glow};
+use crate::light::{DeltaLight, EmitterList, Emitters, Glow};
+use crate::scene::{Colour, Falloff, Light as LightData, LightKind};
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
 use raywright_bvh::{Aabb, Reference, Side};
@@ -96,4 +97,46 @@ fn many_lights_anywhere() {
         let (sum, depth) = choose(&lights((0..20_000).map(|i| (at(i), 1.0 + number(i)))), from);
         assert!((sum - 1.0).abs() < 1e-6 && depth <= 64, "{name}: {sum}, {depth} deep");
     }
+}
+
+/// Protects: a point light is asked as often from below as from above, a spot as often at the edge of its cone as in the middle, and not
+/// at all beyond it; the nearer of two as often as its light is more.
+#[test]
+fn points_and_spots_shine_evenly() {
+    let light = |kind| {
+        let data = LightData { name: String::new(), kind, colour: Colour([4.0; 3]), shadows: true, specular: true };
+        DeltaLight::<f64>::new(&data, true)
+    };
+    let point = |at: DVec3| light(LightKind::Point { position: at.to_array(), falloff: Falloff::InverseSquare, range: None });
+    let spot = |at: DVec3, towards: DVec3| {
+        let (position, direction) = (at.to_array(), towards.to_array());
+        light(LightKind::Spot {
+            position,
+            direction,
+            inner_angle: 39.0,
+            outer_angle: 40.0,
+            falloff: Falloff::InverseSquare,
+            range: None,
+        })
+    };
+    // How often the first of them is asked from the origin, lit from everywhere.
+    let share = |delta: Vec<DeltaLight<f64>>| {
+        let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
+        let mut lights = Lights::<Reference>::new(delta, Emitters::new(EmitterList::default()), Sky { kind: Kind::None }, &scene);
+        lights.prepare_choice();
+        let first = (0..1000).filter(|i| {
+            let drawn = lights.choice().draw::<f64>(DVec3::ZERO, DVec3::ZERO, [*i as f32 / 1000.0, 0.0]);
+            drawn.is_some_and(|(light, _)| light == LightId::Delta(0))
+        });
+        first.count() as f64 / 1000.0
+    };
+    let is = |found: f64, expected: f64| assert!((found - expected).abs() <= 2e-3, "{found}, not {expected}");
+    is(share(vec![point(DVec3::Y), point(DVec3::NEG_Y)]), 0.5);
+    is(share(vec![point(DVec3::Y), point(DVec3::X)]), 0.5);
+    is(share(vec![point(DVec3::Y), point(DVec3::NEG_Y * 2.0)]), 0.8);
+    let (sin, cos) = libm::sincos(f64::to_radians(38.0));
+    let aside = spot(DVec3::Z, DVec3::new(sin, 0.0, -cos));
+    is(share(vec![aside.clone(), spot(DVec3::NEG_Z, DVec3::Z)]), 0.5);
+    is(share(vec![spot(DVec3::Z, DVec3::Z), spot(DVec3::NEG_Z, DVec3::Z)]), 0.0);
+    is(share(vec![aside, spot(DVec3::NEG_Z, DVec3::NEG_Z)]), 1.0);
 }
