@@ -6,7 +6,7 @@ use serde_json::json;
 use super::super::super::Paths;
 use super::*;
 use crate::counters::Counters;
-use crate::effects::EffectSet;
+use crate::effects::{Effect, EffectSet};
 use crate::prepare::{Material, Prepared};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -82,8 +82,11 @@ fn followed<P: Precision>(prepared: &Prepared<P>, depth: u32, together: usize) -
 
 fn many_or_few<P: Precision>() {
     let scene = everything();
-    let settings = Settings { size: SIZE, max_depth: 7, integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
-    let mut prepared = Prepared::<P>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    // Where bodies have priorities, every vertex is shaded by itself.
+    let effects = EffectSet::ALL.without(EffectSet::of(&[Effect::NestedMedia]));
+    let mut prepared = Prepared::<P>::new(&scene, &settings, effects, &()).expect("it can be prepared");
+    assert!(!prepared.tracks_media);
     let plain = |m: &&Material<P::Real>| matches!(m, Material::Physical(m) if m.plain);
     assert_eq!(prepared.materials.iter().filter(plain).count(), 5, "floor, metal, smooth, lamp and leaf");
     let (alone, counters) = followed(&prepared, 7, 1);
@@ -91,12 +94,14 @@ fn many_or_few<P: Precision>() {
     for together in [2, 7, 8, 9, 100, usize::MAX] {
         assert_eq!(followed(&prepared, 7, together), (alone.clone(), counters), "{together}");
     }
+    let short = followed(&prepared, 2, 100);
     for material in &mut prepared.materials {
         if let Material::Physical(m) = material {
             m.plain = false;
         }
     }
     assert_eq!(followed(&prepared, 7, 100), (alone, counters), "one vertex after the other");
+    assert_eq!(followed(&prepared, 2, 100), short, "and of short paths");
 }
 
 /// Protects: how many paths go side by side, and whether their vertices are shaded together, changes no bit of what each brings, no
