@@ -136,7 +136,7 @@ fn points_and_spots_shine_evenly() {
     is(share(vec![point(DVec3::Y), point(DVec3::NEG_Y * 2.0)]), 0.8);
     let (sin, cos) = libm::sincos(f64::to_radians(38.0));
     let aside = spot(DVec3::Z, DVec3::new(sin, 0.0, -cos));
-    is(share(vec![aside.clone(), spot(DVec3::NEG_Z, DVec3::Z)]), 0.5);
+    is(share(vec![aside, spot(DVec3::NEG_Z, DVec3::Z)]), 0.5);
     is(share(vec![spot(DVec3::Z, DVec3::Z), spot(DVec3::NEG_Z, DVec3::Z)]), 0.0);
     is(share(vec![aside, spot(DVec3::NEG_Z, DVec3::NEG_Z)]), 1.0);
 }

@@ -26,7 +26,8 @@ fn everything() -> Scene {
             "projection": { "pinhole": { "vertical_fov": 40 } } }],
         "sky": { "gradient": { "bottom": [0.2, 0.3, 0.5], "top": [0.6, 0.7, 0.9],
             "suns": [{ "direction": [1, 2, 1], "exponent": 200, "colour": [9, 8, 7], "weight": 1 }] } },
-        "lights": [{ "kind": { "point": { "position": [2, 3, 2] } }, "colour": [6, 6, 6] }],
+        "lights": [{ "kind": { "point": { "position": [2, 3, 2] } }, "colour": [6, 6, 6] },
+            { "kind": { "point": { "position": [-2, 3, 2] } }, "colour": [6, 5, 4], "specular": false }],
         "materials": [
             physical("floor", json!({ "base_colour": cells, "roughness": 0.7 })),
             physical("metal", json!({ "base_colour": [0.9, 0.7, 0.4], "metallic": 1, "roughness": 0.25 })),
