@@ -113,3 +113,95 @@ fn paths_bring_what_they_bring_alone() {
     many_or_few::<Fast>();
     many_or_few::<Reference>();
 }
+
+/// Rays through the middles of all pixels.
+fn rays<P: Precision>(prepared: &Prepared<P>) -> Vec<Ray<P::Real>> {
+    let at = |x: u32| P::Real::from_f64(f64::from(x) + 0.5);
+    (0..SIZE[0] * SIZE[1]).map(|i| prepared.camera.ray(at(i % SIZE[0]), at(i / SIZE[0]), [0.5; 2])).collect()
+}
+
+fn prepared(scene: &Scene) -> Prepared<Robust> {
+    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(scene) };
+    Prepared::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
+}
+
+/// Protects: what layers show of a camera ray is what it meets first, also where the path goes on through it; a veil lies over what paths
+/// bring, and what is too bright is brought down before.
+#[test]
+fn first_hits_veils_and_limits() {
+    let mut prepared = prepared(&everything());
+    let (rays, plain) = (rays(&prepared), followed(&prepared, 7, 64).0);
+    let address = |i: usize| Address { pixel: [i as u32 % SIZE[0], i as u32 / SIZE[0]], ..Address::default() };
+    let addresses: Vec<_> = (0..rays.len()).map(address).collect();
+    let (mut tracer, mut stream) = (Tracer::<Robust, Paths>::new(&prepared, 7, true, &()), Stream::default());
+    tracer.follow_all((&rays, &addresses), 16, &mut stream);
+    let mut hits = 0;
+    for (place, ray) in rays.iter().enumerate() {
+        let hit = prepared.geometry.closest(ray, raywright_bvh::Interval::positive(), &mut ());
+        hits += usize::from(hit.is_some());
+        assert_eq!(stream.first(place).map(|first| first.object), hit.map(|hit| hit.outermost()), "{place}");
+    }
+    assert!(hits > rays.len() / 2, "{hits}");
+    prepared.veil = glam::Vec3::new(0.25, 0.5, 1.0);
+    prepared.clamp = Some(0.75);
+    let mut limited = 0;
+    for (found, before) in followed(&prepared, 7, 64).0.iter().zip(&plain) {
+        let before: [f32; 3] = core::array::from_fn(|k| f64::from_bits(before[k]) as f32);
+        let brightest = before.into_iter().fold(0.0, f32::max);
+        let factor = if brightest > 0.75 { 0.75 / brightest } else { 1.0 };
+        limited += usize::from(brightest > 0.75);
+        for (k, veil) in [0.25, 0.5, 1.0].into_iter().enumerate() {
+            assert_eq!(f64::from_bits(found[k]) as f32, before[k] * factor + veil);
+        }
+    }
+    assert!(limited > 10, "{limited}");
+}
+
+/// Protects: texels that are asked for ahead are those that are read, also where two maps of a material lie differently.
+#[test]
+fn asking_ahead_changes_no_texel() {
+    let mut scene = everything();
+    let crate::scene::Model::Physical(leaf) = &mut scene.materials[9].model else { panic!("a physical leaf") };
+    let normals = leaf.normal_texture.as_mut().expect("a normal map");
+    normals.uv_transform = Some([[0.5, 0.0, 0.3], [0.0, 2.0, 0.1]]);
+    let prepared = prepared(&scene);
+    let mut leaves = 0;
+    for ray in rays(&prepared) {
+        let leg = super::super::super::Leg::of(ray);
+        let Some(hit) = prepared.geometry.closest(&ray, raywright_bvh::Interval::positive(), &mut ()) else { continue };
+        let at = Interaction::smooth::<Robust, Paths>(&prepared, &leg, &hit);
+        let Material::Physical(m) = &prepared.materials[at.material as usize] else { continue };
+        let Some(bump) = &m.bump else { continue };
+        let mut ahead = at;
+        prepared.sources.prefetch(&mut ahead);
+        let read = |at: &Interaction<f32>| {
+            let (base, code) = (m.base_at(&prepared.sources.at(at)), bump.image.colour(&prepared.sources.at(at)));
+            (base, code, bump.image.colour(&prepared.sources.at(at)) - base)
+        };
+        assert_eq!(read(&ahead), read(&at));
+        leaves += usize::from(read(&at).2 != glam::Vec3::ZERO);
+    }
+    assert!(leaves > 20, "{leaves} where the maps differ");
+}
+
+/// Protects: a light that is above the horizon of a tilted normal and below that of the surface itself lights nothing; above both it does.
+#[test]
+fn lights_below_the_surface_light_nothing() {
+    let lit = |height: f64| {
+        let scene: Scene = serde_json::from_value(json!({
+            "format": 1,
+            "cameras": [{ "pose": { "look_at": { "eye": [0.2, 0.2, 4], "target": [0.2, 0.2, 0] } },
+                "projection": { "pinhole": { "vertical_fov": 2 } } }],
+            "lights": [{ "kind": { "point": { "position": [5, 0, height] } }, "colour": 100 }],
+            "materials": [{ "name": "paint", "model": { "physical": {} } }],
+            "meshes": [{ "name": "leaf", "source": { "inline": { "positions": [[-1, -1, 0], [3, -1, 0], [-1, 3, 0]],
+                "indices": [[0, 1, 2]], "normals": [[0.6, 0, 0.8], [0.6, 0, 0.8], [0.6, 0, 0.8]] } } }],
+            "objects": [{ "shape": { "mesh": "leaf" }, "material": "paint" }],
+        }))
+        .expect("a scene");
+        let (brought, _) = followed(&prepared(&scene), 2, 64);
+        brought.iter().filter(|brought| f64::from_bits(brought[0]) > 0.0).count()
+    };
+    assert_eq!(lit(-0.5), 0);
+    assert_eq!(lit(0.5), (4 * SIZE[0] * SIZE[1]) as usize);
+}
