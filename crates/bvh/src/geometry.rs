@@ -11,6 +11,7 @@ use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
 use crate::build::{BuildWork, Triangles};
 use crate::group::{Group, Kind, Slot};
+use crate::memory::{filled, roomy};
 use crate::scalar::{Precision, Vector};
 use crate::shapes::Triangle;
 use crate::wide::{Kernel, Wide};
@@ -51,7 +52,7 @@ impl Sorted {
     /// query, since nothing may vanish from a scene without a word.
     fn new<P: Precision>(group: &mut Group<P>) -> Self {
         let all = take(&mut group.slots);
-        let mut boxes = vec![PaddedBox::NOTHING; all.len()];
+        let mut boxes = filled(all.len(), PaddedBox::NOTHING);
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
             let (mut bounds, mut odd) = (Aabb::EMPTY, false);
             for (padded, slot) in boxes.iter_mut().zip(slots) {
@@ -149,7 +150,9 @@ impl<P: Precision> Geometry<P> {
         {
             order = order.map(|order| wide.name(order, bounded.len(), unbounded));
         }
-        slots.reserve_exact(bounded.len() + nothing.len());
+        let mut firsts = slots;
+        let mut slots = roomy(unbounded + bounded.len() + nothing.len());
+        slots.append(&mut firsts);
         match order {
             Some(order) => slots.par_extend(order.par_iter().with_min_len(PIECE).map(|&place| bounded[place as usize])),
             None => slots.extend_from_slice(&bounded),

@@ -10,6 +10,7 @@ use crate::build::Company;
 use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::instance::Instance;
+use crate::memory::roomy;
 use crate::motion::Motion;
 use crate::ray::Visibility;
 use crate::scalar::{Precision, Real, Vec3Of, Vector};
@@ -130,9 +131,15 @@ impl<P: Precision> Group<P> {
 
     /// Makes room for so many more triangles, where they come from an iterator that can't say how many they will be.
     pub fn reserve_triangles(&mut self, count: usize) {
+        fn reserve<T>(list: &mut Vec<T>, count: usize) {
+            if list.is_empty() && list.capacity() < count {
+                *list = roomy(count);
+            }
+            list.reserve(count);
+        }
         let count = count.min(MAX_PRIMITIVES);
-        self.slots.reserve(count);
-        self.triangles.reserve(count);
+        reserve(&mut self.slots, count);
+        reserve(&mut self.triangles, count);
     }
 
     /// Adds any number of triangles as one object, none included, and returns its id. They are its primitives, in their order.

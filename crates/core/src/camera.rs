@@ -105,6 +105,13 @@ fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
     }
 }
 
+/// The same ray, number by number: what a call hands back lies in memory, and the rays of whoever calls would all be made there.
+#[inline(always)]
+fn taken_apart<R: Real>(ray: Ray<R>) -> Ray<R> {
+    let vector = |v: R::Vec3| R::Vec3::new(v.x(), v.y(), v.z());
+    Ray::new(vector(ray.origin), vector(ray.direction)).at_time(ray.time)
+}
+
 impl<R: Real> Camera<R> {
     /// Prepares a camera for a picture of `size` pixels.
     pub fn new(data: &CameraData, size: [u32; 2]) -> Self {
@@ -201,7 +208,7 @@ impl<R: Real> Camera<R> {
     pub fn ray_during(&self, x: R, y: R, lens: [f32; 2], share: f32) -> Ray<R> {
         match &self.shutter {
             None => self.ray(x, y, lens),
-            Some(shutter) => self.timed_ray(shutter, [x, y], lens, share),
+            Some(shutter) => taken_apart(self.timed_ray(shutter, [x, y], lens, share)),
         }
     }
 
@@ -221,7 +228,7 @@ impl<R: Real> Camera<R> {
     pub fn ray(&self, x: R, y: R, lens: [f32; 2]) -> Ray<R> {
         match &self.far {
             None => self.near_ray(x, y, lens),
-            Some(far) => far.ray(x.to_f64(), y.to_f64(), lens),
+            Some(far) => taken_apart(far.ray(x.to_f64(), y.to_f64(), lens)),
         }
     }
 

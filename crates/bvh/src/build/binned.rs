@@ -15,6 +15,7 @@ use self::split::{Item, Split, split};
 use super::{Company, CompanyOf, Stop};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
+use crate::memory::{filled, roomy};
 
 /// Levels more than halving would take that a tree may have: 27 + 16 where there are as many boxes as can be, fewer than a
 /// traversal has a stack for.
@@ -69,9 +70,10 @@ pub(super) fn binned(
         let place = if at < wholes { at as u32 } else { owners[at - wholes] };
         Item::new(&boxes[at], place, company(place))
     };
-    let mut items: Vec<Item> = (0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item).collect();
-    let mut room = vec![Item::default(); items.len()];
-    let mut order = vec![0; items.len()];
+    let mut items: Vec<Item> = roomy(boxes.len());
+    items.par_extend((0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item));
+    let mut room = filled(items.len(), Item::default());
+    let mut order = filled(items.len(), 0);
     let first = items.first().map_or(Company::None, Item::company);
     let blocks = first != Company::None && items.par_iter().with_min_len(PARALLEL).all(|item| item.company() == first);
     let builder = Builder { manner, all: items.len(), blocks, stop };
@@ -167,7 +169,8 @@ fn moved(node: &BinaryNode, base: u32) -> BinaryNode {
 
 /// The nodes in one list, each before its children, and those of each thread in a range.
 fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
-    let mut nodes = vec![BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 }];
+    const NONE: BinaryNode = BinaryNode { bounds: PaddedBox::NOTHING, first: 0, count: 0 };
+    let mut nodes = vec![NONE];
     let (mut wholes, mut above, mut waiting) = (Vec::new(), Vec::new(), vec![(0, grown)]);
     while let Some((slot, grown)) = waiting.pop() {
         match grown {
@@ -175,7 +178,7 @@ fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
             Grown::Parted(parts) => {
                 let [left, right] = *parts;
                 let pair = nodes.len();
-                nodes.extend([nodes[0]; 2]);
+                nodes.extend([NONE; 2]);
                 nodes[slot].first = pair as u32;
                 above.push(slot);
                 waiting.extend([(pair + 1, right), (pair, left)]);
@@ -184,8 +187,10 @@ fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
     }
     let tops = nodes.len();
     let total = tops + wholes.iter().map(|(_, own)| own.len() - 1).sum::<usize>();
-    nodes.resize(total, nodes[0]);
-    let (top, mut rest) = nodes.split_at_mut(tops);
+    let mut all = roomy(total);
+    all.append(&mut nodes);
+    all.resize(total, NONE);
+    let (top, mut rest) = all.split_at_mut(tops);
     let mut base = tops as u32;
     let (mut parts, mut ranges) = (Vec::with_capacity(wholes.len()), Vec::with_capacity(wholes.len()));
     for (slot, own) in &wholes {
@@ -202,10 +207,10 @@ fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
         }
     });
     for slot in above.into_iter().rev() {
-        let pair = nodes[slot].first as usize;
-        nodes[slot].bounds = nodes[pair].bounds.union(&nodes[pair + 1].bounds);
+        let pair = all[slot].first as usize;
+        all[slot].bounds = all[pair].bounds.union(&all[pair + 1].bounds);
     }
-    (nodes, ranges)
+    (all, ranges)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Found, NO_PART, Nearest};
 use crate::geometry::Geometry;
+use crate::processor::prefetch;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Precision, Real};
 use crate::shapes::Probe;
@@ -184,6 +185,8 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
         let facts = self.wide.facts(block);
         let found = found(self.wide, met, lane, facts.first);
         let counts = facts.accepts(lane, met.from_outside) && self.best.range.contains(found.t);
+        // Its names are asked for when the walk is over.
+        prefetch(&self.geometry.group.slots, found.slot as usize);
         self.best.consider(self.geometry, counts.then_some(found));
         false
     }

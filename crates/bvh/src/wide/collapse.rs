@@ -11,6 +11,7 @@ use super::{Child, MAX_DEPTH, Node, WIDTH, Wide};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::Binary;
 use crate::build::{Company, CompanyOf};
+use crate::memory::{filled, roomy};
 use crate::wide::block::{Block, Facts};
 use crate::wide::gather::Quads;
 use crate::wide::row::Row;
@@ -175,11 +176,11 @@ impl Wide {
         drop(collapse);
         let total = |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
         let [nodes, blocks] = [total(|piece| piece.nodes.len()), total(|piece| piece.facts.len())];
-        let mut wide = Self { nodes: top.nodes, facts: top.facts, rows: top.rows, quads: top.quads, ..Self::default() };
-        wide.nodes.reserve_exact(nodes - wide.nodes.len());
-        wide.facts.reserve_exact(blocks - wide.facts.len());
-        let (mut order, mut deepest) = (top.order, top.deepest);
-        order.reserve_exact(binary.order.len() - order.len());
+        let mut wide = Self { nodes: roomy(nodes), facts: roomy(blocks), rows: top.rows, quads: top.quads, ..Self::default() };
+        wide.nodes.extend(top.nodes);
+        wide.facts.extend(top.facts);
+        let (mut order, mut deepest) = (roomy(binary.order.len()), top.deepest);
+        order.extend(top.order);
         for (job, piece) in top.jobs.iter().zip(pieces) {
             let bases = [wide.nodes.len(), wide.facts.len(), order.len(), wide.rows.len(), wide.quads.len()];
             let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
@@ -195,7 +196,7 @@ impl Wide {
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
-        wide.blocks = vec![Block::EMPTY; wide.facts.len()];
+        wide.blocks = filled(wide.facts.len(), Block::EMPTY);
         Some((wide, order, deepest))
     }
 }

@@ -502,10 +502,7 @@ fn down<S: Doubles, M: Meets>(
                     current = node.children[entered.trailing_zeros() as usize & 7];
                     continue;
                 }
-                let base = top;
-                top = s.push(&mut stack, base, &node.children, entry, entered);
-                // SAFETY: all of them were just written.
-                unsafe { s.sort(&mut stack, base, top) };
+                top = s.push_sorted(&mut stack, top, &node.children, entry, entered);
             }
         } else if current != Child::NONE {
             leaves += 1;

@@ -1,5 +1,4 @@
 //! The kernel of every processor: two vectors of four lanes each, and exact tests one by one.
-#![expect(unsafe_code, reason = "a sort of what was written")]
 
 use glam::Vec4;
 
@@ -101,11 +100,6 @@ impl Simd for Portable {
     fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
         let (low, high) = (entries[0].to_array(), entries[1].to_array());
         stack.push(top, children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask)
-    }
-    #[inline(always)]
-    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
-        // SAFETY: the caller says that they were written.
-        unsafe { stack.sort(base, top) }
     }
     #[inline(never)]
     fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {

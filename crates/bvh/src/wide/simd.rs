@@ -21,7 +21,7 @@ pub(super) trait Simd: Copy {
     fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
     /// Has a line of memory fetched that will probably be read.
     #[inline(always)]
-    fn prefetch<T>(self, _: Option<&T>) {}
+    fn prefetch<T>(self, _: *const T) {}
     fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
     fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
@@ -42,11 +42,14 @@ pub(super) trait Simd: Copy {
     fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2];
     /// Writes the children of a mask from `top` on. Returns the new top.
     fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize;
-    /// Sorts the entries from `base` up to `top`, eight at most, the nearest last.
-    ///
-    /// # Safety
-    /// They were written.
-    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize);
+    /// The same, the nearest last.
+    #[inline(always)]
+    fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        let top = self.push(stack, base, children, entries, mask);
+        // SAFETY: they were just written.
+        unsafe { stack.sort(base, top) };
+        top
+    }
     /// The exact test of a lane, where this has one of its own.
     #[inline(always)]
     fn crossing(self, _: &Block, _: usize, _: &Sight) -> Result<Option<Met>, Unsure> {

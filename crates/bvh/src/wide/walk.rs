@@ -3,6 +3,7 @@
 //! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
 #![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
+use super::block::Block;
 use super::block::Facts;
 use super::filter;
 use super::opaque::in_memory;
@@ -11,7 +12,7 @@ use super::setup::Setup;
 use super::sight::Met;
 use super::simd::Simd;
 use super::stack::{Stack, Waiting};
-use super::{Child, Wide};
+use super::{Child, Node, Wide};
 use crate::ray::Interval;
 use crate::scalar::Robust;
 use crate::shapes::Probe;
@@ -94,6 +95,21 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     }
 }
 
+/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block.
+#[inline(always)]
+fn fetch<S: Simd>(s: S, wide: &Wide, child: Child) {
+    let (start, bytes) = if child.is_leaf() {
+        (wide.blocks.as_ptr().cast::<u8>(), size_of::<Block>())
+    } else {
+        (wide.nodes.as_ptr().cast::<u8>(), size_of::<Node>())
+    };
+    let start = start.wrapping_add(child.index() * bytes);
+    s.prefetch(start);
+    s.prefetch(start.wrapping_add(64));
+    s.prefetch(start.wrapping_add(128));
+    s.prefetch(start.wrapping_add(192));
+}
+
 /// No lanes: a block that is packed, about which is asked outside of the walk's loop.
 const PACKED: u32 = u32::MAX;
 
@@ -139,26 +155,25 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
                         stack.set(top, Waiting(a.0.max(b.0)));
                         top += 1;
                         current = Child(a.0.min(b.0) as u32);
-                        // Of the farther one the planes on two axes; the nearer one is read at once.
-                        let farther = wide.nodes.get((a.0.max(b.0) as u32) as usize);
-                        s.prefetch(farther.map(|node| &node.planes[0]));
-                        s.prefetch(farther.map(|node| &node.planes[1]));
+                        // The nearer one is read at once.
+                        fetch(s, wide, Child(a.0.max(b.0) as u32));
                         continue;
                     }
-                    let base = top;
-                    top = s.push(&mut stack, base, &node.children, entry, entered);
-                    if !A::ANY {
-                        // SAFETY: all of them were just written.
-                        unsafe { s.sort(&mut stack, base, top) };
-                    }
+                    top = if A::ANY {
+                        s.push(&mut stack, top, &node.children, entry, entered)
+                    } else {
+                        s.push_sorted(&mut stack, top, &node.children, entry, entered)
+                    };
                     top -= 1;
                     // SAFETY: more than one was just written.
                     current = unsafe { stack.get(top) }.child();
+                    // SAFETY: as before.
+                    fetch(s, wide, unsafe { stack.get(top - 1) }.child());
                     continue;
                 }
             } else if current.is_block() {
                 answer.block(current.index());
-                s.prefetch(wide.facts.get(current.index()));
+                s.prefetch(wide.facts.as_ptr().wrapping_add(current.index()));
                 let Some(block) = wide.blocks.get(current.index()) else { break PACKED };
                 let left = filter::left(s, in_memory(&aim), block, far.last);
                 if left.lanes != 0 {

@@ -355,11 +355,9 @@ macro_rules! eight_lanes {
             unsafe { _mm256_loadu_ps(values.as_ptr()) }
         }
         #[inline(always)]
-        fn prefetch<T>(self, place: Option<&T>) {
-            if let Some(place) = place {
-                // SAFETY: a prefetch reads nothing that the program sees.
-                unsafe { _mm_prefetch::<_MM_HINT_T0>(core::ptr::from_ref(place).cast()) }
-            }
+        fn prefetch<T>(self, place: *const T) {
+            // SAFETY: a prefetch reads nothing that the program sees, whatever the place.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
         }
         #[inline(always)]
         fn add(self, a: __m256, b: __m256) -> __m256 {
@@ -472,11 +470,6 @@ impl Simd for Avx2 {
         unsafe { _mm256_storeu_ps(row.as_mut_ptr(), entries) };
         stack.push(top, children, &row, mask)
     }
-    #[inline(always)]
-    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
-        // SAFETY: the caller says that they were written.
-        unsafe { stack.sort(base, top) }
-    }
 }
 
 impl Simd for Avx512 {
@@ -540,10 +533,39 @@ impl Simd for Avx512 {
         top + mask.count_ones() as usize
     }
     #[inline(always)]
-    unsafe fn sort(self, stack: &mut Stack, base: usize, top: usize) {
-        // SAFETY: the caller says that they were written.
-        unsafe { stack.sort(base, top) }
+    fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
+        if mask.count_ones() > 4 {
+            let top = self.push(stack, base, children, entries, mask);
+            // SAFETY: they were just written.
+            unsafe { stack.sort(base, top) };
+            return top;
+        }
+        let room = stack.eight(base);
+        // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2. `Waiting` is a transparent u64, and there is room for eight
+        // entries, the first four of which are written.
+        unsafe {
+            let [low, high] = pack(children, entries, mask);
+            let four = _mm256_permute2x128_si256::<0x20>(low, high);
+            _mm256_storeu_si256(room.as_mut_ptr().cast::<__m256i>(), falling(four));
+        }
+        base + mask.count_ones() as usize
     }
+}
+
+/// Four numbers, the greatest first: by a network, since which of the children of a node are nearer no predictor can guess.
+#[inline]
+#[target_feature(enable = "avx512f,avx512vl,avx2")]
+fn falling(four: __m256i) -> __m256i {
+    let four = ordered::<0b1010>(four, _mm256_shuffle_epi32::<0b01_00_11_10>(four));
+    let four = ordered::<0b1100>(four, _mm256_permute4x64_epi64::<0b01_00_11_10>(four));
+    ordered::<0b0100>(four, _mm256_permute4x64_epi64::<0b11_01_10_00>(four))
+}
+
+/// Of each lane and its partner the lesser one where a bit is set, the greater one elsewhere.
+#[inline]
+#[target_feature(enable = "avx512f,avx512vl,avx2")]
+fn ordered<const LESSER: u8>(four: __m256i, partners: __m256i) -> __m256i {
+    _mm256_mask_min_epu64(_mm256_max_epu64(four, partners), LESSER, four, partners)
 }
 
 /// The children of a mask with their distances as the stack has them: the first, the second, the fifth and the sixth in one register, the

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
 
-use super::{Kernel, Leaving, Leg, Next, Path, Tracer};
+use super::{Kernel, Leaving, Leg, Next, Path, Step, Tracer};
 use crate::interaction::{Beam, Interaction};
 use crate::material::{Glass, Interface};
 use crate::prepare::{Classic, Here, Specular};
@@ -11,7 +11,7 @@ use crate::sampler::Address;
 use crate::scene::SpecularModel;
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// Adds the local term of a classic surface to what the path brings and returns the rays that leave.
+    /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
     pub(super) fn classic(
         &mut self,
@@ -19,7 +19,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         path: &mut Path<P::Real>,
         hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
-    ) -> Leaving<P::Real> {
+    ) -> Step<P::Real> {
         let Path { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
@@ -35,12 +35,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             *radiance += throughput * emission.colour(&here);
         }
         if alone {
-            return Leaving::NONE;
+            return path.leave(Leaving::NONE);
         }
         if let Some(transmission) = &m.transmission {
-            return self.refract((&transmission.glass, transmission.switch), path, hit, at, throughput);
+            let leaving = self.refract((&transmission.glass, transmission.switch), path, hit, at, throughput);
+            return path.leave(leaving);
         }
-        let Some(reflection) = &m.reflection else { return Leaving::NONE };
+        let Some(reflection) = &m.reflection else { return path.leave(Leaving::NONE) };
         let mut throughput = throughput * reflection.weight.number(&here);
         if reflection.tinted {
             throughput *= colour;
@@ -58,7 +59,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        Leaving::one(Some(Next::new(self.leave(at, direction, P::Real::ONE), throughput)))
+        path.leave(Leaving::one(Some(Next::new(self.leave(at, direction, P::Real::ONE), throughput))))
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the

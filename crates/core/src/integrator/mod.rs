@@ -44,14 +44,14 @@ pub(crate) struct Brought<R: Real> {
 /// A camera ray, with what it hits where that was asked before.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraRay<'a, R: Real> {
-    pub ray: Ray<R>,
+    pub ray: &'a Ray<R>,
     pub met: Option<&'a Option<Hit<R>>>,
 }
 
-impl<R: Real> CameraRay<'_, R> {
+impl<'a, R: Real> CameraRay<'a, R> {
     /// The ray alone.
     #[cfg(test)]
-    pub fn unasked(ray: Ray<R>) -> Self {
+    pub fn unasked(ray: &'a Ray<R>) -> Self {
         Self { ray, met: None }
     }
 }
@@ -134,7 +134,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 
     /// Radiance that arrives along a camera ray under Whitted's rules.
     #[inline]
-    pub fn camera_ray(&mut self, asked: CameraRay<'_, P::Real>, address: Address) -> Brought<P::Real> {
+    pub fn camera_ray(&mut self, asked: CameraRay<'_, P::Real>, address: &Address) -> Brought<P::Real> {
         let mut path = self.camera_path(asked.ray, address);
         self.follow(&mut path, asked.met);
         Brought { radiance: path.radiance + self.scene.veil, coverage: path.covered }
@@ -157,21 +157,24 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 
     /// The path of a camera ray before its first segment.
     #[inline(always)]
-    fn camera_path(&mut self, ray: Ray<P::Real>, address: Address) -> Path<P::Real> {
+    fn camera_path(&mut self, ray: &Ray<P::Real>, address: &Address) -> Path<P::Real> {
         self.first = None;
         self.counters.camera += 1;
-        Path {
-            leg: Leg::of_camera(self.scene, ray),
+        // The ray is written into its place: a leg that is copied has to wait for its own numbers.
+        let mut path = Path {
+            leg: Leg::of_camera(self.scene),
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
-            address,
+            address: *address,
             segments: self.max_depth,
             cutouts: 0,
             camera: true,
             share: P::Real::ONE,
             covered: P::Real::ZERO,
             met: None,
-        }
+        };
+        path.leg.ray = *ray;
+        path
     }
 
     /// What a path asks next.
@@ -190,11 +193,16 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             path.radiance += path.throughput * seen;
             return Step::Ended;
         };
-        let at = Interaction::of::<P, K>(self.scene, &path.leg, hit);
+        // In its place, as `Interaction::of` would hand it on.
+        let mut at = Interaction::begun(self.scene, &path.leg, hit);
+        at.finish::<P, K>(self.scene, &path.leg, hit);
+        if K::PHYSICAL {
+            at.bend_where_bumpy(self.scene, &path.leg, hit);
+        }
         if path.camera && self.keeps_first && self.first.is_none() {
             self.first = Some(self.seen(&path.leg, hit));
         }
-        let leaving = match &self.scene.materials[at.material as usize] {
+        match &self.scene.materials[at.material as usize] {
             Material::Classic(m) => self.classic(m, path, hit, &at),
             Material::Physical(m) if K::PHYSICAL => {
                 if m.alpha != Alpha::Opaque
@@ -204,9 +212,8 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
                 }
                 self.physical(m, path, hit, &at)
             }
-            Material::Physical(_) | Material::Unused => Leaving::NONE,
-        };
-        path.leave(leaving)
+            Material::Physical(_) | Material::Unused => path.leave(Leaving::NONE),
+        }
     }
 
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
@@ -248,7 +255,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// The first hit of a ray that is followed no further; none for the sky.
     pub fn first_hit(&mut self, ray: Ray<P::Real>) -> Option<FirstHit> {
         self.counters.camera += 1;
-        let leg = Leg::of_camera(self.scene, ray);
+        let leg = Leg { ray, ..Leg::of_camera(self.scene) };
         let range = Interval { min: self.camera_min - leg.ahead, max: P::Real::INFINITY };
         let hit = self.scene.geometry.closest(&ray, range, &mut ())?;
         Some(self.seen(&leg, &hit))

@@ -86,8 +86,10 @@ pub(crate) enum Step<R: Real> {
 impl<R: Real> Path<R> {
     /// The path of a side branch that leaves at the vertex in the making.
     pub fn branch(&self, next: &Next<R>, branch: Branch) -> Self {
+        let mut leg = self.leg;
+        leg.go_on(&next.ray, next.rest);
         Self {
-            leg: self.leg.onward(next.ray, next.rest),
+            leg,
             throughput: next.throughput,
             radiance: Vector::ZERO,
             address: self.address.aside(branch),
@@ -110,7 +112,7 @@ impl<R: Real> Path<R> {
         self.segments -= 1;
         match leaving.onward {
             Some(next) if self.segments > 0 => {
-                self.leg = self.leg.onward(next.ray, next.rest);
+                self.leg.go_on(&next.ray, next.rest);
                 self.throughput = next.throughput;
                 self.camera = false;
             }

@@ -112,7 +112,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     fn walk(&self, ray: Ray<P::Real>, address: Address) -> Walk<P::Real> {
         Walk {
-            leg: Leg::of_camera(self.scene, ray),
+            leg: Leg { ray, ..Leg::of_camera(self.scene) },
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
             address,
@@ -211,7 +211,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     fn pass(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>) -> bool {
         walk.cutouts += 1;
         walk.address.bounce += 1;
-        walk.leg = walk.leg.onward(self.leave(at, at.direction, -P::Real::ONE), walk.leg.rest);
+        let rest = walk.leg.rest;
+        walk.leg.go_on(&self.leave(at, at.direction, -P::Real::ONE), rest);
         walk.cutouts <= MAX_CUTOUTS
     }
 
@@ -238,7 +239,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if throughput == Vector::ZERO || !throughput.is_finite() {
             return false;
         }
-        walk.leg = walk.leg.onward(onward.ray, onward.rest);
+        walk.leg.go_on(&onward.ray, onward.rest);
         walk.throughput = throughput;
         walk.address.bounce += 1;
         // What goes straight on through a wall is still found by lights that were asked before it.

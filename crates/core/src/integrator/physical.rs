@@ -103,7 +103,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             if path.cutouts > MAX_CUTOUTS {
                 return Some(Step::Ended);
             }
-            path.leg = path.leg.onward(behind, path.leg.rest);
+            let rest = path.leg.rest;
+            path.leg.go_on(&behind, rest);
             path.address.bounce += 1;
             return Some(Step::Onward);
         }
@@ -118,7 +119,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         })
     }
 
-    /// Adds what a physical surface sends back by itself to what the path brings and returns the rays that leave.
+    /// Adds what a physical surface sends back by itself to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
     pub(super) fn physical(
         &mut self,
@@ -126,7 +127,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         path: &mut Path<P::Real>,
         hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
-    ) -> Leaving<P::Real> {
+    ) -> Step<P::Real> {
         let Path { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let here = self.scene.sources.at(at);
@@ -135,20 +136,21 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         if m.unlit {
             *radiance += throughput * m.base_at(&here);
-            return Leaving::NONE;
+            return path.leave(Leaving::NONE);
         }
         let model = m.model_at(&here);
         let mirror = m.mirrors && model.roughness <= P::Real::from_f64(MIRROR_ROUGHNESS);
         *radiance += throughput * self.lit(&model, at, mirror, address);
         let through = model.through();
         if let Some(glass) = model.glass.as_ref().filter(|_| through > P::Real::ZERO) {
-            return self.refract((glass, None), path, hit, at, throughput * through);
+            let leaving = self.refract((glass, None), path, hit, at, throughput * through);
+            return path.leave(leaving);
         }
         let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
-        Leaving::one((mirror && segments > 1).then(|| {
+        path.leave(Leaving::one((mirror && segments > 1).then(|| {
             self.counters.reflection += 1;
             Next::new(self.leave(at, at.mirrored(), P::Real::ONE), weight)
-        }))
+        })))
     }
 
     /// Light of the lights and of the sky's average, diffused and as rough highlights.

@@ -26,22 +26,26 @@ impl<R: Real> Leg<R> {
         Self { ray, rest: Vector::ZERO, ahead: R::ZERO, before: -R::ONE }
     }
 
-    /// A ray of a scene's camera.
+    /// What is to be known of any ray of a scene's camera besides the ray.
     #[inline(always)]
-    pub fn of_camera<P: Precision<Real = R>>(scene: &Prepared<P>, ray: Ray<R>) -> Self {
+    pub fn of_camera<P: Precision<Real = R>>(scene: &Prepared<P>) -> Self {
         let before = if scene.cone.is_some() { R::ZERO } else { -R::ONE };
         // What a camera that is far away has of the way behind it lies before the ray's origin.
-        Self { ray, rest: Vector::ZERO, ahead: scene.camera.ahead(), before }
+        let nowhere = Ray::new(Vector::ZERO, Vector::ZERO);
+        Self { ray: nowhere, rest: Vector::ZERO, ahead: scene.camera.ahead(), before }
     }
 
-    /// The next one of the path: it keeps the time.
+    /// Goes on with the next one of the path: it keeps the time. In its place and vector by vector, since a leg that is copied has to wait
+    /// for its own numbers.
     #[inline(always)]
-    pub fn onward(&self, ray: Ray<R>, rest: R::Vec3) -> Self {
-        let mut before = self.before;
-        if before >= R::ZERO {
-            before += (ray.origin - self.start()).length();
+    pub fn go_on(&mut self, ray: &Ray<R>, rest: R::Vec3) {
+        if self.before >= R::ZERO {
+            self.before += (ray.origin - self.start()).length();
         }
-        Self { ray: ray.at_time(self.ray.time), rest, ahead: R::ZERO, before }
+        self.ray.origin = ray.origin;
+        self.ray.direction = ray.direction;
+        self.rest = rest;
+        self.ahead = R::ZERO;
     }
 
     /// Where it began.
@@ -55,7 +59,8 @@ impl<R: Real> Interaction<R> {
     /// Where a ray met what it hit.
     #[inline(always)]
     pub fn of<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
-        let mut at = Self::smooth::<P, K>(scene, leg, hit);
+        let mut at = Self::begun(scene, leg, hit);
+        at.finish::<P, K>(scene, leg, hit);
         if K::PHYSICAL {
             at.bend_where_bumpy(scene, leg, hit);
         }
@@ -73,13 +78,21 @@ impl<R: Real> Interaction<R> {
     /// The same before an image bends the normal.
     #[inline(always)]
     pub fn smooth<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+        let mut at = Self::begun(scene, leg, hit);
+        at.finish::<P, K>(scene, leg, hit);
+        at
+    }
+
+    /// What every hit has, still to be finished: in its place, since an interaction is long and is copied wherever it is handed on.
+    #[inline(always)]
+    pub fn begun<P: Precision<Real = R>>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
         let ray = &leg.ray;
         let surface = scene.geometry.surface(ray, hit);
         let object = hit.outermost();
         let record = &scene.objects[object as usize];
         let direction = ray.direction;
         let outside = direction.dot(surface.normal) < R::ZERO;
-        let mut at = Self {
+        Self {
             surface,
             normal: surface.normal,
             outside,
@@ -93,30 +106,35 @@ impl<R: Real> Interaction<R> {
             colour: [R::ONE; 4],
             object,
             material: record.material,
-        };
+        }
+    }
+
+    /// Adds what depends on the object, the camera and the mesh; the normal is not bent yet.
+    #[inline(always)]
+    pub fn finish<P: Precision<Real = R>, K: Kernel>(&mut self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) {
+        let (ray, record) = (&leg.ray, &scene.objects[self.object as usize]);
         if leg.ahead != R::ZERO {
-            (at.origin, at.distance) = (leg.start(), hit.t + leg.ahead);
+            (self.origin, self.distance) = (leg.start(), hit.t + leg.ahead);
         }
         if record.coordinates {
             let parameters = scene.geometry.parameters(ray, hit);
             // A shape has one set, whatever set is asked for.
-            at.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
+            self.uv = [[parameters.u, parameters.v]; MOST_UV_SETS];
         }
         if K::MESHES {
-            at.attributes(scene, record, ray, hit);
+            self.attributes(scene, record, ray, hit);
         }
         if leg.before >= R::ZERO
             && let Some(cone) = &scene.cone
         {
-            at.cover(scene, cone, leg, hit);
+            self.cover(scene, cone, leg, hit);
         }
-        if record.face_viewer && !outside {
-            at.normal = -at.normal;
+        if record.face_viewer && !self.outside {
+            self.normal = -self.normal;
         }
         if K::MESHES && record.mesh.is_some() {
-            at.normal = facing::<R>(at.normal, surface.normal, outside, direction);
+            self.normal = facing::<R>(self.normal, self.surface.normal, self.outside, self.direction);
         }
-        at
     }
 
     /// Interpolates what the mesh's vertices carry.

@@ -57,7 +57,7 @@ impl<P: Precision> Ahead<P> {
                 tracer.meet(rays, &mut self.hits);
             }
         }
-        let (place, &ray, &address) = (self.next, self.samples.rays.get(self.next)?, self.samples.addresses.get(self.next)?);
+        let (place, ray, address) = (self.next, self.samples.rays.get(self.next)?, self.samples.addresses.get(self.next)?);
         self.next += 1;
         Some(if K::PATHS {
             self.stream.brought(place)

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::aabb::half_area;
 use crate::binary::{Binary, BinaryNode};
 use crate::build::{Company, CompanyOf};
+use crate::memory::filled;
 use crate::wide::WIDTH;
 
 /// What a block's test costs, that of a node being 1. Measured: `../../../../benches/README.md`.
@@ -97,7 +98,7 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
 
 /// Costs from the leaves up: each part by a thread of its own, then what is above them.
 pub(super) fn solve(binary: &Binary, company: CompanyOf<'_>) -> Vec<Costs> {
-    let mut all = vec![Costs::NONE; binary.nodes.len()];
+    let mut all = filled(binary.nodes.len(), Costs::NONE);
     let (tops, mut rest) = all.split_at_mut(binary.tops());
     let mut parts = Vec::with_capacity(binary.parts.len());
     for part in &binary.parts {

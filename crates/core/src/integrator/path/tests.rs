@@ -57,7 +57,7 @@ fn together_or_one_by_one() {
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
     let begin = |tracer: &mut Tracer<'_, Robust, General>, pixel: [u32; 2]| {
         let ray = prepared.camera.ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
-        tracer.camera_path(ray, Address { pixel, ..Address::default() })
+        tracer.camera_path(&ray, &Address { pixel, ..Address::default() })
     };
     let single: Vec<_> = pixels()
         .map(|pixel| {
@@ -141,7 +141,7 @@ fn rays_keep_their_time() {
         let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false, &());
         let mut pixel = |i: u32| {
             let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);
-            tracer.camera_ray(CameraRay::unasked(ray), Address { pixel: [i % 24, i / 24], ..Address::default() }).radiance
+            tracer.camera_ray(CameraRay::unasked(&ray), &Address { pixel: [i % 24, i / 24], ..Address::default() }).radiance
         };
         ((0..24 * 16).map(&mut pixel).collect::<Vec<_>>(), tracer.counters)
     };

@@ -80,7 +80,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     around = around.around_all(at.material);
                 }
             }
-            leg = leg.onward(self.leave(&at, at.direction, -P::Real::ONE), Vector::ZERO);
+            leg.go_on(&self.leave(&at, at.direction, -P::Real::ONE), Vector::ZERO);
         }
         around
     }

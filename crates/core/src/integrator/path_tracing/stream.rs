@@ -81,11 +81,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             self.escape(walks, going, hits, seen);
             // What the surfaces read is asked for before any of it is waited for.
             met.clear();
-            met.extend(going.iter().zip(&*hits).filter_map(|(&place, hit)| {
-                let mut at = Interaction::smooth::<P, K>(self.scene, &walks[place as usize].leg, hit.as_ref()?);
-                self.scene.sources.prefetch(&mut at);
-                Some(at)
-            }));
+            for (&place, hit) in going.iter().zip(&*hits) {
+                let (leg, Some(hit)) = (&walks[place as usize].leg, hit) else { continue };
+                met.push(Interaction::begun(self.scene, leg, hit));
+                let Some(at) = met.last_mut() else { continue };
+                at.finish::<P, K>(self.scene, leg, hit);
+                self.scene.sources.prefetch(at);
+            }
             self.draw(walks, going, draws);
             plains.clear();
             goes.clear();
