@@ -57,4 +57,34 @@ mod tests {
         }
         assert_eq!(roomy::<()>(usize::MAX).capacity(), usize::MAX);
     }
+
+    /// Protects: the system is asked for large pages below large arrays, for whole ones of the array's own, and not below small ones.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn large_arrays_ask_for_large_pages() {
+        // Which pages are asked for is told by the kernel, of each range of memory that is alike.
+        let asked = |list: &[u64], at: usize| {
+            let Ok(ranges) = std::fs::read_to_string("/proc/self/smaps") else { return None };
+            let (place, mut here) = (list.as_ptr() as usize + at, false);
+            for line in ranges.lines() {
+                let range = line.split_once(' ').and_then(|(range, _)| range.split_once('-'));
+                if let Some((Ok(start), Ok(end))) =
+                    range.map(|(start, end)| (usize::from_str_radix(start, 16), usize::from_str_radix(end, 16)))
+                {
+                    here = (start..end).contains(&place);
+                } else if here && line.starts_with("VmFlags:") {
+                    return Some(line.split(' ').any(|flag| flag == "hg"));
+                }
+            }
+            None
+        };
+        if !std::path::Path::new("/sys/kernel/mm/transparent_hugepage").exists() {
+            return;
+        }
+        let large = filled(8 << 20, 0_u64);
+        assert_ne!(asked(&large, 32 << 20), Some(false));
+        // No page may be asked for that is not all of the array's: the last number mostly lies on such a one.
+        let ends_on_a_page = (large.as_ptr_range().end as usize).is_multiple_of(2 << 20);
+        assert_ne!(asked(&large, size_of_val(large.as_slice()) - 8), Some(!ends_on_a_page));
+    }
 }

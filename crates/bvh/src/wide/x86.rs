@@ -1,6 +1,6 @@
 //! The kernels of AVX2 and AVX-512: eight lanes of f32 in one register, and four exact tests at once in f64.
 //!
-//! Here, in what this uses and in `processor.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
+//! Here, in what this uses, in `processor.rs` and in `memory.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
 //! type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use no others. *Memory*:
 //! loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
 #![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
@@ -579,3 +579,6 @@ fn pack(children: &[Child; WIDTH], entries: __m256, mask: u32) -> [__m256i; 2] {
     let distances = _mm256_maskz_compress_epi32(mask as u8, _mm256_castps_si256(entries));
     [_mm256_unpacklo_epi32(children, distances), _mm256_unpackhi_epi32(children, distances)]
 }
+
+#[cfg(test)]
+mod tests;
