@@ -3,8 +3,7 @@
 //! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
 #![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
-use super::block::Block;
-use super::block::Facts;
+use super::block::{Block, Facts};
 use super::filter;
 use super::opaque::in_memory;
 use super::row::Roots;
@@ -95,13 +94,13 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     }
 }
 
-/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block.
+/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block that is not packed.
 #[inline(always)]
 fn fetch<S: Simd>(s: S, wide: &Wide, child: Child) {
-    let (start, bytes) = if child.is_leaf() {
-        (wide.blocks.as_ptr().cast::<u8>(), size_of::<Block>())
-    } else {
-        (wide.nodes.as_ptr().cast::<u8>(), size_of::<Node>())
+    let (start, bytes) = match () {
+        () if !child.is_leaf() => (wide.nodes.as_ptr().cast::<u8>(), size_of::<Node>()),
+        () if child.is_block() && !wide.blocks.is_empty() => (wide.blocks.as_ptr().cast::<u8>(), size_of::<Block>()),
+        () => return,
     };
     let start = start.wrapping_add(child.index() * bytes);
     s.prefetch(start);

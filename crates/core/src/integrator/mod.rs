@@ -193,7 +193,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             path.radiance += path.throughput * seen;
             return Step::Ended;
         };
-        // In its place, as `Interaction::of` would hand it on.
+        // What `Interaction::of` does, in its place.
         let mut at = Interaction::begun(self.scene, &path.leg, hit);
         at.finish::<P, K>(self.scene, &path.leg, hit);
         if K::PHYSICAL {
