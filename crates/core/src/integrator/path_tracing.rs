@@ -81,7 +81,7 @@ struct Walk<R: Real> {
 struct Draws {
     /// Which light it asks, and where on it.
     light: [f32; 4],
-    /// Which way the path goes on, and whether.
+    /// Which way the path goes on, by the lobe and a direction of it, and whether.
     scatter: [f32; 4],
 }
 

@@ -124,7 +124,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         });
         fours(sequences, draws);
         for (&place, draws) in going.iter().zip(draws.chunks_exact(purposes.len())) {
-            walks[place as usize].draws = Draws { scatter: draws[0], light: draws.get(1).copied().unwrap_or_default() };
+            // Directions are what matters most: they have the first two dimensions of a point, which are the evenest together.
+            let [u, v, luck, lobe] = draws[0];
+            walks[place as usize].draws =
+                Draws { scatter: [lobe, u, v, luck], light: draws.get(1).copied().unwrap_or_default() };
         }
     }
 
