@@ -1,5 +1,6 @@
 //! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray meets them.
 
+mod cells;
 mod list;
 mod middle;
 
@@ -15,6 +16,7 @@ use super::cdf::{pick, push_shares, share};
 use super::solid_angle::Whole;
 use super::{Bounds, Density, LightSample, Target};
 
+use cells::unfolded;
 use list::{Emitter, Form};
 pub use list::{EmitterList, Glow};
 
@@ -138,7 +140,8 @@ impl<P: Precision> Emitters<P> {
 
     /// Bytes of the tables.
     pub(crate) fn bytes(&self) -> u64 {
-        EmitterList::<P>::bytes_of(self.len() as u64, self.list.placed.len() as u64, self.list.first.len() as u64)
+        let list = &self.list;
+        EmitterList::<P>::bytes_of(self.len() as u64, list.placed.len() as u64, list.first.len() as u64, [0; 2]) + list.cells.bytes()
     }
 
     /// Emitters that need a map of their own.
@@ -150,7 +153,11 @@ impl<P: Precision> Emitters<P> {
     /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none where it sends nothing there.
     pub fn sample(&self, index: u32, from: Vec3Of<P>, position: [f32; 2], probability: f64) -> Option<LightSample<P::Real>> {
         let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
-        let [u, v] = position.map(P::Real::from_f32);
+        let (place, denser) = match emitter.cells {
+            Some(cells) => self.list.cells.place(cells, position.map(f64::from)),
+            None => (position.map(f64::from), 1.0),
+        };
+        let [u, v] = place.map(P::Real::from_f64);
         let whole = self.whole(emitter, from);
         let (located, by_area) = match (&emitter.form, &whole) {
             (Form::Plain(shape), Some(whole)) => (whole.draw::<P>(shape, position)?, P::Core::ZERO),
@@ -166,7 +173,7 @@ impl<P: Precision> Emitters<P> {
             }
             None => {
                 // Solid-angle measure: cos/d² over the density by area.
-                let over = squared * by_area.to_f64() * probability;
+                let over = squared * (by_area.to_f64() * denser) * probability;
                 (over / cosine, cosine / over)
             }
         };
@@ -206,15 +213,21 @@ impl<P: Precision> Emitters<P> {
             Form::Plain(shape) => shape.density::<P>(&point),
             Form::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),
         };
-        by_area.map_or(0.0, |by_area| facing.squared * by_area.to_f64() * probability / facing.cosine)
+        let denser = match (&emitter.form, emitter.cells) {
+            (Form::Plain(AnyShape::Triangle(triangle)), Some(cells)) => {
+                self.list.cells.density(cells, unfolded(triangle.vertices.map(Vector::to_f64), surface.point.to_f64()))
+            }
+            _ => 1.0,
+        };
+        by_area.map_or(0.0, |by_area| facing.squared * (by_area.to_f64() * denser) * probability / facing.cosine)
     }
 
     /// An emitter whose directions are drawn evenly over its solid angle, where that is asked for and known.
     #[inline]
     fn whole(&self, emitter: &Emitter<P::Real>, from: DVec3) -> Option<Whole<P::Real>> {
+        // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is drawn there.
         match (self.strategy, &emitter.form) {
-            // Of what a ray may pass, points on the far side are drawn too.
-            (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable => Whole::new(shape, emitter.side, from),
+                (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable && emitter.cells.is_none() => Whole::new(shape, emitter.side, from),
             _ => None,
         }
     }

@@ -1,19 +1,19 @@
 //! The surfaces that light others: objects whose material gives off light, the same everywhere or, to a path tracer, any.
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Placed};
+use raywright_bvh::shapes::{AnyShape, Placed, SampleArea, Triangle};
 use raywright_bvh::{Group, Precision, Real, Side, Surface, Vec3Of, Vector, Visibility};
 
 use super::geometry::{BLOCK, side_of, triangles};
 use super::input::Sources;
 use super::shape::any_shape;
 use super::{PrepareError, go_on};
-use crate::generate::all;
+use crate::generate::{all, counted};
 use crate::interaction::Interaction;
 use crate::light::{EmitterList, Glow};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
-use crate::scene::{MOST_UV_SETS, MeshData, Scene, Shape};
+use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Scene, Shape};
 
 /// Which of them count.
 #[derive(Clone, Copy, Debug)]
@@ -26,9 +26,42 @@ pub(super) struct Wanted {
     pub read: bool,
 }
 
-/// Means of emission are estimated by so many points in all, and by that many of each triangle or shape.
-const POINTS: usize = 1 << 20;
-const EACH: [usize; 2] = [2, 8];
+/// What varies is looked at in so many points in all, and in so many each way of a triangle; of a shape in the last number of them.
+const POINTS: u64 = 1 << 20;
+const EACH: [u64; 2] = [2, 32];
+const OF_SHAPE: usize = 8;
+
+/// Points each way in which each of so many triangles is looked at whose emission varies.
+pub(super) fn points_across(triangles: u64) -> u64 {
+    let [least, most] = EACH;
+    (POINTS / triangles.max(1)).isqrt().clamp(least, most)
+}
+
+impl Wanted {
+    /// What a material gives off that counts: the same everywhere, or in the inner none what varies.
+    fn of(self, material: &MaterialData) -> Option<Option<Colour>> {
+        match material.even_emission() {
+            Some(radiance) if self.even => Some((!(self.read && material.is_cut())).then_some(radiance)),
+            None if self.varied && material.emits() => Some(None),
+            _ => None,
+        }
+    }
+}
+
+/// Triangles whose emission varies.
+fn varied_triangles(scene: &Scene, lookup: &Lookup<'_>, wanted: Wanted, observer: &dyn Observer) -> Result<u64, PrepareError> {
+    let mut sum = 0;
+    for (index, (object, count)) in counted(scene).enumerate() {
+        if index.is_multiple_of(BLOCK) {
+            go_on(observer)?;
+        }
+        let Shape::Mesh(name) = &object.shape else { continue };
+        let varies = lookup.material(&object.material).is_some_and(|(_, material)| wanted.of(material) == Some(None));
+        let triangles = lookup.mesh_data(name).filter(|_| varies).map_or(0, |data| data.indices.len() as u64);
+        sum += triangles.saturating_mul(count);
+    }
+    Ok(sum)
+}
 
 /// Finds them, in the order of the scene's objects.
 ///
@@ -42,6 +75,7 @@ pub(super) fn emitters<P: Precision>(
     observer: &dyn Observer,
 ) -> Result<EmitterList<P>, PrepareError> {
     let mut list = EmitterList::default();
+    let across = points_across(varied_triangles(scene, lookup, wanted, observer)?) as usize;
     // A generator's objects differ only in their places, which leave the area alone.
     let mut last: Option<(&Shape, DMat3, f64)> = None;
     for (index, shown) in all(scene).enumerate() {
@@ -51,20 +85,15 @@ pub(super) fn emitters<P: Precision>(
         list.next_object();
         let object = shown.object;
         let Some((place, material)) = lookup.material(&object.material) else { continue };
-        let source = match material.even_emission() {
-            Some(radiance) if wanted.even && !(wanted.read && material.is_cut()) => {
-                Source::Even(Vector::from_f64(radiance.0.into()))
-            }
-            Some(_) if wanted.even => Source::Varied(Varied { material: &materials[place], sources, cut: true }),
-            None if wanted.varied && material.emits() => {
-                Source::Varied(Varied { material: &materials[place], sources, cut: material.is_cut() })
-            }
-            _ => continue,
+        let source = match wanted.of(material) {
+            Some(Some(radiance)) => Source::Even(Vector::from_f64(radiance.0.into())),
+            Some(None) => Source::Varied(Varied { material: &materials[place], sources, cut: material.is_cut() }),
+            None => continue,
         };
         let (side, map) = (side_of(object.side), shown.map());
         if let Shape::Mesh(name) = &object.shape {
             if let Some(data) = lookup.mesh_data(name) {
-                mesh(&mut list, index, data, map, (&source, side), observer)?;
+                mesh(&mut list, (index, data), map, (&source, side, across), observer)?;
             }
             continue;
         }
@@ -117,14 +146,11 @@ impl<P: Precision> Varied<'_, P> {
     }
 }
 
-/// The mean of what is found at a grid of so many points by so many.
-fn mean<P: Precision>(across: usize, passable: bool, mut at: impl FnMut([P::Real; 2]) -> Vec3Of<P>) -> Glow<P> {
-    let step = |i: usize| P::Real::from_f64((i as f64 + 0.5) / across as f64);
-    let mut sum = Vec3Of::<P>::ZERO;
-    for i in 0..across * across {
-        sum += at([step(i % across), step(i / across)]);
-    }
-    Glow { radiance: sum * P::Real::from_f64(1.0 / (across * across) as f64), varies: true, passable }
+/// What is found in the middles of a grid of so many cells each way, row by row.
+fn look<R: Real>(across: usize, found: &mut Vec<R::Vec3>, mut at: impl FnMut([R; 2]) -> R::Vec3) {
+    let step = |i: usize| R::from_f64((i as f64 + 0.5) / across as f64);
+    found.clear();
+    found.extend((0..across * across).map(|i| at([step(i % across), step(i / across)])));
 }
 
 /// Adds a shape under a map, with numbers of its own where it is only moved, as the geometry has it, and returns its area.
@@ -138,10 +164,15 @@ fn shape<P: Precision>(
 ) -> Option<f64> {
     let glow = |drawn: &dyn Fn([P::Real; 2]) -> Option<Surface<P::Real>>| match source {
         Source::Even(radiance) => Glow::even(*radiance),
-        Source::Varied(varied) => mean(EACH[1], varied.cut, |uv| {
-            let surface = drawn(uv);
-            surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [P::Real::ONE; 4]))
-        }),
+        Source::Varied(varied) => {
+            let mut found = Vec::new();
+            look(OF_SHAPE, &mut found, |uv| {
+                let surface = drawn(uv);
+                surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [P::Real::ONE; 4]))
+            });
+            let sum = found.iter().fold(Vec3Of::<P>::ZERO, |sum, &radiance| sum + radiance);
+            Glow { radiance: sum * P::Real::from_f64(1.0 / found.len() as f64), varies: true, passable: varied.cut }
+        }
     };
     if map.matrix3 == DMat3::IDENTITY {
         let shape = any_shape(shape, map.translation)?;
@@ -156,29 +187,28 @@ fn shape<P: Precision>(
 /// Adds the triangles of an object's mesh under a map.
 fn mesh<P: Precision>(
     list: &mut EmitterList<P>,
-    object: usize,
-    data: &MeshData,
+    (object, data): (usize, &MeshData),
     map: DAffine3,
-    (source, side): (&Source<'_, P>, Side),
+    (source, side, across): (&Source<'_, P>, Side, usize),
     observer: &dyn Observer,
 ) -> Result<(), PrepareError> {
     let mut group = Group::<P>::default();
     let flipped = map.matrix3.determinant() < 0.0;
     triangles(&mut group, object, data, Some((map, flipped)), Visibility::default(), observer)?;
-    let [least, most] = EACH;
-    let across = ((POINTS / data.indices.len().max(1)) as f64).sqrt() as usize;
+    let mut found = Vec::new();
     for (index, &triangle) in group.triangles().iter().enumerate() {
         if index.is_multiple_of(BLOCK) {
             go_on(observer)?;
         }
-        let shape = AnyShape::Triangle(triangle);
-        let glow = match source {
-            Source::Even(radiance) => Glow::even(*radiance),
-            Source::Varied(varied) => {
-                mean(across.clamp(least, most), varied.cut, |uv| on_triangle(varied, &shape, (data, index, flipped), uv))
+        match source {
+            Source::Even(radiance) => {
+                list.plain(AnyShape::Triangle(triangle), Glow::even(*radiance), side, None);
             }
-        };
-        list.plain(shape, glow, side, None);
+            Source::Varied(varied) => {
+                look(across, &mut found, |uv| on_triangle(varied, &triangle, (data, index, flipped), uv));
+                list.varied(triangle, &found, varied.cut, side, across);
+            }
+        }
     }
     Ok(())
 }
@@ -186,16 +216,16 @@ fn mesh<P: Precision>(
 /// What a triangle of a mesh gives off at the point that two numbers stand for.
 fn on_triangle<P: Precision>(
     varied: &Varied<'_, P>,
-    shape: &AnyShape<P::Real>,
+    triangle: &Triangle<P::Real>,
     (data, index, flipped): (&MeshData, usize, bool),
     [u, v]: [P::Real; 2],
 ) -> Vec3Of<P> {
     let one = P::Real::ONE;
-    let root = v.sqrt();
+    let root = u.sqrt();
     let [a, b, c] = data.indices[index].map(|i| i as usize);
     let (b, c) = if flipped { (c, b) } else { (b, c) };
-    // Even over the triangle; where it lies counts for expressions of places alone.
-    let weights = [one - root, root * (one - u), root * u];
+    // As the point itself is drawn.
+    let weights = [root * (one - v), one - root, root * v];
     let of = |values: [f32; 3]| {
         let [x, y, z] = values.map(P::Real::from_f32);
         x * weights[0] + y * weights[1] + z * weights[2]
@@ -207,8 +237,8 @@ fn on_triangle<P: Precision>(
         [read(0), read(1)]
     });
     let colour = core::array::from_fn(|k| if data.colours.is_empty() { one } else { of([a, b, c].map(|i| data.colours[i][k])) });
-    let drawn = shape.sample_area::<P>(u, v);
-    drawn.map_or(Vector::ZERO, |(located, _)| varied.at(&located.stored::<P>(), uv, colour))
+    let (located, _) = triangle.sample_area::<P>(u, v);
+    varied.at(&located.stored::<P>(), uv, colour)
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use super::input::TextureUse;
 use super::material::{Layered, Material, count_layered};
 use super::pyramid;
 use super::shape::any_shape;
+use super::emitters::points_across;
 use super::tangents;
 use super::uses::Uses;
 use crate::affine::affine;
@@ -51,7 +52,7 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
         times(needs.texture_uses, size_of::<TextureUse<P::Real>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<P::Real>>()),
         choice,
-        EmitterList::<P>::bytes_of(needs.lamps, needs.placed_lamps, count(scene)),
+        EmitterList::<P>::bytes_of(needs.lamps, needs.placed_lamps, count(scene), needs.varied),
     ];
     Memory {
         geometry: needs.own.most_bytes::<P>(settings.accelerator).saturating_add(needs.shared),
@@ -74,6 +75,8 @@ struct Needs {
     /// Emissive shapes and triangles, and those of them under a map.
     lamps: u64,
     placed_lamps: u64,
+    /// Triangles among them whose emission varies, and how many cells each of them may have each way.
+    varied: [u64; 2],
     /// Uses of textures.
     texture_uses: u64,
     /// Bytes of images, each once.
@@ -127,7 +130,11 @@ impl Needs {
                 }
             }
             needs.lamps = needs.lamps.saturating_add(if glows { count.saturating_mul(each) } else { 0 });
+            let varies = material.is_some_and(|m| m.even_emission().is_none() || m.is_cut());
+            let in_cells = glows && varies && matches!(object.shape, Shape::Mesh(_));
+            needs.varied[0] = needs.varied[0].saturating_add(if in_cells { count.saturating_mul(each) } else { 0 });
         }
+        needs.varied[1] = points_across(needs.varied[0]);
         needs.look_up_images(scene, lookup, &used);
         needs
     }

@@ -1,7 +1,9 @@
 //! The tables of emitters, as preparation fills them.
 
-use raywright_bvh::shapes::{AnyShape, Placed};
+use raywright_bvh::shapes::{AnyShape, Placed, Triangle};
 use raywright_bvh::{Precision, Real, Side, Vec3Of, Vector};
+
+use super::cells::{CellTable, Cells, bytes_of};
 
 /// Geometry of an emitter in the world.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +27,8 @@ pub(in crate::light) struct Emitter<R: Real> {
     pub side: Side,
     /// Area of the surface in the world; zero where it has none that points could be drawn from.
     pub area: f64,
+    /// Where on a triangle points are drawn; none: everywhere alike.
+    pub cells: Option<Cells>,
 }
 
 impl<R: Real> Emitter<R> {
@@ -59,11 +63,12 @@ pub struct EmitterList<P: Precision> {
     pub(super) emitters: Vec<Emitter<P::Real>>,
     pub(super) placed: Vec<Placed<P>>,
     pub(super) first: Vec<u32>,
+    pub(super) cells: CellTable,
 }
 
 impl<P: Precision> Default for EmitterList<P> {
     fn default() -> Self {
-        Self { emitters: Vec::new(), placed: Vec::new(), first: Vec::new() }
+        Self { emitters: Vec::new(), placed: Vec::new(), first: Vec::new(), cells: CellTable::default() }
     }
 }
 
@@ -73,8 +78,9 @@ impl<P: Precision> EmitterList<P> {
         self.first.push(self.emitters.len() as u32);
     }
 
-    /// Bytes of so many emitters, some of them under maps, of a scene of so many objects, with the sums by which they are drawn.
-    pub(crate) fn bytes_of(emitters: u64, placed: u64, objects: u64) -> u64 {
+    /// Bytes of so many emitters, some of them under maps and some triangles with so many cells each way, of a scene of so many objects,
+    /// with the sums by which they are drawn.
+    pub(crate) fn bytes_of(emitters: u64, placed: u64, objects: u64, [triangles, across]: [u64; 2]) -> u64 {
         if emitters == 0 {
             return 0;
         }
@@ -83,15 +89,29 @@ impl<P: Precision> EmitterList<P> {
             (placed, size_of::<Placed<P>>()),
             (objects, size_of::<u32>()),
         ];
-        each.into_iter().fold(0, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)))
+        let tables = each.into_iter().fold(0_u64, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)));
+        tables.saturating_add(bytes_of(triangles, across))
     }
 
     /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
     pub fn plain(&mut self, shape: AnyShape<P::Real>, glow: Glow<P>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(shape.area()));
-        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, varies, passable, side, area });
+        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, varies, passable, side, area, cells: None });
         area
+    }
+
+    /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the middles of cells of the square that is folded onto
+    /// it, row by row, so many each way.
+    pub fn varied(&mut self, triangle: Triangle<P::Real>, found: &[Vec3Of<P>], passable: bool, side: Side, across: usize) {
+        let sum = found.iter().fold(Vec3Of::<P>::ZERO, |sum, &radiance| sum + radiance);
+        let radiance = sum * P::Real::from_f64(1.0 / found.len() as f64);
+        self.plain(AnyShape::Triangle(triangle), Glow { radiance, varies: true, passable }, side, None);
+        let brightness = |radiance: &Vec3Of<P>| radiance.to_f64().element_sum();
+        let cells = self.cells.push(across, &found.iter().map(brightness).collect::<Vec<_>>());
+        if let Some(emitter) = self.emitters.last_mut() {
+            emitter.cells = cells;
+        }
     }
 
     /// Adds a shape under a map.
@@ -100,7 +120,7 @@ impl<P: Precision> EmitterList<P> {
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = Form::Placed(self.placed.len() as u32);
         self.placed.push(placed);
-        self.emitters.push(Emitter { form, radiance, varies, passable, side, area });
+        self.emitters.push(Emitter { form, radiance, varies, passable, side, area, cells: None });
         area
     }
 }
