@@ -141,7 +141,8 @@ impl<P: Precision> Emitters<P> {
     /// Bytes of the tables.
     pub(crate) fn bytes(&self) -> u64 {
         let list = &self.list;
-        EmitterList::<P>::bytes_of(self.len() as u64, list.placed.len() as u64, list.first.len() as u64, [0; 2]) + list.cells.bytes()
+        EmitterList::<P>::bytes_of(self.len() as u64, list.placed.len() as u64, list.first.len() as u64, [0; 2])
+            + list.cells.bytes()
     }
 
     /// Emitters that need a map of their own.
@@ -227,7 +228,9 @@ impl<P: Precision> Emitters<P> {
     fn whole(&self, emitter: &Emitter<P::Real>, from: DVec3) -> Option<Whole<P::Real>> {
         // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is drawn there.
         match (self.strategy, &emitter.form) {
-                (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable && emitter.cells.is_none() => Whole::new(shape, emitter.side, from),
+            (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable && emitter.cells.is_none() => {
+                Whole::new(shape, emitter.side, from)
+            }
             _ => None,
         }
     }

@@ -9,6 +9,10 @@ use super::cdf::{pick, push_shares};
 use super::sky::{Kind, Map};
 use super::{Density, LightSample, Seen, Sky, SphereGrid, Target};
 
+/// Share of a picture's mean that is left to the other way. All of it leaves a seventh more noise under skies that are a little brighter on one
+/// side, half of it three quarters more on what a small sun lights; this one is within a twelfth of the better in seven skies.
+const EVEN: f64 = 0.75;
+
 /// How a sky is drawn.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
@@ -62,8 +66,8 @@ impl SkySampler {
         }
     }
 
-    /// Draws only what exceeds the rest of the sky: suns over what they stand in, texels over the mean. Right where directions are drawn
-    /// in another way too, and both are combined: that way is better for what is even ("MIS Compensation: Optimizing Sampling
+    /// Draws only what exceeds the rest of the sky: suns over what they stand in, texels over most of the mean. Right where directions are
+    /// drawn in another way too, and both are combined: that way is better for what is even ("MIS Compensation: Optimizing Sampling
     /// Techniques in Multiple Importance Sampling", Karlík et al. 2019). Nothing changes where nothing exceeds.
     #[must_use]
     pub fn of_excess<R: Real>(self, sky: &Sky<R>) -> Self {
@@ -76,8 +80,8 @@ impl SkySampler {
                 Self::lobes(lobes.iter().copied().zip(fluxes))
             }
             (Form::Grid(whole), Kind::Map(map)) => {
-                let mean = 0.25 * FRAC_1_PI * whole.flux();
-                grid(map, |radiance| (radiance - mean).max(0.0)).map(|grid| Self { flux: grid.flux(), form: Form::Grid(grid) })
+                let even = EVEN * 0.25 * FRAC_1_PI * whole.flux();
+                grid(map, |radiance| (radiance - even).max(0.0)).map(|grid| Self { flux: grid.flux(), form: Form::Grid(grid) })
             }
             _ => None,
         };

@@ -2,6 +2,7 @@
 
 mod cones;
 mod irradiance;
+mod varied;
 
 use core::f64::consts::TAU;
 

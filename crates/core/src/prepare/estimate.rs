@@ -8,12 +8,12 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Geometry, Inventory, Precision};
 
+use super::emitters::points_across;
 use super::geometry::ObjectRecord;
 use super::input::TextureUse;
 use super::material::{Layered, Material, count_layered};
 use super::pyramid;
 use super::shape::any_shape;
-use super::emitters::points_across;
 use super::tangents;
 use super::uses::Uses;
 use crate::affine::affine;

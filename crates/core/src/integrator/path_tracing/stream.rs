@@ -126,8 +126,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         for (&place, draws) in going.iter().zip(draws.chunks_exact(purposes.len())) {
             // Directions are what matters most: they have the first two dimensions of a point, which are the evenest together.
             let [u, v, luck, lobe] = draws[0];
-            walks[place as usize].draws =
-                Draws { scatter: [lobe, u, v, luck], light: draws.get(1).copied().unwrap_or_default() };
+            walks[place as usize].draws = Draws { scatter: [lobe, u, v, luck], light: draws.get(1).copied().unwrap_or_default() };
         }
     }
 
