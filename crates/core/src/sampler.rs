@@ -10,6 +10,8 @@
 //! light in every precision, so that pictures of two precisions differ by their arithmetic and not by their noise. Where the
 //! 23 bits of one number are too few, as for picking one of a million emitters, both of a pair are used.
 //!
+//! Of the four numbers of a point the first two are the evenest together. What matters most asks for them: a direction, not the choice of its lobe.
+//!
 //! Other samplers are rungs of a ladder: they have the same addresses and make other numbers of them.
 
 mod grid;

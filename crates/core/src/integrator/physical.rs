@@ -54,7 +54,8 @@ impl<R: Real> Physical<R> {
             base,
             metallic: self.metallic.number(here),
             roughness: self.roughness.number(here),
-            dielectric: boundary.f0,
+            dielectric: boundary.f0 * self.specular,
+            grazing: self.specular,
             glass: self.passage.as_ref().and_then(glass),
         }
     }

@@ -48,12 +48,18 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
 
     /// Adds a lobe; beyond `MOST` none is taken.
     #[inline(always)]
-    #[must_use]
-    pub fn with(mut self, lobe: L) -> Self {
+    pub fn add(&mut self, lobe: L) {
         if let Some(slot) = self.lobes.get_mut(self.count) {
             *slot = lobe;
             self.count += 1;
         }
+    }
+
+    /// It and a lobe: see [`Self::add`].
+    #[inline(always)]
+    #[must_use]
+    pub fn with(mut self, lobe: L) -> Self {
+        self.add(lobe);
         self
     }
 

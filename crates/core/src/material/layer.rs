@@ -9,7 +9,7 @@ use core::f64::consts::PI;
 use super::energy::sent_back;
 use super::facets::{Facets, mirrored};
 use super::frame::Frame;
-use super::fresnel::schlick;
+use super::fresnel::towards_grazing;
 use super::glass_layer::{Boundary, Sheet};
 use super::lobe::{LEAST_ROUGHNESS, Lobe, Pair, Scatters, on_disk};
 use super::reflectance::Reflectance;
@@ -39,7 +39,7 @@ impl<N: Number> Coat<N> {
             if roughness > LEAST_ROUGHNESS {
                 sent_back(COAT, roughness, cosine)
             } else {
-                COAT + (1.0 - COAT) * super::towards_grazing(cosine)
+                COAT + (1.0 - COAT) * towards_grazing(cosine)
             }
         });
         self.weight * share
@@ -81,8 +81,9 @@ pub enum Way<N: Number> {
         /// Share that is diffused back, and what is let through diffusely.
         back: N::Vec3,
         through: N::Vec3,
-        /// Reflectance of the layer at normal incidence.
+        /// Reflectance of the layer at normal incidence, and at grazing incidence.
         f0: N::Vec3,
+        f90: N,
         /// Whether something is let through.
         both: bool,
     },
@@ -128,8 +129,8 @@ impl<N: Number> Layer<N> {
     }
 
     /// Below the layer's facets: what they let pass on their way in and out, by the half vector.
-    fn below(f0: N::Vec3, tilt: N) -> N {
-        N::ONE - schlick(f0, tilt).max_element()
+    fn below(f0: N::Vec3, f90: N, tilt: N) -> N {
+        N::ONE - (f0 + (N::Vec3::splat(f90) - f0) * towards_grazing(tilt)).max_element()
     }
 
     /// The pair with the light above the surface, mirrored there if it was below.
@@ -145,6 +146,7 @@ impl<N: Number> Scatters<N> for Layer<N> {
             back: <N::Vec3 as Vector3<N>>::ZERO,
             through: <N::Vec3 as Vector3<N>>::ZERO,
             f0: <N::Vec3 as Vector3<N>>::ZERO,
+            f90: N::ONE,
             both: false,
         },
         cover: Cover::NONE,
@@ -179,7 +181,7 @@ impl<N: Number> Scatters<N> for Layer<N> {
             return N::Vec3::ZERO;
         }
         let own = match &self.way {
-            Way::Diffuse { back, f0, .. } => *back * (Self::below(*f0, pair.tilt) / N::from_f64(PI)),
+            Way::Diffuse { back, f0, f90, .. } => *back * (Self::below(*f0, *f90, pair.tilt) / N::from_f64(PI)),
             Way::Sheen(sheen) => {
                 let half = (pair.wo + pair.wi).normalize();
                 sheen.value([pair.out, pair.into, pair.normal.dot(half).min(N::ONE)])
@@ -199,8 +201,8 @@ impl<N: Number> Scatters<N> for Layer<N> {
 
     fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         let own = match &self.way {
-            Way::Diffuse { through, f0, both: true, .. } => {
-                *through * (Self::below(*f0, Self::folded(pair).tilt) / N::from_f64(PI))
+            Way::Diffuse { through, f0, f90, both: true, .. } => {
+                *through * (Self::below(*f0, *f90, Self::folded(pair).tilt) / N::from_f64(PI))
             }
             Way::Boundary(boundary) => boundary.value_through(pair),
             Way::Sheet(sheet) => sheet.value_through(&Self::folded(pair)),

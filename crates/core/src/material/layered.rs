@@ -118,9 +118,16 @@ impl<N: Number> Layered<N> {
 
     /// Its lobes, seen along `wo`.
     pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> LayeredBsdf<N> {
-        let through = self.base.through();
+        let mut bsdf = LayeredBsdf::of_kind(normal);
+        self.add_to(&mut bsdf, wo, outside);
+        bsdf
+    }
+
+    /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to be handed on.
+    pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
+        let (through, normal) = (self.base.through(), bsdf.normal());
         let glassy = through.above(N::ZERO);
-        let mut list = Builder { bsdf: LayeredBsdf::<N>::of_kind(normal), normal, wo, cover: Cover::NONE };
+        let mut list = Builder { bsdf, normal, wo, cover: Cover::NONE };
         // From within a body, what lies over it is beyond the boundary.
         let over = outside.any() || self.base.glass.is_none() || self.thin;
         let coat = self.coat.filter(|_| over);
@@ -159,11 +166,10 @@ impl<N: Number> Layered<N> {
         if self.base.glass.is_some() && glassy.any() {
             self.glass(&mut list, through, outside);
         }
-        list.bsdf
     }
 
     /// What is diffused, back and on.
-    fn diffuse(&self, list: &mut Builder<N>) {
+    fn diffuse(&self, list: &mut Builder<'_, N>) {
         let whole = self.reflectance(N::ONE - self.base.metallic).at(N::ONE);
         let albedo = self.base.albedo();
         let (back, through) = match self.diffused {
@@ -175,7 +181,8 @@ impl<N: Number> Layered<N> {
         };
         if back.max(through).max_element().above(N::ZERO).any() {
             let both = through.max_element().above(N::ZERO).any();
-            list.push(Way::Diffuse { back, through, f0: whole, both });
+            let f90 = N::ONE - (N::ONE - self.specular) * (N::ONE - self.base.metallic);
+            list.push(Way::Diffuse { back, through, f0: whole, f90, both });
         }
     }
 
@@ -186,7 +193,7 @@ impl<N: Number> Layered<N> {
     }
 
     /// The boundary of glass in its share.
-    fn glass(&self, list: &mut Builder<N>, share: N, outside: N::Mask) {
+    fn glass(&self, list: &mut Builder<'_, N>, share: N, outside: N::Mask) {
         let Some(glass) = self.base.glass else { return };
         let reflected = self.specular_colour.min(N::Vec3::ONE) * self.specular;
         let tinted = Tinted { reflected, film: self.film, rule: self.rule, ior: glass.ior };
@@ -224,16 +231,16 @@ impl<N: Number> Layered<N> {
 }
 
 /// A list of lobes in the making.
-struct Builder<N: Number> {
-    bsdf: LayeredBsdf<N>,
+struct Builder<'a, N: Number> {
+    bsdf: &'a mut LayeredBsdf<N>,
     normal: N::Vec3,
     wo: N::Vec3,
     cover: Cover<N>,
 }
 
-impl<N: Number> Builder<N> {
+impl<N: Number> Builder<'_, N> {
     fn push(&mut self, way: Way<N>) {
-        self.bsdf = self.bsdf.with(Layer::new(way, self.cover, self.normal, self.wo));
+        self.bsdf.add(Layer::new(way, self.cover, self.normal, self.wo));
     }
 
     /// Facets where they are rough, a mirror where they are not.

@@ -20,6 +20,8 @@ pub enum Lobe<N: Number> {
         albedo: N::Vec3,
         /// Reflectance of the layer at normal incidence.
         f0: N::Vec3,
+        /// The same at grazing incidence.
+        f90: N,
     },
     /// Lambert's: the same radiance in every direction.
     Lambert {
@@ -195,7 +197,10 @@ impl<N: Number> Scatters<N> for Lobe<N> {
     #[inline(always)]
     fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
-            Self::Diffuse { albedo, f0 } => albedo * (N::Vec3::ONE - schlick(f0, pair.tilt)) / N::from_f64(PI),
+            Self::Diffuse { albedo, f0, f90 } => {
+                let reflected = f0 + (N::Vec3::splat(f90) - f0) * towards_grazing(pair.tilt);
+                albedo * (N::Vec3::ONE - reflected) / N::from_f64(PI)
+            }
             Self::Lambert { albedo } => albedo / N::from_f64(PI),
             Self::Glossy { f0, roughness } => pair.reflected(schlick(f0, pair.tilt), squared_alpha(roughness)),
             Self::Rough { f0, f90, roughness } => {

@@ -37,6 +37,8 @@ pub struct MetallicRoughness<N: Number> {
     pub roughness: N,
     /// Reflectance of the dielectric part at normal incidence.
     pub dielectric: N,
+    /// The same at grazing incidence: 1, but where a factor says less.
+    pub grazing: N,
     /// The boundary of the dielectric part, where it lets light through.
     pub glass: Option<Glass<N>>,
 }
@@ -64,10 +66,16 @@ impl<N: Number> MetallicRoughness<N> {
         N::Vec3::splat(self.dielectric) * (N::ONE - self.metallic) + self.base * self.metallic
     }
 
+    /// Reflectance at grazing incidence: all, but for what the dielectric part lacks of it.
+    #[inline(always)]
+    pub fn f90(&self) -> N {
+        N::ONE - (N::ONE - self.grazing) * (N::ONE - self.metallic)
+    }
+
     /// The mirror that its glossy lobe is where the roughness is next to none.
     #[inline(always)]
     pub fn mirror(&self) -> Lobe<N> {
-        Lobe::Mirror { f0: self.f0(), f90: N::Vec3::ONE }
+        Lobe::Mirror { f0: self.f0(), f90: N::Vec3::splat(self.f90()) }
     }
 
     /// The lobes that answer to a light: diffuse and glossy. How many is known when this is compiled, so nothing is left of
@@ -75,7 +83,7 @@ impl<N: Number> MetallicRoughness<N> {
     #[inline(always)]
     pub fn answer(&self, normal: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
-        let diffuse = Lobe::Diffuse { albedo: self.albedo(), f0 };
+        let diffuse = Lobe::Diffuse { albedo: self.albedo(), f0, f90: self.f90() };
         Bsdf::new(normal).with(diffuse).with(Lobe::Glossy { f0, roughness: self.roughness })
     }
 
@@ -88,11 +96,11 @@ impl<N: Number> MetallicRoughness<N> {
         let (through, whole) = (self.through(), self.f0());
         let glassy = through.above(N::ZERO);
         let f0 = N::Vec3::select(glassy, self.base * self.metallic, whole);
-        let f90 = N::Vec3::splat(N::select(glassy, self.metallic, N::ONE));
+        let f90 = N::Vec3::splat(N::select(glassy, self.metallic, self.f90()));
         let mut bsdf = Bsdf::new(normal);
         let albedo = self.albedo();
         if albedo.max_element().above(N::ZERO).any() {
-            bsdf = bsdf.with(Lobe::Diffuse { albedo, f0: whole });
+            bsdf = bsdf.with(Lobe::Diffuse { albedo, f0: whole, f90: self.f90() });
         }
         let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
         if f90.max_element().above(N::ZERO).any() {
@@ -128,9 +136,9 @@ impl<N: Number> MetallicRoughness<N> {
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
         let f0 = self.f0();
         let gain = if compensated { given_back(f0, self.roughness, normal.dot(wo)) } else { N::Vec3::ONE };
-        Bsdf::of_kind(normal).with(Lobe::Diffuse { albedo: self.albedo(), f0 }).with(Lobe::Rough {
+        Bsdf::of_kind(normal).with(Lobe::Diffuse { albedo: self.albedo(), f0, f90: self.f90() }).with(Lobe::Rough {
             f0: f0 * gain,
-            f90: N::Vec3::ONE * gain,
+            f90: N::Vec3::splat(self.f90()) * gain,
             roughness: self.roughness,
         })
     }

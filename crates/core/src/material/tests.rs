@@ -26,7 +26,7 @@ const NORMAL: DVec3 = DVec3::new(0.48, -0.64, 0.6);
 const WHITE: DVec3 = DVec3::ONE;
 
 fn diffuse() -> Lobe<f64> {
-    Lobe::Diffuse { albedo: WHITE, f0: DVec3::splat(0.04) }
+    Lobe::Diffuse { albedo: WHITE, f0: DVec3::splat(0.04), f90: 1.0 }
 }
 
 fn glossy(roughness: f64, f0: f64) -> Lobe<f64> {
@@ -185,7 +185,8 @@ fn rough_boundaries_are_reciprocal() {
 /// Protects (M08): white metal of any roughness sends back all that comes, ± 0.5 %, at every angle; rough glass sends on at most all.
 #[test]
 fn white_metal_in_a_white_furnace() {
-    let metal = |roughness| MetallicRoughness { base: WHITE, metallic: 1.0, roughness, dielectric: 0.04, glass: None };
+    let metal =
+        |roughness| MetallicRoughness { base: WHITE, metallic: 1.0, roughness, dielectric: 0.04, grazing: 1.0, glass: None };
     let mean = |bsdf: &Bsdf<f64>, wo: DVec3| {
         let (mean, deviation) = furnace(bsdf, wo);
         (mean.x, deviation)
@@ -287,7 +288,7 @@ fn delta_lobes_are_kept_apart() {
 #[test]
 fn lobes_of_the_metallic_roughness_model() {
     let base = DVec3::new(0.8, 0.4, 0.2);
-    let of = |metallic, glass| MetallicRoughness { base, metallic, roughness: 0.5, dielectric: 0.04, glass };
+    let of = |metallic, glass| MetallicRoughness { base, metallic, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass };
     let (metal, matte) = (of(1.0, None), of(0.0, None));
     assert_eq!((metal.albedo(), metal.f0(), matte.albedo(), matte.f0()), (DVec3::ZERO, base, base, DVec3::splat(0.04)));
     let glass = Some(Glass { ior: 1.5, reflected: WHITE, transmitted: DVec3::splat(0.5) });

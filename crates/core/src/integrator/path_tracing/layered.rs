@@ -21,18 +21,20 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         at: &Interaction<P::Real>,
         (m, layered): (&Physical<P::Real>, &Layered<P::Real>),
     ) -> bool {
-        let (bsdf, bent) = self.layers_at(walk, hit, at, (m, layered));
+        let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
+        let bent = self.layers_at(walk, hit, at, (m, layered), &mut bsdf);
         self.scatter(walk, hit, at, &bsdf, (bent.as_ref(), P::Real::ONE))
     }
 
-    /// The lobes of a layered surface where a path meets it, and the boundary that bends it.
+    /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that bends it.
     pub(super) fn layers_at(
         &self,
         walk: &mut Walk<P::Real>,
         hit: &Hit<P::Real>,
         at: &Interaction<P::Real>,
         (m, layered): (&Physical<P::Real>, &Layered<P::Real>),
-    ) -> (LayeredBsdf<P::Real>, Option<Glass<P::Real>>) {
+        bsdf: &mut LayeredBsdf<P::Real>,
+    ) -> Option<Glass<P::Real>> {
         let here = self.scene.sources.at(at);
         let (mut base, mut boundary) = (m.model_at(&here), m.boundary_at(&here));
         let mut ior = boundary.ior;
@@ -76,8 +78,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             compensated: self.scene.compensates,
             ..Layers::of(MetallicRoughness { dielectric: boundary.f0, ..base }, ior)
         };
-        let bsdf = model.transport(normal, -at.direction, at.outside);
-        (bsdf, model.base.glass.filter(|_| !m.thin))
+        *bsdf = LayeredBsdf::of_kind(normal);
+        model.add_to(bsdf, -at.direction, at.outside);
+        model.base.glass.filter(|_| !m.thin)
     }
 
     /// The frame along which facets are combed.

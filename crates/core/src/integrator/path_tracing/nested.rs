@@ -85,8 +85,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         here: &Here<'_, P::Real>,
         model: &mut MetallicRoughness<P::Real>,
     ) {
-        let boundary = Boundary::new(self.relative_index(walk, at, here));
-        model.dielectric = boundary.f0;
+        let boundary = Boundary::<P::Real>::new(self.relative_index(walk, at, here));
+        model.dielectric = boundary.f0 * model.grazing;
         if let Some(glass) = &mut model.glass {
             glass.ior = boundary.ior;
         }

@@ -9,6 +9,7 @@ use super::super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
 use super::{Media, Walk};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
+use crate::material::LayeredBsdf;
 use crate::prepare::{Alpha, Material};
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
@@ -91,7 +92,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         let Some(place) = m.layered.filter(|_| m.is_wall()) else { return of(Vector::ZERO) };
         let mut here = Walk { leg: *leg, ..*walk };
-        let (bsdf, _) = self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]));
+        let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
+        self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]), &mut bsdf);
         Through { share: bsdf.straight(-at.direction), counts: true }
     }
 }

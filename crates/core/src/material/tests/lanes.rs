@@ -154,7 +154,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let glass = Glass { ior: N::exact(|lane| at(lane).ior), reflected: third, transmitted: fourth };
     let dielectric = Lobe::Dielectric { eta: glass.eta(outside), share, reflected: third, transmitted: fourth };
     let kinds = [
-        Lobe::Diffuse { albedo: first_colour, f0: second },
+        Lobe::Diffuse { albedo: first_colour, f0: second, f90: number(|c| c.drawn[1]) },
         Lobe::Glossy { f0: second, roughness },
         Lobe::Mirror { f0: third, f90: fourth },
         dielectric,
@@ -165,7 +165,8 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
         base: first_colour,
         metallic: number(|c| c.metallic),
         roughness,
-        dielectric: number(|c| c.dielectric),
+        dielectric: number(|c| c.dielectric * c.drawn[1]),
+        grazing: number(|c| c.drawn[1]),
         glass: (set & 1 == 1).then_some(glass),
     };
     let mut found = Outcome { numbers: Vec::new(), vectors: Vec::new(), masks: Vec::new() };
@@ -218,7 +219,14 @@ fn rough_surfaces_are_what_they_are_by_all_lobes() {
         let number = |x: f64| x as f32;
         let [normal, wo, wi] = [case.normal, case.wo, case.wi].map(|v| v.as_vec3());
         let (base, metallic, roughness) = (case.colours[0].as_vec3(), number(case.metallic), number(case.roughness));
-        let model = MetallicRoughness { base, metallic, roughness, dielectric: number(case.dielectric), glass: None };
+        let model = MetallicRoughness {
+            base,
+            metallic,
+            roughness,
+            dielectric: number(case.dielectric * case.drawn[1]),
+            grazing: number(case.drawn[1]),
+            glass: None,
+        };
         if !model.is_rough() {
             continue;
         }
@@ -255,7 +263,14 @@ fn normals_are_on_the_viewers_side() {
     let below = towards_viewer::<f64>(DVec3::new(0.3, 0.1, 0.9).normalize(), up, false, DVec3::new(0.6, 0.0, 0.8));
     assert_eq!(below, -up);
     let glass = Glass { ior: 1.5, reflected: DVec3::ONE, transmitted: DVec3::ONE };
-    let model = |glass| MetallicRoughness::<f64> { base: DVec3::ONE, metallic: 0.0, roughness: 0.5, dielectric: 0.04, glass };
+    let model = |glass| MetallicRoughness::<f64> {
+        base: DVec3::ONE,
+        metallic: 0.0,
+        roughness: 0.5,
+        dielectric: 0.04,
+        grazing: 1.0,
+        glass,
+    };
     assert!(model(None).is_rough() && !model(Some(glass)).is_rough());
 }
 

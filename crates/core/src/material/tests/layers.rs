@@ -7,7 +7,7 @@ use crate::number::{Lanes, Mask, Number, Vector3};
 use glam::DVec3;
 
 fn matte(base: DVec3, roughness: f64) -> MetallicRoughness<f64> {
-    MetallicRoughness { base, metallic: 0.0, roughness, dielectric: 0.04, glass: None }
+    MetallicRoughness { base, metallic: 0.0, roughness, dielectric: 0.04, grazing: 1.0, glass: None }
 }
 
 fn clear(roughness: f64, ior: f64) -> Layered<f64> {
@@ -152,6 +152,38 @@ fn layers_make_no_light() {
                 sent.max_element() <= 1.005 + 3.0 * deviation && off <= lost + 3.0 * deviation,
                 "{name} at {height}: {sent} ± {deviation}"
             );
+        }
+    }
+}
+
+/// Protects: a factor of what the dielectric part reflects is the same in the metallic-roughness model as over it, by values and densities,
+/// rough and smooth; of a factor of nothing Lambert's diffusion is left, whatever the angle.
+#[test]
+fn factors_of_reflections_are_those_of_layers() {
+    for (metallic, specular, roughness) in [(0.0, 0.0, 1.0), (0.0, 0.3, 0.4), (0.4, 0.5, 0.3), (1.0, 0.2, 0.5), (0.3, 0.6, 0.0)] {
+        let base = MetallicRoughness { metallic, ..matte(WHITE * 0.7, roughness) };
+        let layered = Layered { specular, ..Layered::of(base, 1.5) };
+        let own = MetallicRoughness { dielectric: base.dielectric * specular, grazing: specular, ..base };
+        let wo = towards(NORMAL, 0.35, 0.3);
+        let [found, wanted] =
+            [layered.transport(NORMAL, wo, true).lobes().len(), own.transport(NORMAL, wo, true, true).lobes().len()];
+        assert!(found <= wanted, "{found} and {wanted}");
+        for i in 0..200 {
+            let [a, b, c] = numbers(i);
+            let wi = towards(NORMAL, a, core::f64::consts::TAU * b);
+            let (wanted, found) = (layered.transport(NORMAL, wo, true), own.transport(NORMAL, wo, true, true));
+            let apart = (wanted.eval(wo, wi) - found.eval(wo, wi)).abs().max_element();
+            assert!(apart <= 1e-12 * wanted.eval(wo, wi).max_element(), "{metallic} {specular}: {apart:e}");
+            assert!((wanted.pdf(wo, wi) - found.pdf(wo, wi)).abs() <= 1e-12 * wanted.pdf(wo, wi));
+            let frame = Frame::about(NORMAL);
+            let [one, other] = [wanted.sample(&frame, wo, [a, b, c]), found.sample(&frame, wo, [a, b, c])];
+            assert_eq!((one.some, one.delta), (other.some, other.delta));
+            assert!((one.direction - other.direction).length() < 1e-9 && (one.weight - other.weight).length() < 1e-9);
+            if specular == 0.0 {
+                let lambert = 0.7 / core::f64::consts::PI;
+                assert!((found.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15, "{:?}", found.eval(wo, wi));
+                assert!((wanted.eval(wo, wi) - WHITE * lambert).abs().max_element() < 1e-15, "{:?}", wanted.eval(wo, wi));
+            }
         }
     }
 }
@@ -305,6 +337,7 @@ fn outcome<N: Number>(which: usize, first: usize) -> Vec<Vec<u32>> {
         metallic: number(&|lane| model.base.metallic * place(lane)[2]),
         roughness: number(&|lane| if place(lane)[1] < 0.2 { 0.0 } else { place(lane)[1] }),
         dielectric: number(&|_| model.base.dielectric),
+        grazing: number(&|_| model.base.grazing),
         glass: model.base.glass.map(|glass| Glass {
             ior: N::exact(|_| glass.ior),
             reflected: vector(&|_| glass.reflected),

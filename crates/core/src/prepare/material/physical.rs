@@ -30,6 +30,8 @@ pub(crate) struct Physical<R: Real> {
     pub thin: bool,
     /// Place in the table of what lies over, under and in it; none: nothing does, or nobody asks.
     pub layered: Option<u32>,
+    /// Factor of what its dielectric part reflects, where that is all that lies over it (KHR_materials_specular); 1 where layers say it.
+    pub specular: R,
     /// What bends its normals; none: nothing.
     pub bump: Option<Bump<R>>,
     /// Whether it is opaque, without layers, and made of numbers that do not depend on its normals, so that many of its points may be
@@ -153,12 +155,15 @@ pub(super) fn physical<R: Real>(
         Some(image) => inputs.texture(image, "normal_texture")?,
         None => None,
     };
+    let layered = layered(m, inputs, context)?.map(|layered| {
+        context.layers.push(layered);
+        context.layers.len() as u32 - 1
+    });
+    let factor = m.factor_of_reflections().filter(|_| context.paths && layered.is_none());
     let mut material = Physical {
         plain: false,
-        layered: layered(m, inputs, context)?.map(|layered| {
-            context.layers.push(layered);
-            context.layers.len() as u32 - 1
-        }),
+        layered,
+        specular: R::from_f64(factor.unwrap_or(1.0)),
         thin: m.thin_walled,
         bump: bump.map(|image| Bump { image, scale: R::from_f64(m.normal_scale) }),
         base,

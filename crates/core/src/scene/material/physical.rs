@@ -207,6 +207,13 @@ impl Physical {
         self.specular != 1.0.into() || self.specular_texture.is_some() || self.colours_reflections()
     }
 
+    /// What its dielectric part reflects over what its index says, from 0 to 1, where that is one number and all of that part reflects so: a
+    /// boundary of glass has layers of its own.
+    pub fn factor_of_reflections(&self) -> Option<f64> {
+        let even = self.specular_texture.is_none() && !self.colours_reflections() && !self.may_transmit();
+        self.specular.constant().filter(|_| even).map(|factor| factor.clamp(0.0, 1.0))
+    }
+
     fn colours_reflections(&self) -> bool {
         self.specular_colour != Colour::WHITE.into() || self.specular_colour_texture.is_some()
     }

@@ -93,6 +93,7 @@ pub fn shade<N: Number, R: Real>(these: &[(&Plain<R>, &Walk<R>, &Interaction<R>)
             metallic: N::of_lanes(|lane| model(lane).metallic.to_f64()),
             roughness: N::of_lanes(|lane| model(lane).roughness.to_f64()),
             dielectric: N::of_lanes(|lane| model(lane).dielectric.to_f64()),
+            grazing: N::of_lanes(|lane| model(lane).grazing.to_f64()),
             glass: None,
         },
         light: &N::Vec3::of_lanes(|lane| {
