@@ -39,7 +39,7 @@ pub(super) fn points_across(triangles: u64) -> u64 {
 
 impl Wanted {
     /// What a material gives off that counts: the same everywhere, or in the inner none what varies.
-    fn of(self, material: &MaterialData) -> Option<Option<Colour>> {
+    pub fn of(self, material: &MaterialData) -> Option<Option<Colour>> {
         match material.even_emission() {
             Some(radiance) if self.even => Some((!(self.read && material.is_cut())).then_some(radiance)),
             None if self.varied && material.emits() => Some(None),
@@ -75,7 +75,10 @@ pub(super) fn emitters<P: Precision>(
     observer: &dyn Observer,
 ) -> Result<EmitterList<P>, PrepareError> {
     let mut list = EmitterList::default();
-    let across = points_across(varied_triangles(scene, lookup, wanted, observer)?) as usize;
+    let varied = varied_triangles(scene, lookup, wanted, observer)?;
+    let across = points_across(varied);
+    list.reserve_cells(varied, across);
+    let across = across as usize;
     // A generator's objects differ only in their places, which leave the area alone.
     let mut last: Option<(&Shape, DMat3, f64)> = None;
     for (index, shown) in all(scene).enumerate() {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Geometry, Inventory, Precision};
 
-use super::emitters::points_across;
+use super::emitters::{Wanted, points_across};
 use super::geometry::ObjectRecord;
 use super::input::TextureUse;
 use super::material::{Layered, Material, count_layered};
@@ -34,8 +34,12 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
     let scene = &*simulated_scene(scene, settings.camera.as_ref(), simulated);
     let lookup = Lookup::new(scene);
     let paths = chosen(scene, settings) == Integrator::Path;
-    let lamps = [simulated.has(Effect::SoftShadows), paths && simulated.has(Effect::TexturedEmitters)];
-    let needs = Needs::of::<P>(scene, settings, &lookup, lamps);
+    let wanted = Wanted {
+        even: simulated.has(Effect::SoftShadows),
+        varied: paths && simulated.has(Effect::TexturedEmitters),
+        read: paths,
+    };
+    let needs = Needs::of::<P>(scene, settings, &lookup, wanted);
     let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
         Some(Projection::ThinLens { aperture_radius, .. }) => *aperture_radius > 0.0,
         _ => false,
@@ -84,13 +88,14 @@ struct Needs {
 }
 
 impl Needs {
-    fn of<P: Precision>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, [even, varied]: [bool; 2]) -> Self {
+    fn of<P: Precision>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, wanted: Wanted) -> Self {
         let (mut needs, uses) = (Self::default(), Uses::of(scene));
         let (mut combed, mut meshes, mut shared, mut used) = (HashSet::new(), HashSet::new(), HashSet::new(), HashSet::new());
         for (object, count) in counted(scene) {
             used.insert(object.material.as_str());
             let material = lookup.material(&object.material).map(|(_, material)| material);
-            let glows = material.is_some_and(|m| even && m.even_emission().is_some() || varied && m.emits());
+            let glow = material.and_then(|material| wanted.of(material));
+            let glows = glow.is_some();
             let (mut each, moves) = (1, ends(object).is_some());
             match &object.shape {
                 Shape::Mesh(name) => {
@@ -130,8 +135,7 @@ impl Needs {
                 }
             }
             needs.lamps = needs.lamps.saturating_add(if glows { count.saturating_mul(each) } else { 0 });
-            let varies = material.is_some_and(|m| m.even_emission().is_none() || m.is_cut());
-            let in_cells = glows && varies && matches!(object.shape, Shape::Mesh(_));
+            let in_cells = glow == Some(None) && matches!(object.shape, Shape::Mesh(_));
             needs.varied[0] = needs.varied[0].saturating_add(if in_cells { count.saturating_mul(each) } else { 0 });
         }
         needs.varied[1] = points_across(needs.varied[0]);

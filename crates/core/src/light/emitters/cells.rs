@@ -26,6 +26,11 @@ pub(super) struct CellTable {
 }
 
 impl CellTable {
+    /// Makes room for so many triangles with so many cells each way: as much as is told before anything is built, whether they need it or not.
+    pub fn reserve(&mut self, triangles: u64, across: u64) {
+        self.sums.reserve_exact(usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX));
+    }
+
     /// Adds the cells of a triangle from what is given off in the middle of each, row by row; none where that is nearly the same everywhere.
     pub fn push(&mut self, across: usize, found: &[f64]) -> Option<Cells> {
         let [darkest, brightest] =
@@ -70,7 +75,7 @@ impl CellTable {
     }
 
     pub fn bytes(&self) -> u64 {
-        size_of_val(self.sums.as_slice()) as u64
+        (self.sums.capacity() * size_of::<f32>()) as u64
     }
 }
 
@@ -131,8 +136,9 @@ mod tests {
             assert!(is.iter().zip(by_hand).all(|(is, hand)| (is / hand - 1.0).abs() < 1e-4), "{is:?}, by hand {by_hand:?}");
         }
         let mut table = CellTable::default();
+        table.reserve(1, 2);
         assert!(table.push(4, &[0.3; 16]).is_none() && table.push(4, &[0.0; 16]).is_none() && table.push(1, &[1.0]).is_none());
-        assert_eq!(table.bytes(), 0);
+        assert_eq!(table.bytes(), bytes_of(1, 2));
         assert!(table.push(2, &[1.0, 1.0, 1.0, 1.3]).is_some());
         assert_eq!(table.bytes(), bytes_of(1, 2));
     }

@@ -73,6 +73,11 @@ impl<P: Precision> Default for EmitterList<P> {
 }
 
 impl<P: Precision> EmitterList<P> {
+    /// Makes room for so many triangles whose emission varies, of so many cells each way.
+    pub fn reserve_cells(&mut self, triangles: u64, across: u64) {
+        self.cells.reserve(triangles, across);
+    }
+
     /// What is added from here on belongs to the next object, in the order of the scene's objects.
     pub fn next_object(&mut self) {
         self.first.push(self.emitters.len() as u32);
