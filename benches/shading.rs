@@ -60,6 +60,7 @@ fn met<N: Number>() -> Vec<Met<N>> {
                 metallic: number(7),
                 roughness: number(8),
                 dielectric: N::from_f64(0.04),
+                grazing: N::ONE,
                 glass: None,
             },
             drawn: [number(9), number(10), number(11)],
