@@ -46,6 +46,12 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
         Self { normal, lobes: [L::NOTHING; MOST], count: 0 }
     }
 
+    /// Makes it a surface without lobes about another normal, where it is.
+    #[inline(always)]
+    pub fn renew(&mut self, normal: N::Vec3) {
+        (self.normal, self.count) = (normal, 0);
+    }
+
     /// Adds a lobe; beyond `MOST` none is taken.
     #[inline(always)]
     pub fn add(&mut self, lobe: L) {

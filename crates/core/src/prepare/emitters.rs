@@ -37,12 +37,22 @@ pub(super) fn points_across(triangles: u64) -> u64 {
     (POINTS / triangles.max(1)).isqrt().clamp(least, most)
 }
 
+/// What a material gives off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Emission {
+    /// The same everywhere.
+    Even(Colour),
+    /// What is read at each point.
+    Varied,
+}
+
 impl Wanted {
-    /// What a material gives off that counts: the same everywhere, or in the inner none what varies.
-    pub fn of(self, material: &MaterialData) -> Option<Option<Colour>> {
+    /// What a material gives off that counts; none: nothing.
+    pub fn of(self, material: &MaterialData) -> Option<Emission> {
         match material.even_emission() {
-            Some(radiance) if self.even => Some((!(self.read && material.is_cut())).then_some(radiance)),
-            None if self.varied && material.emits() => Some(None),
+            Some(_) if self.even && self.read && material.is_cut() => Some(Emission::Varied),
+            Some(radiance) if self.even => Some(Emission::Even(radiance)),
+            None if self.varied && material.emits() => Some(Emission::Varied),
             _ => None,
         }
     }
@@ -50,15 +60,15 @@ impl Wanted {
 
 /// Triangles whose emission varies.
 fn varied_triangles(scene: &Scene, lookup: &Lookup<'_>, wanted: Wanted, observer: &dyn Observer) -> Result<u64, PrepareError> {
-    let mut sum = 0;
+    let mut sum = 0_u64;
     for (index, (object, count)) in counted(scene).enumerate() {
         if index.is_multiple_of(BLOCK) {
             go_on(observer)?;
         }
         let Shape::Mesh(name) = &object.shape else { continue };
-        let varies = lookup.material(&object.material).is_some_and(|(_, material)| wanted.of(material) == Some(None));
+        let varies = lookup.material(&object.material).is_some_and(|(_, material)| wanted.of(material) == Some(Emission::Varied));
         let triangles = lookup.mesh_data(name).filter(|_| varies).map_or(0, |data| data.indices.len() as u64);
-        sum += triangles.saturating_mul(count);
+        sum = triangles.saturating_mul(count).saturating_add(sum);
     }
     Ok(sum)
 }
@@ -89,8 +99,8 @@ pub(super) fn emitters<P: Precision>(
         let object = shown.object;
         let Some((place, material)) = lookup.material(&object.material) else { continue };
         let source = match wanted.of(material) {
-            Some(Some(radiance)) => Source::Even(Vector::from_f64(radiance.0.into())),
-            Some(None) => Source::Varied(Varied { material: &materials[place], sources, cut: material.is_cut() }),
+            Some(Emission::Even(radiance)) => Source::Even(Vector::from_f64(radiance.0.into())),
+            Some(Emission::Varied) => Source::Varied(Varied { material: &materials[place], sources, cut: material.is_cut() }),
             None => continue,
         };
         let (side, map) = (side_of(object.side), shown.map());
@@ -173,8 +183,7 @@ fn shape<P: Precision>(
                 let surface = drawn(uv);
                 surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [P::Real::ONE; 4]))
             });
-            let sum = found.iter().fold(Vec3Of::<P>::ZERO, |sum, &radiance| sum + radiance);
-            Glow { radiance: sum * P::Real::from_f64(1.0 / found.len() as f64), varies: true, passable: varied.cut }
+            Glow::varied(&found, varied.cut)
         }
     };
     if map.matrix3 == DMat3::IDENTITY {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use raywright_bvh::{Geometry, Inventory, Precision};
 
-use super::emitters::{Wanted, points_across};
+use super::emitters::{Emission, Wanted, points_across};
 use super::geometry::ObjectRecord;
 use super::input::TextureUse;
 use super::material::{Layered, Material, count_layered};
@@ -135,7 +135,7 @@ impl Needs {
                 }
             }
             needs.lamps = needs.lamps.saturating_add(if glows { count.saturating_mul(each) } else { 0 });
-            let in_cells = glow == Some(None) && matches!(object.shape, Shape::Mesh(_));
+            let in_cells = glow == Some(Emission::Varied) && matches!(object.shape, Shape::Mesh(_));
             needs.varied[0] = needs.varied[0].saturating_add(if in_cells { count.saturating_mul(each) } else { 0 });
         }
         needs.varied[1] = points_across(needs.varied[0]);

@@ -78,7 +78,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             compensated: self.scene.compensates,
             ..Layers::of(MetallicRoughness { dielectric: boundary.f0, ..base }, ior)
         };
-        *bsdf = LayeredBsdf::of_kind(normal);
+        bsdf.renew(normal);
         model.add_to(bsdf, -at.direction, at.outside);
         model.base.glass.filter(|_| !m.thin)
     }

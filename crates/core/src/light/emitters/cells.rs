@@ -28,7 +28,9 @@ pub(super) struct CellTable {
 impl CellTable {
     /// Makes room for so many triangles with so many cells each way: as much as is told before anything is built, whether they need it or not.
     pub fn reserve(&mut self, triangles: u64, across: u64) {
-        self.sums.reserve_exact(usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX));
+        let sums = usize::try_from(triangles.saturating_mul(across * (across + 1))).unwrap_or(usize::MAX);
+        // Where there is no room for all of them there is none for their triangles either, which say so.
+        let _ = self.sums.try_reserve_exact(sums);
     }
 
     /// Adds the cells of a triangle from what is given off in the middle of each, row by row; none where that is nearly the same everywhere.

@@ -55,6 +55,12 @@ impl<P: Precision> Glow<P> {
     pub fn even(radiance: Vec3Of<P>) -> Self {
         Self { radiance, varies: false, passable: false }
     }
+
+    /// The mean of what was found in places that are even over a surface; `passable`: whether a ray may pass it.
+    pub fn varied(found: &[Vec3Of<P>], passable: bool) -> Self {
+        let sum = found.iter().fold(Vec3Of::<P>::ZERO, |sum, &radiance| sum + radiance);
+        Self { radiance: sum * P::Real::from_f64(1.0 / found.len() as f64), varies: true, passable }
+    }
 }
 
 /// Emitters as preparation finds them, object by object.
@@ -109,9 +115,7 @@ impl<P: Precision> EmitterList<P> {
     /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the middles of cells of the square that is folded onto
     /// it, row by row, so many each way.
     pub fn varied(&mut self, triangle: Triangle<P::Real>, found: &[Vec3Of<P>], passable: bool, side: Side, across: usize) {
-        let sum = found.iter().fold(Vec3Of::<P>::ZERO, |sum, &radiance| sum + radiance);
-        let radiance = sum * P::Real::from_f64(1.0 / found.len() as f64);
-        self.plain(AnyShape::Triangle(triangle), Glow { radiance, varies: true, passable }, side, None);
+        self.plain(AnyShape::Triangle(triangle), Glow::varied(found, passable), side, None);
         let brightness = |radiance: &Vec3Of<P>| radiance.to_f64().element_sum();
         let cells = self.cells.push(across, &found.iter().map(brightness).collect::<Vec<_>>());
         if let Some(emitter) = self.emitters.last_mut() {
