@@ -55,7 +55,9 @@ fn every_rung_has_a_row() {
     ] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }
-    assert!(text.lines().all(|line| line.chars().count() <= 160 && !line.ends_with(' ')), "{text}");
+    // A command stays on one line, to be copied; how many rungs it names is for the clock to say.
+    let figures = |line: &str| line.split("  ball.scene.toml --rung ").next().map_or(0, |figures| figures.chars().count());
+    assert!(text.lines().all(|line| figures(line) <= 160 && !line.ends_with(' ')), "{text}");
 }
 
 /// Protects: JSON and CSV hold the same figures; and each setting on the frontier can be rendered with the flags that stand there.
