@@ -19,7 +19,6 @@ mod vertex;
 use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
 
 pub(crate) use media::Media;
-use media::absorbed;
 pub(crate) use stream::Stream;
 
 use super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
@@ -139,11 +138,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     fn met(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &mut Interaction<P::Real>) -> bool {
         at.bend_where_bumpy(self.scene, &walk.leg, hit);
-        if self.scene.absorbs
-            && let Some(absorption) = self.absorption(&walk.media, at)
-        {
-            walk.throughput *= absorbed::<P::Real>(absorption, at.distance);
-        }
+        self.pass_media(walk, at);
         self.keep_first(walk, hit);
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
             && m.alpha != Alpha::Opaque

@@ -3,6 +3,7 @@
 use raywright_bvh::{Interval, Precision, Real, Vec3Of, Vector};
 
 use super::super::{Kernel, Leg, Tracer};
+use super::Walk;
 use crate::interaction::Interaction;
 use crate::prepare::Material;
 
@@ -98,8 +99,18 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         media.first_by(&self.scene.priorities)
     }
 
+    /// Takes from a path what is absorbed on its way to what it met.
+    #[inline(always)]
+    pub(super) fn pass_media(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>) {
+        if self.scene.absorbs
+            && let Some(absorption) = self.absorption(&walk.media, at)
+        {
+            walk.throughput *= absorbed::<P::Real>(absorption, at.distance);
+        }
+    }
+
     /// What a metre of the way to a hit absorbs; none where nothing does.
-    pub(super) fn absorption(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Vec3Of<P>> {
+    fn absorption(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Vec3Of<P>> {
         // Also where a path got in by a way that it was not seen to take.
         let around = self.around(media).or((!at.outside).then_some(at.material))?;
         self.absorbs(around)
@@ -121,7 +132,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 }
 
 /// What passes of light on its way through what absorbs so much a metre (Beer and Lambert).
-pub(super) fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
+fn absorbed<R: Real>(absorption: R::Vec3, distance: R) -> R::Vec3 {
     // Nothing is lost on no way, also where infinitely much would be.
     let share = |a: R| if distance > R::ZERO { Real::exp(-(a * distance)) } else { R::ONE };
     R::Vec3::new(share(absorption.x()), share(absorption.y()), share(absorption.z()))

@@ -63,19 +63,23 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     ) -> Option<Plain<P::Real>> {
         let scene = self.scene;
         let Material::Physical(m) = &scene.materials[at.material as usize] else { return None };
-        if !m.plain || scene.tracks_media || walk.traced + 1 >= self.max_depth {
+        if !m.plain || walk.traced + 1 >= self.max_depth {
             return None;
         }
         let here = scene.sources.at(at);
-        let model = m.model_at(&here);
+        let mut model = m.model_at(&here);
         if !model.is_rough() {
             return None;
         }
+        self.pass_media(walk, at);
         self.keep_first(walk, hit);
         walk.hit = true;
         walk.traced += 1;
         if let Some(emission) = &m.emission {
             self.emits(walk, hit, at, emission.tint(&here, Vector::ONE));
+        }
+        if self.nests() {
+            self.immersed(walk, at, &here, &mut model);
         }
         let bent = m.bump.as_ref().map(|bump| at.bending(bump, scene, &walk.leg, hit));
         Some(Plain { place, model, bent, question: None })

@@ -81,13 +81,22 @@ fn followed<P: Precision>(prepared: &Prepared<P>, depth: u32, together: usize) -
     (out, tracer.counters)
 }
 
-fn many_or_few<P: Precision>() {
-    let scene = everything();
-    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
-    // Where bodies have priorities, every vertex is shaded by itself.
-    let effects = EffectSet::ALL.without(EffectSet::of(&[Effect::NestedMedia]));
-    let mut prepared = Prepared::<P>::new(&scene, &settings, effects, &()).expect("it can be prepared");
-    assert!(!prepared.tracks_media);
+/// The same with bodies in bodies, one of which absorbs, and a metal ball and a matte one in them.
+fn in_bodies() -> Scene {
+    let mut scene = everything();
+    let ball = |x: f64, radius: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, 0], "radius": radius } }, "material": material });
+    for terms in [ball(0.8, 0.3, "metal"), ball(0.5, 0.3, "floor"), ball(1.2, 0.4, "syrup")] {
+        scene.objects.push(serde_json::from_value(terms).expect("an object"));
+    }
+    let syrup = json!({ "name": "syrup", "model": { "physical": { "transmission": 1, "roughness": 0, "ior": 1.33,
+        "attenuation_colour": [0.9, 0.4, 0.1], "attenuation_distance": 0.5 } } });
+    scene.materials.push(serde_json::from_value(syrup).expect("a material"));
+    scene
+}
+
+fn many_or_few<P: Precision>(scene: &Scene, effects: EffectSet) {
+    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(scene) };
+    let mut prepared = Prepared::<P>::new(scene, &settings, effects, &()).expect("it can be prepared");
     let plain = |m: &&Material<P::Real>| matches!(m, Material::Physical(m) if m.plain);
     assert_eq!(prepared.materials.iter().filter(plain).count(), 5, "floor, metal, smooth, lamp and leaf");
     let (alone, counters) = followed(&prepared, 7, 1);
@@ -109,9 +118,25 @@ fn many_or_few<P: Precision>() {
 /// first hit and no count.
 #[test]
 fn paths_bring_what_they_bring_alone() {
-    many_or_few::<Robust>();
-    many_or_few::<Fast>();
-    many_or_few::<Reference>();
+    let scene = everything();
+    many_or_few::<Robust>(&scene, EffectSet::ALL);
+    many_or_few::<Fast>(&scene, EffectSet::ALL);
+    many_or_few::<Reference>(&scene, EffectSet::ALL);
+}
+
+/// Protects: the same in bodies that absorb and bend, with priorities and without.
+#[test]
+fn paths_in_bodies_bring_what_they_bring_alone() {
+    let (scene, without) = (in_bodies(), EffectSet::ALL.without(EffectSet::of(&[Effect::NestedMedia])));
+    let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    let tracks = |effects| {
+        let prepared = Prepared::<Robust>::new(&scene, &settings, effects, &()).expect("it can be prepared");
+        (prepared.absorbs, prepared.priorities.is_empty())
+    };
+    assert_eq!((tracks(EffectSet::ALL), tracks(without)), ((true, false), (true, true)));
+    many_or_few::<Robust>(&scene, EffectSet::ALL);
+    many_or_few::<Robust>(&scene, without);
+    many_or_few::<Reference>(&scene, EffectSet::ALL);
 }
 
 /// Rays through the middles of all pixels.
