@@ -16,11 +16,30 @@ const PIECE: usize = 512;
 /// A block by the names of its corners.
 #[derive(Clone, Debug)]
 struct Named {
-    longest: [f32; WIDTH],
+    /// [`Block::longest`], rounded up.
+    longest: [Above; WIDTH],
     /// Where its corners begin among those of all.
     first: u32,
     /// Which of them a lane has.
     corners: [[u8; 3]; WIDTH],
+}
+
+/// The first half of the bits of a number that is no less than one that was given, and larger by less than a 128th of it: all that the filter
+/// asks of an edge's length. Infinities stay what they are.
+#[derive(Clone, Copy, Debug)]
+struct Above(u16);
+
+impl Above {
+    /// From a positive number, or an infinity.
+    fn of(number: f32) -> Self {
+        let bits = number.to_bits();
+        Self((bits >> 16) as u16 + u16::from(bits & 0xFFFF != 0))
+    }
+
+    #[inline(always)]
+    fn number(self) -> f32 {
+        f32::from_bits(u32::from(self.0) << 16)
+    }
 }
 
 /// All blocks of a tree.
@@ -68,14 +87,14 @@ impl Packed {
                 }
             }
         }
-        self.blocks.push(Named { longest: block.longest, first: first as u32, corners });
+        self.blocks.push(Named { longest: block.longest.map(Above::of), first: first as u32, corners });
     }
 
     /// A block as the kernels read it; a lane that is not in use has some corner three times, and nothing hits it.
     #[inline(always)]
     pub fn block(&self, number: usize) -> Block {
         let named = &self.blocks[number];
-        let mut block = Block { longest: named.longest, ..Block::EMPTY };
+        let mut block = Block { longest: named.longest.map(Above::number), ..Block::EMPTY };
         let own = &self.corners[named.first as usize..];
         for (lane, names) in named.corners.iter().enumerate() {
             for (side, &name) in names.iter().enumerate() {
@@ -129,8 +148,8 @@ mod tests {
 
     use super::*;
 
-    /// Protects: packed blocks have the bits that they were made from, zeros of either sign and lanes not in use included, and a fan of eight
-    /// triangles ten corners: 60 bytes and ten times twelve.
+    /// Protects: packed blocks have the corners' bits that they were made from, zeros of either sign and lanes not in use included, bounds of
+    /// edges that are no less and hardly more, and a fan of eight triangles ten corners: 44 bytes and ten times twelve.
     #[test]
     fn packed_blocks_are_those_that_they_were() {
         let corner = |i: usize| Vec3::new(i as f32, (i * i) as f32, if i.is_multiple_of(2) { 0.0 } else { -0.0 });
@@ -147,16 +166,30 @@ mod tests {
         };
         let (blocks, facts): (Vec<Block>, Vec<Facts>) = (0..2 * PIECE).map(block).unzip();
         let packed = Packed::new(&blocks, &facts);
-        assert_eq!(packed.bytes(), PIECE * (2 * 60 + (10 + 6) * 12));
+        assert_eq!(packed.bytes(), PIECE * (2 * 44 + (10 + 6) * 12));
         let bits = |corners: [Vec3; 3]| corners.map(|p| p.to_array().map(f32::to_bits));
         for (number, (block, facts)) in blocks.iter().zip(&facts).enumerate() {
             let again = packed.block(number);
-            assert_eq!(again.longest, block.longest);
+            for (again, longest) in again.longest.into_iter().zip(block.longest) {
+                assert!(again >= longest && (again == longest || again <= longest * (1.0 + 1.0 / 128.0)), "{again} of {longest}");
+            }
             for lane in 0..usize::from(facts.count) {
                 let expected = bits(block.triangle(lane).vertices);
                 assert_eq!(bits(again.triangle(lane).vertices), expected, "block {number}, lane {lane}");
                 assert_eq!(bits(packed.triangle(number, lane).vertices), expected, "block {number}, lane {lane}");
             }
         }
+    }
+
+    /// Protects: bounds by hand: what has no more bits than are kept stays, all else goes up to the next that has, the largest number to
+    /// infinity.
+    #[test]
+    fn lengths_are_rounded_up() {
+        let of = |number: f32| Above::of(number).number();
+        let kept = [1.0, 0.75, 129.0 / 64.0, f32::INFINITY, f32::NEG_INFINITY];
+        assert_eq!(kept.map(of), kept);
+        let least = f32::from_bits(1);
+        let up = [1.007_812_5, 1.007_812_5, 4.0, f32::INFINITY, f32::from_bits(1 << 16)];
+        assert_eq!([1.0_f32.next_up(), 1.007, 3.999, f32::MAX, least].map(of), up);
     }
 }
