@@ -254,6 +254,16 @@ fn values_head_on() {
     assert!((bsdf.pdf(NORMAL, NORMAL) - density).abs() < 1e-12);
 }
 
+/// Protects: a list of lobes that is begun anew has none, and the normal that it is begun with.
+#[test]
+fn lists_are_begun_anew() {
+    let mut bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse()).with(glossy(0.5, 0.04));
+    assert_eq!((bsdf.lobes().len(), bsdf.normal()), (2, NORMAL));
+    bsdf.renew(-NORMAL);
+    assert_eq!((bsdf.lobes().len(), bsdf.normal()), (0, -NORMAL));
+    assert_eq!(bsdf.eval(-NORMAL, -NORMAL), DVec3::ZERO);
+}
+
 /// Protects: delta lobes are flagged, have no value and no density, go where mirrors and Snell's law say, and glass divides its
 /// light by Fresnel's share.
 #[test]

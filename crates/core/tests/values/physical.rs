@@ -2,9 +2,14 @@
 
 use core::f64::consts::PI;
 
+use raywright_core::effects::Status::Simulated;
+use raywright_core::effects::{Effect, EffectSet, detect};
+use raywright_core::scene::Integrator;
+use raywright_core::settings::{Microfacets, PrecisionChoice};
+use raywright_core::{Scene, Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, SLANTED, View, floor, physical, sees, sees_within};
+use crate::support::{DOWN, SLANTED, View, ball, floor, near, physical, pixel, sees, sees_within, settings};
 
 /// A floor of a physical material under directional light of irradiance π.
 fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
@@ -44,6 +49,11 @@ fn metalness_blends() {
 /// The textbook form: D = α²/(π((n·h)²(α² − 1) + 1)²), height-correlated V, Schlick's F, for a base colour and F0 over n·l and the
 /// whole under irradiance π.
 fn textbook(base: f64, f0: f64, roughness: f64, l: [f64; 3], v: [f64; 3]) -> f64 {
+    dimmed(base, [f0, 1.0], roughness, l, v)
+}
+
+/// The same with reflectance from F0 to F90.
+fn dimmed(base: f64, [f0, f90]: [f64; 2], roughness: f64, l: [f64; 3], v: [f64; 3]) -> f64 {
     let h: [f64; 3] = core::array::from_fn(|i| l[i] + v[i]);
     let length = h.iter().map(|x| x * x).sum::<f64>().sqrt();
     let (nl, nv, nh) = (l[1], v[1], h[1] / length);
@@ -52,7 +62,7 @@ fn textbook(base: f64, f0: f64, roughness: f64, l: [f64; 3], v: [f64; 3]) -> f64
     let d = a2 / (PI * (nh * nh * (a2 - 1.0) + 1.0).powi(2));
     let smith = |c: f64| (c * c * (1.0 - a2) + a2).sqrt();
     let visibility = 0.5 / (nl * smith(nv) + nv * smith(nl));
-    let f = f0 + (1.0 - f0) * (1.0 - vh).powi(5);
+    let f = f0 + (f90 - f0) * (1.0 - vh).powi(5);
     PI * (base * (1.0 - f) / PI + f * d * visibility) * nl
 }
 
@@ -77,6 +87,72 @@ fn values_off_the_normal() {
     let f = 0.04 + 0.96 * 0.2_f64.powi(5);
     let expected = 0.8 * (0.5 * (1.0 - f) + f * 16.0 * 0.5 / (1.6 * smith));
     sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), [-0.6, 0.8, 0.0]), SLANTED, [expected; 3]);
+}
+
+/// Paths of two segments along one ray.
+fn straight(scene: &Scene, view: View) -> Settings {
+    Settings { integrator: Integrator::Path, max_depth: 2, ..settings(scene, view) }
+}
+
+/// A path tracer sees this of single microfacets: to the digits of a picture in f64, and as near as above in f32, where surfaces are shaded several
+/// at a time.
+#[track_caller]
+fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &str) {
+    for (precision, tolerance) in [(PrecisionChoice::Reference, 1e-6), (PrecisionChoice::Robust, 1e-4)] {
+        let settings = Settings { microfacets: Microfacets::Single, without, precision, ..straight(scene, view) };
+        near(pixel(scene, &settings), [expected; 3], tolerance, &format!("{what}, {precision:?}"));
+    }
+}
+
+/// Protects: a factor of reflections scales what the dielectric part reflects, at normal incidence and at grazing, and what lies below is dimmed by
+/// as much: a factor of nothing leaves Lambert's base · n·l. The metal part knows no factor.
+#[test]
+fn factors_dim_reflections_alone() {
+    // Seen and lit from opposite sides, where Fresnel's edge is: v·h is 0.28.
+    for (v, l) in [([0.0, 1.0, 0.0], UP), ([0.8, 0.6, 0.0], [-0.6, 0.8, 0.0]), ([0.96, 0.28, 0.0], [-0.96, 0.28, 0.0])] {
+        for (factor, metallic) in [(0.0, 0.0), (0.5, 0.0), (0.3, 0.6), (1.0, 0.0)] {
+            let terms = json!({ "base_colour": 0.5, "roughness": 0.7, "specular": factor, "metallic": metallic });
+            let (lit, view) = (lit(terms, l), [v.map(|x: f64| 3.0 * x), [0.0; 3]]);
+            let between = |dielectric: f64, metal: f64| dielectric * factor * (1.0 - metallic) + metal * metallic;
+            let expected = dimmed(0.5 * (1.0 - metallic), [between(0.04, 0.5), between(1.0, 1.0)], 0.7, l, v);
+            traced(&lit, view, EffectSet::EMPTY, expected, &format!("{factor}, {metallic}, from {v:?}"));
+            if factor == 0.0 {
+                traced(&lit, view, EffectSet::EMPTY, 0.5 * l[1], "Lambert");
+            }
+        }
+    }
+}
+
+/// Protects: the same beside bodies that are told apart by priority, where each surface asks what it is in: here, nothing.
+#[test]
+fn factors_dim_reflections_beside_bodies() {
+    let glass = |name: &str, priority: u32| json!({ "name": name, "model": physical(json!({ "transmission": 1, "roughness": 0, "priority": priority })) });
+    let light = json!({ "kind": { "directional": { "to_light": [-0.96, 0.28, 0.0] } }, "colour": PI });
+    let scene = floor(
+        physical(json!({ "base_colour": 0.5, "roughness": 0.7, "specular": 0.3 })),
+        json!({ "lights": [light], "materials": [glass("cup", 2), glass("tea", 1)],
+            "objects": [ball([0.0, 50.0, 9.0], 1.0, "cup"), ball([0.5, 50.0, 9.0], 1.0, "tea")] }),
+    );
+    let view = [[0.96, 0.28, 0.0], [0.0; 3]];
+    let told = detect(&scene, &straight(&scene, view)).status(Effect::NestedMedia);
+    assert_eq!(told, Simulated);
+    let expected = dimmed(0.5, [0.012, 0.3], 0.7, [-0.96, 0.28, 0.0], [0.96, 0.28, 0.0]);
+    traced(&scene, view, EffectSet::EMPTY, expected, "beside bodies");
+    traced(&scene, view, EffectSet::of(&[Effect::NestedMedia]), expected, "beside bodies that are not told apart");
+}
+
+/// Protects: where a factor of reflections needs layers: on glass, whose boundary reflects less then; and nowhere by Whitted's integrator,
+/// which leaves it out.
+#[test]
+fn where_factors_are_layers() {
+    let layers = |terms: Value| {
+        let scene = lit(terms, UP);
+        prepare(&scene, &straight(&scene, DOWN), &()).expect("it can be prepared").tables().layered
+    };
+    assert_eq!(layers(json!({ "specular": 0.5 })), 0);
+    assert_eq!(layers(json!({ "specular": 0.5, "transmission": 1, "roughness": 0 })), 1);
+    assert_eq!(layers(json!({ "transmission": 1, "roughness": 0 })), 0);
+    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5, "specular": 0 }), UP), DOWN, [0.48 + 0.16; 3]);
 }
 
 /// Protects: light from behind a surface, and highlights that a light or a shadow leaves out.

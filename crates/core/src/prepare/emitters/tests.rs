@@ -143,6 +143,26 @@ fn points_are_drawn_where_a_mesh_glows() {
     }
 }
 
+/// Protects: triangles whose emission varies are counted once for each object that is made of them, and those that glow evenly only where parts of
+/// them are cut away and paths read which.
+#[test]
+fn triangles_that_vary_are_counted() {
+    let mesh = json!({ "name": "square", "source": { "inline": { "positions": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+        "indices": [[0, 1, 2], [0, 2, 3]] } } });
+    let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
+    let object = |material: &str| json!({ "shape": { "mesh": "square" }, "material": material });
+    let several = json!({ "kind": { "grid": { "counts": [3, 1, 2], "origin": [0, 0, 0], "step": [2, 0, 2] } }, "object": object("varied") });
+    let scene = json!({ "format": 1, "meshes": [mesh], "generators": [several], "objects": [object("varied"), object("even"), object("cut"), object("dark")],
+        "materials": [physical("varied", json!({ "emission": "vec3(u, 1, 1)" })), physical("even", json!({ "emission": 1 })),
+            physical("cut", json!({ "emission": 1, "alpha": { "mask": { "cutoff": 0.5 } }, "opacity": "u" })), physical("dark", json!({}))] });
+    let scene: Scene = serde_json::from_value(scene).expect("a scene");
+    let count = |even, varied, read| {
+        varied_triangles(&scene, &Lookup::new(&scene), Wanted { even, varied, read }, &()).expect("nobody ends it")
+    };
+    assert_eq!(count(true, true, true), 2 * (6 + 1 + 1));
+    assert_eq!((count(true, true, false), count(false, true, true), count(true, false, false)), (2 * 7, 2 * 7, 0));
+}
+
 /// Protects: how many points each way are looked at, by hand: 2²⁰ in all, no fewer than 2 of a triangle and no more than 32.
 #[test]
 fn points_are_shared_among_triangles() {

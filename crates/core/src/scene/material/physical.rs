@@ -211,7 +211,7 @@ impl Physical {
     /// boundary of glass has layers of its own.
     pub fn factor_of_reflections(&self) -> Option<f64> {
         let even = self.specular_texture.is_none() && !self.colours_reflections() && !self.may_transmit();
-        self.specular.constant().filter(|_| even).map(|factor| factor.clamp(0.0, 1.0))
+        self.specular.constant().filter(|_| even)
     }
 
     fn colours_reflections(&self) -> bool {

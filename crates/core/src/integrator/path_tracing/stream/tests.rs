@@ -29,7 +29,7 @@ fn everything() -> Scene {
         "lights": [{ "kind": { "point": { "position": [2, 3, 2] } }, "colour": [6, 6, 6] },
             { "kind": { "point": { "position": [-2, 3, 2] } }, "colour": [6, 5, 4], "specular": false }],
         "materials": [
-            physical("floor", json!({ "base_colour": cells, "roughness": 0.7 })),
+            physical("floor", json!({ "base_colour": cells, "roughness": 0.7, "specular": 0.3 })),
             physical("metal", json!({ "base_colour": [0.9, 0.7, 0.4], "metallic": 1, "roughness": 0.25 })),
             physical("smooth", json!({ "metallic": 1, "roughness": 0 })),
             physical("glass", json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
