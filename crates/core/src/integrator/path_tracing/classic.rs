@@ -3,7 +3,7 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
-use crate::material::{Bsdf, Lobe};
+use crate::material::{Bsdf, Lobe, MetallicRoughness};
 use crate::prepare::{Classic, Here, Specular};
 use crate::scene::SpecularModel;
 
@@ -37,6 +37,13 @@ pub(super) fn lobes<R: Real>(m: &Classic<R>, here: &Here<'_, R>, at: &Interactio
     }
     let albedo = unit_colour::<R>(colour * (local * m.diffuse.number(here))).min(R::Vec3::ONE - taken);
     if albedo == R::Vec3::ZERO { bsdf } else { bsdf.with(Lobe::Lambert { albedo }) }
+}
+
+/// A matte surface as a physical one that reflects nothing: the same numbers as its one lobe.
+#[inline(always)]
+pub(super) fn matte<R: Real>(m: &Classic<R>, here: &Here<'_, R>) -> MetallicRoughness<R> {
+    let base = unit_colour::<R>(m.colour.colour(here) * (unit(m.local.number(here)) * m.diffuse.number(here)));
+    MetallicRoughness { base, metallic: R::ZERO, roughness: R::ONE, dielectric: R::ZERO, grazing: R::ZERO, glass: None }
 }
 
 /// The perceptual roughness √α of a highlight's exponent: α = √(2/(n + 2)) about the half vector ("Microfacet Models for Refraction

@@ -4,13 +4,15 @@
 mod lanes;
 
 use core::array::from_fn;
+use core::f64::consts::PI;
 
-use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Precision, Real, Vec3Of};
 
 use lanes::{Shaded, bend, is_single, one, shade};
 
 use super::super::{Kernel, Tracer};
 use super::Walk;
+use super::classic::matte;
 use super::lights::{Question, Wanted};
 use super::vertex::Leaves;
 use super::weight;
@@ -48,6 +50,8 @@ pub(super) struct Plain<R: Real> {
     place: u32,
     model: MetallicRoughness<R>,
     bent: Option<Bent<R>>,
+    /// Factor on lights without size, whose unit is not the same to both families of materials.
+    gain: R,
     question: Option<Question<R>>,
 }
 
@@ -62,12 +66,15 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         at: &Interaction<P::Real>,
     ) -> Option<Plain<P::Real>> {
         let scene = self.scene;
-        let Material::Physical(m) = &scene.materials[at.material as usize] else { return None };
-        if !m.plain || walk.traced + 1 >= self.max_depth {
+        if walk.traced + 1 >= self.max_depth {
             return None;
         }
-        let here = scene.sources.at(at);
-        let mut model = m.model_at(&here);
+        let (material, here) = (&scene.materials[at.material as usize], scene.sources.at(at));
+        let (mut model, gain, bump) = match material {
+            Material::Physical(m) if m.plain => (m.model_at(&here), P::Real::ONE, m.bump.as_ref()),
+            Material::Classic(m) if m.matte => (matte(m, &here), P::Real::from_f64(PI), None),
+            _ => return None,
+        };
         if !model.is_rough() {
             return None;
         }
@@ -75,14 +82,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         self.keep_first(walk, hit);
         walk.hit = true;
         walk.traced += 1;
-        if let Some(emission) = &m.emission {
-            self.emits(walk, hit, at, emission.tint(&here, Vector::ONE));
+        if material.glows() {
+            self.emits(walk, hit, at, material.emission_at(&here));
         }
-        if self.nests() {
+        if self.nests() && matches!(material, Material::Physical(_)) {
             self.immersed(walk, at, &here, &mut model);
         }
-        let bent = m.bump.as_ref().map(|bump| at.bending(bump, scene, &walk.leg, hit));
-        Some(Plain { place, model, bent, question: None })
+        let bent = bump.map(|bump| at.bending(bump, scene, &walk.leg, hit));
+        Some(Plain { place, model, bent, gain, question: None })
     }
 
     /// Adds what these surfaces send back along their paths, and sends the paths on; those that have an end are told.
@@ -173,10 +180,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let (walk, at) = (&mut round.walks[round.going[place] as usize], &round.met[place]);
         let Some(hit) = &round.hits[place] else { return false };
         if let Some(question) = plain.question {
-            let one = P::Real::ONE;
             let answer = match question.wanted {
-                Wanted::Value | Wanted::Delta { shines: true } => (shaded.answer, one),
-                Wanted::Delta { .. } => (shaded.diffuse, one),
+                Wanted::Value => (shaded.answer, P::Real::ONE),
+                Wanted::Delta { shines: true } => (shaded.answer, plain.gain),
+                Wanted::Delta { .. } => (shaded.diffuse, plain.gain),
                 Wanted::Weighed(density) => (shaded.answer, P::Real::from_f64(weight(density, shaded.density.to_f64()))),
             };
             let sent = self.answered(walk, at, question, answer);

@@ -28,6 +28,8 @@ pub(crate) struct Classic<R: Real> {
     pub asks_what_is_between: bool,
     /// Whether some weight depends on the distance of the nearest occluder.
     pub asks_how_far: bool,
+    /// Whether a path tracer sees Lambert's diffusion and what it gives off alone, as far as its terms tell.
+    pub matte: bool,
 }
 
 /// A highlight.
@@ -138,5 +140,6 @@ pub(super) fn classic<R: Real>(
         asks_what_is_between: shadow.is_none_or(|s| s.reads(&inputs.sources, &[Variable::Shadow, Variable::OccluderDistance])),
         shadow,
         asks_how_far,
+        matte: m.specular.is_none() && m.reflection.is_none() && m.transmission.is_none() && m.mixture.is_none(),
     })
 }

@@ -18,6 +18,7 @@ const SIZE: [u32; 2] = [24, 16];
 fn everything() -> Scene {
     let ball = |x: f64, y: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, y, 0], "radius": 0.6 } }, "material": material });
     let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
+    let classic = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "classic": terms } });
     let cells = json!({ "checker": { "even": [0.9, 0.4, 0.1], "odd": [0.1, 0.2, 0.8], "size": 0.3 } });
     let codes: Vec<[f64; 4]> = (0..64).map(|i| [0.4 + 0.003 * f64::from(i), 0.6 - 0.002 * f64::from(i), 0.9, 1.0]).collect();
     let mut scene: Scene = serde_json::from_value(json!({
@@ -40,6 +41,9 @@ fn everything() -> Scene {
             physical("lamp", json!({ "emission": [5, 4, 3] })),
             physical("leaf", json!({ "roughness": 0.4,
                 "base_colour_texture": { "name": "grain" }, "normal_texture": { "name": "grain" } })),
+            classic("matte", json!({ "colour": "vec3(0.2, abs(n.x), 0.9)", "diffuse": 0.8 })),
+            classic("tile", json!({ "colour": cells, "emission": [0.1, 0.2, 0.3] })),
+            classic("shiny", json!({ "colour": 0.5, "specular": { "model": "phong", "exponent": 30, "strength": 0.5 } })),
         ],
         "images": [{ "name": "grain", "path": "" }],
         "textures": [{ "name": "grain", "image": "grain", "colour_space": "linear" }],
@@ -52,6 +56,7 @@ fn everything() -> Scene {
             { "shape": { "mesh": "leaf" }, "material": "leaf" },
             ball(-2.1, 0.0, "metal"), ball(-0.7, 0.0, "smooth"), ball(0.7, 0.0, "glass"), ball(2.1, 0.0, "frosted"),
             ball(-2.1, 1.3, "coated"), ball(-0.7, 1.3, "sheet"), ball(0.7, 1.3, "expressed"), ball(2.1, 1.3, "lamp"),
+            ball(-1.4, 2.3, "matte"), ball(0.0, 2.3, "tile"), ball(1.4, 2.3, "shiny"),
         ],
     }))
     .expect("a scene");
@@ -97,8 +102,9 @@ fn in_bodies() -> Scene {
 fn many_or_few<P: Precision>(scene: &Scene, effects: EffectSet) {
     let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(scene) };
     let mut prepared = Prepared::<P>::new(scene, &settings, effects, &()).expect("it can be prepared");
-    let plain = |m: &&Material<P::Real>| matches!(m, Material::Physical(m) if m.plain);
-    assert_eq!(prepared.materials.iter().filter(plain).count(), 5, "floor, metal, smooth, lamp and leaf");
+    let plain =
+        |m: &&Material<P::Real>| matches!(m, Material::Physical(m) if m.plain) || matches!(m, Material::Classic(m) if m.matte);
+    assert_eq!(prepared.materials.iter().filter(plain).count(), 7, "floor, metal, smooth, lamp, leaf, matte and tile");
     let (alone, counters) = followed(&prepared, 7, 1);
     assert!(counters.scatter > 1000 && counters.reflection > 100 && counters.refraction > 100, "{counters:?}");
     for together in [2, 7, 8, 9, 100, usize::MAX] {
@@ -106,8 +112,10 @@ fn many_or_few<P: Precision>(scene: &Scene, effects: EffectSet) {
     }
     let short = followed(&prepared, 2, 100);
     for material in &mut prepared.materials {
-        if let Material::Physical(m) = material {
-            m.plain = false;
+        match material {
+            Material::Physical(m) => m.plain = false,
+            Material::Classic(m) => m.matte = false,
+            Material::Unused => {}
         }
     }
     assert_eq!(followed(&prepared, 7, 100), (alone, counters), "one vertex after the other");
