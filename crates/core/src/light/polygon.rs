@@ -67,9 +67,12 @@ impl Part {
     fn point(&self, [area, v]: [f64; 2]) -> Option<DVec3> {
         let [a, b, c] = self.corners;
         let (across_b, across_c) = (a.cross(b), a.cross(c));
-        let alpha = libm::atan2(across_b.cross(across_c).length(), across_b.dot(across_c));
-        let (sine, cosine) = (libm::sin(alpha), libm::cos(alpha));
-        let (s, t) = (libm::sin(area - alpha), libm::cos(area - alpha));
+        // Of the angle between both arcs only sine and cosine are asked, which take no angle.
+        let (sine, cosine) = (across_b.cross(across_c).length(), across_b.dot(across_c));
+        let both = (sine * sine + cosine * cosine).sqrt();
+        let (sine, cosine) = (sine / both, cosine / both);
+        let (of_area, beside) = libm::sincos(area);
+        let (s, t) = (of_area * cosine - beside * sine, beside * cosine + of_area * sine);
         let (x, y) = (t - cosine, s + sine * a.dot(b));
         // Where the area is nothing this is nothing by nothing, and the arc the side itself.
         let q = ((y * t - x * s) * cosine - y) / ((y * s + x * t) * sine);
