@@ -47,7 +47,7 @@ impl Cone {
         let (past, entry) = (past2.sqrt(), (1.0 - past2).sqrt());
         let (cosine, sine) = (1.0 - height, sine2.sqrt());
         let (along, beside) = (-past * sine - entry * cosine, past * cosine - entry * sine);
-        let (x, y) = self.axis.any_orthonormal_pair();
-        self.axis * along + (x * libm::cos(turn) + y * libm::sin(turn)) * beside
+        let ((x, y), (sin, cos)) = (self.axis.any_orthonormal_pair(), libm::sincos(turn));
+        self.axis * along + (x * cos + y * sin) * beside
     }
 }
