@@ -9,6 +9,7 @@ const LEAST: f64 = 1e-3;
 /// A polygon of one or two triangles as a point sees it.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon {
+    from: DVec3,
     parts: [Option<Part>; 2],
     solid_angle: f64,
 }
@@ -16,7 +17,6 @@ pub struct Polygon {
 /// One triangle.
 #[derive(Clone, Copy, Debug)]
 struct Part {
-    from: DVec3,
     /// Directions to the corners.
     corners: [DVec3; 3],
     solid_angle: f64,
@@ -26,14 +26,14 @@ struct Part {
 }
 
 impl Polygon {
-    /// Triangles as `from` sees them; none where they are small, and from their own plane.
-    pub fn new(triangles: impl IntoIterator<Item = [DVec3; 3]>, from: DVec3) -> Option<Self> {
-        let mut parts = [None; 2];
-        for (part, corners) in parts.iter_mut().zip(triangles) {
-            *part = Part::new(corners, from);
-        }
+    /// A triangle, or a quad with a fourth corner, as `from` sees it; none where it is small, and from its own plane.
+    #[inline]
+    pub fn new(corners: [DVec3; 3], fourth: Option<DVec3>, from: DVec3) -> Option<Self> {
+        let [a, b, c] = corners.map(|corner| Corner::new(corner, from));
+        let second = fourth.and_then(|d| Part::new([&a, &c, &Corner::new(d, from)]));
+        let parts = [Part::new([&a, &b, &c]), second];
         let solid_angle = parts.iter().flatten().map(|part| part.solid_angle).sum();
-        (solid_angle >= LEAST).then_some(Self { parts, solid_angle })
+        (solid_angle >= LEAST).then_some(Self { from, parts, solid_angle })
     }
 
     /// In steradians.
@@ -44,27 +44,46 @@ impl Polygon {
     /// A point of it for two numbers in [0, 1).
     pub fn point(&self, [u, v]: [f64; 2]) -> Option<DVec3> {
         let at = u * self.solid_angle;
-        let first = self.parts[0].filter(|part| at < part.solid_angle || self.parts[1].is_none());
-        let before = if first.is_some() { 0.0 } else { self.parts[0].map_or(0.0, |part| part.solid_angle) };
-        first.or(self.parts[1])?.point([at - before, v])
+        let [first, second] = self.parts.each_ref().map(Option::as_ref);
+        let (part, area) = match (first, second) {
+            (Some(first), Some(second)) if at >= first.solid_angle => (second, at - first.solid_angle),
+            _ => (first.or(second)?, at),
+        };
+        Some(self.from + part.offset_at([area, v])?)
+    }
+}
+
+/// A corner: its place, its offset from the point that sees it, and the direction.
+struct Corner {
+    place: DVec3,
+    offset: DVec3,
+    direction: DVec3,
+}
+
+impl Corner {
+    #[inline(always)]
+    fn new(place: DVec3, from: DVec3) -> Self {
+        let offset = place - from;
+        Self { place, offset, direction: offset.normalize() }
     }
 }
 
 impl Part {
-    fn new(corners: [DVec3; 3], from: DVec3) -> Option<Self> {
-        let offsets = corners.map(|p| p - from);
-        let [a, b, c] = offsets.map(DVec3::normalize);
+    #[inline(always)]
+    fn new(corners: [&Corner; 3]) -> Option<Self> {
+        let [a, b, c] = corners.map(|corner| corner.direction);
         let volume = a.dot(b.cross(c)).abs();
         // "The Solid Angle of a Plane Triangle" (Van Oosterom, Strackee 1983).
         let solid_angle = 2.0 * libm::atan2(volume, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let [first, second, third] = corners.map(|corner| corner.place);
+        let normal = (second - first).cross(third - first);
         // Also false for NaN, from a corner. In the plane the three directions are dependent.
-        (volume > 1e-12).then_some(Self { from, corners: [a, b, c], solid_angle, offset: offsets[0], normal })
+        (volume > 1e-12).then_some(Self { corners: [a, b, c], solid_angle, offset: corners[0].offset, normal })
     }
 
-    /// The point that leaves `area` steradians on one side of the arc from it to the second corner, and a share `v` of what is left
+    /// The way to the point that leaves `area` steradians on one side of the arc from it to the second corner, and a share `v` of what is left
     /// along that arc.
-    fn point(&self, [area, v]: [f64; 2]) -> Option<DVec3> {
+    fn offset_at(&self, [area, v]: [f64; 2]) -> Option<DVec3> {
         let [a, b, c] = self.corners;
         let (across_b, across_c) = (a.cross(b), a.cross(c));
         // Of the angle between both arcs only sine and cosine are asked, which take no angle.
@@ -81,6 +100,6 @@ impl Part {
         let h = v * (1.0 - on_side.dot(b));
         let direction = b * (1.0 - h) + (on_side - b * on_side.dot(b)).normalize_or_zero() * (h * (2.0 - h)).max(0.0).sqrt();
         let distance = self.normal.dot(self.offset) / self.normal.dot(direction);
-        (distance > 0.0 && distance.is_finite()).then(|| self.from + direction * distance)
+        (distance > 0.0 && distance.is_finite()).then(|| direction * distance)
     }
 }

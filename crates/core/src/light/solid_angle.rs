@@ -23,10 +23,10 @@ impl<R: Real> Whole<R> {
                 let cone = Cone::new(ball.centre.to_f64(), ball.radius.to_f64(), from)?;
                 Some(Self::Ball(*ball, cone))
             }
-            AnyShape::Triangle(triangle) => Polygon::new([triangle.vertices.map(Vector::to_f64)], from).map(Self::Polygon),
+            AnyShape::Triangle(triangle) => Polygon::new(triangle.vertices.map(Vector::to_f64), None, from).map(Self::Polygon),
             AnyShape::Quad(quad) => {
                 let [a, b, c, d] = quad.corners.map(Vector::to_f64);
-                Polygon::new([[a, b, c], [a, c, d]], from).map(Self::Polygon)
+                Polygon::new([a, b, c], Some(d), from).map(Self::Polygon)
             }
             _ => None,
         }
