@@ -43,6 +43,7 @@ fn everything() -> Scene {
                 "base_colour_texture": { "name": "grain" }, "normal_texture": { "name": "grain" } })),
             classic("matte", json!({ "colour": "vec3(0.2, abs(n.x), 0.9)", "diffuse": 0.8 })),
             classic("tile", json!({ "colour": cells, "emission": [0.1, 0.2, 0.3] })),
+            classic("mixed", json!({ "colour": 0.7, "mixture": { "specular_chance": 0.4, "specular_colour": 0.9 } })),
             classic("shiny", json!({ "colour": 0.5, "specular": { "model": "phong", "exponent": 30, "strength": 0.5 } })),
         ],
         "images": [{ "name": "grain", "path": "" }],
@@ -56,7 +57,7 @@ fn everything() -> Scene {
             { "shape": { "mesh": "leaf" }, "material": "leaf" },
             ball(-2.1, 0.0, "metal"), ball(-0.7, 0.0, "smooth"), ball(0.7, 0.0, "glass"), ball(2.1, 0.0, "frosted"),
             ball(-2.1, 1.3, "coated"), ball(-0.7, 1.3, "sheet"), ball(0.7, 1.3, "expressed"), ball(2.1, 1.3, "lamp"),
-            ball(-1.4, 2.3, "matte"), ball(0.0, 2.3, "tile"), ball(1.4, 2.3, "shiny"),
+            ball(-1.4, 2.3, "matte"), ball(0.0, 2.3, "tile"), ball(1.4, 2.3, "shiny"), ball(2.8, 2.3, "mixed"),
         ],
     }))
     .expect("a scene");
