@@ -85,6 +85,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if material.glows() {
             self.emits(walk, hit, at, material.emission_at(&here));
         }
+        // What a matte surface diffuses knows no index.
         if self.nests() && matches!(material, Material::Physical(_)) {
             self.immersed(walk, at, &here, &mut model);
         }
