@@ -1,5 +1,6 @@
 //! Comparisons whose difference is smaller than what a machine's speed changes between two benches: the contestants take
-//! turns, and the table says how far apart repeats were. `benches/README.md` quotes it.
+//! turns, and the table says how far apart repeats were. `benches/README.md` quotes it. Scenes that are named (`-- preset:product
+//! model.glb`) are rendered by each precision, and nothing else is.
 #![expect(clippy::print_stdout, reason = "the tables are this program's result")]
 
 #[path = "support/mesh.rs"]
@@ -12,7 +13,9 @@ mod threads;
 mod turns;
 
 use raywright::core::Scene;
-use raywright::core::settings::{KernelChoice, PrecisionChoice, Settings};
+use raywright::core::effects::{has_light, neutral_sky};
+use raywright::core::settings::{KernelChoice, PrecisionChoice, Sampling, Settings};
+use raywright::io::{Input, LoadOptions, load};
 
 use mesh::mesh;
 use scenes::{preset, ready};
@@ -29,14 +32,31 @@ fn main() {
     if !measuring() {
         return;
     }
+    let named: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    if !named.is_empty() {
+        named.iter().for_each(|name| precisions(&scene(name), name, TINY));
+        return;
+    }
     let Some(whitted) = preset("whitted") else { return };
     two_threads(&whitted, "whitted", FULL);
     kernels(&whitted, "whitted");
     precisions(&whitted, "whitted", SMALL);
     precisions(&mesh(), "mesh of 65 536 triangles", SMALL);
-    if let Some(shapes) = preset("shapes") {
-        precisions(&shapes, "shapes", TINY);
+    for name in ["shapes", "product"] {
+        if let Some(scene) = preset(name) {
+            precisions(&scene, name, TINY);
+        }
     }
+}
+
+/// A scene by the name that the program would take, lit as it lights what has no light.
+fn scene(name: &str) -> Scene {
+    let input = name.strip_prefix("preset:").map_or_else(|| Input::Path(name.into()), |preset| Input::Preset(preset.to_owned()));
+    let mut scene = load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+    if !has_light(&scene) {
+        scene.sky = Some(neutral_sky());
+    }
+    scene
 }
 
 /// A name in the table and what it changes in the settings.
@@ -68,12 +88,19 @@ fn kernels(scene: &Scene, name: &str) {
     compare(&format!("{name} at 640x360, by kernel"), scene, SMALL, &variants);
 }
 
-/// What each rung of the arithmetic ladder costs.
+/// What each rung of the arithmetic ladder costs. Scenes by chance take 4 samples a pixel.
 fn precisions(scene: &Scene, name: &str, size: [u32; 2]) {
-    let with = |precision| move |s: &mut Settings| s.precision = precision;
+    let with = |precision| {
+        move |settings: &mut Settings| {
+            settings.precision = precision;
+            if scene.render.pattern.is_none() {
+                settings.sampling = Sampling::resolve(scene, Some(4));
+            }
+        }
+    };
     let variants: [Variant<'_>; 3] = [
-        ("fast", &with(PrecisionChoice::Fast)),
         ("robust", &with(PrecisionChoice::Robust)),
+        ("fast", &with(PrecisionChoice::Fast)),
         ("reference", &with(PrecisionChoice::Reference)),
     ];
     compare(&format!("{name} at {}x{}, by precision", size[0], size[1]), scene, size, &variants);

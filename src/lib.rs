@@ -20,8 +20,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What is not done yet: there is one integrator, Whitted's, so light between surfaces, blurred reflections and
-//! caustics are left out; every render says so where a scene calls for them ([`core::effects`]).
+//! A scene is shaded by Whitted's integrator where that is all it calls for, and by the path tracer otherwise.
+//!
+//! What is not done yet: caustics of lights without size, subsurface scattering, lights that move, denoising. A render says what a
+//! scene calls for and does not get ([`core::effects`]).
 #![forbid(unsafe_code)]
 
 pub use raywright_bvh as bvh;

@@ -11,6 +11,7 @@ mod instances;
 mod intervals;
 mod kept;
 mod lights;
+mod links;
 mod many;
 mod memory;
 mod models;

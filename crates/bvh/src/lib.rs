@@ -28,7 +28,7 @@
 //!
 //! [`Geometry::closest_from`] asks rays that leave one point together.
 //!
-//! Not here yet: SIMD tests of primitives other than triangles, spheres and planes, packets of other rays, quantised nodes, refitting,
+//! Not here yet: SIMD tests of primitives other than triangles, quads, spheres and planes, packets of other rays, quantised nodes, refitting,
 //! motion other than of instances along straight lines.
 #![deny(unsafe_code)]
 
