@@ -165,7 +165,7 @@ pub struct LightArgs {
 /// A rung of the arithmetic ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Precision {
-    /// Textbook formulas in single precision: wrong far from the origin and at grazing angles
+    /// Textbook formulas in single precision: wrong far from the origin and at grazing angles, and slower than robust
     Fast,
     /// Single precision storage with double precision where hits are decided
     Robust,

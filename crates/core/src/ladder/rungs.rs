@@ -7,7 +7,7 @@ const fn rung(name: &'static str, about: &'static str) -> Rung {
 }
 
 const PRECISION: &[Rung] = &[
-    rung("fast", "textbook formulas in f32: wrong far from the origin, at grazing angles and on tori"),
+    rung("fast", "textbook formulas in f32: wrong far from the origin, at grazing angles and on tori, and slower than robust"),
     rung("robust", "f32 stored, f64 where a hit is decided"),
     rung("reference", "f64 throughout"),
 ];
