@@ -92,8 +92,13 @@ fn table(name: &str, put: Put, count: usize) {
     let across = |i: usize| (i as f32 / side as f32 - 0.5) * 0.8;
     let directions: Vec<Vec3> =
         (0..side * side).map(|i| Vec3::new(across(i % side), across(i / side), 1.0).as_dvec3().normalize().as_vec3()).collect();
-    let from =
-        FromOnePoint { origin: Vec3::new(0.0, 0.0, -3.0), directions: &directions, time: 0.0, range: Interval::positive() };
+    let from = FromOnePoint {
+        origin: Vec3::new(0.0, 0.0, -3.0),
+        directions: &directions,
+        time: 0.0,
+        culls: false,
+        range: Interval::positive(),
+    };
     let closest = |tree: &Geometry<Robust>| {
         for ray in &rays {
             black_box(tree.closest(ray, Interval::positive(), &mut ()));

@@ -2,7 +2,7 @@
 
 use raywright::core::picture::Picture;
 use raywright::core::prepare;
-use raywright::core::scene::Scene;
+use raywright::core::scene::{Scene, Shape, SideRule};
 use raywright::core::settings::{Sampling, Settings};
 
 /// A white floor seen from close by, under a round lamp of radius 1 and radiance 10 at height 2 that shines down.
@@ -69,10 +69,23 @@ fn each_side_lights_whom_it_faces() {
     let ball = r#"{ "sphere": { "centre": [0, 2, 0], "radius": 0.5 } }"#;
     let room = r#"{ "sphere": { "centre": [0, 0, 0], "radius": 9 } }"#;
     let cap = 10.0 * 0.25 / 4.0;
-    for (side, outside, within) in [("outside", cap, 0.0), ("inside", cap, 10.0), ("both", cap, 10.0)] {
+    for (side, outside, within) in [("outside", cap, 0.0), ("culled", cap, 0.0), ("inside", cap, 10.0), ("both", cap, 10.0)] {
         let found = mean(&sided_scene(None, ball, side));
         assert!((found - outside).abs() < 0.02, "{side}, seen from outside: {found} instead of {outside}");
         let found = mean(&sided_scene(None, room, side));
         assert!((found - within).abs() < 0.05, "{side}, seen from within: {found} instead of {within}");
     }
+}
+
+/// Protects: of what is culled the camera sees the outside alone, and light meets both sides. A disk above the floor that turns its back to
+/// it keeps the lamp's light away; so does one right before the camera, which looks through its back at the dark floor.
+#[test]
+fn the_camera_looks_through_backs_that_stop_light() {
+    let mut scene = scene(Some(0.51), DISK);
+    scene.objects[2].side = SideRule::Culled;
+    assert_eq!(mean(&scene), 0.0);
+    scene.objects[2].shape = Shape::Disk { centre: [0.0, 0.1, 0.0], normal: [0.0, -1.0, 0.0], radius: 0.2 };
+    assert_eq!(mean(&scene), 0.0);
+    scene.objects[2].side = SideRule::Both;
+    assert!(mean(&scene) > 1.0);
 }

@@ -16,6 +16,7 @@ mod many;
 mod memory;
 mod models;
 mod reference;
+mod room;
 mod scaling;
 mod support;
 mod uv_sets;

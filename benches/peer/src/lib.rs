@@ -70,7 +70,7 @@ impl<P: Precision> Peer for Together<P> {
             let (first, range) = ray::<P>(&rays[0]);
             directions.clear();
             directions.extend(rays.iter().map(|asked| ray::<P>(asked).0.direction));
-            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: first.time, range };
+            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: first.time, culls: false, range };
             self.0.closest_from(&asked, &mut patience, &mut found);
             let (these, rest) = hits.split_at_mut(rays.len());
             for (hit, found) in these.iter_mut().zip(&found) {

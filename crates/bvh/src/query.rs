@@ -159,7 +159,7 @@ impl<P: Precision> Geometry<P> {
         range: Interval<P::Real>,
         tally: &mut T,
     ) -> Option<Found<P::Real>> {
-        let (index, side) = (own.index as usize, own.visibility.side);
+        let (index, side) = (own.index as usize, own.visibility.side.to(probe.ray.culls));
         tally.primitive();
         let hit = match own.kind {
             Kind::Sphere => self.group.spheres[index].intersect(probe, range, side),

@@ -13,19 +13,27 @@ pub struct Ray<R: Real> {
     /// When it is asked, from 0, where every motion starts, to 1, where it ends: where a moving instance is met. Times beyond
     /// mean the nearer end. What does not move asks nobody.
     pub time: R,
+    /// Whether it is a camera's, which passes the backs of what is [`Side::Culled`].
+    pub culls: bool,
 }
 
 impl<R: Real> Ray<R> {
     /// A ray at time 0, whose direction is already of unit length.
     #[inline(always)]
     pub fn new(origin: R::Vec3, direction: R::Vec3) -> Self {
-        Self { origin, direction, time: R::ZERO }
+        Self { origin, direction, time: R::ZERO, culls: false }
     }
 
     /// The same ray at another time.
     #[inline(always)]
     pub fn at_time(self, time: R) -> Self {
         Self { time, ..self }
+    }
+
+    /// The same ray as one of a camera.
+    #[inline(always)]
+    pub fn culling(self) -> Self {
+        Self { culls: true, ..self }
     }
 
     /// The point at distance `t`.
@@ -74,14 +82,32 @@ pub enum Side {
     Outside,
     /// Only hits from within: the far root of a closed shape, a room seen from inside.
     Inside,
+    /// Hits from either side count, but of a camera's rays only those against the outward normal: back-face culling. Light
+    /// does not pass the back that a camera looks through.
+    Culled,
 }
 
 impl Side {
+    /// The sides that a ray of this kind can hit.
+    #[inline(always)]
+    pub(crate) fn to(self, culls: bool) -> Self {
+        match self {
+            Side::Culled if culls => Side::Outside,
+            Side::Culled => Side::Both,
+            side => side,
+        }
+    }
+
+    /// The sides that a camera sees: those that give off light where the surface does.
+    pub fn seen(self) -> Self {
+        self.to(true)
+    }
+
     /// Whether a ray counts that arrives against (`true`) or along (`false`) the outward normal.
     #[inline(always)]
     pub fn accepts(self, from_outside: bool) -> bool {
         match self {
-            Side::Both => true,
+            Side::Both | Side::Culled => true,
             Side::Outside => from_outside,
             Side::Inside => !from_outside,
         }

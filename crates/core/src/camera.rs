@@ -55,7 +55,7 @@ impl Far {
     #[inline(never)]
     fn ray<R: Real>(&self, x: f64, y: f64, lens: [f32; 2]) -> Ray<R> {
         let ray = self.camera.near_ray(x, y, lens);
-        Ray::new(R::Vec3::from_f64(ray.at(self.ahead)), R::Vec3::from_f64(ray.direction))
+        Ray::new(R::Vec3::from_f64(ray.at(self.ahead)), R::Vec3::from_f64(ray.direction)).culling()
     }
 }
 
@@ -109,7 +109,7 @@ fn focal_length(pinhole: &Pinhole, aspect: f64) -> f64 {
 #[inline(always)]
 fn taken_apart<R: Real>(ray: Ray<R>) -> Ray<R> {
     let vector = |v: R::Vec3| R::Vec3::new(v.x(), v.y(), v.z());
-    Ray::new(vector(ray.origin), vector(ray.direction)).at_time(ray.time)
+    Ray { origin: vector(ray.origin), direction: vector(ray.direction), time: ray.time, culls: ray.culls }
 }
 
 impl<R: Real> Camera<R> {
@@ -238,15 +238,15 @@ impl<R: Real> Camera<R> {
         let v = (self.half[1] - y) * self.pixel[1];
         let across = self.right * u + self.up * v;
         match self.kind {
-            Kind::Pinhole => Ray::new(self.eye, (self.forward + across).normalize()),
-            Kind::Orthographic => Ray::new(self.eye + across, self.forward),
+            Kind::Pinhole => Ray::new(self.eye, (self.forward + across).normalize()).culling(),
+            Kind::Orthographic => Ray::new(self.eye + across, self.forward).culling(),
             Kind::ThinLens { radius, focus } => {
                 let direction = self.forward + across;
                 // The plane of focus is perpendicular to the view.
                 let sharp = direction * (focus / self.forward.length());
                 let (s, r) = (R::from_f32(lens[0]).sqrt() * radius, R::from_f64(core::f64::consts::TAU) * R::from_f32(lens[1]));
                 let origin = self.right * (s * r.cos()) + self.up * (s * r.sin());
-                Ray::new(self.eye + origin, (sharp - origin).normalize())
+                Ray::new(self.eye + origin, (sharp - origin).normalize()).culling()
             }
         }
     }

@@ -20,13 +20,15 @@ pub struct FromOnePoint<'a, R: Real> {
     pub directions: &'a [R::Vec3],
     /// When they are asked, see [`Ray::time`].
     pub time: R,
+    /// Whether they are a camera's, see [`Ray::culls`].
+    pub culls: bool,
     /// Where hits count.
     pub range: Interval<R>,
 }
 
 impl<R: Real> FromOnePoint<'_, R> {
     fn ray(&self, direction: R::Vec3) -> Ray<R> {
-        Ray::new(self.origin, direction).at_time(self.time)
+        Ray { culls: self.culls, ..Ray::new(self.origin, direction).at_time(self.time) }
     }
 }
 
@@ -91,7 +93,8 @@ impl<P: Precision> Geometry<P> {
         let mut stored = [glam::Vec3::ZERO; RAYS];
         stored.iter_mut().zip(directions).for_each(|(to, from)| *to = from.to_f32());
         let last = rays.range.max.next_down().to_f32();
-        let mut pencil = Pencil::new(rays.origin.to_f32(), &stored[..directions.len()], rays.range.min.to_f32(), last);
+        let mut pencil =
+            Pencil::new(rays.origin.to_f32(), &stored[..directions.len()], [rays.range.min.to_f32(), last], rays.culls);
         let mut asking = Asking { geometry: self, rays, directions };
         let asked = wide.ask_pencil(&mut pencil, &mut asking);
         if asked != Asked::Whole {
@@ -194,7 +197,7 @@ mod tests {
         for (spacing, parts) in [(12.0, true), (0.7, false), (0.01, false)] {
             let aim = |i: i32| Vec3::new(60.2 + spacing * (i % 4) as f32, 0.0, 70.3 + spacing * (i / 4) as f32);
             let directions: Vec<Vec3> = (0..16).map(|i| (aim(i) - origin).normalize()).collect();
-            let asked = FromOnePoint { origin, directions: &directions, time: 0.0, range: Interval::positive() };
+            let asked = FromOnePoint { origin, directions: &directions, time: 0.0, culls: false, range: Interval::positive() };
             let (mut patience, mut hits) = (Patience::default(), Vec::new());
             ground.closest_from(&asked, &mut patience, &mut hits);
             assert_eq!(patience.pause > 0, parts, "{spacing} apart");

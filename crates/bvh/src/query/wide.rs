@@ -150,6 +150,11 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
     }
 
     #[inline(always)]
+    fn culls(&self) -> bool {
+        self.ray.culls
+    }
+
+    #[inline(always)]
     fn node(&mut self) {
         self.tally.node();
     }
@@ -184,7 +189,7 @@ impl<P: Precision, T: Tally, const INNER: bool> Answer for Closest<'_, P, T, INN
     fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool {
         let facts = self.wide.facts(block);
         let found = found(self.wide, met, lane, facts.first);
-        let counts = facts.accepts(lane, met.from_outside) && self.best.range.contains(found.t);
+        let counts = facts.accepts(lane, met.from_outside, self.culls()) && self.best.range.contains(found.t);
         // Its names are asked for when the walk is over.
         prefetch(&self.geometry.group.slots, found.slot as usize);
         self.best.consider(self.geometry, counts.then_some(found));
@@ -240,6 +245,11 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
     }
 
     #[inline(always)]
+    fn culls(&self) -> bool {
+        self.ray.culls
+    }
+
+    #[inline(always)]
     fn node(&mut self) {
         self.tally.node();
     }
@@ -257,7 +267,7 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
     #[inline(always)]
     fn lanes(&self, block: usize) -> [u32; 2] {
         let facts = self.wide.facts(block);
-        [(facts.opaque | facts.asks).into(), (facts.opaque & facts.two_sided()).into()]
+        [(facts.opaque | facts.asks).into(), (facts.opaque & facts.two_sided(self.culls())).into()]
     }
 
     #[inline(always)]
@@ -280,7 +290,7 @@ impl<P: Precision, T: Tally> Answer for Any<'_, '_, P, T> {
     fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool {
         let facts = self.wide.facts(block);
         let found = found(self.wide, met, lane, facts.first);
-        facts.accepts(lane, met.from_outside)
+        facts.accepts(lane, met.from_outside, self.culls())
             && self.range.contains(found.t)
             && (facts.opaque >> lane & 1 != 0
                 || self.seen.first(facts, lane, found.slot) && (self.ask)(&self.geometry.named(&found)))
@@ -321,6 +331,11 @@ impl<P: Precision, T: Tally> Answer for Each<'_, '_, P, T> {
     }
 
     #[inline(always)]
+    fn culls(&self) -> bool {
+        self.probe.ray.culls
+    }
+
+    #[inline(always)]
     fn node(&mut self) {
         self.tally.node();
     }
@@ -357,7 +372,7 @@ impl<P: Precision, T: Tally> Answer for Each<'_, '_, P, T> {
     fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool {
         let facts = self.wide.facts(block);
         let found = found(self.wide, met, lane, facts.first);
-        facts.accepts(lane, met.from_outside)
+        facts.accepts(lane, met.from_outside, self.culls())
             && self.range.contains(found.t)
             && self.seen.first(facts, lane, found.slot)
             && (self.counts)(found)

@@ -52,7 +52,9 @@ impl<C: Real> Transform<C> {
     pub fn probe_to_object<P: Precision<Core = C>>(&self, probe: &Probe<P>) -> Probe<P> {
         // The translation first: what it takes away is not magnified then.
         let turn = |v: C::Vec3| times::<C>(self.inverse_columns, v);
-        Probe::from_core(turn(probe.origin - self.translation), turn(probe.direction))
+        let mut inner = Probe::from_core(turn(probe.origin - self.translation), turn(probe.direction));
+        inner.ray.culls = probe.ray.culls;
+        inner
     }
 
     /// A surface of object space in the world: the point by the map, the normal by the inverse transpose, outward still

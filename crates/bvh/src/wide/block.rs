@@ -63,6 +63,8 @@ pub(crate) struct Facts {
     pub outside: u8,
     /// Those hit from inside alone.
     pub inside: u8,
+    /// Those hit from outside alone by rays that cull.
+    pub culled: u8,
     /// Those whose triangle is in other blocks too.
     pub twice: u8,
 }
@@ -80,24 +82,31 @@ impl Facts {
             Side::Both => {}
             Side::Outside => self.outside |= bit,
             Side::Inside => self.inside |= bit,
+            Side::Culled => self.culled |= bit,
         }
+    }
+
+    /// Lanes that a ray which culls, or not, hits from outside alone.
+    #[inline(always)]
+    pub fn from_outside_alone(&self, culls: bool) -> u8 {
+        if culls { self.outside | self.culled } else { self.outside }
     }
 
     /// Of hits from outside and of other hits, those that count.
     #[inline(always)]
-    pub fn accepted(&self, hits: u8, from_outside: u8) -> u8 {
-        hits & !(self.outside & !from_outside) & !(self.inside & from_outside)
+    pub fn accepted(&self, hits: u8, from_outside: u8, culls: bool) -> u8 {
+        hits & !(self.from_outside_alone(culls) & !from_outside) & !(self.inside & from_outside)
     }
 
     /// Whether a lane's hit counts, from outside or not.
     #[inline(always)]
-    pub fn accepts(&self, lane: usize, from_outside: bool) -> bool {
-        (if from_outside { self.inside } else { self.outside }) >> lane & 1 == 0
+    pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
+        (if from_outside { self.inside } else { self.from_outside_alone(culls) }) >> lane & 1 == 0
     }
 
     /// Lanes that are hit from either side.
     #[inline(always)]
-    pub fn two_sided(&self) -> u8 {
-        !(self.outside | self.inside)
+    pub fn two_sided(&self, culls: bool) -> u8 {
+        !(self.from_outside_alone(culls) | self.inside)
     }
 }

@@ -35,7 +35,7 @@ impl Wide {
 pub(super) fn rows<S: Doubles, A: Answer>(s: S, wide: &Wide, line: &Line, answer: &mut A) -> bool {
     for row in &wide.rows[..wide.always] {
         answer.several(u64::from(row.facts.count));
-        let found = row.hits(s, line, answer.range());
+        let found = row.hits(s, line, answer.range(), answer.culls());
         if found.hits == 0 {
             continue;
         }

@@ -106,7 +106,7 @@ pub(super) fn gathered<S: Doubles, A: Answer>(
         answer.several(row.facts.count.into());
         // Made for the first row that the ray meets.
         let line = line.get_or_insert_with(|| probe.map_or_else(|| Line::new(aim.origin, aim.direction), Line::from));
-        let found = row.hits(s, line, answer.range());
+        let found = row.hits(s, line, answer.range(), answer.culls());
         return found.hits != 0 && answer.row(&row.facts, &found.roots(s));
     }
     let quads = &wide.quads[leaf.index()];

@@ -45,15 +45,17 @@ pub(crate) struct Pencil {
     /// The other numbers of its hit, and the slots.
     rest: [[f32; RAYS]; 2],
     slots: [[u32; RAYS]; 2],
+    /// Whether the rays pass backs that are culled.
+    culls: bool,
 }
 
 impl Pencil {
     /// No slot: nothing found.
     const NOTHING: u32 = u32::MAX;
 
-    /// Of so many directions at most. `last`: the greatest distance that counts.
+    /// Of so many directions at most. `near` is excluded, `last` the greatest distance that counts.
     #[inline(always)]
-    pub fn new(origin: Vec3, directions: &[Vec3], near: f32, last: f32) -> Self {
+    pub fn new(origin: Vec3, directions: &[Vec3], [near, last]: [f32; 2], culls: bool) -> Self {
         let count = directions.len().min(RAYS);
         let mut lanes = directions.first().copied().unwrap_or(Vec3::ONE).to_array().map(|d| [d; RAYS]);
         for (ray, direction) in directions.iter().take(RAYS).enumerate() {
@@ -61,7 +63,7 @@ impl Pencil {
         }
         let (mut far, slots) = ([f32::NEG_INFINITY; RAYS], [[Self::NOTHING; RAYS]; 2]);
         far[..count].fill(last);
-        Self { origin: origin.to_array(), directions: lanes, count, near, far, rest: [[0.0; RAYS]; 2], slots }
+        Self { origin: origin.to_array(), directions: lanes, count, near, far, rest: [[0.0; RAYS]; 2], slots, culls }
     }
 
     /// How many rays there are.
@@ -423,7 +425,7 @@ fn rows_of_lanes<S: Doubles, M: Meets>(s: S, rows: &[Row], pencil: &mut Pencil, 
             return;
         }
         let row = |axis: usize| -> [f32; WIDTH] { core::array::from_fn(|lane| pencil.directions[axis][first + lane]) };
-        let lines = Lines::new(s, origin, [&row(0), &row(1), &row(2)]);
+        let lines = Lines::new(s, origin, [&row(0), &row(1), &row(2)], pencil.culls);
         for row in rows {
             for lane in 0..usize::from(row.facts.count) {
                 let far: [f32; WIDTH] = core::array::from_fn(|lane| pencil.far[first + lane]);
@@ -593,7 +595,7 @@ fn settle<S: Doubles, M: Meets>(
         }
     }
     let bit = 1 << lane;
-    if facts.outside & bit != 0 {
+    if facts.from_outside_alone(pencil.culls) & bit != 0 {
         hits &= outside;
     }
     if facts.inside & bit != 0 {

@@ -132,15 +132,15 @@ impl Row {
 
     /// Where a ray hits them.
     #[inline(always)]
-    pub(super) fn hits<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>) -> Hits<S> {
+    pub(super) fn hits<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>, culls: bool) -> Hits<S> {
         match self.kind {
-            Kind::Spheres => self.spheres(s, line, range),
-            Kind::Planes => self.planes(s, line, range),
+            Kind::Spheres => self.spheres(s, line, range, culls),
+            Kind::Planes => self.planes(s, line, range, culls),
         }
     }
 
     #[inline(always)]
-    fn spheres<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>) -> Hits<S> {
+    fn spheres<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>, culls: bool) -> Hits<S> {
         let [x, y, z] = spread(s, line.origin);
         let [cx, cy, cz] = self.widened_places(s);
         let f = [s.minus(x, cx), s.minus(y, cy), s.minus(z, cz)];
@@ -161,26 +161,26 @@ impl Row {
         let far = s.narrow(s.times(s.minus(root, b), inverse));
         let (first, last) = (s.splat(range.min), s.splat(range.max));
         let entering = met & s.less(first, near) & s.less(near, last) & !u32::from(self.facts.inside);
-        let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.outside) & !entering;
+        let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.from_outside_alone(culls)) & !entering;
         let hits = Hits { hits: entering | leaving, leaving, t: s.chosen(leaving, near, far) };
         let far_away = may_meet & s.above(outside, s.times(room, s.spread(FAR * FAR)));
         if far_away == 0 {
             return hits;
         }
-        let Roots { hits, leaving, t } = self.far_away(far_away, *line, range, hits.roots(s));
+        let Roots { hits, leaving, t } = self.far_away(far_away, (*line, culls), range, hits.roots(s));
         Hits { hits: hits.into(), leaving: leaving.into(), t: s.load(&t) }
     }
 
     /// Spheres so far away that their test takes another form: one by one.
     #[cold]
     #[inline(never)]
-    fn far_away(&self, mut lanes: u32, line: Line, range: Interval<f32>, mut roots: Roots) -> Roots {
+    fn far_away(&self, mut lanes: u32, (line, culls): (Line, bool), range: Interval<f32>, mut roots: Roots) -> Roots {
         let probe = line.probe();
         while lanes != 0 {
             let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
             lanes &= lanes - 1;
             (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
-            if let Some(hit) = self.sphere(lane).intersect(&probe, range, self.side(lane)) {
+            if let Some(hit) = self.sphere(lane).intersect(&probe, range, self.side(lane, culls)) {
                 roots.hits |= bit;
                 roots.leaving |= if hit.leaves() { bit } else { 0 };
                 roots.t[lane] = hit.t;
@@ -190,7 +190,7 @@ impl Row {
     }
 
     #[inline(always)]
-    fn planes<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>) -> Hits<S> {
+    fn planes<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>, culls: bool) -> Hits<S> {
         let normal = [s.widen(&self.rest[0]), s.widen(&self.rest[1]), s.widen(&self.rest[2])];
         let slope = dot(s, normal, spread(s, line.direction));
         let [x, y, z] = spread(s, line.origin);
@@ -201,7 +201,7 @@ impl Row {
         let within = s.less(s.splat(range.min), t) & s.less(t, s.splat(range.max)) & s.less(t, s.splat(f32::INFINITY));
         let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
         let against = s.above(s.spread(0.0), slope) as u8;
-        Hits { hits: self.facts.accepted(finite as u8, against).into(), leaving: 0, t }
+        Hits { hits: self.facts.accepted(finite as u8, against, culls).into(), leaving: 0, t }
     }
 
     /// One by one: a closure would not have the instructions of the function that it is in.
@@ -224,17 +224,18 @@ pub(super) struct Lines<S: Doubles> {
     shortened: S::Doubles,
     inverse_length_squared: S::Doubles,
     rows: [[f32; WIDTH]; 3],
+    culls: bool,
 }
 
 impl<S: Doubles> Lines<S> {
     /// By the operations of a probe, in lanes.
     #[inline(always)]
-    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3]) -> Self {
+    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
         let direction = [s.widen(x), s.widen(y), s.widen(z)];
         let length_squared = dot(s, direction, direction);
         let inverse_length_squared = s.over(s.spread(1.0), length_squared);
         let shortened = s.times(length_squared, s.spread(Probe::<Robust>::SHORTER));
-        Self { origin, direction, length_squared, shortened, inverse_length_squared, rows: [*x, *y, *z] }
+        Self { origin, direction, length_squared, shortened, inverse_length_squared, rows: [*x, *y, *z], culls }
     }
 
     fn probe(&self, ray: usize) -> Probe<Robust> {
@@ -251,7 +252,7 @@ impl Row {
         let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         let (bit, place, rest) = (1 << lane, of(&self.places).as_dvec3(), of(&self.rest));
         let only = |side: u8| if side & bit != 0 { 0xff } else { 0 };
-        let (outside, inside) = (only(self.facts.outside), only(self.facts.inside));
+        let (outside, inside) = (only(self.facts.from_outside_alone(lines.culls)), only(self.facts.inside));
         if self.kind == Kind::Planes {
             let normal = rest.as_dvec3();
             let slope = dot(s, spread(s, normal), lines.direction);
@@ -301,7 +302,7 @@ impl Row {
             let ray = asked.trailing_zeros() as usize & (WIDTH - 1);
             asked &= asked - 1;
             let range = Interval { min: near, max: far[ray].next_up() };
-            if let Some(hit) = self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane)) {
+            if let Some(hit) = self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane, lines.culls)) {
                 roots.hits |= 1 << ray;
                 roots.leaving |= u8::from(hit.leaves()) << ray;
                 roots.t[ray] = hit.t;
@@ -315,9 +316,9 @@ impl Row {
         Sphere { centre: Vec3::new(at(0), at(1), at(2)), radius: self.rest[0][lane] }
     }
 
-    fn side(&self, lane: usize) -> Side {
+    fn side(&self, lane: usize, culls: bool) -> Side {
         match 1 << lane {
-            bit if self.facts.outside & bit != 0 => Side::Outside,
+            bit if self.facts.from_outside_alone(culls) & bit != 0 => Side::Outside,
             bit if self.facts.inside & bit != 0 => Side::Inside,
             _ => Side::Both,
         }

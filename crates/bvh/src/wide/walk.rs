@@ -24,6 +24,8 @@ pub(crate) trait Answer {
     fn far(&self) -> f32;
     /// Where hits count.
     fn range(&self) -> Interval<f32>;
+    /// Whether the ray passes backs that are culled.
+    fn culls(&self) -> bool;
     /// A node is tested.
     fn node(&mut self);
     /// So many of a row are tested.

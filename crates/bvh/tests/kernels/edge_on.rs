@@ -53,7 +53,11 @@ fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: Ac
             let alone: Vec<_> = directions.iter().map(|&d| bits(tree.closest(&Ray::new(origin, d), range, &mut ()))).collect();
             assert_eq!(alone, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
             let mut together = vec![];
-            tree.closest_from(&FromOnePoint { origin, directions, time: 0.0, range }, &mut Patience::default(), &mut together);
+            tree.closest_from(
+                &FromOnePoint { origin, directions, time: 0.0, culls: false, range },
+                &mut Patience::default(),
+                &mut together,
+            );
             let together: Vec<_> = together.into_iter().map(bits).collect();
             assert_eq!(together, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
         }

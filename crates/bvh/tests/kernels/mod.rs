@@ -17,7 +17,7 @@ use self::meshes::{Mesh, Random, families, range, ray};
 fn group(mesh: &Mesh, balls: bool) -> Group<Robust> {
     let mut group = Group::default();
     for (i, part) in mesh.chunks(5).enumerate() {
-        let side = [Side::Both, Side::Both, Side::Outside, Side::Inside][i % 4];
+        let side = [Side::Both, Side::Culled, Side::Outside, Side::Inside][i % 4];
         let occlusion = [Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i % 3];
         group.mesh(part.iter().copied(), Visibility { side, occlusion }).unwrap();
         if balls && i % 6 == 0 {
@@ -68,7 +68,7 @@ fn kernels_find_what_the_scan_finds() {
                 let random = &mut Random(11);
                 let mut hits = 0;
                 for i in 0..1500 {
-                    let ray = ray(random, &mesh);
+                    let ray = Ray { culls: i % 3 == 0, ..ray(random, &mesh) };
                     let what = format!("{name}, {quality:?}, {kernel:?}, ray {i}: {ray:?}");
                     let min = [0.0, f32::NEG_INFINITY][i % 2];
                     let all = Interval { min, max: f32::INFINITY };

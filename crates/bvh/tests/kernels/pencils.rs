@@ -30,11 +30,11 @@ fn agree(name: &str, geometry: &mut Geometry<Robust>, mesh: &Mesh, scan: Option<
             let directions = around(random, first.direction, COUNTS[i % COUNTS.len()]);
             let t = geometry.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
             let range = if i % 3 == 0 { range(random, t) } else { Interval { min: [0.0, -1.0][i % 2], max: f32::INFINITY } };
-            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, range };
+            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
             geometry.closest_from(&asked, &mut Patience::default(), &mut hits);
             assert_eq!(hits.len(), directions.len());
             for (&direction, hit) in directions.iter().zip(&hits) {
-                let ray = Ray::new(first.origin, direction);
+                let ray = Ray { culls: asked.culls, ..Ray::new(first.origin, direction) };
                 let alone = scan.unwrap_or(geometry).closest(&ray, range, &mut ());
                 assert_eq!(bits(*hit), bits(alone), "{name}, {kernel:?}, {i}: {ray:?} {range:?}");
                 all[0] += usize::from(hit.is_some());
@@ -97,8 +97,13 @@ fn whatever_is_met() {
     assert!(2 * hits > rays, "{hits} of {rays}");
     let exact = mixed::<Reference>(AcceleratorKind::default(), &mesh);
     let directions = [DVec3::X, DVec3::new(0.8, 0.6, 0.0), DVec3::Z, DVec3::NEG_Y, DVec3::Y];
-    let asked =
-        FromOnePoint { origin: DVec3::new(0.1, 0.2, 0.05), directions: &directions, time: 0.0, range: Interval::positive() };
+    let asked = FromOnePoint {
+        origin: DVec3::new(0.1, 0.2, 0.05),
+        directions: &directions,
+        time: 0.0,
+        culls: false,
+        range: Interval::positive(),
+    };
     let mut hits = vec![None; 3];
     exact.closest_from(&asked, &mut Patience::default(), &mut hits);
     let alone = |&d: &DVec3| exact.closest(&Ray::new(asked.origin, d), asked.range, &mut ());
@@ -113,7 +118,7 @@ fn nothing_asked_and_nothing_said() {
     let tree = mixed::<Robust>(AcceleratorKind::default(), &mesh);
     let mut hits = vec![None];
     let mut from = |directions: &[Vec3]| {
-        let asked = FromOnePoint { origin: Vec3::X, directions, time: 0.0, range: Interval::positive() };
+        let asked = FromOnePoint { origin: Vec3::X, directions, time: 0.0, culls: false, range: Interval::positive() };
         tree.closest_from(&asked, &mut Patience::default(), &mut hits);
         hits.len()
     };

@@ -45,8 +45,8 @@ const FAMILIES: [(&str, f32, f32, f32); 8] = [
 ];
 
 fn visibility(i: usize) -> Visibility {
-    let side = [Side::Both, Side::Outside, Side::Inside][i % 3];
-    let occlusion = [Occlusion::Ask, Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i / 3 % 4];
+    let side = [Side::Both, Side::Outside, Side::Inside, Side::Culled][i % 4];
+    let occlusion = [Occlusion::Ask, Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i / 4 % 4];
     Visibility { side, occlusion }
 }
 
@@ -232,15 +232,16 @@ fn leaves_are_met_together() {
         let mut tree = Geometry::new(one, AcceleratorKind::default());
         for kernel in Kernel::available() {
             tree.set_kernel(kernel);
-            for _ in 0..150 {
+            for i in 0..150 {
                 let first = ray(random, &aims);
                 let width = first.direction.length() * [1e-6, 1e-3, 0.1][random.below(3)];
                 let directions: Vec<Vec3> = (0..16).map(|_| first.direction + random.point() * width).collect();
                 let t = tree.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
-                let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, range: range(random, t) };
+                let range = range(random, t);
+                let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
                 tree.closest_from(&asked, &mut Patience::default(), &mut found);
                 for (&direction, hit) in directions.iter().zip(&found) {
-                    let alone = tree.closest(&Ray::new(first.origin, direction), asked.range, &mut ());
+                    let alone = tree.closest(&Ray { culls: asked.culls, ..Ray::new(first.origin, direction) }, range, &mut ());
                     assert_eq!(bits(*hit), bits(alone), "{}, {kernel:?}: {direction} {asked:?}", family.0);
                     hits += usize::from(alone.is_some());
                 }
@@ -283,7 +284,7 @@ fn rays_that_touch_hit() {
             let hit = |hit: Option<Hit<f32>>| hit.map(|hit| (hit.t, hit.object));
             assert_eq!(hit(rows.closest(&Ray::new(origin, Vec3::X), range, &mut ())), Some((t, i)), "{kernel:?}");
             let mut together = vec![];
-            let asked = FromOnePoint { origin, directions: &[Vec3::X, Vec3::NEG_X, Vec3::X], time: 0.0, range };
+            let asked = FromOnePoint { origin, directions: &[Vec3::X, Vec3::NEG_X, Vec3::X], time: 0.0, culls: false, range };
             rows.closest_from(&asked, &mut Patience::default(), &mut together);
             let together: Vec<_> = together.into_iter().map(hit).collect();
             assert_eq!(together, [Some((t, i)), None, Some((t, i))], "{kernel:?}");

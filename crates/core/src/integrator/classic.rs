@@ -31,7 +31,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             let weight = if alone { P::Real::ONE } else { m.local.number(&here) };
             *radiance += throughput * local * weight;
         }
-        if let Some(emission) = &m.emission {
+        if let Some(emission) = m.emission.as_ref().filter(|_| self.shines(at)) {
             *radiance += throughput * emission.colour(&here);
         }
         if alone {

@@ -151,7 +151,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         directions.clear();
         directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: P::Real::INFINITY };
-        let asked = FromOnePoint { origin: first.origin, directions, time: first.time, range };
+        let asked = FromOnePoint { origin: first.origin, directions, time: first.time, culls: first.culls, range };
         self.scene.geometry.closest_from(&asked, patience, hits);
     }
 
@@ -214,6 +214,12 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             }
             Material::Physical(_) | Material::Unused => path.leave(Leaving::NONE),
         }
+    }
+
+    /// Whether a surface gives off what its material does on the side that was hit.
+    #[inline(always)]
+    fn shines(&self, at: &Interaction<P::Real>) -> bool {
+        at.outside || !self.scene.objects[at.object as usize].culled
     }
 
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for

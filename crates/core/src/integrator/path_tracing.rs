@@ -207,7 +207,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         walk.cutouts += 1;
         walk.address.bounce += 1;
         let rest = walk.leg.rest;
-        walk.leg.go_on(&self.leave(at, at.direction, -P::Real::ONE), rest);
+        let ray = Ray { culls: walk.leg.ray.culls, ..self.leave(at, at.direction, -P::Real::ONE) };
+        walk.leg.go_on(&ray, rest);
         walk.cutouts <= MAX_CUTOUTS
     }
 

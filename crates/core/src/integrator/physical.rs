@@ -1,7 +1,7 @@
 //! Whitted shading of a physical material: base colour lit by the lights and by the sky's cosine-weighted average, smooth
 //! reflection and refraction traced, rough lobes as local highlights.
 
-use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Precision, Ray, Real, Vec3Of, Vector};
 
 use super::{Kernel, Leaving, MAX_CUTOUTS, Next, Path, Step, Tracer};
 use crate::effects::MIRROR_ROUGHNESS;
@@ -98,7 +98,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if alpha >= P::Real::ONE {
             return None;
         }
-        let behind = self.leave(at, at.direction, -P::Real::ONE);
+        let behind = Ray { culls: path.leg.ray.culls, ..self.leave(at, at.direction, -P::Real::ONE) };
         if alpha <= P::Real::ZERO {
             path.cutouts += 1;
             if path.cutouts > MAX_CUTOUTS {
@@ -132,7 +132,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let Path { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let here = self.scene.sources.at(at);
-        if let Some(emission) = &m.emission {
+        if let Some(emission) = m.emission.as_ref().filter(|_| self.shines(at)) {
             *radiance += emission.tint(&here, throughput);
         }
         if m.unlit {

@@ -44,6 +44,7 @@ impl<R: Real> Leg<R> {
         }
         self.ray.origin = ray.origin;
         self.ray.direction = ray.direction;
+        self.ray.culls = ray.culls;
         self.rest = rest;
         self.ahead = R::ZERO;
     }

@@ -47,7 +47,7 @@ impl Facing {
         let direction = offset / squared.sqrt();
         let outwards = -direction.dot(surface.normal.to_f64());
         let cosine = match side {
-            Side::Outside => outwards,
+            Side::Outside | Side::Culled => outwards,
             Side::Inside => -outwards,
             Side::Both => outwards.abs(),
         };

@@ -103,7 +103,7 @@ pub(super) fn emitters<P: Precision>(
             Some(Emission::Varied) => Source::Varied(Varied { material: &materials[place], sources, cut: material.is_cut() }),
             None => continue,
         };
-        let (side, map) = (side_of(object.side), shown.map());
+        let (side, map) = (side_of(object.side).seen(), shown.map());
         if let Shape::Mesh(name) = &object.shape {
             if let Some(data) = lookup.mesh_data(name) {
                 mesh(&mut list, (index, data), map, (&source, side, across), observer)?;

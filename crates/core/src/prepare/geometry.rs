@@ -23,6 +23,8 @@ use crate::validate::collapses;
 pub(crate) struct ObjectRecord<R: Real> {
     pub material: u32,
     pub face_viewer: bool,
+    /// Whether its inside gives off nothing.
+    pub culled: bool,
     /// Whether it takes light from lights without size, for an integrator that asks about each hit.
     pub casts_shadow: bool,
     /// Whether the material reads the texture coordinates of a shape.
@@ -79,6 +81,7 @@ pub(super) fn side_of(rule: SideRule) -> Side {
         SideRule::Both => Side::Both,
         SideRule::Outside => Side::Outside,
         SideRule::Inside => Side::Inside,
+        SideRule::Culled => Side::Culled,
     }
 }
 
@@ -180,9 +183,10 @@ impl<'a, P: Precision> Builder<'a, P> {
                 None
             }
         };
-        let Object { face_viewer, casts_shadow, .. } = *shown.object;
+        let Object { face_viewer, casts_shadow, side, .. } = *shown.object;
+        let culled = side == SideRule::Culled;
         let coordinates = mesh.is_none() && facet.coordinates;
-        self.records.push(ObjectRecord { material, face_viewer, casts_shadow, coordinates, bumpy: facet.bumpy, mesh });
+        self.records.push(ObjectRecord { material, face_viewer, culled, casts_shadow, coordinates, bumpy: facet.bumpy, mesh });
         Ok(())
     }
 

@@ -50,6 +50,9 @@ pub enum SideRule {
     Outside,
     /// Only rays that arrive from inside: a room.
     Inside,
+    /// Either, but rays of the camera see only the outside, and only that gives off light: back-face culling, as of glTF's
+    /// materials with one side. A wall that the camera looks through from behind still stops light.
+    Culled,
 }
 
 /// One step of an affine transform.

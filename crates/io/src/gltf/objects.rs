@@ -122,7 +122,7 @@ impl<'a> Import<'a> {
             name: name.to_owned(),
             shape: Shape::Mesh(mesh),
             material: material.name.clone(),
-            side: if material.two_sided { SideRule::Both } else { SideRule::Outside },
+            side: if material.two_sided { SideRule::Both } else { SideRule::Culled },
             face_viewer: true,
             casts_shadow: true,
             transform,

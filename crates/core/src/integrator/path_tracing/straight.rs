@@ -68,6 +68,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// What a surface gives off, in its share that is there.
     fn given_off(&self, at: &Interaction<P::Real>) -> Vec3Of<P> {
+        if !self.shines(at) {
+            return Vector::ZERO;
+        }
         let (material, here) = (&self.scene.materials[at.material as usize], self.scene.sources.at(at));
         material.emission_at(&here) * material.alpha_at(&here)
     }

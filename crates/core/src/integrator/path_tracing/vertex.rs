@@ -85,7 +85,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline]
     pub(super) fn emits(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
         // What glows in parts is dark mostly; no share of nothing is worth asking for.
-        if emission == Vector::ZERO {
+        if emission == Vector::ZERO || !self.shines(at) {
             return;
         }
         let share = match self.scene.lights.emitters.of(at.object, hit.primitive) {
