@@ -48,7 +48,7 @@ impl<R: Real> Physical<R> {
             let share = passage.share_at(here);
             // Nothing bends in a thin wall; Whitted's rules have it reflect nothing either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
-            (share > R::ZERO).then(|| Glass { ior, reflected: Vector::ONE, transmitted: base * share })
+            (share > R::ZERO).then(|| Glass { share, ior, reflected: Vector::ONE, transmitted: base })
         };
         MetallicRoughness {
             base,
@@ -142,9 +142,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let model = m.model_at(&here);
         let mirror = m.mirrors && model.roughness <= P::Real::from_f64(MIRROR_ROUGHNESS);
         *radiance += throughput * self.lit(&model, at, mirror, address);
-        let through = model.through();
-        if let Some(glass) = model.glass.as_ref().filter(|_| through > P::Real::ZERO) {
-            let leaving = self.refract((glass, None), path, hit, at, throughput * through);
+        let dielectric = P::Real::ONE - model.metallic;
+        if let Some(glass) = model.glass.filter(|_| dielectric > P::Real::ZERO) {
+            // Paint reflects as glass does, from outside alone.
+            let mirrored = if at.outside { P::Real::ONE } else { glass.share };
+            let glass = Glass { reflected: glass.reflected * mirrored, transmitted: glass.transmitted * glass.share, ..glass };
+            let leaving = self.refract((&glass, None), path, hit, at, throughput * dielectric);
             return path.leave(leaving);
         }
         let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
@@ -163,7 +166,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         address: Address,
     ) -> Vec3Of<P> {
         let (scene, normal, view) = (self.scene, at.normal, -at.direction);
-        let bsdf = model.answer(normal);
+        let bsdf = model.answer(normal, view);
         let zero = P::Real::ZERO;
         let mut sum = Vec3Of::<P>::ZERO;
         for light in &scene.lights.delta {

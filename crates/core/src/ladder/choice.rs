@@ -103,7 +103,7 @@ impl Choice {
             Ladder::LightSampling => {
                 settings.light_sampling = [LightSampling::Scattering, LightSampling::Lights, LightSampling::Both][at];
             }
-            Ladder::Fresnel => settings.fresnel = [FresnelRule::Schlick, FresnelRule::Model, FresnelRule::Exact][at],
+            Ladder::Fresnel => settings.fresnel = FresnelRule::ALL[at],
             Ladder::Microfacets => settings.microfacets = [Microfacets::Single, Microfacets::Compensated][at],
             Ladder::TextureFilter => {
                 let filter = FILTERS[at];

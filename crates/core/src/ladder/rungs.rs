@@ -27,7 +27,11 @@ const LIGHT_SAMPLING: &[Rung] = &[
 ];
 const FRESNEL: &[Rung] = &[
     rung("schlick", "Schlick's formula for all: up to 0.08 off at grazing angles, of glass too"),
-    rung("model", "Schlick's for metallic-roughness, which is defined by it; exact for glass and complex indices"),
+    rung("model", "glTF's sample formulas to the letter: makes light, white plastic sends back up to 1.89 of what it gets"),
+    rung(
+        "conserving",
+        "Schlick's for metallic-roughness, exact for glass and complex indices; what is diffused is what facets leave",
+    ),
     rung("exact", "Fresnel's equations for whatever has an index; metals with a colour alone keep Schlick's"),
 ];
 const MICROFACETS: &[Rung] = &[
@@ -128,7 +132,7 @@ pub(super) const fn facts(ladder: Ladder) -> Facts {
         Ladder::RayOffset => of("ray-offset", RAY_OFFSET, "error-bound"),
         Ladder::Shadows => of("shadows", SHADOWS, "on"),
         Ladder::LightSampling => of("light-sampling", LIGHT_SAMPLING, "both"),
-        Ladder::Fresnel => of("fresnel", FRESNEL, "model"),
+        Ladder::Fresnel => of("fresnel", FRESNEL, "conserving"),
         Ladder::Microfacets => of("microfacets", MICROFACETS, "compensated"),
         Ladder::Colour => of("colour", COLOUR, "spectral"),
         Ladder::TextureFilter => of("texture-filter", TEXTURE_FILTER, "bilinear"),

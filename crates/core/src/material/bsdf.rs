@@ -88,13 +88,11 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
     }
 
     #[inline(always)]
-    fn sum(&self, wo: N::Vec3, wi: N::Vec3, counts: impl Fn(&L) -> bool) -> N::Vec3 {
+    fn sum(&self, wo: N::Vec3, wi: N::Vec3, value: impl Fn(&L, &Pair<N>) -> N::Vec3) -> N::Vec3 {
         let pair = Pair::new(self.normal, wo, wi);
         let mut sum = N::Vec3::ZERO;
         for lobe in self.lobes() {
-            if counts(lobe) {
-                sum += lobe.value(&pair);
-            }
+            sum += value(lobe, &pair);
         }
         sum
     }
@@ -102,7 +100,7 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
     /// Bidirectional reflectance from `wi`, which is above the surface, to `wo`; of delta lobes nothing.
     #[inline(always)]
     pub fn eval(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, |_| true)
+        self.sum(wo, wi, L::value)
     }
 
     /// Whether some lobe lets light through that could have been drawn.
@@ -124,10 +122,10 @@ impl<N: Number, L: Scatters<N>, const MOST: usize> Bsdf<N, L, MOST> {
         N::Vec3::select(above, over, under)
     }
 
-    /// [`Self::eval`] of the diffuse lobes alone, for a light that makes no highlights.
+    /// [`Self::eval`] of what is diffused alone, for a light that makes no highlights.
     #[inline(always)]
     pub fn diffuse(&self, wo: N::Vec3, wi: N::Vec3) -> N::Vec3 {
-        self.sum(wo, wi, L::is_diffuse)
+        self.sum(wo, wi, L::diffused)
     }
 
     /// What the choice among lobes goes by, of each of them, and the sum.

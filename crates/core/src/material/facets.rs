@@ -36,6 +36,11 @@ impl<N: Number> Facets<N> {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
     }
 
+    /// Perceptual roughness along the rougher way.
+    pub fn rougher(&self) -> N {
+        self.alpha[0].max(self.alpha[1]).sqrt()
+    }
+
     /// The normal that they lie about.
     pub fn normal(&self) -> N::Vec3 {
         self.frame.normal

@@ -70,9 +70,18 @@ pub fn dielectric_in_air(cosine: f64, ior: f64) -> f64 {
 pub enum FresnelRule {
     /// Schlick's for everything, for glass and conductors with a complex index too.
     Schlick,
-    /// Schlick's for the metallic-roughness model, which is defined by it; the exact ones for glass and for complex indices.
-    #[default]
+    /// glTF's sample formulas to the letter: as [`Self::Conserving`], but what is diffused loses Fresnel's share by the half vector, which
+    /// makes light at grazing views.
     Model,
-    /// The exact ones for whatever has an index; metals that have a colour alone keep Schlick's.
+    /// Schlick's for the metallic-roughness model, which is defined by it; the exact ones for glass and for complex indices. What is diffused
+    /// loses what the facets over it send back in the mean (albedo scaling), so that nothing makes light.
+    #[default]
+    Conserving,
+    /// As that, by the exact ones for whatever has an index; metals that have a colour alone keep Schlick's.
     Exact,
+}
+
+impl FresnelRule {
+    /// Every rule, from fast to exact.
+    pub const ALL: [Self; 4] = [Self::Schlick, Self::Model, Self::Conserving, Self::Exact];
 }

@@ -6,6 +6,7 @@
 
 use core::f64::consts::PI;
 
+use super::base::Base;
 use super::energy::sent_back;
 use super::facets::{Facets, mirrored};
 use super::frame::Frame;
@@ -76,26 +77,12 @@ impl<N: Number> Cover<N> {
 /// One way in which a layered surface sends light back or on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Way<N: Number> {
-    /// Lambert's below what reflects.
-    Diffuse {
-        /// Share that is diffused back, and what is let through diffusely.
-        back: N::Vec3,
-        through: N::Vec3,
-        /// Reflectance of the layer at normal incidence, and at grazing incidence.
-        f0: N::Vec3,
-        f90: N,
-        /// Whether something is let through.
-        both: bool,
-    },
+    /// What lies below what reflects.
+    Base(Base<N>),
     /// Fibres.
     Sheen(Sheen<N>),
     /// Rough facets.
-    Facets {
-        facets: Facets<N>,
-        reflectance: Reflectance<N>,
-        /// Factor that gives back what facets send to each other.
-        gain: N::Vec3,
-    },
+    Facets { facets: Facets<N>, reflectance: Reflectance<N> },
     /// A smooth mirror about a normal.
     Mirror { normal: N::Vec3, reflectance: Reflectance<N> },
     /// A boundary of a body that light enters.
@@ -118,9 +105,9 @@ impl<N: Number> Layer<N> {
     pub(super) fn new(way: Way<N>, cover: Cover<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
         let cosine = normal.dot(wo).max(N::ZERO);
         let own = match way {
-            Way::Diffuse { back, through, .. } => (back + through).max_element(),
+            Way::Base(base) => base.importance(),
             Way::Sheen(sheen) => sheen.sent(cosine),
-            Way::Facets { facets, reflectance, gain } => (reflectance.at(facets.normal().dot(wo)) * gain).max_element(),
+            Way::Facets { facets, reflectance } => reflectance.at(facets.normal().dot(wo)).max_element(),
             Way::Mirror { normal, reflectance } => reflectance.at(normal.dot(wo)).max_element(),
             Way::Boundary(boundary) => boundary.importance(),
             Way::Sheet(sheet) => sheet.importance(),
@@ -128,27 +115,15 @@ impl<N: Number> Layer<N> {
         Self { way, cover, importance: own * cover.once(normal, wo) }
     }
 
-    /// Below the layer's facets: what they let pass on their way in and out, by the half vector.
-    fn below(f0: N::Vec3, f90: N, tilt: N) -> N {
-        N::ONE - (f0 + (N::Vec3::splat(f90) - f0) * towards_grazing(tilt)).max_element()
-    }
-
-    /// The pair with the light above the surface, mirrored there if it was below.
-    fn folded(pair: &Pair<N>) -> Pair<N> {
-        let up = pair.wi - pair.normal * (N::from_f64(2.0) * pair.into);
-        Pair::new(pair.normal, pair.wo, N::Vec3::select(pair.into.above(N::ZERO), pair.wi, up))
+    /// A part of what it sends, under its cover; none where it sends nothing, also where directions have no half.
+    fn covered(&self, pair: &Pair<N>, own: N::Vec3) -> N::Vec3 {
+        N::Vec3::select(self.importance.above(N::ZERO), own * self.cover.passes(pair), N::Vec3::ZERO)
     }
 }
 
 impl<N: Number> Scatters<N> for Layer<N> {
     const NOTHING: Self = Self {
-        way: Way::Diffuse {
-            back: <N::Vec3 as Vector3<N>>::ZERO,
-            through: <N::Vec3 as Vector3<N>>::ZERO,
-            f0: <N::Vec3 as Vector3<N>>::ZERO,
-            f90: N::ONE,
-            both: false,
-        },
+        way: Way::Sheen(Sheen { colour: <N::Vec3 as Vector3<N>>::ZERO, roughness: N::ONE }),
         cover: Cover::NONE,
         importance: N::ZERO,
     };
@@ -163,13 +138,9 @@ impl<N: Number> Scatters<N> for Layer<N> {
         }
     }
 
-    fn is_diffuse(&self) -> bool {
-        matches!(self.way, Way::Diffuse { .. } | Way::Sheen(_))
-    }
-
     fn lets_through(&self) -> bool {
         match &self.way {
-            Way::Diffuse { both, .. } => *both,
+            Way::Base(base) => base.both,
             Way::Boundary(boundary) => !boundary.is_smooth(),
             Way::Sheet(sheet) => !sheet.is_smooth(),
             _ => false,
@@ -181,40 +152,41 @@ impl<N: Number> Scatters<N> for Layer<N> {
             return N::Vec3::ZERO;
         }
         let own = match &self.way {
-            Way::Diffuse { back, f0, f90, .. } => *back * (Self::below(*f0, *f90, pair.tilt) / N::from_f64(PI)),
-            Way::Sheen(sheen) => {
-                let half = (pair.wo + pair.wi).normalize();
-                sheen.value([pair.out, pair.into, pair.normal.dot(half).min(N::ONE)])
-            }
-            Way::Facets { facets, reflectance, gain } => {
+            Way::Base(base) => base.value(pair),
+            Way::Sheen(sheen) => sheen.value_of(pair),
+            Way::Facets { facets, reflectance } => {
                 // Cosines are those to the surface's normal, and a coat may have one of its own.
                 let turned = facets.normal().dot(pair.wi) / pair.into;
-                reflectance.at(pair.tilt) * *gain * (facets.value(pair.wo, pair.wi) * turned)
+                reflectance.at(pair.tilt) * (facets.value(pair.wo, pair.wi) * turned)
             }
             Way::Boundary(boundary) => boundary.value(pair),
             Way::Sheet(sheet) => sheet.value(pair),
             Way::Mirror { .. } => return N::Vec3::ZERO,
         };
-        // Of what sends nothing, also where directions have no half.
-        N::Vec3::select(self.importance.above(N::ZERO), own * self.cover.passes(pair), N::Vec3::ZERO)
+        self.covered(pair, own)
+    }
+
+    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+        match &self.way {
+            Way::Base(base) => self.covered(pair, base.diffused(pair)),
+            Way::Sheen(sheen) => self.covered(pair, sheen.value_of(pair)),
+            _ => N::Vec3::ZERO,
+        }
     }
 
     fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         let own = match &self.way {
-            Way::Diffuse { through, f0, f90, both: true, .. } => {
-                *through * (Self::below(*f0, *f90, Self::folded(pair).tilt) / N::from_f64(PI))
-            }
+            Way::Base(base) => base.value_through(pair),
             Way::Boundary(boundary) => boundary.value_through(pair),
-            Way::Sheet(sheet) => sheet.value_through(&Self::folded(pair)),
+            Way::Sheet(sheet) => sheet.value_through(&pair.folded()),
             _ => return N::Vec3::ZERO,
         };
-        N::Vec3::select(self.importance.above(N::ZERO), own * self.cover.passes(pair), N::Vec3::ZERO)
+        self.covered(pair, own)
     }
 
     fn density(&self, pair: &Pair<N>) -> N {
         match &self.way {
-            Way::Diffuse { both: true, .. } => self.back_share() * pair.into / N::from_f64(PI),
-            Way::Diffuse { .. } => pair.into / N::from_f64(PI),
+            Way::Base(base) => base.back_share() * pair.into / N::from_f64(PI),
             Way::Sheen(_) => N::from_f64(0.5 / PI),
             Way::Facets { facets, .. } => {
                 let density = facets.density(pair.wo, pair.wi);
@@ -228,22 +200,19 @@ impl<N: Number> Scatters<N> for Layer<N> {
 
     fn density_through(&self, pair: &Pair<N>) -> N {
         match &self.way {
-            Way::Diffuse { both: true, .. } => (N::ONE - self.back_share()) * -pair.into / N::from_f64(PI),
+            Way::Base(base) => (N::ONE - base.back_share()) * -pair.into / N::from_f64(PI),
             Way::Boundary(boundary) => boundary.density_through(pair),
-            Way::Sheet(sheet) => sheet.density_through(&Self::folded(pair)),
+            Way::Sheet(sheet) => sheet.density_through(&pair.folded()),
             _ => N::ZERO,
         }
     }
 
     fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         match &self.way {
-            Way::Diffuse { both, .. } => {
+            Way::Base(base) => {
                 let up = Lobe::<N>::cosine(point);
-                if !both {
-                    return frame.to_world(up);
-                }
                 let down = N::Vec3::new(up.x(), up.y(), -up.z());
-                frame.to_world(N::Vec3::select(self.back_share().above(choice), up, down))
+                frame.to_world(N::Vec3::select(base.back_share().above(choice), up, down))
             }
             Way::Sheen(_) => {
                 // Evenly over the hemisphere: equal heights have equal areas (Archimedes).
@@ -288,12 +257,5 @@ impl<N: Number> Layer<N> {
     pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
         let Way::Sheet(sheet) = &self.way else { return N::Vec3::ZERO };
         sheet.straight(normal.dot(wo)) * self.cover.passes(&Pair::new(normal, wo, -wo))
-    }
-
-    /// Chance that what diffuses both ways diffuses back.
-    fn back_share(&self) -> N {
-        let Way::Diffuse { back, through, .. } = &self.way else { return N::ONE };
-        let (back, through) = (back.max_element(), through.max_element());
-        N::select((back + through).above(N::ZERO), back / (back + through), N::ONE)
     }
 }

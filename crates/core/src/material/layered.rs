@@ -1,7 +1,8 @@
 //! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it and into it.
 
+use super::base::{Base, Top};
 use super::bsdf::Bsdf;
-use super::energy::given_back;
+use super::energy::{Albedo, Remainder, interreflected, interreflected_of};
 use super::facets::Facets;
 use super::film::Film;
 use super::frame::Frame;
@@ -92,14 +93,13 @@ impl<N: Number> Layered<N> {
             film: None,
             sheen: None,
             coat: None,
-            rule: FresnelRule::Model,
+            rule: FresnelRule::default(),
             compensated: true,
         }
     }
 
     /// What its facets reflect, of which a share `dielectric` is not metal and no glass.
     fn reflectance(&self, dielectric: N) -> Reflectance<N> {
-        let metallic = self.base.metallic;
         let normal = (self.specular_colour * self.base.dielectric).min(N::Vec3::ONE) * self.specular;
         let colour = self.conductor.map_or(self.base.base, |[n, k]| {
             N::Vec3::of_lanes(|lane| {
@@ -108,10 +108,11 @@ impl<N: Number> Layered<N> {
             })
         });
         Reflectance {
-            dielectric: [normal * dielectric, N::Vec3::splat(self.specular * dielectric)],
+            shares: [dielectric, self.base.metallic],
+            dielectric: [normal, N::Vec3::splat(self.specular)],
             exact: (self.rule == FresnelRule::Exact).then_some(self.ior),
-            metal: [colour * metallic, N::Vec3::splat(metallic)],
-            conductor: self.conductor.filter(|_| self.rule != FresnelRule::Schlick).map(|index| (index, metallic)),
+            metal: colour,
+            conductor: self.conductor.filter(|_| self.rule != FresnelRule::Schlick),
             film: self.film,
         }
     }
@@ -128,26 +129,28 @@ impl<N: Number> Layered<N> {
         let (through, normal) = (self.base.through(), bsdf.normal());
         let glassy = through.above(N::ZERO);
         let mut list = Builder { bsdf, normal, wo, cover: Cover::NONE };
-        // From within a body, what lies over it is beyond the boundary.
-        let over = outside.any() || self.base.glass.is_none() || self.thin;
-        let coat = self.coat.filter(|_| over);
+        // From within a body, what lies over it is beyond the boundary, the facets of its paint too.
+        let over = if self.base.glass.is_none() || self.thin { N::ONE } else { N::select(outside, N::ONE, N::ZERO) };
+        let is_over = over.above(N::ZERO).any();
+        let coat = self.coat.filter(|_| is_over);
         if let Some(coat) = coat {
             let reflectance = Reflectance {
-                dielectric: [N::Vec3::splat(coat.weight * N::from_f64(COAT)), N::Vec3::splat(coat.weight)],
+                shares: [coat.weight, N::ZERO],
+                dielectric: [N::Vec3::splat(N::from_f64(COAT)), N::Vec3::ONE],
                 exact: None,
-                metal: [N::Vec3::ZERO; 2],
+                metal: N::Vec3::ZERO,
                 conductor: None,
                 film: None,
             };
-            list.facets(Facets::even(coat.normal, coat.roughness), reflectance, coat.roughness, N::Vec3::ONE);
+            list.facets(Facets::even(coat.normal, coat.roughness), reflectance, coat.roughness);
         }
         list.cover.coat = coat;
-        if let Some(sheen) = self.sheen.filter(|_| over) {
+        if let Some(sheen) = self.sheen.filter(|_| is_over) {
             list.push(Way::Sheen(sheen));
             list.cover.sheen = Some(sheen);
         }
-        self.diffuse(&mut list);
-        let reflectance = self.reflectance(N::select(glassy, N::ZERO, N::ONE - self.base.metallic));
+        let reflectance = self.reflectance(self.base.painted() * over);
+        self.diffuse(&mut list, &reflectance, over);
         if reflectance.is_some() {
             let facets = match &self.combed {
                 Some(combed) => Facets::combed(combed.frame, self.base.roughness, combed.strength),
@@ -156,40 +159,53 @@ impl<N: Number> Layered<N> {
             // Combed facets are as rough as the rougher way even where the other is smooth.
             let combed = self.combed.map_or(N::ZERO, |combed| combed.strength);
             let roughness = N::select(combed.above(N::ZERO), facets.roughness(), self.base.roughness);
-            // What combed facets lose depends on the view's azimuth too, which the table does not know: seen along the fine way they lose
-            // less than even ones as fine. So they are given nothing back, and white ones are darker than they should be.
-            let even = N::select(combed.above(N::ZERO), N::ZERO, N::ONE);
-            let back = |f0: N::Vec3| N::Vec3::ONE + (given_back(f0, self.base.roughness, normal.dot(wo)) - N::Vec3::ONE) * even;
-            let gain = if self.compensated { back(reflectance.bare()) } else { N::Vec3::ONE };
-            list.facets(facets, reflectance, roughness, gain);
+            list.facets(facets, reflectance, roughness);
         }
         if self.base.glass.is_some() && glassy.any() {
             self.glass(&mut list, through, outside);
         }
     }
 
-    /// What is diffused, back and on.
-    fn diffuse(&self, list: &mut Builder<'_, N>) {
-        let whole = self.reflectance(N::ONE - self.base.metallic).at(N::ONE);
-        let albedo = self.base.albedo();
-        let (back, through) = match self.diffused {
-            None => (albedo, N::Vec3::ZERO),
-            Some(Diffused { share, colour }) => {
-                let left = (N::ONE - self.base.metallic) * (N::ONE - self.passed());
-                (albedo * (N::ONE - share), colour * (left * share))
-            }
-        };
-        if back.max(through).max_element().above(N::ZERO).any() {
+    /// What is diffused, back and on, below facets, and what these send to each other.
+    fn diffuse(&self, list: &mut Builder<'_, N>, facets: &Reflectance<N>, over: N) {
+        let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
+        let (back, through) = self.diffused.map_or((albedo, zero), |Diffused { share, colour }| {
+            (albedo * (N::ONE - share), colour * (self.base.painted() * share))
+        });
+        let roughness = self.base.roughness;
+        let combed = self.combed.map_or(N::ZERO, |combed| combed.strength);
+        // What combed facets lose depends on the view's azimuth too, which the table does not know: seen along the fine way they lose less than
+        // even ones as fine. So they are given nothing back, and white ones are darker than they should be.
+        let even = !combed.above(N::ZERO) & roughness.above(N::from_f64(LEAST_ROUGHNESS));
+        let lost = Albedo::mean(roughness).lost;
+        let (mut sent, mut own) = (zero, N::ZERO);
+        let layer = [facets.dielectric[0].max_element() * over, facets.dielectric[1].max_element() * over];
+        if self.compensated && even.any() {
+            own = N::select(even, interreflected_of(layer[0], layer[1], lost), N::ZERO);
+            let metal = interreflected::<N>(facets.metal, N::ONE, lost) * facets.shares[1];
+            sent = N::Vec3::select(even, metal + N::Vec3::splat(own * facets.shares[0]), zero);
+        }
+        if back.max(through).max(sent).max_element().above(N::ZERO).any() {
             let both = through.max_element().above(N::ZERO).any();
-            let f90 = N::ONE - (N::ONE - self.specular) * (N::ONE - self.base.metallic);
-            list.push(Way::Diffuse { back, through, f0: whole, f90, both });
+            let top = self.top(list, facets, (Remainder::new([layer[0], layer[1], own], roughness), over));
+            list.push(Way::Base(Base { back, through, interreflected: sent, both, top }));
         }
     }
 
-    /// Share of the dielectric part's light that goes through glass.
-    fn passed(&self) -> N {
-        let tint = self.base.glass.map_or(N::ZERO, |glass| glass.transmitted.max_element().min(N::ONE));
-        self.base.through() * tint
+    /// The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
+    fn top(&self, list: &Builder<'_, N>, facets: &Reflectance<N>, (remainder, over): (Remainder<N>, N)) -> Top<N> {
+        let alone = Reflectance { shares: [over, N::ZERO], ..*facets };
+        let literal = (self.rule == FresnelRule::Model).then(|| {
+            let mixed = Reflectance { shares: [N::ONE - self.base.metallic, self.base.metallic], ..*facets };
+            [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
+        });
+        let mut top = Top::new(remainder, literal);
+        if let Some(Combed { strength, frame }) = self.combed {
+            top = top.combed(strength.above(N::ZERO), Facets::combed(frame, self.base.roughness, strength).rougher());
+        }
+        let filmed = facets.film.map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
+        let curved = if facets.exact.is_some() { !N::Mask::default() } else { filmed };
+        top.curved(curved, alone).seen_at(list.normal.dot(list.wo))
     }
 
     /// The boundary of glass in its share.
@@ -244,20 +260,13 @@ impl<N: Number> Builder<'_, N> {
     }
 
     /// Facets where they are rough, a mirror where they are not.
-    fn facets(&mut self, facets: Facets<N>, reflectance: Reflectance<N>, roughness: N, gain: N::Vec3) {
+    fn facets(&mut self, facets: Facets<N>, reflectance: Reflectance<N>, roughness: N) {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        let of = |mask: N::Mask| Reflectance {
-            dielectric: reflectance.dielectric.map(|f| N::Vec3::select(mask, f, N::Vec3::ZERO)),
-            metal: reflectance.metal.map(|f| N::Vec3::select(mask, f, N::Vec3::ZERO)),
-            conductor: reflectance.conductor.map(|(index, share)| (index, N::select(mask, share, N::ZERO))),
-            film: reflectance.film.map(|film| Film { share: N::select(mask, film.share, N::ZERO), ..film }),
-            ..reflectance
-        };
         if rough.any() {
-            self.push(Way::Facets { facets, reflectance: of(rough), gain });
+            self.push(Way::Facets { facets, reflectance: reflectance.masked(rough) });
         }
         if (!rough).any() {
-            self.push(Way::Mirror { normal: facets.normal(), reflectance: of(!rough) });
+            self.push(Way::Mirror { normal: facets.normal(), reflectance: reflectance.masked(!rough) });
         }
     }
 }

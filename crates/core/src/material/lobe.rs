@@ -2,6 +2,7 @@
 
 use core::f64::consts::PI;
 
+use super::energy::Remainder;
 use super::frame::Frame;
 use super::fresnel::{schlick, towards_grazing};
 use super::interface::Interface;
@@ -14,14 +15,14 @@ pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 /// One way in which a surface sends light back or on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lobe<N: Number> {
-    /// Lambert's below a layer that reflects by Schlick: albedo · (1 − F(h·l)) / π.
+    /// Lambert's below facets that reflect by Schlick, and what the facets send to each other.
     Diffuse {
-        /// Share that is diffused of what comes through the layer.
+        /// Share that is diffused of what the facets leave.
         albedo: N::Vec3,
-        /// Reflectance of the layer at normal incidence.
-        f0: N::Vec3,
-        /// The same at grazing incidence.
-        f90: N,
+        /// Factor of what white facets send to each other.
+        interreflected: N::Vec3,
+        /// What they leave of it.
+        remainder: Remainder<N>,
     },
     /// Lambert's: the same radiance in every direction.
     Lambert {
@@ -89,6 +90,12 @@ impl<N: Number> Pair<N> {
         Self { normal, wo, wi, half, out: normal.dot(wo), into: normal.dot(wi), tilt: half.dot(wi).max(N::ZERO) }
     }
 
+    /// The pair with the light above the surface, mirrored there if it was below.
+    pub(super) fn folded(&self) -> Self {
+        let up = self.wi - self.normal * (N::from_f64(2.0) * self.into);
+        Self::new(self.normal, self.wo, N::Vec3::select(self.into.above(N::ZERO), self.wi, up))
+    }
+
     /// What facets of such a reflectance send back, by GGX's density of them and Smith's height-correlated shadowing. Takes α².
     #[inline(always)]
     pub(super) fn reflected(&self, reflectance: N::Vec3, a2: N) -> N::Vec3 {
@@ -149,12 +156,12 @@ pub trait Scatters<N: Number>: Copy + core::fmt::Debug {
     const COATED: bool;
     /// Whether it answers in single directions only, so that it has neither a value nor a density.
     fn is_delta(&self) -> bool;
-    /// Whether it diffuses, so that it answers to lights that make no highlights.
-    fn is_diffuse(&self) -> bool;
     /// Whether it lets light through that could have been drawn.
     fn lets_through(&self) -> bool;
     /// Its bidirectional reflectance, for a light above the surface.
     fn value(&self, pair: &Pair<N>) -> N::Vec3;
+    /// The part of it that is diffused, with which it answers to lights that make no highlights.
+    fn diffused(&self, pair: &Pair<N>) -> N::Vec3;
     /// What it lets through of a light below the surface, over the cosine there.
     fn value_through(&self, pair: &Pair<N>) -> N::Vec3;
     /// Density by solid angle with which [`Self::drawn_world`] gives the light's direction, both above the surface.
@@ -185,11 +192,6 @@ impl<N: Number> Scatters<N> for Lobe<N> {
     }
 
     #[inline(always)]
-    fn is_diffuse(&self) -> bool {
-        matches!(self, Self::Diffuse { .. } | Self::Lambert { .. })
-    }
-
-    #[inline(always)]
     fn lets_through(&self) -> bool {
         matches!(self, Self::RoughGlass(_))
     }
@@ -197,9 +199,13 @@ impl<N: Number> Scatters<N> for Lobe<N> {
     #[inline(always)]
     fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         match *self {
-            Self::Diffuse { albedo, f0, f90 } => {
-                let reflected = f0 + (N::Vec3::splat(f90) - f0) * towards_grazing(pair.tilt);
-                albedo * (N::Vec3::ONE - reflected) / N::from_f64(PI)
+            Self::Diffuse { albedo, interreflected, remainder } => {
+                // Matte surfaces of the classic kind have no layer, and look nothing up.
+                if !remainder.is_covered() && !interreflected.max_element().above(N::ZERO).any() {
+                    return albedo / N::from_f64(PI);
+                }
+                let [base, lost] = remainder.towards(pair.into);
+                (albedo * base + interreflected * lost) / N::from_f64(PI)
             }
             Self::Lambert { albedo } => albedo / N::from_f64(PI),
             Self::Glossy { f0, roughness } => pair.reflected(schlick(f0, pair.tilt), squared_alpha(roughness)),
@@ -210,6 +216,18 @@ impl<N: Number> Scatters<N> for Lobe<N> {
             }
             Self::RoughGlass(glass) => glass.value(pair),
             Self::Mirror { .. } | Self::Dielectric { .. } => N::Vec3::ZERO,
+        }
+    }
+
+    #[inline(always)]
+    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+        match *self {
+            Self::Diffuse { albedo, remainder, .. } => {
+                let base = if remainder.is_covered() { remainder.towards(pair.into)[0] } else { N::ONE };
+                albedo * base / N::from_f64(PI)
+            }
+            Self::Lambert { albedo } => albedo / N::from_f64(PI),
+            _ => N::Vec3::ZERO,
         }
     }
 
@@ -283,7 +301,10 @@ impl<N: Number> Scatters<N> for Lobe<N> {
     #[inline(always)]
     fn importance(&self, cosine: N) -> N {
         match *self {
-            Self::Diffuse { albedo, .. } | Self::Lambert { albedo } => albedo.max_element(),
+            Self::Diffuse { albedo, interreflected, remainder } => {
+                (albedo * remainder.seen[0] + interreflected * remainder.seen[1]).max_element()
+            }
+            Self::Lambert { albedo } => albedo.max_element(),
             Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))).max_element(),
             Self::Glossy { f0, .. } => schlick(f0, cosine.max(N::ZERO)).max_element(),
             Self::Mirror { .. } => self.reflectance(cosine).max_element(),

@@ -1,14 +1,21 @@
 //! The metallic-roughness model: the inputs that its lobes are made of.
 
 use super::bsdf::Bsdf;
-use super::energy::given_back;
+use super::energy::{Albedo, Remainder, interreflected, interreflected_of};
 use super::lobe::{LEAST_ROUGHNESS, Lobe};
 use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
 
 /// What makes a boundary of glass of a share of a surface.
+///
+/// A dielectric that lets through a part of its light is a mixture by area: glass in that share, paint in the rest. From outside this is
+/// what glTF's mixture of a diffuse base and a transmitting one under one reflection is. From inside, light meets glass, which keeps
+/// all of it beyond the critical angle, or the back of the paint, which has no boundary before it: so no angle counts twice, and the sum
+/// is at most one from both sides, rough or smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass<N: Number> {
+    /// Share of the dielectric part that is glass.
+    pub share: N,
     /// Index of refraction of the inside over the outside.
     pub ior: N::Exact,
     /// Factor of what is reflected.
@@ -50,26 +57,63 @@ impl<N: Number> MetallicRoughness<N> {
     /// Share of the surface that is a boundary of glass.
     #[inline(always)]
     pub fn through(&self) -> N {
-        if self.glass.is_some() { N::ONE - self.metallic } else { N::ZERO }
+        self.glass.map_or(N::ZERO, |glass| glass.share * (N::ONE - self.metallic))
     }
 
-    /// Colour that is diffused: what neither a metal nor the way through takes away.
+    /// Share of the surface that is an opaque dielectric.
+    #[inline(always)]
+    pub fn painted(&self) -> N {
+        let dielectric = N::ONE - self.metallic;
+        self.glass.map_or(dielectric, |glass| dielectric * (N::ONE - glass.share))
+    }
+
+    /// Colour that is diffused.
     #[inline(always)]
     pub fn albedo(&self) -> N::Vec3 {
-        let tint = self.glass.map_or(N::ZERO, |glass| glass.transmitted.max_element().min(N::ONE));
-        self.base * ((N::ONE - self.metallic) * (N::ONE - self.through() * tint))
+        self.base * self.painted()
     }
 
     /// Reflectance at normal incidence.
     #[inline(always)]
     pub fn f0(&self) -> N::Vec3 {
-        N::Vec3::splat(self.dielectric) * (N::ONE - self.metallic) + self.base * self.metallic
+        self.facets(N::ONE - self.metallic).0
     }
 
     /// Reflectance at grazing incidence: all, but for what the dielectric part lacks of it.
     #[inline(always)]
     pub fn f90(&self) -> N {
-        N::ONE - (N::ONE - self.grazing) * (N::ONE - self.metallic)
+        self.facets(N::ONE - self.metallic).1
+    }
+
+    /// Reflectances at normal and at grazing incidence of facets of which a share is dielectric.
+    #[inline(always)]
+    fn facets(&self, dielectric: N) -> (N::Vec3, N) {
+        (N::Vec3::splat(self.dielectric) * dielectric + self.base * self.metallic, self.grazing * dielectric + self.metallic)
+    }
+
+    /// What is diffused below dielectric facets, which cover it where `over` is one, and what all facets, of which a share is dielectric, send
+    /// to each other where that is `compensated`; and whether some of it is there.
+    ///
+    /// The base is the dielectric part's, and loses what that part's facets send back: metal beside it takes none of its light, as in
+    /// glTF's mixture of a metal and a dielectric.
+    #[inline(always)]
+    fn diffuse(&self, [dielectric, over]: [N; 2], cosine: N, compensated: bool) -> (Lobe<N>, N::Mask) {
+        let (albedo, zero) = (self.albedo(), N::Vec3::ZERO);
+        let layer = [self.dielectric * over, self.grazing * over];
+        let bare = Remainder::new([layer[0], layer[1], N::ZERO], self.roughness);
+        if !bare.is_covered() && !self.metallic.above(N::ZERO).any() {
+            return (Lobe::Diffuse { albedo, interreflected: zero, remainder: bare }, albedo.max_element().above(N::ZERO));
+        }
+        let mean = Albedo::mean(self.roughness);
+        let (mut sent, mut own) = (zero, N::ZERO);
+        if compensated {
+            own = interreflected_of(layer[0], layer[1], mean.lost);
+            let metal = interreflected::<N>(self.base, N::ONE, mean.lost) * self.metallic;
+            let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
+            sent = N::Vec3::select(rough, metal + N::Vec3::splat(own * dielectric), zero);
+        }
+        let remainder = Remainder::new([layer[0], layer[1], own], self.roughness).seen_at(cosine, mean);
+        (Lobe::Diffuse { albedo, interreflected: sent, remainder }, albedo.max(sent).max_element().above(N::ZERO))
     }
 
     /// The mirror that its glossy lobe is where the roughness is next to none.
@@ -81,32 +125,31 @@ impl<N: Number> MetallicRoughness<N> {
     /// The lobes that answer to a light: diffuse and glossy. How many is known when this is compiled, so nothing is left of
     /// the list.
     #[inline(always)]
-    pub fn answer(&self, normal: N::Vec3) -> Bsdf<N> {
+    pub fn answer(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
-        let diffuse = Lobe::Diffuse { albedo: self.albedo(), f0, f90: self.f90() };
+        let (diffuse, _) = self.diffuse([N::ONE - self.metallic, N::ONE], normal.dot(wo), false);
         Bsdf::new(normal).with(diffuse).with(Lobe::Glossy { f0, roughness: self.roughness })
     }
 
     /// Its lobes for light that goes any way, seen from `wo`: as [`Self::bsdf`], but next to smooth surfaces are mirrors, rough ones
     /// give back what their facets send to each other (where `compensated`), and a boundary of glass, smooth or rough, reflects by itself, so that of the
-    /// rest only what is metal does.
+    /// rest only what is paint or metal does.
     #[inline(always)]
     pub fn transport(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask, compensated: bool) -> Bsdf<N> {
         let zero = N::Vec3::ZERO;
-        let (through, whole) = (self.through(), self.f0());
+        let through = self.through();
         let glassy = through.above(N::ZERO);
-        let f0 = N::Vec3::select(glassy, self.base * self.metallic, whole);
-        let f90 = N::Vec3::splat(N::select(glassy, self.metallic, self.f90()));
-        let mut bsdf = Bsdf::new(normal);
-        let albedo = self.albedo();
-        if albedo.max_element().above(N::ZERO).any() {
-            bsdf = bsdf.with(Lobe::Diffuse { albedo, f0: whole, f90: self.f90() });
-        }
+        // From within a body, the back of its paint is met without a boundary.
+        let over = if self.glass.is_some() { N::select(outside, N::ONE, N::ZERO) } else { N::ONE };
+        let painted = self.painted() * over;
+        let (f0, f90) = self.facets(painted);
+        let (diffuse, some) = self.diffuse([painted, over], normal.dot(wo), compensated);
+        let mut bsdf = if some.any() { Bsdf::new(normal).with(diffuse) } else { Bsdf::new(normal) };
+        let f90 = N::Vec3::splat(f90);
         let rough = self.roughness.above(N::from_f64(LEAST_ROUGHNESS));
         if f90.max_element().above(N::ZERO).any() {
             if rough.any() {
-                let gain = if compensated { given_back(f0, self.roughness, normal.dot(wo)) } else { N::Vec3::ONE };
-                let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f * gain, zero));
+                let [f0, f90] = [f0, f90].map(|f| N::Vec3::select(rough, f, zero));
                 bsdf = bsdf.with(Lobe::Rough { f0, f90, roughness: self.roughness });
             }
             if (!rough).any() {
@@ -134,13 +177,10 @@ impl<N: Number> MetallicRoughness<N> {
     /// count are known when this is compiled.
     #[inline(always)]
     pub fn rough(&self, normal: N::Vec3, wo: N::Vec3, compensated: bool) -> Bsdf<N, Lobe<N>, 2> {
-        let f0 = self.f0();
-        let gain = if compensated { given_back(f0, self.roughness, normal.dot(wo)) } else { N::Vec3::ONE };
-        Bsdf::of_kind(normal).with(Lobe::Diffuse { albedo: self.albedo(), f0, f90: self.f90() }).with(Lobe::Rough {
-            f0: f0 * gain,
-            f90: N::Vec3::splat(self.f90()) * gain,
-            roughness: self.roughness,
-        })
+        let dielectric = N::ONE - self.metallic;
+        let (f0, f90) = self.facets(dielectric);
+        let (diffuse, _) = self.diffuse([dielectric, N::ONE], normal.dot(wo), compensated);
+        Bsdf::of_kind(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::splat(f90), roughness: self.roughness })
     }
 
     /// Whether that is what it is, lane by lane.
@@ -152,8 +192,8 @@ impl<N: Number> MetallicRoughness<N> {
 
     /// All its lobes: those of [`Self::answer`], and the boundary of glass where some lane has a share of it.
     #[inline(always)]
-    pub fn bsdf(&self, normal: N::Vec3, outside: N::Mask) -> Bsdf<N> {
-        let bsdf = self.answer(normal);
+    pub fn bsdf(&self, normal: N::Vec3, wo: N::Vec3, outside: N::Mask) -> Bsdf<N> {
+        let bsdf = self.answer(normal, wo);
         let (share, Some(glass)) = (self.through(), self.glass) else { return bsdf };
         let (eta, reflected, transmitted) = (glass.eta(outside), glass.reflected, glass.transmitted);
         let some = share.above(N::ZERO).any();

@@ -11,11 +11,12 @@
 //!
 //! let base = DVec3::new(0.8, 0.2, 0.1);
 //! let paint = MetallicRoughness::<f64> { base, metallic: 0.0, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass: None };
-//! let bsdf = paint.bsdf(DVec3::Y, true);
 //! let (wo, wi) = (DVec3::Y, DVec3::new(0.6, 0.8, 0.0));
+//! let bsdf = paint.bsdf(DVec3::Y, wo, true);
 //! assert!(bsdf.eval(wo, wi).x > bsdf.eval(wo, wi).y && bsdf.pdf(wo, wi) > 0.0);
 //! ```
 
+mod base;
 mod bent;
 mod bsdf;
 mod energy;
@@ -49,3 +50,25 @@ pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use rough_glass::RoughGlass;
 pub use sheen::Sheen;
 pub(crate) use spectrum::{Hero, index_at};
+
+/// What materials read that is tabulated: nothing of it depends on a scene.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tables {
+    pub facets: bool,
+    pub sheen: bool,
+    pub films: bool,
+    pub wavelengths: bool,
+}
+
+impl Tables {
+    /// Makes them, those that have not been made: in preparation, before a clock runs.
+    pub(crate) fn prepare(&self) {
+        if self.facets {
+            energy::prepare();
+        }
+        if self.sheen {
+            sheen::prepare();
+        }
+        spectrum::prepare(self.films, self.wavelengths);
+    }
+}

@@ -1,62 +1,75 @@
-//! How much the facets of a layered surface reflect: a dielectric and a metal in shares, by Schlick's formula or the exact ones, with a thin
-//! film over them or not.
+//! How much the facets of a layered surface reflect: a dielectric and a metal in shares, by Schlick's formula or the exact ones, each with a
+//! thin film over it or not.
 
 use super::film::Film;
 use super::fresnel::{conductor, dielectric_in_air, towards_grazing};
-use crate::number::{Number, Vector3};
+use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance by the cosine of incidence on a facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflectance<N: Number> {
-    /// Of the dielectric part at normal and at grazing incidence, in its share.
+    /// Shares of the surface that are dielectric and metal.
+    pub shares: [N; 2],
+    /// Of the dielectric part at normal and at grazing incidence.
     pub dielectric: [N::Vec3; 2],
     /// The index by which it goes from one to the other, where that is not Schlick's way.
     pub exact: Option<N::Exact>,
-    /// Of the metal in its share.
-    pub metal: [N::Vec3; 2],
-    /// Complex index of the metal, n and k, and its share, in place of the above.
-    pub conductor: Option<([N::Vec3; 2], N)>,
+    /// Of the metal at normal incidence; all is reflected at grazing incidence.
+    pub metal: N::Vec3,
+    /// Complex index of the metal, n and k, by which it goes where that is not Schlick's way.
+    pub conductor: Option<[N::Vec3; 2]>,
     /// A film over both.
     pub film: Option<Film<N>>,
 }
 
 impl<N: Number> Reflectance<N> {
-    /// At normal incidence, without a film.
-    pub fn bare(&self) -> N::Vec3 {
-        self.dielectric[0] + self.metal[0]
-    }
-
     /// At a cosine of incidence.
     pub fn at(&self, cosine: N) -> N::Vec3 {
         let cosine = cosine.max(N::ZERO).min(N::ONE);
-        let schlick = towards_grazing(cosine);
-        let rise = self.exact.map_or(schlick, |ior| {
+        let mut sum = N::Vec3::ZERO;
+        for (k, &share) in self.shares.iter().enumerate() {
+            if share.above(N::ZERO).any() {
+                let (bare, f0) = if k == 0 { self.of_dielectric(cosine) } else { self.of_metal(cosine) };
+                sum += self.film.map_or(bare, |film| film.over(bare, f0, cosine)) * share;
+            }
+        }
+        sum
+    }
+
+    /// The dielectric part's, bare, and that at normal incidence.
+    fn of_dielectric(&self, cosine: N) -> (N::Vec3, N::Vec3) {
+        let [normal, grazing] = self.dielectric;
+        let rise = self.exact.map_or(towards_grazing(cosine), |ior| {
             N::of_lanes(|lane| {
                 let ior = N::exact_lane(ior, lane);
                 let f0 = ((ior - 1.0) / (ior + 1.0)).powi(2);
                 (dielectric_in_air(cosine.lane(lane), ior) - f0) / (1.0 - f0)
             })
         });
-        let between = |[normal, grazing]: [N::Vec3; 2], rise: N| normal + (grazing - normal) * rise;
-        let metal = match self.conductor {
-            None => between(self.metal, schlick),
-            Some(([n, k], share)) => {
-                let exact = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
-                    let (n, k) = (n.lane(lane), k.lane(lane));
-                    let of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
-                    glam::DVec3::new(of(n.x, k.x), of(n.y, k.y), of(n.z, k.z))
-                });
-                exact * share
-            }
+        (normal + (grazing - normal) * rise, normal)
+    }
+
+    /// The same of the metal.
+    fn of_metal(&self, cosine: N) -> (N::Vec3, N::Vec3) {
+        let Some([n, k]) = self.conductor else {
+            return (self.metal + (N::Vec3::ONE - self.metal) * towards_grazing(cosine), self.metal);
         };
-        let whole = between(self.dielectric, rise) + metal;
-        self.film.map_or(whole, |film| film.over(whole, self.bare(), cosine))
+        let exact = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
+            let (n, k) = (n.lane(lane), k.lane(lane));
+            let of = |n: f64, k: f64| conductor(cosine.lane(lane), [n, k]);
+            glam::DVec3::new(of(n.x, k.x), of(n.y, k.y), of(n.z, k.z))
+        });
+        (exact, self.metal)
     }
 
     /// Whether some of it reflects somewhere.
     pub fn is_some(&self) -> bool {
-        use crate::number::Mask;
-        let [[a, b], [c, d]] = [self.dielectric, self.metal];
-        a.max(b).max(c).max(d).max_element().above(N::ZERO).any()
+        let dielectric = self.dielectric[0].max(self.dielectric[1]).max_element() * self.shares[0];
+        dielectric.max(self.shares[1]).above(N::ZERO).any()
+    }
+
+    /// It where a mask is set, and nothing elsewhere.
+    pub fn masked(self, mask: N::Mask) -> Self {
+        Self { shares: self.shares.map(|share| N::select(mask, share, N::ZERO)), ..self }
     }
 }

@@ -4,6 +4,7 @@
 use core::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
+use super::lobe::Pair;
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness: below it the exponent 1/α has no more digits.
@@ -23,6 +24,12 @@ impl<N: Number> Sheen<N> {
     pub(super) fn value(&self, [out, into, half]: [N; 3]) -> N::Vec3 {
         let value = N::of_lanes(|lane| charlie(self.roughness.lane(lane), [out.lane(lane), into.lane(lane), half.lane(lane)]));
         self.colour * value
+    }
+
+    /// The same, by the directions.
+    pub(super) fn value_of(&self, pair: &Pair<N>) -> N::Vec3 {
+        let half = (pair.wo + pair.wi).normalize();
+        self.value([pair.out, pair.into, pair.normal.dot(half).min(N::ONE)])
     }
 
     /// Share of light that white fibres send back in a direction, and the rest of what a colour's strongest part does.
@@ -70,6 +77,11 @@ type Lobe = fn(f64, [f64; 3]) -> f64;
 /// Shares that are sent back, as published and as limited.
 static PUBLISHED: LazyLock<Vec<f64>> = LazyLock::new(|| table(published));
 static SENT: LazyLock<Vec<f64>> = LazyLock::new(|| table(charlie));
+
+/// Makes the tables, if that has not been done: before a clock runs.
+pub(super) fn prepare() {
+    LazyLock::force(&SENT);
+}
 
 fn table(lobe: Lobe) -> Vec<f64> {
     let share = |i: usize| i as f64 / (STEPS - 1) as f64;

@@ -106,6 +106,16 @@ static COHERENCE: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     table
 });
 
+/// Makes the tables of films and of wavelengths that are wanted, if that has not been done: before a clock runs.
+pub(super) fn prepare(films: bool, wavelengths: bool) {
+    if films {
+        LazyLock::force(&COHERENCE);
+    }
+    if wavelengths {
+        LazyLock::force(&CHANCES);
+    }
+}
+
 /// How much of an interference at this optical path, in nanometres, is left in the mean over white light, in each channel: from one, where
 /// all wavelengths agree, to nothing.
 pub(super) fn coherence(path: f64) -> [f64; 3] {

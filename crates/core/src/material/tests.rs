@@ -1,8 +1,10 @@
 //! Sampling against the density that it claims, densities against one, values against reciprocity and the energy that came in.
 
+mod energy;
 mod lanes;
 mod layers;
 
+use super::energy::{Albedo, Remainder};
 use super::*;
 use glam::DVec3;
 
@@ -25,24 +27,27 @@ fn towards(n: DVec3, height: f64, turn: f64) -> DVec3 {
 const NORMAL: DVec3 = DVec3::new(0.48, -0.64, 0.6);
 const WHITE: DVec3 = DVec3::ONE;
 
-fn diffuse() -> Lobe<f64> {
-    Lobe::Diffuse { albedo: WHITE, f0: DVec3::splat(0.04), f90: 1.0 }
+/// What lies below facets of index 1.5, seen at a height; white ones send to each other as much as they lose.
+fn diffuse(roughness: f64, interreflected: f64, height: f64) -> Lobe<f64> {
+    let remainder = Remainder::new([0.04, 1.0, 0.0], roughness).seen_at(height, Albedo::mean(roughness));
+    Lobe::Diffuse { albedo: WHITE, interreflected: WHITE * interreflected, remainder }
 }
 
 fn glossy(roughness: f64, f0: f64) -> Lobe<f64> {
     Lobe::Glossy { f0: DVec3::splat(f0), roughness }
 }
 
-/// Each lobe that has a density, alone, and a surface of all of them with a mirror.
-fn surfaces() -> Vec<(&'static str, Bsdf<f64>)> {
+/// Each lobe that has a density, alone, and a surface of all of them with a mirror, seen along `wo`.
+fn surfaces(wo: DVec3) -> Vec<(&'static str, Bsdf<f64>)> {
     let of = |lobe| Bsdf::<f64>::new(NORMAL).with(lobe);
     let mirror = Lobe::Mirror { f0: DVec3::splat(0.3), f90: WHITE };
     vec![
-        ("diffuse", of(diffuse())),
+        ("diffuse", of(diffuse(0.5, 0.0, NORMAL.dot(wo)))),
+        ("below white facets", of(diffuse(0.9, 1.0, NORMAL.dot(wo)))),
         ("glossy", of(glossy(0.5, 0.04))),
         ("rough metal", of(glossy(0.9, 1.0))),
         ("shiny metal", of(glossy(0.3, 1.0))),
-        ("all", of(diffuse()).with(glossy(0.6, 0.5)).with(mirror)),
+        ("all", of(diffuse(0.6, 0.3, NORMAL.dot(wo))).with(glossy(0.6, 0.5)).with(mirror)),
         ("Lambert", of(Lobe::Lambert { albedo: WHITE })),
         ("rough", of(Lobe::Rough { f0: DVec3::splat(0.2), f90: DVec3::splat(0.7), roughness: 0.4 })),
     ]
@@ -125,22 +130,28 @@ fn chi_squared<L: Scatters<f64>, const MOST: usize>(name: &str, bsdf: &Bsdf<f64,
 
 /// The mean of what a surface sends of white light, and its greatest standard deviation.
 fn furnace<L: Scatters<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3) -> (DVec3, f64) {
-    const COUNT: u64 = 20_000;
+    furnace_of(bsdf, wo, 20_000)
+}
+
+/// The same by so many samples.
+fn furnace_of<L: Scatters<f64>, const MOST: usize>(bsdf: &Bsdf<f64, L, MOST>, wo: DVec3, count: u64) -> (DVec3, f64) {
     let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-    for weight in (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight) {
+    let frame = Frame::about(NORMAL);
+    for weight in (0..count).map(|i| bsdf.sample(&frame, wo, numbers(i)).weight) {
         (sum, squares) = (sum + weight, squares + weight * weight);
     }
-    let mean = sum / COUNT as f64;
-    let variance = (squares / COUNT as f64 - mean * mean).max(DVec3::ZERO) / COUNT as f64;
+    let mean = sum / count as f64;
+    let variance = (squares / count as f64 - mean * mean).max(DVec3::ZERO) / count as f64;
     (mean, variance.max_element().sqrt())
 }
 
 /// Protects: directions are drawn with the density that `pdf` states.
 #[test]
 fn samples_follow_their_density() {
-    for (name, bsdf) in surfaces().into_iter().chain(boundaries()) {
-        for height in HEIGHTS {
-            chi_squared(name, &bsdf, towards(NORMAL, height, 0.4));
+    for height in HEIGHTS {
+        let wo = towards(NORMAL, height, 0.4);
+        for (name, bsdf) in surfaces(wo).into_iter().chain(boundaries()) {
+            chi_squared(name, &bsdf, wo);
         }
     }
 }
@@ -148,14 +159,14 @@ fn samples_follow_their_density() {
 /// Protects: the same light goes either way.
 #[test]
 fn values_are_reciprocal() {
-    for (name, bsdf) in surfaces() {
-        for i in 0..200 {
-            let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
-            let [wo, wi] = [
-                towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b),
-                towards(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d),
-            ];
-            let (there, back) = (bsdf.eval(wo, wi), bsdf.eval(wi, wo));
+    for i in 0..200 {
+        let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
+        let [wo, wi] = [
+            towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b),
+            towards(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d),
+        ];
+        for ((name, there), (_, back)) in surfaces(wo).into_iter().zip(surfaces(wi)) {
+            let (there, back) = (there.eval(wo, wi), back.eval(wi, wo));
             assert!((there - back).length() <= 1e-9 * there.length(), "{name}: {there} and {back}");
         }
     }
@@ -214,11 +225,10 @@ fn no_lobe_makes_light() {
     const COUNT: u64 = 20_000;
     let glass = Lobe::Dielectric { eta: 1.0 / 1.5, share: 1.0, reflected: WHITE, transmitted: WHITE };
     let mirror = Lobe::Mirror { f0: DVec3::splat(0.5), f90: WHITE };
-    let lobes = [diffuse(), glossy(0.3, 1.0), glossy(0.5, 0.04), glossy(0.9, 1.0), mirror, glass];
-    for lobe in lobes {
-        let bsdf = Bsdf::<f64>::new(NORMAL).with(lobe);
-        for height in HEIGHTS {
-            let wo = towards(NORMAL, height, 0.4);
+    for height in HEIGHTS {
+        let below = diffuse(0.5, 0.0, height);
+        for lobe in [below, glossy(0.3, 1.0), glossy(0.5, 0.04), glossy(0.9, 1.0), mirror, glass] {
+            let (bsdf, wo) = (Bsdf::<f64>::new(NORMAL).with(lobe), towards(NORMAL, height, 0.4));
             let (mut sum, mut squares) = (0.0, 0.0);
             for weight in (0..COUNT).map(|i| bsdf.sample(&Frame::about(NORMAL), wo, numbers(i)).weight.x) {
                 (sum, squares) = (sum + weight, squares + weight * weight);
@@ -241,23 +251,25 @@ fn no_lobe_makes_light() {
     }
 }
 
-/// Protects: single values by hand. Head-on α² = 1/16, D = 1/(π·α²), shadowing leaves 1/4; below it albedo·(1 − f0)/π.
+/// Protects: single values by hand. Head-on α² = 1/16, D = 1/(π·α²), shadowing leaves 1/4; below smooth facets,
+/// which reflect 0.04 + 0.96/21 in the mean, albedo·(1 − f0)²/(π·(1 − F̄)).
 #[test]
 fn values_head_on() {
-    let bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse()).with(glossy(0.5, 0.04));
+    let bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse(0.0, 0.0, 1.0)).with(glossy(0.5, 0.04));
     let pi = core::f64::consts::PI;
-    let (below, above) = (0.96 / pi, 0.04 * 16.0 / (4.0 * pi));
+    let (below, above) = (0.96 * 0.96 / (1.0 - 0.04 - 0.96 / 21.0) / pi, 0.04 * 16.0 / (4.0 * pi));
     assert!((bsdf.eval(NORMAL, NORMAL).x - below - above).abs() < 1e-12);
     assert!((bsdf.diffuse(NORMAL, NORMAL).x - below).abs() < 1e-12);
-    // Chosen by 1 : 0.04, of densities cos/π and D/4.
-    let density = (1.0 / pi + 0.04 * 16.0 / (4.0 * pi)) / 1.04;
+    // Chosen by what is sent, of densities cos/π and D/4.
+    let chance = 0.96 / (1.0 - 0.04 - 0.96 / 21.0);
+    let density = (chance / pi + 0.04 * 16.0 / (4.0 * pi)) / (chance + 0.04);
     assert!((bsdf.pdf(NORMAL, NORMAL) - density).abs() < 1e-12);
 }
 
 /// Protects: a list of lobes that is begun anew has none, and the normal that it is begun with.
 #[test]
 fn lists_are_begun_anew() {
-    let mut bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse()).with(glossy(0.5, 0.04));
+    let mut bsdf = Bsdf::<f64>::new(NORMAL).with(diffuse(0.5, 0.0, 1.0)).with(glossy(0.5, 0.04));
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (2, NORMAL));
     bsdf.renew(-NORMAL);
     assert_eq!((bsdf.lobes().len(), bsdf.normal()), (0, -NORMAL));
@@ -301,11 +313,13 @@ fn lobes_of_the_metallic_roughness_model() {
     let of = |metallic, glass| MetallicRoughness { base, metallic, roughness: 0.5, dielectric: 0.04, grazing: 1.0, glass };
     let (metal, matte) = (of(1.0, None), of(0.0, None));
     assert_eq!((metal.albedo(), metal.f0(), matte.albedo(), matte.f0()), (DVec3::ZERO, base, base, DVec3::splat(0.04)));
-    let glass = Some(Glass { ior: 1.5, reflected: WHITE, transmitted: DVec3::splat(0.5) });
+    let glass = Some(Glass { share: 0.25, ior: 1.5, reflected: WHITE, transmitted: base });
     let half = of(0.5, glass);
-    assert_eq!((half.through(), half.albedo()), (0.5, base * (0.5 * 0.75)));
-    assert_eq!(half.bsdf(NORMAL, true).lobes().len(), 3);
-    assert_eq!(of(1.0, glass).bsdf(NORMAL, true).lobes().len(), 2);
-    let Some(Lobe::Dielectric { eta, share, .. }) = half.bsdf(NORMAL, false).lobes().last().copied() else { panic!("glass") };
-    assert_eq!((eta, share), (1.5, 0.5));
+    assert_eq!((half.through(), half.painted(), half.albedo()), (0.125, 0.375, base * 0.375));
+    assert_eq!(half.bsdf(NORMAL, NORMAL, true).lobes().len(), 3);
+    assert_eq!(of(1.0, glass).bsdf(NORMAL, NORMAL, true).lobes().len(), 2);
+    let Some(Lobe::Dielectric { eta, share, .. }) = half.bsdf(NORMAL, NORMAL, false).lobes().last().copied() else {
+        panic!("glass")
+    };
+    assert_eq!((eta, share), (1.5, 0.125));
 }

@@ -13,7 +13,7 @@ pub(crate) use physical::{Alpha, Boundary, Bump, Index, Passage, Physical};
 use super::PrepareError;
 use super::input::{Compiler, Here, Input, Product, Sources};
 use crate::effects::EffectSet;
-use crate::material::FresnelRule;
+use crate::material::{FresnelRule, Tables};
 use crate::scene::{Colour, Material as MaterialData, Model, Scene};
 
 /// What preparing a material depends on besides it.
@@ -27,6 +27,17 @@ pub(super) struct Context<R: Real> {
     pub without: EffectSet,
     /// By which formulas surfaces reflect.
     pub fresnel: FresnelRule,
+}
+
+/// The tables that prepared materials read.
+pub(super) fn tables<R: Real>(materials: &[Material<R>], layers: &[Layered<R>]) -> Tables {
+    let some = |has: fn(&Layered<R>) -> bool| layers.iter().any(has);
+    Tables {
+        facets: materials.iter().any(|material| matches!(material, Material::Physical(_))),
+        sheen: some(|layers| layers.sheen.is_some()),
+        films: some(|layers| layers.film.is_some()),
+        wavelengths: some(|layers| layers.dispersion > 0.0),
+    }
 }
 
 /// What a surface does to light.

@@ -243,6 +243,7 @@ impl<P: Precision> Prepared<P> {
             });
             inputs.sources.of_materials.push(first..inputs.sources.textures.len() as u32);
         }
+        material::tables(&materials, &context.layers).prepare();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
         let facets = facets(scene, (&materials, &context.layers), &inputs.sources, (paths, hard_shadows));
         let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;

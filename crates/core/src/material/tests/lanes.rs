@@ -1,5 +1,6 @@
 //! Shading in lanes against the one-lane version, to the bit: whatever the neighbours of a lane are.
 
+use super::super::energy::{Albedo, Remainder};
 use super::super::*;
 use super::numbers;
 use crate::number::{Lanes, Mask, Number, Vector3};
@@ -151,10 +152,13 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let drawn = [number(|c| c.drawn[0]), number(|c| c.drawn[1]), number(|c| c.drawn[2])];
     let mut outside = N::Mask::default();
     (0..N::LANES).filter(|&lane| at(lane).outside).for_each(|lane| outside.set(lane));
-    let glass = Glass { ior: N::exact(|lane| at(lane).ior), reflected: third, transmitted: fourth };
+    let glass =
+        Glass { share: number(|c| c.drawn[2]), ior: N::exact(|lane| at(lane).ior), reflected: third, transmitted: fourth };
     let dielectric = Lobe::Dielectric { eta: glass.eta(outside), share, reflected: third, transmitted: fourth };
+    let layer = [number(|c| c.dielectric * c.drawn[0]), number(|c| c.drawn[1]), number(|c| c.drawn[2])];
+    let remainder = Remainder::new(layer, roughness).seen_at(normal.dot(wo), Albedo::mean(roughness));
     let kinds = [
-        Lobe::Diffuse { albedo: first_colour, f0: second, f90: number(|c| c.drawn[1]) },
+        Lobe::Diffuse { albedo: first_colour, interreflected: second, remainder },
         Lobe::Glossy { f0: second, roughness },
         Lobe::Mirror { f0: third, f90: fourth },
         dielectric,
@@ -172,7 +176,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let mut found = Outcome { numbers: Vec::new(), vectors: Vec::new(), masks: Vec::new() };
     let frame = found.frames(normal, wi, outside);
     found.reflectances(&model, second, normal.dot(wo));
-    let mut lists = vec![list, model.bsdf(normal, outside), model.answer(normal)];
+    let mut lists = vec![list, model.bsdf(normal, wo, outside), model.answer(normal, wo)];
     if set < 2 {
         // What does not depend on the set but for whether there is glass.
         let eta = N::of_lanes(|lane| N::exact_lane(glass.eta(outside), lane));
@@ -262,7 +266,7 @@ fn normals_are_on_the_viewers_side() {
     assert_eq!(turned(DVec3::new(0.9, 0.0, -0.3), true), up);
     let below = towards_viewer::<f64>(DVec3::new(0.3, 0.1, 0.9).normalize(), up, false, DVec3::new(0.6, 0.0, 0.8));
     assert_eq!(below, -up);
-    let glass = Glass { ior: 1.5, reflected: DVec3::ONE, transmitted: DVec3::ONE };
+    let glass = Glass { share: 1.0, ior: 1.5, reflected: DVec3::ONE, transmitted: DVec3::ONE };
     let model = |glass| MetallicRoughness::<f64> {
         base: DVec3::ONE,
         metallic: 0.0,

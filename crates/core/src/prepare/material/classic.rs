@@ -128,7 +128,12 @@ pub(super) fn classic<R: Real>(
         specular,
         reflection,
         transmission: m.transmission.as_ref().map(|t| Transmission {
-            glass: Glass { ior: t.ior, reflected: vector::<R>(t.reflected_tint), transmitted: vector::<R>(t.refracted_tint) },
+            glass: Glass {
+                share: R::ONE,
+                ior: t.ior,
+                reflected: vector::<R>(t.reflected_tint),
+                transmitted: vector::<R>(t.refracted_tint),
+            },
             switch: match t.choice {
                 TransmissionChoice::Split => None,
                 TransmissionChoice::Switch { threshold } => Some(R::from_f64(threshold)),

@@ -80,7 +80,7 @@ fn is_layered(m: &PhysicalData, rule: FresnelRule) -> bool {
     let clear = m.may_transmit() && (m.thin_walled || m.dispersion > 0.0);
     let present = [m.coat().is_some(), m.fibres().is_some(), m.combed().is_some(), m.film().is_some(), m.metal().is_some()];
     let tinted = m.tints_reflections() && m.factor_of_reflections().is_none();
-    rule != FresnelRule::Model || clear || m.may_diffuse_through() || tinted || present.contains(&true)
+    rule != FresnelRule::default() || clear || m.may_diffuse_through() || tinted || present.contains(&true)
 }
 
 /// Materials of a scene that get layers where paths are followed.

@@ -1,0 +1,137 @@
+//! What lies below the facets of a layered surface: what it diffuses back and on of the light that they leave, and what they send to each
+//! other.
+
+use core::f64::consts::PI;
+
+use super::energy::{Albedo, Remainder, mean_of};
+use super::fresnel::towards_grazing;
+use super::lobe::Pair;
+use super::reflectance::Reflectance;
+use crate::number::{Mask, Number, Vector3};
+
+/// The base of a layered surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Base<N: Number> {
+    /// Share that is diffused back, and what is let through diffusely.
+    pub(super) back: N::Vec3,
+    pub(super) through: N::Vec3,
+    /// Factor of what white facets send to each other.
+    pub(super) interreflected: N::Vec3,
+    /// Whether something is let through.
+    pub(super) both: bool,
+    pub(super) top: Top<N>,
+}
+
+/// The layer of facets over a base, seen from one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Top<N: Number> {
+    remainder: Remainder<N>,
+    /// Perceptual roughness along the other way, where facets are combed.
+    across: Option<N>,
+    /// Whether they are.
+    combed: N::Mask,
+    /// By which the layer reflects, where that is not Schlick's way between two numbers.
+    curve: Option<Reflectance<N>>,
+    /// Whether that is so.
+    curved: N::Mask,
+    /// Reflectances at normal and grazing incidence of glTF's sample formula, which leaves 1 − F by the half vector.
+    literal: Option<[N; 2]>,
+}
+
+impl<N: Number> Top<N> {
+    /// A layer, before it is seen.
+    pub(super) fn new(remainder: Remainder<N>, literal: Option<[N; 2]>) -> Self {
+        let none = N::Mask::default();
+        Self { remainder, across: None, combed: none, curve: None, curved: none, literal }
+    }
+
+    /// It where facets are combed, as rough as this along the other way.
+    pub(super) fn combed(self, combed: N::Mask, across: N) -> Self {
+        if combed.any() { Self { across: Some(across), combed, ..self } } else { self }
+    }
+
+    /// It where it reflects by a curve.
+    pub(super) fn curved(self, curved: N::Mask, curve: Reflectance<N>) -> Self {
+        if curved.any() { Self { curve: Some(curve), curved, ..self } } else { self }
+    }
+
+    /// It as it is seen at a cosine.
+    pub(super) fn seen_at(self, cosine: N) -> Self {
+        let [mut base, lost] = self.remainder.left(Albedo::mean(self.remainder.roughness));
+        let other = self.combed | self.curved;
+        if other.any() {
+            base = N::select(other, mean_of(|cosine| self.left(cosine)[0]), base);
+        }
+        Self { remainder: self.remainder.seen(self.left(cosine), [base, lost]), ..self }
+    }
+
+    /// What is left towards a direction: by the layer, and by white facets.
+    fn left(&self, cosine: N) -> [N; 2] {
+        let along = self.left_of(cosine, self.remainder.roughness);
+        match self.across {
+            // Between both ways lies what facets reflect that are seen along either.
+            Some(roughness) => {
+                let least = along[0].min(self.left_of(cosine, roughness)[0]);
+                [N::select(self.combed, least, along[0]), along[1]]
+            }
+            None => along,
+        }
+    }
+
+    fn left_of(&self, cosine: N, roughness: N) -> [N; 2] {
+        let albedo = Albedo::towards(cosine, roughness);
+        match &self.curve {
+            None => self.remainder.left(albedo),
+            Some(curve) => {
+                let [plain, lost] = self.remainder.left(albedo);
+                let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);
+                [N::select(self.curved, base, plain), lost]
+            }
+        }
+    }
+
+    /// Factors of 1/π: of what a white base sends back, and of what white facets send to each other.
+    fn factors(&self, pair: &Pair<N>) -> [N; 2] {
+        let into = pair.into.max(-pair.into);
+        let ([base, lost], seen) = (self.left(into), self.remainder.seen);
+        let [base, lost] = [base * seen[0], lost * seen[1]];
+        let base = self.literal.map_or(base, |[f0, f90]| {
+            let tilt = pair.folded().tilt;
+            N::ONE - (f0 + (f90 - f0) * towards_grazing(tilt))
+        });
+        [base, lost]
+    }
+}
+
+impl<N: Number> Base<N> {
+    /// What the choice among lobes goes by.
+    pub(super) fn importance(&self) -> N {
+        let [base, lost] = self.top.remainder.seen;
+        let base = if self.top.literal.is_some() { N::ONE } else { base };
+        ((self.back + self.through) * base + self.interreflected * lost).max_element()
+    }
+
+    pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        let [base, lost] = self.top.factors(pair);
+        (self.back * base + self.interreflected * lost) / N::from_f64(PI)
+    }
+
+    /// The part of it that is diffused.
+    pub(super) fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+        self.back * (self.top.factors(pair)[0] / N::from_f64(PI))
+    }
+
+    pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        if !self.both {
+            return N::Vec3::ZERO;
+        }
+        self.through * (self.top.factors(pair)[0] / N::from_f64(PI))
+    }
+
+    /// Chance that what is sent both ways is sent back.
+    pub(super) fn back_share(&self) -> N {
+        let (back, through) = ((self.back + self.interreflected).max_element(), self.through.max_element());
+        let some = (back + through).above(N::ZERO);
+        if self.both { N::select(some, back / (back + through), N::ONE) } else { N::ONE }
+    }
+}

@@ -1,0 +1,167 @@
+//! What whole surfaces send back and on of white light, by products of what they may be made of: never more than all.
+
+use super::super::*;
+use super::{NORMAL, WHITE, furnace, towards};
+use glam::DVec3;
+
+fn body(base: DVec3, share: f64, roughness: f64) -> MetallicRoughness<f64> {
+    let glass = (share > 0.0).then_some(Glass { share, ior: 1.5, reflected: WHITE, transmitted: base });
+    MetallicRoughness { base, metallic: 0.0, roughness, dielectric: 0.04, grazing: 1.0, glass }
+}
+
+/// Protects: a body that lets through a part of its light gives back at most what falls on it from within, where all is reflected beyond
+/// the critical angle, so that no depth of paths makes light; smooth white ones all of it, in closed form.
+#[test]
+fn bodies_keep_their_light_within() {
+    for (base, share) in [(1.0, 0.25), (1.0, 0.5), (1.0, 1.0), (0.8, 0.5), (0.8, 1.0), (0.2, 0.75)] {
+        for roughness in [0.0, 0.2, 0.6, 1.0] {
+            for height in [1.0, 0.76, 0.73, 0.5, 0.1] {
+                let wo = towards(NORMAL, height, 0.4);
+                let own = body(WHITE * base, share, roughness);
+                let layered = Layered::of(own, 1.5);
+                let both =
+                    [furnace(&own.transport(NORMAL, wo, false, true), wo), furnace(&layered.transport(NORMAL, wo, false), wo)];
+                for (sent, deviation) in both {
+                    let name = format!("{base}, {share} of it clear, roughness {roughness} at {height}: {sent} ± {deviation}");
+                    assert!(sent.x <= 1.0 + 3.0 * deviation + 1e-9, "{name}");
+                    // Glass keeps Fresnel's share and lets the rest through; what comes at the paint is diffused.
+                    let beyond = 1.0 - 2.25 * (1.0 - height * height);
+                    let kept = dielectric(height, (beyond > 0.0).then(|| f64::sqrt(beyond)), 1.5);
+                    let wanted = share * (kept + (1.0 - kept) * base) + (1.0 - share) * base;
+                    assert!(roughness > 0.0 || (sent.x - wanted).abs() <= 4.0 * deviation + 1e-9, "{name}, not {wanted}");
+                }
+            }
+        }
+    }
+}
+
+/// What may be made of a surface besides its roughness.
+type Variant = (&'static str, fn(Layered<f64>) -> Layered<f64>);
+
+fn combed(strength: f64) -> Option<Combed<f64>> {
+    Some(Combed { strength, frame: Frame::along(NORMAL, DVec3::new(0.3, 0.9, -0.2), false) })
+}
+
+fn coat(roughness: f64) -> Option<Coat<f64>> {
+    Some(Coat { weight: 1.0, roughness, normal: NORMAL })
+}
+
+fn film(ior: f64, thickness: f64) -> Option<Film<f64>> {
+    Some(Film { share: 1.0, ior, thickness })
+}
+
+const VARIANTS: [Variant; 15] = [
+    ("bare", |model| model),
+    ("smooth coat", |model| Layered { coat: coat(0.0), ..model }),
+    ("rough coat", |model| Layered { coat: coat(0.4), ..model }),
+    ("velvet", |model| Layered { sheen: Some(Sheen { colour: WHITE, roughness: 0.5 }), ..model }),
+    ("silk", |model| Layered { sheen: Some(Sheen { colour: WHITE, roughness: 0.1 }), ..model }),
+    ("oil", |model| Layered { film: film(1.8, 420.0), ..model }),
+    ("soap", |model| Layered { film: film(1.33, 900.0), ..model }),
+    ("combed", |model| Layered { combed: combed(0.8), ..model }),
+    ("leaf", |model| Layered { diffused: Some(Diffused { share: 0.5, colour: WHITE }), ..model }),
+    ("exact", |model| Layered { rule: FresnelRule::Exact, ..model }),
+    ("Schlick", |model| Layered { rule: FresnelRule::Schlick, ..model }),
+    ("gold reflection", |model| Layered { specular_colour: DVec3::new(9.0, 5.0, 1.0), ..model }),
+    ("half a reflection", |model| Layered { specular: 0.5, ..model }),
+    ("oil under a coat", |model| Layered { coat: coat(0.2), film: film(1.5, 300.0), ..model }),
+    ("combed leaf under a coat", |model| Layered {
+        coat: coat(0.2),
+        combed: combed(1.0),
+        diffused: Some(Diffused { share: 0.5, colour: WHITE }),
+        ..model
+    }),
+];
+
+/// Every kind of white surface: of which share is metal and which share of the rest is clear, thin or not.
+fn surfaces() -> impl Iterator<Item = (String, Layered<f64>)> {
+    VARIANTS.into_iter().flat_map(|(name, variant)| {
+        [0.0, 0.05, 0.2, 0.5, 1.0].into_iter().flat_map(move |roughness| {
+            [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)].into_iter().flat_map(move |(metallic, clear)| {
+                [false, true].into_iter().filter(move |&thin| !thin || clear > 0.0).map(move |thin| {
+                    let base = MetallicRoughness { metallic, ..body(WHITE, clear, roughness) };
+                    let label = format!("{name}, roughness {roughness}, metal {metallic}, clear {clear}, thin {thin}");
+                    (label, variant(Layered { thin, ..Layered::of(base, 1.5) }))
+                })
+            })
+        })
+    })
+}
+
+/// What a surface sends of white light in its strongest channel, from a few samples and from more where these say too much.
+fn sent(model: &Layered<f64>, height: f64, outside: bool) -> (f64, f64) {
+    let wo = towards(NORMAL, height, if height > 0.3 { 0.4 } else { 2.0 });
+    let bsdf = model.transport(NORMAL, wo, outside);
+    let (mean, deviation) = few(&bsdf, wo, 500);
+    if mean <= 1.005 + 3.0 * deviation { (mean, deviation) } else { few(&bsdf, wo, 60_000) }
+}
+
+fn few(bsdf: &LayeredBsdf<f64>, wo: DVec3, count: u64) -> (f64, f64) {
+    let (mean, deviation) = super::furnace_of(bsdf, wo, count);
+    (mean.max_element(), deviation)
+}
+
+/// Protects: no surface sends back and on more light than falls on it, for the product of what it may be made of, seen from both sides and
+/// at every angle; glTF's own formula, which is a rung, does.
+#[test]
+fn no_surface_makes_light() {
+    let mut worst = (0.0, String::new());
+    for (name, model) in surfaces() {
+        for height in [1.0, 0.7, 0.4, 0.2, 0.08, 0.02] {
+            for outside in [true, false] {
+                if !outside && (model.base.glass.is_none() || model.thin) {
+                    continue;
+                }
+                let (sent, deviation) = sent(&model, height, outside);
+                if sent - 3.0 * deviation > worst.0 {
+                    worst = (sent - 3.0 * deviation, format!("{name}, outside {outside} at {height}: {sent} ± {deviation}"));
+                }
+            }
+        }
+    }
+    eprintln!("most is sent by {}", worst.1);
+    assert!(worst.0 <= 1.005, "{}", worst.1);
+    let literal = Layered { rule: FresnelRule::Model, ..Layered::of(body(WHITE, 0.0, 0.0), 1.5) };
+    assert!(sent(&literal, 0.02, true).0 > 1.5, "the rung that makes light is no other than the default");
+}
+
+/// Protects: closed forms. White dielectrics, metals and mixtures of both send back all that comes, rough or smooth, at every angle; of a
+/// grey base all but what it absorbs of what the facets leave, which is what they leave of a white one.
+#[test]
+fn white_surfaces_send_back_all() {
+    for metallic in [0.0, 0.5, 1.0] {
+        for roughness in [0.0, 0.1, 0.3, 0.6, 1.0] {
+            for height in [1.0, 0.6, 0.25, 0.1, 0.03] {
+                let wo = towards(NORMAL, height, 0.4);
+                let own = |base: f64| MetallicRoughness { metallic, ..body(WHITE * base, 0.0, roughness) };
+                let (all, deviation) = furnace(&own(1.0).transport(NORMAL, wo, true, true), wo);
+                let name = format!("metal {metallic}, roughness {roughness} at {height}: {all} ± {deviation}");
+                assert!((all.x - 1.0).abs() <= 0.003 + 3.0 * deviation, "{name}");
+                if metallic == 0.0 {
+                    let (some, spread) = furnace(&own(0.5).transport(NORMAL, wo, true, true), wo);
+                    let (none, rest) = furnace(&own(0.0).transport(NORMAL, wo, true, true), wo);
+                    let off = (some.x - 0.5 * (1.0 + none.x)).abs();
+                    assert!(off <= 0.003 + 3.0 * (spread + rest), "{name}: grey {some}, black {none}");
+                }
+            }
+        }
+    }
+}
+
+/// Protects: light and view swapped give the same, of rough metal too, whose facets give back what they send to each other.
+#[test]
+fn surfaces_are_reciprocal() {
+    for metallic in [0.0, 0.5, 1.0] {
+        for roughness in [0.1, 0.3, 0.8, 1.0] {
+            let model = MetallicRoughness { metallic, ..body(DVec3::new(0.9, 0.6, 0.2), 0.0, roughness) };
+            for i in 0..300 {
+                let ([a, b, c], [d, ..]) = (super::numbers(2 * i), super::numbers(2 * i + 1));
+                let wo = towards(NORMAL, 0.01 + 0.99 * a, core::f64::consts::TAU * b);
+                let wi = towards(NORMAL, 0.01 + 0.99 * c, core::f64::consts::TAU * d);
+                let there = model.transport(NORMAL, wo, true, true).eval(wo, wi);
+                let back = model.transport(NORMAL, wi, true, true).eval(wi, wo);
+                assert!((there - back).length() <= 1e-9 * there.length(), "{metallic} {roughness}: {there} and {back}");
+            }
+        }
+    }
+}
