@@ -132,6 +132,9 @@ fn mean_looked_up(table: &Table, roughness: f64) -> [f64; 2] {
     mix(table.means[j].map(f64::from), table.means[j + 1].map(f64::from), v)
 }
 
+/// Share of Schlick's mean weight by which that of facets is spread about it.
+const SPREAD: f64 = 0.35;
+
 /// What white facets lose, and what those send back that reflect all at grazing incidence alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Albedo<N: Number> {
@@ -167,11 +170,17 @@ impl<N: Number> Albedo<N> {
     /// show. Exact for mirrors and for Schlick's formula; Fresnel's, which rises less than in proportion to it, sends back less.
     pub fn sent_by(&self, reflectance: impl Fn(N) -> N) -> N {
         let sent = N::ONE - self.lost;
-        let cosine = N::of_lanes(|lane| {
-            let share = self.grazing.lane(lane) / sent.lane(lane).max(1e-6);
-            1.0 - libm::pow(share.clamp(0.0, 1.0), 0.2)
-        });
-        sent * reflectance(cosine)
+        // Schlick's weight in the mean, and to both sides of it as far as facets spread it.
+        let of = |way: f64| {
+            let cosine = N::of_lanes(|lane| {
+                let weight = (self.grazing.lane(lane) / sent.lane(lane).max(1e-6)).clamp(0.0, 1.0);
+                let spread = (SPREAD * weight).min(1.0 - weight);
+                1.0 - libm::pow(weight + way * spread, 0.2)
+            });
+            reflectance(cosine)
+        };
+        let half = N::from_f64(0.5);
+        sent * of(0.0).max((of(-1.0) + of(1.0)) * half)
     }
 
     /// Share that facets send back which reflect `f0` at normal and `f90` at grazing incidence.

@@ -3,6 +3,7 @@
 mod energy;
 mod lanes;
 mod layers;
+mod pictures;
 
 use super::energy::{Albedo, Remainder};
 use super::*;
