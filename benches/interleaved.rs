@@ -13,7 +13,6 @@ mod threads;
 mod turns;
 
 use raywright::core::Scene;
-use raywright::core::effects::{has_light, neutral_sky};
 use raywright::core::settings::{KernelChoice, PrecisionChoice, Sampling, Settings};
 use raywright::io::{Input, LoadOptions, load};
 
@@ -49,14 +48,10 @@ fn main() {
     }
 }
 
-/// A scene by the name that the program would take, lit as it lights what has no light.
+/// A scene by the name that the program would take.
 fn scene(name: &str) -> Scene {
     let input = name.strip_prefix("preset:").map_or_else(|| Input::Path(name.into()), |preset| Input::Preset(preset.to_owned()));
-    let mut scene = load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
-    if !has_light(&scene) {
-        scene.sky = Some(neutral_sky());
-    }
-    scene
+    load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene
 }
 
 /// A name in the table and what it changes in the settings.

@@ -20,6 +20,24 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Loading completes a scene as the command line does: a model without lights stands under the neutral sky, and one without a camera is
+//! shown whole. Ask for [`EnvironmentSource::None`](io::EnvironmentSource) and it stays dark.
+//!
+//! ```
+//! use raywright::prelude::*;
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let file = folder.path().join("sheet.obj");
+//! std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+//! let loaded = load(&Input::Path(file), &LoadOptions::default())?;
+//! assert_eq!(loaded.added_sky, Some(LightShortage::NoLight));
+//!
+//! let settings = Settings { size: [16, 16], ..Settings::of(&loaded.scene) };
+//! let picture = prepare(&loaded.scene, &settings, &())?.render(&()).picture;
+//! assert!(picture.rgb.iter().flatten().all(|&channel| channel > 0.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! A scene is shaded by Whitted's integrator where that is all it calls for, and by the path tracer otherwise.
 //!
 //! What is not done yet: caustics of lights without size, subsurface scattering, lights that move, denoising. A render says what a
@@ -39,5 +57,5 @@ pub mod prelude {
     pub use raywright_core::scene::Scene;
     pub use raywright_core::{Observer, Ready, Rendered, Settings, prepare};
     pub use raywright_io::output::{Metadata, read_picture, write_picture};
-    pub use raywright_io::{Input, Limits, LoadOptions, Loaded, load};
+    pub use raywright_io::{Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded, load};
 }

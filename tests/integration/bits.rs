@@ -5,7 +5,6 @@ use std::path::Path;
 
 use rayon::ThreadPoolBuilder;
 use raywright::bvh::{AcceleratorKind, BuildQuality};
-use raywright::core::effects::{has_light, neutral_sky};
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, Crop, KernelChoice, PrecisionChoice, Sampling};
 use raywright::core::{Scene, Settings, prepare};
@@ -24,10 +23,7 @@ struct Subject {
 
 impl Subject {
     fn new(name: String, input: &Input, spp: Option<u32>) -> Self {
-        let mut scene = load(input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
-        if !has_light(&scene) {
-            scene.sky = Some(neutral_sky());
-        }
+        let scene = load(input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
         let sampling = Sampling::resolve(&scene, spp);
         let ready =
             prepare(&scene, &Settings { size: SIZE, ..Settings::of(&scene) }, &()).unwrap_or_else(|e| panic!("{name}: {e}"));

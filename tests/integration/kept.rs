@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use raywright::core::effects::{has_light, neutral_sky};
 use raywright::core::picture::Picture;
 use raywright::core::settings::{Aov, PrecisionChoice, Sampling};
 use raywright::core::{Scene, Settings, prepare};
@@ -56,10 +55,7 @@ fn hash(picture: &Picture) -> String {
 }
 
 /// Hashes of a scene in the three precisions, on one line.
-fn hashes(name: &str, mut scene: Scene, size: [u32; 2]) -> String {
-    if !has_light(&scene) {
-        scene.sky = Some(neutral_sky());
-    }
+fn hashes(name: &str, scene: Scene, size: [u32; 2]) -> String {
     let spp = if scene.render.pattern.is_none() { Some(2) } else { None };
     let of = |precision| {
         let mut settings = Settings::of(&scene);

@@ -4,10 +4,9 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use raywright_core::effects::{has_light, is_lit, neutral_sky};
 use raywright_io::{
-    Environment, EnvironmentSource, Error, ErrorKind, Format, Input, Limits, LoadOptions, Loaded, ModelOptions, Overrides,
-    load_observed, presets,
+    Environment, Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load_observed,
+    presets,
 };
 
 use crate::args::{DEFAULT_PRESET, ProgressStyle, SceneArgs};
@@ -61,15 +60,14 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
     }))
 }
 
-/// Puts what a picture needs into a scene that lacks it, and says so: a neutral sky where nothing gives light.
-pub fn complete(loaded: &mut Loaded, changes: &SceneArgs, verbosity: Verbosity) {
+/// Says what a scene lacked that its picture needs, and what is there in its place.
+pub fn tell_completed(loaded: &Loaded, verbosity: Verbosity) {
     let name = &loaded.source.name;
-    let (light, native) = (has_light(&loaded.scene), matches!(loaded.source.format, Format::Native(_)));
-    // Who asks for no environment gets none. Who writes a scene may want it dark; a model that is nearly black is of no use to
-    // anyone.
-    if changes.env != Some(EnvironmentSource::None) && (!light || !native && !is_lit(&loaded.scene)) {
-        loaded.scene.sky = Some(neutral_sky());
-        let why = if light { "too little light to be seen by" } else { "no light" };
+    if let Some(shortage) = loaded.added_sky {
+        let why = match shortage {
+            LightShortage::NoLight => "no light",
+            LightShortage::TooDim => "too little light to be seen by",
+        };
         verbosity.say(format_args!("note: {name} has {why}; a neutral grey sky is added"));
     }
     if loaded.scene.cameras.is_empty() {

@@ -1,4 +1,5 @@
-//! The sky that a scene is seen under in place of its own: none, the neutral one, or a picture from a file of the user's.
+//! The sky that a scene is seen under: its own, none, the neutral one, or a picture from a file of the user's; and the neutral one where a
+//! scene would be black.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -6,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use raywright_core::Scene;
-use raywright_core::effects::neutral_sky;
+use raywright_core::effects::{has_light, is_lit, neutral_sky};
 use raywright_core::scene::{Colour, Image, Sky, SkyMap};
 
 use crate::error::Error;
@@ -14,8 +15,10 @@ use crate::folder::{Folder, read_limited};
 use crate::image_file;
 use crate::import::FaultKind;
 use crate::limits::{Limits, human_bytes};
+use crate::source::Format;
 
-/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own as it is.
+/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own as it is, and one that would be black
+/// gets the neutral sky.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     /// In place of the scene's own sky.
@@ -37,11 +40,27 @@ pub enum EnvironmentSource {
     File(PathBuf),
 }
 
-/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs.
+/// Why a scene was given the neutral sky that neither its file nor the user asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightShortage {
+    /// Nothing in it gives light.
+    NoLight,
+    /// The light that it has is too little to be seen by.
+    TooDim,
+}
+
+/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs. Returns why the neutral sky was added where
+/// nobody asked for one.
 ///
 /// # Errors
 /// A file that can't be read, is no picture or is over a limit, and a sky that can't be turned or weighed.
-pub(crate) fn apply(scene: &mut Scene, wish: &Environment, folder: &Folder, limits: &Limits) -> Result<(), Error> {
+pub(crate) fn apply(
+    scene: &mut Scene,
+    format: Format,
+    wish: &Environment,
+    folder: &Folder,
+    limits: &Limits,
+) -> Result<Option<LightShortage>, Error> {
     match &wish.source {
         None => {}
         Some(EnvironmentSource::None) => scene.sky = None,
@@ -61,7 +80,20 @@ pub(crate) fn apply(scene: &mut Scene, wish: &Environment, folder: &Folder, limi
         };
         if key == "rotation" { turn(sky, value)? } else { weigh(sky, value)? }
     }
-    Ok(())
+    let shortage = if wish.source == Some(EnvironmentSource::None) { None } else { shortage(scene, format) };
+    if shortage.is_some() {
+        scene.sky = Some(neutral_sky());
+    }
+    Ok(shortage)
+}
+
+/// What light a scene lacks. Who writes a scene may want it dark; a model that is nearly black is of no use to anyone.
+fn shortage(scene: &Scene, format: Format) -> Option<LightShortage> {
+    match (has_light(scene), format) {
+        (false, _) => Some(LightShortage::NoLight),
+        (true, Format::Native(_)) => None,
+        (true, _) => (!is_lit(scene)).then_some(LightShortage::TooDim),
+    }
 }
 
 fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits) -> Result<(), Error> {
@@ -130,11 +162,12 @@ fn computed(what: &str, flag: &str) -> Error {
 mod tests {
     use super::*;
     use crate::ErrorKind;
-    use raywright_core::scene::{ColourInput, Sun};
+    use crate::native::Notation;
+    use raywright_core::scene::{ColourInput, Light, LightKind, Sun};
 
     fn under(sky: Option<Sky>, wish: Environment) -> Result<Scene, Error> {
         let mut scene = Scene { sky, ..Scene::default() };
-        apply(&mut scene, &wish, &Folder::none(1 << 20), &Limits::default()).map(|()| scene)
+        apply(&mut scene, Format::Glb, &wish, &Folder::none(1 << 20), &Limits::default()).map(|_| scene)
     }
 
     fn gradient() -> Sky {
@@ -159,6 +192,38 @@ mod tests {
         assert_eq!(error.kind(), ErrorKind::Usage);
         let error = under(None, wish()).expect_err("no sky").to_string();
         assert!(error.contains("the scene has none") && error.contains("--env default"), "{error}");
+    }
+
+    /// Protects: whoever loads a scene without light gets one that can be seen, with the reason, unless no environment is wished for; dim
+    /// light is enough for a scene that somebody wrote, and not for a model.
+    #[test]
+    fn scenes_that_would_be_black_get_the_neutral_sky() {
+        let to_light = [0.0, 1.0, 0.0];
+        let light = |colour: f64| Light {
+            name: String::new(),
+            kind: LightKind::Directional { to_light },
+            colour: Colour([colour; 3]),
+            shadows: true,
+            specular: true,
+        };
+        let native = Format::Native(Notation::Toml);
+        for (brightness, format, expected) in [
+            (None, native, Some(LightShortage::NoLight)),
+            (None, Format::Obj, Some(LightShortage::NoLight)),
+            (Some(1e-3), native, None),
+            (Some(1e-3), Format::Gltf, Some(LightShortage::TooDim)),
+            (Some(1.0), Format::Gltf, None),
+        ] {
+            let bare = Scene { lights: brightness.map(light).into_iter().collect(), ..Scene::default() };
+            let lit = |wish: &Environment| {
+                let mut scene = bare.clone();
+                let added = apply(&mut scene, format, wish, &Folder::none(1 << 20), &Limits::default()).expect("no file");
+                (added, scene.sky)
+            };
+            assert_eq!(lit(&Environment::default()), (expected, expected.map(|_| neutral_sky())), "{brightness:?}, {format:?}");
+            let none = Environment { source: Some(EnvironmentSource::None), ..Environment::default() };
+            assert_eq!(lit(&none), (None, None), "{brightness:?}, {format:?}");
+        }
     }
 
     /// Protects: a sky goes, and the neutral one comes; what can't be read is said with its place.

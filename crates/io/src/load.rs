@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use raywright_core::scene::MeshSource;
 use raywright_core::{Observer, Scene, generate};
 
-use crate::environment::{self, Environment};
+use crate::environment::{self, Environment, LightShortage};
 use crate::error::{Error, Warning};
 use crate::folder::{Folder, read_limited};
 use crate::gltf::{self, Choice, Contents};
@@ -65,9 +65,12 @@ pub struct Loaded {
     pub inputs: Inputs,
     /// What a glTF file holds besides; empty for every other.
     pub contents: Contents,
+    /// Why the neutral sky was added to it; none: it has light, or [`EnvironmentSource::None`](crate::EnvironmentSource::None) was asked for.
+    pub added_sky: Option<LightShortage>,
 }
 
-/// Reads and checks a scene.
+/// Reads and checks a scene, and completes it: one without light, and a model with too little to be seen by, gets the neutral sky
+/// ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
 ///
 /// # Errors
 /// [`Error`] says which kind: content, file, limit, or a preset or parameter that does not exist.
@@ -149,9 +152,9 @@ fn model(
         }
     };
     within_limits(&name, &scene, &options.limits)?;
-    environment::apply(&mut scene, &options.environment, folder, &options.limits)?;
+    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits)?;
     let source = SourceInfo::new(name, stem(path), format, None);
-    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents })
+    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })
 }
 
 fn native_scene(
@@ -169,9 +172,11 @@ fn native_scene(
     let warnings = native::files::read(&mut parsed, folder, &options.limits)?;
     let mut scene = parsed.scene;
     within_limits(name, &scene, &options.limits)?;
-    environment::apply(&mut scene, &options.environment, folder, &options.limits)?;
-    let source = SourceInfo::new(name, stem, Format::Native(notation), Some(text.into()));
-    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents: Contents::default() })
+    let format = Format::Native(notation);
+    let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits)?;
+    let source = SourceInfo::new(name, stem, format, Some(text.into()));
+    let contents = Contents::default();
+    Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })
 }
 
 /// Refuses scenes of more objects or triangles than the limits allow, before anything is made of them.

@@ -1,5 +1,8 @@
 //! Scenes, looks and moments of a model on the command line, and motion in a scene: from the flags to picture, report and file.
 
+use raywright::core::settings::Sampling;
+use raywright::prelude::*;
+
 use crate::support::Desk;
 
 /// A white wall across the view in its first scene, nothing in sight in its second; red or blue; from the left edge of the picture
@@ -171,4 +174,29 @@ fn nothing_to_be_seen_is_told() {
     desk.write("dim.scene.toml", "format = 1\n[[models]]\nfile = \"a.obj\"\n");
     let dim = render("dim.scene.toml", "0.2,0.2,0");
     assert!(!dim.contains("sky"), "{dim}");
+}
+
+/// Protects: a library that loads, prepares and renders gets the command line's picture, bit for bit, of models and scenes without light
+/// too, and is told what was added; no environment means none for both.
+#[test]
+fn the_library_completes_what_the_program_completes() {
+    let desk = Desk::new();
+    desk.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    desk.write("lamp.gltf", model().replace("KHR_materials_unlit", "VENDOR_nothing"));
+    desk.write("bare.scene.toml", "format = 1\n[[models]]\nfile = \"bare.obj\"\n");
+    for file in ["bare.obj", "lamp.gltf", "bare.scene.toml"] {
+        for (env, source) in [(None, None), (Some(["--env", "none"]), Some(EnvironmentSource::None))] {
+            let words = ["render", file, "--size", "12x8", "--spp", "4", "-o", "a.exr", "-q"];
+            desk.run(&[&words[..], env.iter().flatten().copied().collect::<Vec<_>>().as_slice()].concat()).exits_with(0);
+            let environment = Environment { source: source.clone(), ..Environment::default() };
+            let options = LoadOptions { environment, ..LoadOptions::default() };
+            let loaded = load(&Input::Path(desk.path(file)), &options).expect("a model");
+            let own = Settings::of(&loaded.scene);
+            let settings = Settings { size: [12, 8], sampling: Sampling::resolve(&loaded.scene, Some(4)), ..own };
+            let picture = prepare(&loaded.scene, &settings, &()).expect("a small picture").render(&()).picture;
+            assert_eq!(picture.rgb, desk.picture("a.exr").rgb, "{file}, {env:?}");
+            assert_eq!(picture.rgb.iter().any(|pixel| *pixel != [0.0; 3]), source.is_none(), "{file}, {env:?}");
+            assert_eq!(loaded.added_sky, source.is_none().then_some(LightShortage::NoLight), "{file}");
+        }
+    }
 }

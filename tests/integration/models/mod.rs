@@ -7,7 +7,6 @@ mod verdicts;
 
 use std::path::{Path, PathBuf};
 
-use raywright::core::effects::neutral_sky;
 use raywright::core::picture::Picture;
 use raywright::core::scene::{Camera, Integrator, Pinhole, Pose, Projection};
 use raywright::core::settings::{Background, Sampling};
@@ -41,18 +40,16 @@ fn looking(eye: [f64; 3], target: [f64; 3], vertical_fov: f64) -> Camera {
     }
 }
 
-/// A scene's picture on a transparent ground, under the neutral sky where it has no light of its own.
+/// A scene's picture on a transparent ground.
 fn picture(scene: &Scene, camera: Option<Camera>, size: [u32; 2], samples: u32) -> Picture {
-    let mut scene = scene.clone();
-    scene.sky.get_or_insert_with(neutral_sky);
     let settings = Settings {
         size,
         camera,
-        sampling: Sampling::resolve(&scene, Some(samples)),
+        sampling: Sampling::resolve(scene, Some(samples)),
         background: Background::Transparent,
         // The samples' pictures have no light that surfaces send to each other.
         integrator: Integrator::Whitted,
-        ..Settings::of(&scene)
+        ..Settings::of(scene)
     };
-    prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
+    prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}")).render(&()).picture
 }

@@ -22,7 +22,7 @@ use crate::{interrupt, plan, scene_input};
 /// Prints the report as a table or as JSON.
 pub fn run(args: &ExplainArgs) -> Result<(), Failure> {
     let mut loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), Verbosity::Normal)?;
-    scene_input::complete(&mut loaded, &args.changes, Verbosity::Normal);
+    scene_input::tell_completed(&loaded, Verbosity::Normal);
     let mut settings = Settings::of(&loaded.scene);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
     let report = detect(&loaded.scene, &settings);

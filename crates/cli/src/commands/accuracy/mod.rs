@@ -36,7 +36,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     }
     let mut loaded = scene_input::read(&name, &args.changes, Limits::default(), verbosity)?;
     outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::complete(&mut loaded, &args.changes, verbosity);
+    scene_input::tell_completed(&loaded, verbosity);
     let mut settings = Settings::of(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;

@@ -33,7 +33,7 @@ fn rows(loaded: &Loaded) -> Vec<[String; 2]> {
         ("parameters", listed(scene.parameters.iter().map(|(name, value)| format!("{name} = {value}")))),
         ("cameras", named(scene.cameras.iter().map(|camera| camera.name.as_str()))),
         ("lights", kinds(scene.lights.iter().map(|light| light_kind(&light.kind)))),
-        ("sky", scene.sky.as_ref().map(sky_kind).unwrap_or_default().to_owned()),
+        ("sky", sky(loaded)),
         ("objects", kinds(scene.objects.iter().map(|object| shape_kind(&object.shape)))),
         ("generated", generated(scene)),
         ("triangles", triangles(scene)),
@@ -153,6 +153,12 @@ fn light_kind(kind: &LightKind) -> &'static str {
         LightKind::Point { .. } => "point",
         LightKind::Spot { .. } => "spot",
     }
+}
+
+/// What kind of sky there is, and whether it is the file's.
+fn sky(loaded: &Loaded) -> String {
+    let kind = loaded.scene.sky.as_ref().map(sky_kind).unwrap_or_default();
+    if loaded.added_sky.is_some() { format!("{kind} (added: the file has too little light)") } else { kind.to_owned() }
 }
 
 fn sky_kind(sky: &Sky) -> &'static str {

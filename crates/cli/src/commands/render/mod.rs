@@ -46,7 +46,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         targets = vec![targets::unnamed(&loaded.source.stem, format, &mut outputs, &loaded.inputs)?];
     }
     outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::complete(&mut loaded, &args.changes, verbosity);
+    scene_input::tell_completed(&loaded, verbosity);
     let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded.scene, settings))?;
     plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
     plan.display.output = plan.settings.output;
