@@ -108,7 +108,7 @@ impl Steps {
     /// What is done now, and the share of the whole that is done already.
     pub fn show(&mut self, what: &str, share: f64) {
         self.bar.set_position((1000.0 * share) as u64);
-        self.bar.set_message(what.to_owned());
+        self.bar.set_message(console::on_one_line(what));
         if self.pace.as_mut().is_some_and(|pace| pace.is_due(self.start.elapsed())) {
             console::tell(format_args!("measuring: {:.0} %, {what}", 100.0 * share));
         }

@@ -1,5 +1,7 @@
 //! Plain tables for standard output: columns padded to their widest cell, two spaces apart; numbers short enough for them.
 
+use crate::console::on_one_line;
+
 /// On which side a column's cells touch its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Align {
@@ -14,12 +16,13 @@ pub fn lay_out<const N: usize>(rows: &[[String; N]]) -> String {
     lay_out_aligned([Align::Left; N], rows)
 }
 
-/// Lays rows out in columns, each with its alignment.
+/// Lays rows out in columns, each with its alignment. A cell with several lines would look like several rows, and is made one.
 pub fn lay_out_aligned<const N: usize>(columns: [Align; N], rows: &[[String; N]]) -> String {
+    let rows: Vec<[String; N]> = rows.iter().map(|row| row.each_ref().map(|cell| on_one_line(cell))).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; N] = std::array::from_fn(width);
     let mut text = String::new();
-    for row in rows {
+    for row in &rows {
         let cell = |(i, cell): (usize, &String)| match columns[i] {
             Align::Left => format!("{cell:0$}", widths[i]),
             Align::Right => format!("{cell:>0$}", widths[i]),

@@ -7,6 +7,7 @@ mod compare;
 mod environment;
 mod films;
 mod help;
+mod masks;
 mod mistakes;
 mod models;
 mod overwriting;

@@ -11,5 +11,5 @@ pub fn run(args: &CompletionsArgs) -> Result<(), Failure> {
     let mut command = Arguments::command();
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command, "raywright", &mut script);
-    console::print(script)
+    console::print(String::from_utf8_lossy(&script))
 }

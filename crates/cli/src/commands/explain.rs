@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::args::ExplainArgs;
 use crate::clock::spoken;
-use crate::console::{self, Verbosity};
+use crate::console::{self, Verbosity, on_one_line};
 use crate::failure::Failure;
 use crate::progress::Steps;
 use crate::ready::failed;
@@ -117,9 +117,10 @@ fn lines(finding: &Finding, source: &SourceInfo, width: usize) -> String {
         None => format!("from {path}"),
     });
     let hint = finding.hint.as_ref().map(|hint| format!("hint: {hint}"));
-    let mut text = format!("  {:width$}  {}\n", finding.effect.name(), finding.because);
+    let (name, because) = (finding.effect.name(), on_one_line(&finding.because));
+    let mut text = format!("  {name:width$}  {because}\n");
     for line in [from, hint].into_iter().flatten() {
-        text += &format!("  {:width$}  {line}\n", "");
+        text += &format!("  {:width$}  {}\n", "", on_one_line(&line));
     }
     text
 }

@@ -23,5 +23,5 @@ pub fn run(args: &ManArgs) -> Result<(), Failure> {
     };
     let mut roff = Vec::new();
     clap_mangen::Man::new(page).render(&mut roff).map_err(|error| Failure::stdout(&error))?;
-    console::print(roff)
+    console::print(String::from_utf8_lossy(&roff))
 }

@@ -9,7 +9,7 @@ use raywright_io::{Loaded, Warning};
 
 use crate::clock::{Seconds, spoken};
 use crate::commands::explain;
-use crate::console::Verbosity;
+use crate::console::{Verbosity, on_one_line};
 use crate::table::{lay_out, significant};
 use crate::{memory, origin};
 
@@ -43,7 +43,7 @@ pub(super) fn tell_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings
 pub(super) fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
     let [first, others @ ..] = ready.lost() else { return };
     let object = match loaded.scene.objects.get(*first as usize) {
-        Some(object) if !object.name.is_empty() => format!("object `{}`", object.name),
+        Some(object) if !object.name.is_empty() => format!("object `{}`", on_one_line(&object.name)),
         _ => format!("object {first}"),
     };
     let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
@@ -74,7 +74,7 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
 pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
     let shut = ready.shut_away();
     let named = |what: &str, index: usize, name: Option<&str>| match name {
-        Some(name) if !name.is_empty() => format!("{what} `{name}`"),
+        Some(name) if !name.is_empty() => format!("{what} `{}`", on_one_line(name)),
         _ => format!("{what} {}", index + 1),
     };
     let light = |shut: &ShutAway| match *shut {

@@ -11,7 +11,7 @@ use crate::failure::{Exit, Failure};
 use crate::ready::NOTHING_KEPT;
 use crate::targets::Target;
 
-/// Writes the picture everywhere it should go; the files that were written.
+/// Writes the picture everywhere it should go; the files that were written. One that can't be written does not keep the others away.
 pub fn write(
     rendered: &Rendered,
     targets: &[Target],
