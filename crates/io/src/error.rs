@@ -72,7 +72,7 @@ impl Error {
     }
 
     /// What is wrong, without the place and the advice.
-    pub(crate) fn message(&self) -> &str {
+    pub fn message(&self) -> &str {
         match self {
             Self::Scene(diagnostics) => diagnostics.problems.first().map_or("", |problem| &problem.message),
             Self::Plain { message, .. } => message,

@@ -352,3 +352,34 @@ fn gnu_parallel_is_a_farm() {
     desk.run(&["render", "room.scene.toml", "--spp", "9", "-o", "once.png"]).exits_with(0);
     same_bits(&desk, "room.png", "once.png");
 }
+
+/// Protects: a film that can't be kept costs no picture, neither of `render` nor of `merge`: it is written, the failure is told, and the exit
+/// code is that of files. The limit on the length of files is met by the film alone, which is many times as long as the picture.
+#[cfg(unix)]
+#[test]
+fn a_film_that_cannot_be_kept_costs_no_picture() {
+    let desk = Desk::new();
+    desk.write("room.scene.toml", SCENE);
+    let limited = |words: &str| {
+        // A signal is how the system says it to programs that don't ignore it.
+        let script = format!("trap '' XFSZ; ulimit -f 64 || exit 77; exec \"$0\" {words}");
+        let run = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_raywright")]).current_dir(desk.path("")).output();
+        run.expect("a shell")
+    };
+    let fails = |words: &str, picture: &str| {
+        let run = limited(words);
+        if run.status.code() == Some(77) {
+            eprintln!("skipped: the system limits no files");
+            return;
+        }
+        let said = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(4), "{words}: {said}");
+        assert!(said.contains("error: cannot write a.film") && said.contains(&format!("wrote {picture} (")), "{words}: {said}");
+        assert!(desk.path(picture).exists() && !desk.path("a.film").exists(), "{words}: {:?}", desk.names());
+    };
+    fails("render room.scene.toml --integrator path --spp 4 --checkpoint a.film -o a.png", "a.png");
+    let whole = render(&desk, "--spp 4 --checkpoint b.film -o b.png");
+    whole.exits_with(0);
+    assert_eq!(desk.picture("a.png").rgb, desk.picture("b.png").rgb);
+    fails("merge b.film --checkpoint a.film -o c.png", "c.png");
+}

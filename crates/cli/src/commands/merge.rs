@@ -33,20 +33,19 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     if missing > 0 && !targets.is_empty() && !args.unfinished {
         return Err(incomplete(&kept.film, missing));
     }
-    if let Some(path) = &args.checkpoint {
-        write_film(path, &mut kept)?;
-    }
+    // A film that can't be kept is no reason to give up the picture.
+    let filmed = args.checkpoint.as_ref().map_or(Ok(()), |path| write_film(path, &mut kept));
     let rendered = Rendered::of(&kept.film);
     let display = shown(&args.display, kept.display);
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
-    written.extend(args.checkpoint.as_ref().map(|path| path.display().to_string()));
+    written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| path.display().to_string()));
     let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
     super::render::tell::tell_noise(&kept.film, None, verbosity);
     if !written.is_empty() {
         let parts = if args.parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", args.parts.len()) };
         verbosity.say(format_args!("wrote {} ({parts}, {})", written.join(", "), spoken(clock.total())));
     }
-    Ok(())
+    Ok(filmed?)
 }
 
 fn limits(args: &MergeArgs) -> Limits {

@@ -56,6 +56,8 @@ pub struct Session<'a> {
     args: &'a FilmArgs,
     /// Whether everything was rendered that was to be.
     is_done: bool,
+    /// Why the film is not in its file, although it was to be kept.
+    unkept: Option<Error>,
 }
 
 impl<'a> Session<'a> {
@@ -92,10 +94,10 @@ impl<'a> Session<'a> {
             Some(Share { number, of }) => whole.share(number - 1, of),
             None => whole,
         };
-        Ok(Self { kept: KeptFilm { film, metadata, display }, part, args, is_done: false })
+        Ok(Self { kept: KeptFilm { film, metadata, display }, part, args, is_done: false, unkept: None })
     }
 
-    /// Renders what is lacking, and keeps it now and then and in the end.
+    /// Renders what is lacking, and keeps it now and then and in the end. A film that can't be kept is no reason to give up the picture.
     pub fn render(&mut self, ready: &Ready, report: &ReportArgs, clock: &Clock, stop: &AtomicBool) -> Result<(), Failure> {
         let progress = Progress::start("rendering", report.progress, report.verbosity());
         let deadline = self.args.budget.map(|budget| clock.began() + budget);
@@ -107,10 +109,7 @@ impl<'a> Session<'a> {
             rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
             let began = Instant::now();
-            if let Some(path) = &self.args.checkpoint {
-                self.kept.metadata.settings = origin::with_samples(&self.kept.metadata.settings, &self.samples());
-                write_film(path, &mut self.kept)?;
-            }
+            self.keep(report);
             if self.is_done || watch.was_stopped() {
                 progress.finish();
                 self.tell_slow(report, clock);
@@ -118,6 +117,22 @@ impl<'a> Session<'a> {
             }
             keep_every = KEEP_EVERY.max(20 * began.elapsed());
         }
+    }
+
+    /// Writes the film where it is to be kept. A disk may have room again by the next time.
+    fn keep(&mut self, report: &ReportArgs) {
+        let Some(path) = &self.args.checkpoint else { return };
+        self.kept.metadata.settings = origin::with_samples(&self.kept.metadata.settings, &self.samples());
+        let failed = write_film(path, &mut self.kept).err();
+        if let Some(error) = failed.as_ref().filter(|_| !self.is_done && self.unkept.is_none()) {
+            report.verbosity().warn(format_args!("the film is not kept, and rendering goes on: {}", error.message()));
+        }
+        self.unkept = failed;
+    }
+
+    /// Why the film is not in its file, once all the rest is done.
+    pub fn into_unkept(self) -> Option<Error> {
+        self.unkept
     }
 
     /// Says so where there was no time for anything but the first pass.
@@ -160,15 +175,19 @@ impl<'a> Session<'a> {
 
     /// Files that were written, this run's film among them, in words.
     pub fn with_own(&self, mut written: Vec<String>) -> String {
-        written.extend(self.args.checkpoint.as_ref().map(|path| path.display().to_string()));
+        let kept = self.args.checkpoint.as_ref().filter(|_| self.unkept.is_none());
+        written.extend(kept.map(|path| path.display().to_string()));
         written.join(", ")
     }
 
     /// The end of an interrupted run, with how to go on where it was kept.
     pub fn explained(&self, failure: Failure) -> Failure {
-        match &self.args.checkpoint {
-            Some(path) => failure.with_hint(format_args!("go on with --resume {}", origin::quoted(&path.to_string_lossy()))),
-            None => failure,
+        match (&self.args.checkpoint, &self.unkept) {
+            (Some(_), Some(error)) => failure.with_hint(format_args!("it can't be gone on with: {}", error.message())),
+            (Some(path), None) => {
+                failure.with_hint(format_args!("go on with --resume {}", origin::quoted(&path.to_string_lossy())))
+            }
+            (None, _) => failure,
         }
     }
 }

@@ -94,7 +94,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if !written.is_empty() {
         verbosity.say(format_args!("wrote {written} ({}, {})", described(&plan.settings, &session), spoken(seconds.total)));
     }
-    Ok(())
+    session.into_unkept().map_or(Ok(()), |error| Err(error.into()))
 }
 
 /// Binary data would garble a terminal.

@@ -19,26 +19,40 @@ pub fn write(
     metadata: &Metadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<Vec<String>, Failure> {
-    let mut written = Vec::new();
+    let (mut written, mut failed) = (Vec::new(), None);
     for target in targets {
-        match target {
-            Target::Stdout => {
-                let bytes = output::png_bytes(&rendered.picture, display, metadata).map_err(|error| Failure::stdout(&error))?;
-                console::print(bytes)?;
-            }
-            Target::File(path, _) => {
-                output::write_picture(path, &rendered.picture, display, metadata)?;
-                written.push(path.display().to_string());
-            }
-            // Something else may lie there by now; a picture that took an hour is not given up for it.
-            Target::Unnamed(path, _) => {
-                let is_free = |other: &Path| other == path || is_free(other);
-                let name = output::write_unnamed_picture(path, &rendered.picture, display, metadata, is_free)?;
-                written.push(name.display().to_string());
-            }
+        match write_to(target, rendered, display, metadata, &is_free) {
+            Ok(name) => written.extend(name),
+            Err(failure) => failed = failed.or(Some(failure)),
         }
     }
-    Ok(written)
+    failed.map_or(Ok(written), Err)
+}
+
+/// Writes the picture to one target; the file's name, where it is one.
+fn write_to(
+    target: &Target,
+    rendered: &Rendered,
+    display: Display,
+    metadata: &Metadata,
+    is_free: impl Fn(&Path) -> bool,
+) -> Result<Option<String>, Failure> {
+    Ok(match target {
+        Target::Stdout => {
+            let bytes = output::png_bytes(&rendered.picture, display, metadata).map_err(|error| Failure::stdout(&error))?;
+            console::print_binary(bytes)?;
+            None
+        }
+        Target::File(path, _) => {
+            output::write_picture(path, &rendered.picture, display, metadata)?;
+            Some(path.display().to_string())
+        }
+        // Something else may lie there by now; a picture that took an hour is not given up for it.
+        Target::Unnamed(path, _) => {
+            let is_free = |other: &Path| other == path || is_free(other);
+            Some(output::write_unnamed_picture(path, &rendered.picture, display, metadata, is_free)?.display().to_string())
+        }
+    })
 }
 
 /// Keeps what there is of a picture that was stopped, under names that nobody chose and that replace nobody's files.
