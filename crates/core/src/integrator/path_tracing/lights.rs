@@ -34,6 +34,13 @@ pub(super) enum Wanted {
     Weighed(f64),
 }
 
+impl Wanted {
+    /// Whether what is diffused alone answers it.
+    pub fn is_dull(&self) -> bool {
+        matches!(self, Self::Delta { shines: false })
+    }
+}
+
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Light of one light, drawn by chance, that a surface sends back along a path. `gain`: factor on lights without size, whose
     /// unit is not the same to both families of materials.

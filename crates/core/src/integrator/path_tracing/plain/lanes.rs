@@ -19,12 +19,15 @@ struct Shading<'a, N: Number> {
     light: &'a N::Vec3,
     numbers: &'a [N; 3],
     compensated: bool,
+    /// Whether some of these lights make no highlights.
+    dull: bool,
 }
 
 /// How several vertices answer.
 #[derive(Clone, Copy)]
 pub struct Shaded<N: Number> {
-    /// What they send back of light from there, the diffuse part of it, and how densely they would have drawn it.
+    /// What they send back of light from there, the diffuse part of it where some light makes no highlights, and how densely they would have
+    /// drawn it.
     pub answer: N::Vec3,
     pub diffuse: N::Vec3,
     pub density: N,
@@ -38,7 +41,7 @@ impl<N: Number> Loops for Shading<'_, N> {
         let (normal, view) = (*self.normal, *self.view);
         let bsdf = self.model.rough(normal, view, self.compensated);
         let (answer, density) = bsdf.answer(view, *self.light);
-        let diffuse = bsdf.diffuse(view, *self.light);
+        let diffuse = if self.dull { bsdf.diffuse(view, *self.light) } else { N::Vec3::ZERO };
         Shaded { answer, diffuse, density, drawn: bsdf.sample(&Frame::about(normal), view, *self.numbers) }
     }
 }
@@ -102,6 +105,7 @@ pub fn shade<N: Number, R: Real>(these: &[(&Plain<R>, &Walk<R>, &Interaction<R>)
         }),
         numbers: &from_fn(|k| N::of_lanes(|lane| of(lane).1.draws.scatter[k].into())),
         compensated,
+        dull: these.iter().any(|(plain, ..)| plain.question.is_some_and(|question| question.wanted.is_dull())),
     })
 }
 
