@@ -45,8 +45,8 @@ const FAMILIES: [(&str, f32, f32, f32); 8] = [
 ];
 
 fn visibility(i: usize) -> Visibility {
-    let side = [Side::Both, Side::Outside, Side::Inside, Side::Culled][i % 4];
-    let occlusion = [Occlusion::Ask, Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i / 4 % 4];
+    let side = [Side::Both, Side::Outside, Side::Inside, Side::Culled, Side::Outside, Side::Inside][i % 6];
+    let occlusion = [Occlusion::Ask, Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i / 3 % 4];
     Visibility { side, occlusion }
 }
 
@@ -144,7 +144,7 @@ fn agree(name: &str, scan: &Geometry<Robust>, rows: &mut Geometry<Robust>, aims:
             let there = ray(random, aims);
             let to_world = |p: DVec3| map.transform_point3(p).as_vec3();
             let direction = map.transform_vector3(there.direction.as_dvec3()).as_vec3();
-            let ray = Ray::new(to_world(there.origin.as_dvec3()), direction);
+            let ray = Ray { culls: i % 4 == 1, ..Ray::new(to_world(there.origin.as_dvec3()), direction) };
             let what = format!("{name}, {kernel:?}, ray {i}: {ray:?}");
             let all = Interval { min: [0.0, f32::NEG_INFINITY][i % 2], max: f32::INFINITY };
             let first = scan.closest(&ray, all, &mut ());

@@ -36,7 +36,7 @@ fn duck() {
     let duck = load(&path);
     assert_eq!(triangle_count(&duck), 4212);
     assert_eq!((duck.scene.objects.len(), duck.scene.cameras.len(), duck.scene.lights.len()), (1, 1, 0));
-    assert_eq!(duck.scene.objects[0].side, SideRule::Outside);
+    assert_eq!(duck.scene.objects[0].side, SideRule::Culled);
     let data = mesh_of(&duck, &duck.scene.objects[0]);
     assert_eq!((data.positions.len(), data.normals.len(), data.uvs.len()), (2399, 2399, 1));
     let image = duck.scene.images[0].data.as_ref().unwrap();
@@ -302,7 +302,7 @@ fn samplers_and_sides_are_read() {
         assert!(wraps.iter().any(|(u, v)| *u == wrap || *v == wrap), "{wrap:?} in {wraps:?}");
     }
     let sides: Vec<_> = file.scene.objects.iter().map(|o| o.side).collect();
-    assert!(sides.contains(&SideRule::Both) && sides.contains(&SideRule::Outside), "{sides:?}");
+    assert!(sides.contains(&SideRule::Both) && sides.contains(&SideRule::Culled), "{sides:?}");
 }
 
 /// What is ignored is said, once and by name.

@@ -72,7 +72,7 @@ fn transmission_has_an_image() {
         (model.transmission.clone(), loaded.scene.objects[0].side)
     };
     assert_eq!(read(r#""transmissionFactor": 0.5,"#), (0.5.into(), SideRule::Both));
-    assert_eq!(read(""), (0.0.into(), SideRule::Outside));
+    assert_eq!(read(""), (0.0.into(), SideRule::Culled));
 }
 
 /// Protects: a surface is seen from outside, glass and what the file calls double-sided from both sides.
@@ -83,10 +83,10 @@ fn glass_has_two_sides() {
     let glass =
         |factor: f64| format!(r#""extensions": {{ "KHR_materials_transmission": {{ "transmissionFactor": {factor} }} }}, "#);
     for (more, side) in [
-        (String::new(), SideRule::Outside),
+        (String::new(), SideRule::Culled),
         (r#""doubleSided": true, "#.to_owned(), SideRule::Both),
         (glass(0.5), SideRule::Both),
-        (glass(0.0), SideRule::Outside),
+        (glass(0.0), SideRule::Culled),
     ] {
         let material = r#""materials": [{ "#;
         std::fs::write(&path, textured("").replace(material, &format!("{material}{more}"))).unwrap();
