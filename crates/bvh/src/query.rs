@@ -15,8 +15,8 @@ use crate::admission::admitted;
 use crate::geometry::Geometry;
 use crate::group::{Kind, Slot};
 use crate::ray::{Hit, Interval, Occlusion, Query, Ray};
-use crate::scalar::{Precision, Real, convert};
-use crate::shapes::{Probe, Shape, ShapeHit};
+use crate::scalar::{Precision, Real, Vector, convert};
+use crate::shapes::{Probe, Shape, ShapeHit, has_wider_core};
 use crate::tally::Tally;
 
 /// No slot of a part: the hit lies in the scene's own set.
@@ -52,7 +52,37 @@ impl<P: Precision> Geometry<P> {
         range: Interval<P::Real>,
         tally: &mut T,
     ) -> Option<Hit<P::Real>> {
-        self.nearest::<T, false>(walked, &self.probe(*ray), range, tally).map(|found| self.named(&found))
+        let probe = self.probe(*ray);
+        let nearest = self.nearest::<T, false>(walked, &probe, range, tally);
+        let found = nearest.found?;
+        let found = if nearest.is_contested { self.first_of_equals(walked, &probe, nearest.range, found, tally) } else { found };
+        Some(self.named(&found))
+    }
+
+    /// Of the hits in what is left of a range that was searched for the nearest, that of the lowest object: they are as far as that one but for
+    /// the rounding of their distances.
+    #[cold]
+    fn first_of_equals<T: Tally>(
+        &self,
+        walked: &Walked,
+        probe: &Probe<P>,
+        range: Interval<P::Real>,
+        nearest: Found<P::Real>,
+        tally: &mut T,
+    ) -> Found<P::Real> {
+        let mut first = nearest;
+        let order = |found: &Found<P::Real>| self.group.slots[found.slot as usize].order();
+        let mut consider = |slot: (u32, &Slot), tally: &mut T| {
+            if let Some(found) = self.test::<T, false>(slot, probe, range, tally).filter(|found| order(found) < order(&first)) {
+                first = found;
+            }
+        };
+        self.unbounded().for_each(|slot| consider(slot, tally));
+        walked.walk(&probe.ray, range, tally, |places, far, tally| {
+            self.bounded(places).for_each(|slot| consider(slot, tally));
+            ControlFlow::Continue(far)
+        });
+        first
     }
 
     /// The nearest hit of each query, in their order, in place of what `hits` held.
@@ -126,8 +156,9 @@ impl<P: Precision> Geometry<P> {
         probe: &Probe<P>,
         range: Interval<P::Real>,
         tally: &mut T,
-    ) -> Option<Found<P::Real>> {
-        let mut best = Nearest { range, found: None };
+    ) -> Nearest<P::Real> {
+        let origin = Vector::abs(probe.ray.origin).max_element();
+        let mut best = Nearest { origin, ..Nearest::new(range) };
         for slot in self.unbounded() {
             best.consider(self, self.test::<T, INNER>(slot, probe, best.range, tally));
         }
@@ -147,7 +178,7 @@ impl<P: Precision> Geometry<P> {
                 ControlFlow::Continue(best.range.max)
             });
         }
-        best.found
+        best
     }
 
     /// The nearest hit of one primitive.
@@ -191,7 +222,7 @@ impl<P: Precision> Geometry<P> {
         let part = &self.group.parts[instance.part as usize];
         match &part.accelerator {
             Accelerator::Wide(wide, _) => part.nearest_mapped(wide, &inner, range, tally),
-            Accelerator::Walked(walked) => part.nearest::<T, true>(walked, &inner, range, tally),
+            Accelerator::Walked(walked) => part.nearest::<T, true>(walked, &inner, range, tally).found,
         }
     }
 
@@ -291,22 +322,50 @@ fn widened<P: Precision>(range: Interval<P::Real>) -> Interval<P::Core> {
 
 /// The running answer of a closest-hit query. `range.max` is kept one step above the best distance, so that a hit at exactly
 /// the same distance is still seen and the lower one can win.
+///
+/// Distances that are rounded to f32 are equal of themselves where surfaces lie in one place. In f64 each shape's test leaves last digits of
+/// its own, and now the one would win and now the other. There `range.max` is kept as far beyond as rounding may reach, and whether
+/// another hit came so close is kept too.
 struct Nearest<R: Real> {
     range: Interval<R>,
     found: Option<Found<R>>,
+    /// Greatest coordinate of the ray's origin, where equal distances may differ.
+    origin: R,
+    is_contested: bool,
 }
 
 impl<R: Real> Nearest<R> {
+    /// Of what distances and coordinates are, what equal distances differ by at most: some hundred roundings of f64, which a ray within two
+    /// degrees of a surface makes of a test's ten.
+    const EQUAL: f64 = 1.0 / (1_u64 << 44) as f64;
+
+    #[inline(always)]
+    fn new(range: Interval<R>) -> Self {
+        Self { range, found: None, origin: R::ZERO, is_contested: false }
+    }
+
+    /// What distances that are equal but for rounding differ by.
+    #[inline(always)]
+    fn slack(&self, t: R) -> R {
+        (self.origin + t.abs()) * R::from_f64(Self::EQUAL)
+    }
+
     #[inline(always)]
     fn consider<P: Precision<Real = R>>(&mut self, geometry: &Geometry<P>, candidate: Option<Found<R>>) {
         let Some(candidate) = candidate else { return };
         let order = |found: &Found<R>| geometry.group.slots[found.slot as usize].order();
+        // Whether distances are neither rounded to f32 nor computed in it.
+        let is_exact = P::ROBUST && !has_wider_core::<P>();
+        if is_exact && let Some(best) = &self.found {
+            self.is_contested |= (candidate.t - best.t).abs() <= self.slack(best.t);
+        }
         let better = match &self.found {
             None => true,
             Some(best) => candidate.t < best.t || (candidate.t == best.t && order(&candidate) < order(best)),
         };
         if better {
-            self.range.max = candidate.t.next_up();
+            let equal = if is_exact { candidate.t + self.slack(candidate.t) } else { candidate.t };
+            self.range.max = if is_exact { self.range.max.min(equal.next_up()) } else { equal.next_up() };
             self.found = Some(candidate);
         }
     }

@@ -22,7 +22,7 @@ impl<P: Precision> Geometry<P> {
         tally: &mut T,
     ) -> Option<Found<P::Real>> {
         // In its place from the start: to move it would wait for its stores.
-        let best = Nearest { range, found: None };
+        let best = Nearest::new(range);
         let mut closest =
             Closest::<_, _, false> { geometry: self, wide, ray, best, probe: None, rebase: Rebase::default(), tally };
         if self.unbounded > self.planes {
@@ -54,7 +54,7 @@ impl<P: Precision> Geometry<P> {
         range: Interval<P::Real>,
         tally: &mut T,
     ) -> Option<Found<P::Real>> {
-        let mut best = Nearest { range, found: None };
+        let mut best = Nearest::new(range);
         for slot in self.unbounded() {
             best.consider(self, self.test::<T, true>(slot, probe, best.range, tally));
         }
