@@ -194,10 +194,11 @@ impl Ready {
         }
     }
 
-    /// Lights of which nothing has been seen in all that was rendered since this was prepared, though many rays were sent to them: they are
+    /// Lights of which nothing has been seen in what was rendered into a film of this picture, though many rays were sent to them: they are
     /// shut away, or so placed that chance has not found the way. Of pictures whose light is followed by chance over all surfaces; else none.
-    pub fn shut_away(&self) -> Vec<ShutAway> {
-        each!(&self.inner, p => p.shut_away())
+    /// What a film has from a file does not count.
+    pub fn shut_away(&self, film: &Film) -> Vec<ShutAway> {
+        each!(&self.inner, p => p.shut_away(film.usage()))
     }
 
     /// What is held in memory.

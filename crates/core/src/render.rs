@@ -17,6 +17,7 @@ use crate::counters::Counters;
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit, parts};
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, Kernel, Tracer};
+use crate::light::LightUsage;
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
@@ -60,6 +61,7 @@ pub(crate) fn render<P: Precision, K: Kernel>(
     let exchange = |finished: Option<Unit>| lock(&queue).exchange(finished, observer);
     let work = || {
         let mut finished = None;
+        let mut usage = if K::PATHS { LightUsage::new(&scene.lights) } else { LightUsage::default() };
         while !observer.cancelled()
             && let Some(next) = exchange(finished.take())
         {
@@ -77,10 +79,10 @@ pub(crate) fn render<P: Precision, K: Kernel>(
                 observer,
                 kernel: PhantomData,
             };
-            let Some(unit) = job.run(&start) else { return };
+            let Some(unit) = job.run(&start, &mut usage) else { break };
             finished = Some(unit);
         }
-        lock(&queue).put(finished, observer);
+        lock(&queue).end(finished, &usage, observer);
     };
     // Each thread takes the next one, so that they are finished nearly in order and none waits for another. Not a broadcast,
     // which ends only when every thread of the pool has taken part: a caller's pool may have other things to do.
@@ -108,18 +110,18 @@ struct UnitJob<'a, P: Precision, K: Kernel> {
 
 impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     /// None where the observer stopped it halfway.
-    fn run(&self, start: &Plane) -> Option<Unit> {
+    fn run(&self, start: &Plane, usage: &mut LightUsage) -> Option<Unit> {
         match self.plan.random {
-            true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start),
-            true => self.gather::<Moments>(start),
-            false => self.gather::<Plain<P::Real>>(start),
+            true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start, usage),
+            true => self.gather::<Moments>(start, usage),
+            false => self.gather::<Plain<P::Real>>(start, usage),
         }
     }
 
-    fn gather<B: Block<P::Real>>(&self, start: &Plane) -> Option<Unit> {
+    fn gather<B: Block<P::Real>>(&self, start: &Plane, usage: &mut LightUsage) -> Option<Unit> {
         let pixels = self.area.width as usize * self.area.height as usize;
         let keeps_first = !self.plan.layers.mean.is_empty();
-        let mut tracer = Tracer::<P, K>::new(self.scene, self.settings.max_depth, keeps_first, self.observer);
+        let mut tracer = Tracer::<P, K>::new(self.scene, usage, self.settings.max_depth, keeps_first, self.observer);
         let mut plane = Plane::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
         let (mut dropped, met);

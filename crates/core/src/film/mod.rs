@@ -41,6 +41,7 @@ pub use uncertainty::{Doubt, Estimate, Uncertainty};
 use core::ops::{Range, RangeInclusive};
 
 use crate::counters::Counters;
+use crate::light::LightUsage;
 use crate::picture::{Layer, Picture};
 use crate::settings::{Aov, Settings};
 
@@ -64,6 +65,8 @@ pub struct Film {
     /// Samples of all pixels that the picture will probably have taken in the end; none while nothing is known of it.
     expected: u64,
     counters: Counters,
+    /// What the renders that put samples here counted of lights. It is no part of the picture, and no file has it.
+    usage: LightUsage,
 }
 
 /// Some tiles in some replicates of a picture.
@@ -124,6 +127,7 @@ impl Film {
             is_replayed: false,
             expected: 0,
             counters: Counters::default(),
+            usage: LightUsage::default(),
             plan,
         }
     }
@@ -209,6 +213,16 @@ impl Film {
     /// What it took so far.
     pub fn counters(&self) -> Counters {
         self.counters
+    }
+
+    /// What was counted of lights.
+    pub(crate) fn usage(&self) -> &LightUsage {
+        &self.usage
+    }
+
+    /// Adds what a worker counted of lights.
+    pub(crate) fn add_usage(&mut self, usage: &LightUsage) {
+        self.usage.add(usage);
     }
 
     /// Bytes that the sums and layers take.

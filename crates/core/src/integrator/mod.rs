@@ -26,6 +26,7 @@ use raywright_bvh::{FromOnePoint, Hit, Interval, Patience, Precision, Query, Ray
 
 use crate::counters::Counters;
 use crate::interaction::Interaction;
+use crate::light::LightUsage;
 use crate::observer::Observer;
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
 use crate::sampler::Address;
@@ -81,6 +82,8 @@ impl<P: Precision> FirstHits<P> {
 pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     pub scene: &'a Prepared<P>,
     pub counters: Counters,
+    /// What its worker counted of lights so far.
+    pub usage: &'a mut LightUsage,
     /// Paths that wait for their side branches; empty between camera rays.
     waiting: Vec<Path<P::Real>>,
     /// Asked now and then while paths divide, since one pixel may have more branches than a lifetime has seconds.
@@ -100,7 +103,13 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
 
 impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// `keeps_first`: whether layers ask what camera rays hit first.
-    pub fn new(scene: &'a Prepared<P>, max_depth: u32, keeps_first: bool, observer: &'a dyn Observer) -> Self {
+    pub fn new(
+        scene: &'a Prepared<P>,
+        usage: &'a mut LightUsage,
+        max_depth: u32,
+        keeps_first: bool,
+        observer: &'a dyn Observer,
+    ) -> Self {
         let (camera_min, secondary_min) = match scene.rules.spawn {
             Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
             Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
@@ -108,6 +117,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         let mut tracer = Self {
             scene,
             counters: Counters::default(),
+            usage,
             waiting: Vec::new(),
             observer,
             divisions: 0,

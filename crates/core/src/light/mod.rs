@@ -22,11 +22,11 @@ mod emitters;
 mod grid;
 mod irradiance;
 mod polygon;
-mod reached;
 mod sky;
 mod sky_sampler;
 mod solid_angle;
 mod tree;
+mod usage;
 
 use raywright_bvh::{Aabb, Precision, Real, Surface, Vec3Of};
 
@@ -38,10 +38,10 @@ pub use emitters::{EmitterList, Emitters, Exit, Glow, Strategy};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
 pub use polygon::Polygon;
-pub use reached::Reached;
 pub use sky::{Seen, Sky};
 pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
 pub use sky_sampler::SkySampler;
+pub(crate) use usage::LightUsage;
 
 /// Which light of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -21,7 +21,7 @@ use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector}
 use crate::camera::{Camera, Cone, frame};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
-use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, LightId, Lights, Reached, Strategy, prepare_sky};
+use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, LightId, LightUsage, Lights, Strategy, prepare_sky};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
@@ -146,8 +146,6 @@ pub struct Prepared<P: Precision> {
     pub(crate) sources: Sources<P::Real>,
     /// Lights, emissive surfaces and the sky; no table holds what no surface would answer to.
     pub lights: Lights<P>,
-    /// Which of them have lit anything so far; empty where paths are not followed.
-    pub(crate) reached: Reached,
     /// What camera rays see that hit nothing; none: the sky.
     pub(crate) backdrop: Option<<P::Real as Real>::Vec3>,
     /// The sky's cosine-weighted average; none where no material asks for it.
@@ -244,6 +242,7 @@ impl<P: Precision> Prepared<P> {
             inputs.sources.of_materials.push(first..inputs.sources.textures.len() as u32);
         }
         material::tables(&materials, &context.layers).prepare();
+        settings.filter.draws();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
         let facets = facets(scene, (&materials, &context.layers), &inputs.sources, (paths, hard_shadows));
         let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
@@ -302,7 +301,6 @@ impl<P: Precision> Prepared<P> {
             materials,
             cone: (!inputs.sources.pyramids.is_empty()).then(|| camera.cone()),
             sources: inputs.sources,
-            reached: if paths { Reached::new(&lights) } else { Reached::default() },
             lights,
             backdrop,
             irradiance,
@@ -345,11 +343,13 @@ impl<P: Precision> Prepared<P> {
             + size_of_val(self.sources.of_materials.as_slice())
             + size_of_val(self.lights.delta.as_slice());
         let choice = self.lights.choice().bytes();
+        // Only what chooses among lights counts what became of them.
+        let counted = if self.lights.choice().is_empty() { 0 } else { self.lights.delta.len() + self.lights.emitters.len() };
         let tangents = self.tangents.iter().map(|corners| size_of_val(corners.as_slice()) as u64).sum::<u64>();
         Memory {
             geometry: self.geometry_bytes as u64,
             meshes: self.meshes.iter().map(|mesh| mesh.bytes() as u64).sum::<u64>() + tangents,
-            tables: tables as u64 + choice + self.lights.emitters.bytes() + self.reached.bytes(),
+            tables: tables as u64 + choice + self.lights.emitters.bytes() + LightUsage::bytes_of(counted as u64),
             textures: self.texture_bytes() as u64 + self.lights.sky.bytes(),
             film: 0,
         }

@@ -3,7 +3,7 @@
 use raywright_bvh::Precision;
 
 use super::Prepared;
-use crate::light::LightId;
+use crate::light::{LightId, LightUsage};
 
 /// Fewer rays to a light that were all stopped say too little: of a light that every twentieth reaches, less than one in a hundred times
 /// none does.
@@ -30,8 +30,8 @@ pub enum ShutAway {
 
 impl<P: Precision> Prepared<P> {
     /// Those to which enough rays were sent in vain.
-    pub(crate) fn shut_away(&self) -> Vec<ShutAway> {
-        let in_vain = |light| self.reached.in_vain(light).map(u64::from);
+    pub(crate) fn shut_away(&self, usage: &LightUsage) -> Vec<ShutAway> {
+        let in_vain = |light| usage.in_vain(light).map(u64::from);
         let lights = (0..self.lights.delta.len()).filter_map(|index| {
             let rays = in_vain(LightId::Delta(index as u32))?;
             Some(ShutAway::Light { index, rays })

@@ -5,6 +5,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::film::{Film, Part, Plane, Unit};
+use crate::light::LightUsage;
 use crate::observer::Observer;
 
 /// What is to be rendered, in order, and the film that it goes to.
@@ -62,7 +63,13 @@ impl<'f> Queue<'f> {
         self.film.plan().pass(self.film.goal(tile, replicate), self.film.drawn(tile, replicate))
     }
 
-    pub fn put(&mut self, finished: Option<Unit>, observer: &dyn Observer) {
+    /// Takes what a worker leaves when it goes.
+    pub fn end(&mut self, finished: Option<Unit>, usage: &LightUsage, observer: &dyn Observer) {
+        self.put(finished, observer);
+        self.film.add_usage(usage);
+    }
+
+    fn put(&mut self, finished: Option<Unit>, observer: &dyn Observer) {
         let Some(unit) = finished else { return };
         let (tile, replicate) = (unit.tile, unit.replicate);
         let bare = (0..self.film.plan().replicates).all(|replicate| self.film.drawn(tile, replicate) == 0);

@@ -1,10 +1,10 @@
 //! Lights that nothing is lit by are told, and no others.
 
 use raywright_core::Settings;
-use raywright_core::prepare;
 use raywright_core::prepare::ShutAway;
 use raywright_core::scene::{Integrator, Scene};
 use raywright_core::settings::{LightSampling, Sampling};
+use raywright_core::{Ready, prepare};
 use serde_json::json;
 
 use crate::support::{DOWN, ball, classic, floor, settings};
@@ -36,8 +36,15 @@ fn told(scene: &Scene, samples: u32, light_sampling: LightSampling, tile_size: u
         ..settings(scene, DOWN)
     };
     let ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
-    assert!(ready.render(&()).finished);
-    ready.shut_away()
+    let shut = |ready: &Ready| {
+        let mut film = ready.film("");
+        ready.render_part(&mut film, &ready.film("").whole(), &()).expect("its own film");
+        assert_eq!(film.unfinished(), 0);
+        ready.shut_away(&film)
+    };
+    let first = shut(&ready);
+    assert_eq!(shut(&ready), first, "a render counts its own rays");
+    first
 }
 
 /// Protects: of two lamps and two lights, those in boxes are told, with the rays that were sent to them, which do not depend on the tiles;
@@ -56,6 +63,7 @@ fn what_lights_nothing_is_told() {
     let few = Settings { size: [4, 4], ..settings(&scene(true), DOWN) };
     let ready = prepare(&scene(true), &Settings { integrator: Integrator::Path, sampling: Sampling::General(1), ..few }, &());
     let ready = ready.unwrap_or_else(|e| panic!("{e}"));
-    ready.render(&());
-    assert_eq!(ready.shut_away(), []);
+    let mut film = ready.film("");
+    ready.render_part(&mut film, &ready.film("").whole(), &()).expect("its own film");
+    assert_eq!(ready.shut_away(&film), []);
 }

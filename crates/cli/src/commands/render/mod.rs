@@ -86,7 +86,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
             console::json(&Stats::new(&loaded, &ready, &rendered, session.film().uncertainty(), seconds)).as_bytes(),
         )?;
     }
-    tell::tell_shut_away(&loaded, &ready, verbosity);
+    tell::tell_shut_away(&loaded, &ready, session.film(), verbosity);
     if ready.follows_paths() || args.light.max_error.is_some() {
         tell::tell_noise(session.film(), args.light.max_error, verbosity);
     }

@@ -71,8 +71,8 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
 }
 
 /// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
-pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
-    let shut = ready.shut_away();
+pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, verbosity: Verbosity) {
+    let shut = ready.shut_away(film);
     let named = |what: &str, index: usize, name: Option<&str>| match name {
         Some(name) if !name.is_empty() => format!("{what} `{}`", on_one_line(name)),
         _ => format!("{what} {}", index + 1),

@@ -8,6 +8,7 @@ use serde_json::json;
 use super::super::{CameraRay, General};
 use super::*;
 use crate::effects::EffectSet;
+use crate::light::LightUsage;
 use crate::prepare::Prepared;
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -53,7 +54,8 @@ fn together_or_one_by_one() {
     let scene = everything();
     let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
     let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
-    let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false, &());
+    let mut usage = LightUsage::default();
+    let mut tracer = Tracer::<Robust, General>::new(&prepared, &mut usage, settings.max_depth, false, &());
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
     let begin = |tracer: &mut Tracer<'_, Robust, General>, pixel: [u32; 2]| {
         let ray = prepared.camera.ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
@@ -138,7 +140,8 @@ fn rays_keep_their_time() {
     let picture = |geometry: Geometry<Robust>, time: f32| {
         let mut prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         prepared.geometry = geometry;
-        let mut tracer = Tracer::<Robust, General>::new(&prepared, settings.max_depth, false, &());
+        let mut usage = LightUsage::default();
+        let mut tracer = Tracer::<Robust, General>::new(&prepared, &mut usage, settings.max_depth, false, &());
         let mut pixel = |i: u32| {
             let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);
             tracer.camera_ray(CameraRay::unasked(&ray), &Address { pixel: [i % 24, i / 24], ..Address::default() }).radiance

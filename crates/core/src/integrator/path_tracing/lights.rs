@@ -161,7 +161,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 sent *= self.arrives(&seen, at);
             }
         }
-        scene.reached.note(light, sent != Vector::ZERO);
+        self.usage.count(light, sent != Vector::ZERO);
         sent
     }
 

@@ -91,7 +91,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let share = match self.scene.lights.emitters.of(at.object, hit.primitive) {
             Some(emitter) => {
                 let light = LightId::Emitter(emitter);
-                self.scene.reached.note(light, true);
+                self.usage.count(light, true);
                 let (lights, from, direction) = (&self.scene.lights, walk.left.from, walk.leg.ray.direction);
                 self.found(walk, light, |probability| {
                     lights.density(light, from, direction, &Target::Surface(at.surface), probability)

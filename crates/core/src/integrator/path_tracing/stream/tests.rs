@@ -7,6 +7,7 @@ use super::super::super::Paths;
 use super::*;
 use crate::counters::Counters;
 use crate::effects::{Effect, EffectSet};
+use crate::light::LightUsage;
 use crate::prepare::{Material, Prepared};
 use crate::scene::Scene;
 use crate::settings::Settings;
@@ -68,7 +69,8 @@ fn everything() -> Scene {
 
 /// What the paths of all pixels bring, so many of them side by side, with what they hit first and what was counted.
 fn followed<P: Precision>(prepared: &Prepared<P>, depth: u32, together: usize) -> (Vec<[u64; 5]>, Counters) {
-    let mut tracer = Tracer::<P, Paths>::new(prepared, depth, true, &());
+    let mut usage = LightUsage::default();
+    let mut tracer = Tracer::<P, Paths>::new(prepared, &mut usage, depth, true, &());
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
     let addresses: Vec<_> =
         pixels.flat_map(|pixel| (0..4).map(move |index| Address { pixel, index, ..Address::default() })).collect();
@@ -167,7 +169,8 @@ fn first_hits_veils_and_limits() {
     let (rays, plain) = (rays(&prepared), followed(&prepared, 7, 64).0);
     let address = |i: usize| Address { pixel: [i as u32 % SIZE[0], i as u32 / SIZE[0]], ..Address::default() };
     let addresses: Vec<_> = (0..rays.len()).map(address).collect();
-    let (mut tracer, mut stream) = (Tracer::<Robust, Paths>::new(&prepared, 7, true, &()), Stream::default());
+    let mut usage = LightUsage::default();
+    let (mut tracer, mut stream) = (Tracer::<Robust, Paths>::new(&prepared, &mut usage, 7, true, &()), Stream::default());
     tracer.follow_all((&rays, &addresses), 16, &mut stream);
     let mut hits = 0;
     for (place, ray) in rays.iter().enumerate() {

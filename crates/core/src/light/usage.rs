@@ -1,0 +1,97 @@
+//! Which lights have lit anything: one that is shut away from every path is missing in the picture and in its error alike, so that it can
+//! only be told by counting. A lamp in a closed box may be meant; that its light is nowhere is worth saying all the same.
+
+use raywright_bvh::Precision;
+
+use super::{LightId, Lights};
+
+/// Instead of a number of rays: some light arrived.
+const LIT: u32 = u32::MAX;
+
+/// For each light without size and each emitter how many rays to it were stopped, until one arrives. Each worker of a render counts by itself,
+/// and a film adds up what its renders counted: a counter that workers share would be fetched from another's cache at every such ray. Nothing that
+/// is rendered depends on it, and the sum not on the order in which rays were traced.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LightUsage {
+    deltas: usize,
+    stopped: Vec<u32>,
+}
+
+impl LightUsage {
+    /// Nothing is known yet of these lights.
+    pub fn new<P: Precision>(lights: &Lights<P>) -> Self {
+        let (deltas, emitters) = (lights.delta.len(), lights.emitters.len());
+        Self { deltas, stopped: vec![0; deltas + emitters] }
+    }
+
+    fn place(&self, light: LightId) -> Option<usize> {
+        match light {
+            LightId::Delta(i) => Some(i as usize),
+            LightId::Emitter(i) => Some(self.deltas + i as usize),
+            LightId::Sky => None,
+        }
+    }
+
+    /// Counts a ray to a light, or a path that met it.
+    #[inline(always)]
+    pub fn count(&mut self, light: LightId, arrived: bool) {
+        let Some(stopped) = self.place(light).and_then(|place| self.stopped.get_mut(place)) else { return };
+        *stopped = sum(*stopped, if arrived { LIT } else { 1 });
+    }
+
+    /// Adds what another worker counted of the same lights.
+    pub fn add(&mut self, other: &Self) {
+        if self.stopped.is_empty() {
+            self.clone_from(other);
+            return;
+        }
+        self.stopped.iter_mut().zip(&other.stopped).for_each(|(own, &other)| *own = sum(*own, other));
+    }
+
+    /// How many rays to a light were stopped, where none arrived.
+    pub fn in_vain(&self, light: LightId) -> Option<u32> {
+        self.stopped.get(self.place(light)?).copied().filter(|&stopped| stopped != LIT)
+    }
+
+    /// Bytes of the tables of so many lights, one for each worker of this pool and the sum.
+    pub fn bytes_of(lights: u64) -> u64 {
+        let tables = rayon::current_num_threads() as u64 + 1;
+        lights.saturating_mul(size_of::<u32>() as u64 * tables)
+    }
+}
+
+/// Rays that were stopped in all: as many as can be counted, unless light arrived.
+#[inline(always)]
+fn sum(a: u32, b: u32) -> u32 {
+    if a == LIT || b == LIT { LIT } else { a.saturating_add(b).min(LIT - 1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(stopped: [u32; 2]) -> LightUsage {
+        LightUsage { deltas: 1, stopped: stopped.into() }
+    }
+
+    /// Protects: what two workers counted adds up in either order, also where there are more rays than can be counted; light that one of
+    /// them saw stays seen, and the sky is not counted.
+    #[test]
+    fn workers_add_up() {
+        let (mut usage, lamp) = (of([0, 0]), LightId::Emitter(0));
+        (0..3).for_each(|_| usage.count(lamp, false));
+        usage.count(LightId::Delta(0), true);
+        usage.count(LightId::Delta(0), false);
+        usage.count(LightId::Sky, true);
+        assert_eq!(usage.stopped, [LIT, 3]);
+        for (a, b, expected) in [([0, 3], [5, 4], [5, 7]), ([LIT, 1], [2, LIT], [LIT; 2]), ([LIT - 1, 1], [7, 0], [LIT - 1, 1])] {
+            for (first, second) in [(a, b), (b, a)] {
+                let mut usage = LightUsage::default();
+                usage.add(&of(first));
+                usage.add(&of(second));
+                assert_eq!(usage.stopped, expected);
+            }
+        }
+        assert_eq!([usage.in_vain(lamp), usage.in_vain(LightId::Delta(0)), usage.in_vain(LightId::Sky)], [Some(3), None, None]);
+    }
+}
