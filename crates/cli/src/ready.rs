@@ -24,13 +24,14 @@ pub fn prepared(loaded: &Loaded, settings: &Settings, observer: &dyn Observer) -
 pub fn failed(name: &str, error: PrepareError) -> Failure {
     match error {
         PrepareError::Cancelled => Failure::new(Exit::Interrupted, NOTHING_KEPT),
-        PrepareError::Memory { needed, allowed } => too_much(name, &needed, allowed).into(),
+        PrepareError::Memory { needed, allowed } => too_much(name, &needed, Some(allowed)).into(),
+        PrepareError::OutOfMemory { needed } => too_much(name, &needed, None).into(),
         other => Error::input(name, other).into(),
     }
 }
 
-/// What needs how much memory, and what to do about the part that needs most.
-fn too_much(name: &str, needed: &Memory, allowed: u64) -> Error {
+/// What needs how much memory, and what to do about the part that needs most; without a limit the system has not got so much.
+fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
     let advice = |part: &str| match part {
         "picture" => "render less with --size or --crop",
         "textures" => "give it smaller images",
@@ -39,9 +40,12 @@ fn too_much(name: &str, needed: &Memory, allowed: u64) -> Error {
     let mut parts = needed.parts();
     parts.sort_by_key(|&(_, bytes)| Reverse(bytes));
     let [(most, _), ..] = parts;
-    let (all, allowed) = (human_bytes(needed.total()), human_bytes(allowed));
-    let message = format!("rendering it needs about {all} ({}), and the limit is {allowed}", memory::listed(&parts));
-    Error::limit(name, message).with_hint(format!("raise the limit with --max-memory, or {}", advice(most)))
+    let needs = format!("rendering it needs about {} ({})", human_bytes(needed.total()), memory::listed(&parts));
+    match allowed {
+        Some(allowed) => Error::limit(name, format!("{needs}, and the limit is {}", human_bytes(allowed)))
+            .with_hint(format!("raise the limit with --max-memory, or {}", advice(most))),
+        None => Error::limit(name, format!("{needs}, and the system does not give as much")).with_hint(advice(most)),
+    }
 }
 
 /// The camera that shows the whole scene, for one that has none.
@@ -86,7 +90,7 @@ mod tests {
     /// Protects: who has too little memory hears what takes how much, most first, and what would help with that.
     #[test]
     fn too_little_memory_is_explained() {
-        let of = |needed: Memory| too_much("a.glb", &needed, 1 << 20).to_string();
+        let of = |needed: Memory| too_much("a.glb", &needed, Some(1 << 20)).to_string();
         let picture = of(Memory { geometry: 1 << 20, film: 3 << 20, ..Memory::default() });
         assert_eq!(
             picture,
@@ -96,5 +100,10 @@ mod tests {
         let ends = |needed: Memory, advice: &str| assert!(of(needed).ends_with(advice), "{}", of(needed));
         ends(Memory { textures: 2 << 20, film: 1, ..Memory::default() }, "or give it smaller images");
         ends(Memory { geometry: 2 << 20, film: 1, ..Memory::default() }, "or show fewer objects or coarser meshes");
+        assert_eq!(
+            too_much("a.glb", &Memory { film: 3 << 20, ..Memory::default() }, None).to_string(),
+            "error: a.glb: rendering it needs about 3 MiB (picture 3 MiB), and the system does not give as much\n\
+            help: render less with --size or --crop"
+        );
     }
 }

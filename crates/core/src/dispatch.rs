@@ -6,11 +6,11 @@ use crate::effects::{EffectReport, EffectSet, chosen, detect, switched_off};
 use crate::film::{Aim, Film, Part, PartError, Plan};
 use crate::integrator::{Analytic, General, Kernel, Paths};
 use crate::lookup::Lookup;
-use crate::memory::Memory;
+use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
 use crate::prepare::{self, Extent, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
-use crate::scene::{Integrator, Scene};
+use crate::scene::{Integrator, MeshSource, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
 
 /// A scene prepared for one set of settings, ready to render.
@@ -46,11 +46,12 @@ macro_rules! each {
 pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Ready, PrepareError> {
     let effects = detect(scene, settings);
     let simulated = effects.simulated();
-    if let Some(allowed) = settings.max_memory {
-        let needed = reckon(scene, settings, simulated);
-        if needed.total() > allowed {
-            return Err(PrepareError::Memory { needed, allowed });
-        }
+    let needed = reckon(scene, settings, simulated);
+    if let Some(allowed) = settings.max_memory.filter(|&allowed| needed.total() > allowed) {
+        return Err(PrepareError::Memory { needed, allowed });
+    }
+    if !is_available(yet_to_take(&needed, scene)) {
+        return Err(PrepareError::OutOfMemory { needed });
     }
     let integrator = chosen(scene, settings);
     let inner = if settings.without.is_empty() {
@@ -61,6 +62,18 @@ pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> R
     };
     let kernel = KernelName::choose(settings.kernel, integrator, simulated);
     Ok(Ready { inner, kernel, settings: settings.clone(), effects })
+}
+
+/// What of it is not taken yet: meshes and images are there with the scene. A tree is built beside lists of about its size, and a picture
+/// is brought into its file's order beside the film.
+fn yet_to_take(needed: &Memory, scene: &Scene) -> u64 {
+    let images = scene.images.iter().filter_map(|image| image.data.as_ref()).map(|data| data.bytes() as u64);
+    let meshes = scene.meshes.iter().map(|mesh| match &mesh.source {
+        MeshSource::Inline(data) => data.bytes() as u64,
+        MeshSource::File(_) => 0,
+    });
+    let there = images.sum::<u64>() + meshes.sum::<u64>();
+    needed.total().saturating_sub(there).saturating_add(needed.geometry).saturating_add(needed.film / 2)
 }
 
 /// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it, three times

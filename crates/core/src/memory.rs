@@ -19,6 +19,16 @@ pub struct Memory {
     pub film: u64,
 }
 
+/// Whether the system gives so many bytes at once. They are given back: it is asked before arrays are made that have no other way to say
+/// that there is no room for them, and would end the program.
+pub fn is_available(bytes: u64) -> bool {
+    let mut room = Vec::<u8>::new();
+    let given = usize::try_from(bytes).is_ok_and(|bytes| room.try_reserve_exact(bytes).is_ok());
+    // Without this a compiler may leave out memory that nobody uses, and say that it was there.
+    core::hint::black_box(&room);
+    given
+}
+
 impl Memory {
     /// All of it.
     pub fn total(&self) -> u64 {
@@ -29,5 +39,17 @@ impl Memory {
     pub fn parts(&self) -> [(&'static str, u64); 5] {
         let Self { geometry, meshes, tables, textures, film } = *self;
         [("geometry", geometry), ("meshes", meshes), ("tables", tables), ("textures", textures), ("picture", film)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: memory that no system has is said not to be there, and a little is.
+    #[test]
+    fn the_system_is_asked() {
+        assert!(is_available(0) && is_available(1 << 20));
+        assert!(!is_available(u64::MAX) && !is_available(1 << 60));
     }
 }

@@ -40,8 +40,11 @@ impl Error {
         Self::plain(ErrorKind::Usage, message.to_string())
     }
 
-    /// A file that cannot be read.
+    /// A file that cannot be read, or that the system has no memory for.
     pub fn read(path: &Path, cause: &std::io::Error) -> Self {
+        if cause.kind() == std::io::ErrorKind::OutOfMemory {
+            return Self::limit(path.display(), "the system has no memory for the whole file");
+        }
         Self::plain(ErrorKind::File, format!("cannot read {}: {}", path.display(), reason(cause)))
     }
 

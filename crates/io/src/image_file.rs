@@ -7,7 +7,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use raywright_core::scene::{ImageData, Pixels};
 
-use crate::import::{Budget, Fault, Outcome};
+use crate::import::{Budget, Fault, Outcome, ask_system};
 use crate::{Limits, basis};
 
 /// What a file's first bytes say it is.
@@ -53,7 +53,13 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
 /// A fault of kind limit when the header asks for more than `limits` allow (nothing is allocated then); of kind input when
 /// the format is not read here or the data is broken.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
-    match sniff(bytes) {
+    let kind = sniff(bytes);
+    if !matches!(kind, Kind::Foreign(_) | Kind::Unknown) {
+        // What the decoder gives, and the same as it is kept.
+        let [width, height] = size(bytes, limits)?;
+        ask_system(2 * u64::from(width) * u64::from(height) * bytes_a_pixel(kind) as u64)?;
+    }
+    match kind {
         Kind::Png => match decode_palette(bytes, limits) {
             Some(image) => Ok(image),
             None => decode_with(ImageFormat::Png, bytes, limits),
@@ -88,11 +94,14 @@ pub(crate) fn accept_texture(bytes: &[u8], beside: bool, limits: &Limits, budget
 /// As [`decode`] as far as a header tells, and of kind limit when the budget does not last.
 pub(crate) fn claim(bytes: &[u8], limits: &Limits, budget: &mut Budget) -> Outcome<()> {
     let [width, height] = size(bytes, limits)?;
-    let pixel = match sniff(bytes) {
+    budget.memory(width as usize * height as usize, bytes_a_pixel(sniff(bytes)))
+}
+
+fn bytes_a_pixel(kind: Kind) -> usize {
+    match kind {
         Kind::Hdr | Kind::Exr => size_of::<[f32; 4]>(),
         _ => size_of::<[u8; 4]>(),
-    };
-    budget.memory(width as usize * height as usize, pixel)
+    }
 }
 
 /// Width and height that a header gives a picture.

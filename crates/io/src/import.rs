@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::fmt;
 
 use raywright_core::Scene;
+use raywright_core::memory::is_available;
 use raywright_core::validate::validate;
 
 use crate::folder::ReadError;
@@ -147,6 +148,20 @@ impl Names {
     }
 }
 
+/// Arrays of fewer bytes are made without a question to the system, which has room for them or none for the program.
+const LARGE: u64 = 1 << 20;
+
+/// Asks the system for so much memory before it is allocated.
+///
+/// # Errors
+/// A fault of kind limit when the system does not give it.
+pub(crate) fn ask_system(bytes: u64) -> Outcome<()> {
+    if bytes < LARGE || is_available(bytes) {
+        return Ok(());
+    }
+    Err(Fault::limit(format!("needs {} of memory, and the system does not give as much", human_bytes(bytes))))
+}
+
 /// What decoding may still take.
 #[derive(Debug)]
 pub(crate) struct Budget {
@@ -172,7 +187,7 @@ impl Budget {
         self.bytes = self.bytes.checked_sub(bytes).ok_or_else(|| {
             Fault::limit(format!("needs more memory than the limit of {} ({} more)", human_bytes(total), human_bytes(bytes)))
         })?;
-        Ok(())
+        ask_system(bytes)
     }
 
     /// Claims triangles and the memory of their indices.

@@ -1,5 +1,7 @@
 //! Typical mistakes and what the program says about each: the whole message, because the message is the product.
 
+use std::process::Command;
+
 use crate::support::{Desk, carried};
 
 /// Command lines that ask for something that does not exist.
@@ -116,4 +118,43 @@ fn the_limit_holds_for_loading() {
     let run = desk.run(&["render", "room.scene.toml", "--max-memory", "10K"]);
     run.exits_with(5);
     assert!(run.stderr.contains("`wood.png` needs more memory than the limit of 10 KiB (16 KiB more)"), "{}", run.stderr);
+}
+
+/// Protects: memory that the system refuses is a message and the exit code of limits for what takes most of it: the film, geometry, and
+/// pictures. The limit is one on the program's addresses, as in containers and on shared machines.
+#[cfg(unix)]
+#[test]
+fn memory_that_the_system_refuses_is_told() {
+    let desk = Desk::new();
+    let scene = |rest: &str| {
+        let camera = "pose.look_at = { eye = [0, 0, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 }";
+        format!("format = 1\ncameras = [{{ {camera} }}]\nmaterials = [{{ name = \"m\", model.physical = {{}} }}]\n{rest}")
+    };
+    let ball = "object = { shape.sphere = { centre = [0, 0, 0], radius = 0.1 }, material = \"m\" }";
+    desk.write("film.scene.toml", scene("sky.constant = 1\n"));
+    desk.write(
+        "many.scene.toml",
+        scene(&format!(
+            "generators = [{{ kind.grid = {{ counts = [200, 200, 200], origin = [0, 0, 0], step = [1, 1, 1] }}, {ball} }}]\n"
+        )),
+    );
+    desk.write("sky.scene.toml", scene("images = [{ name = \"a\", path = \"a.hdr\" }]\nsky.map.image = \"a\"\n"));
+    desk.write("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 14000 +X 14000\n");
+    for (words, message) in [
+        ("film.scene.toml --size 30000x30000", "picture"),
+        ("many.scene.toml --size 8x8", "geometry"),
+        ("sky.scene.toml --size 8x8", "a.hdr"),
+    ] {
+        let script = format!("ulimit -v 2000000 || exit 77; exec \"$0\" render {words} --threads 1 --max-memory 999G -o a.png");
+        let run = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_raywright")]).current_dir(desk.path("")).output();
+        let run = run.expect("a shell");
+        if run.status.code() == Some(77) {
+            eprintln!("skipped: the system limits no memory");
+            return;
+        }
+        let said = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(5), "{words}: {said}");
+        assert!(said.contains(message) && said.contains("the system does not give as much"), "{words}: {said}");
+    }
+    assert!(!desk.path("a.png").exists());
 }

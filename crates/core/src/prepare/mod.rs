@@ -89,6 +89,12 @@ pub enum PrepareError {
         /// Limit in bytes.
         allowed: u64,
     },
+    /// The system does not give the memory that the picture, geometry and textures take; nothing was built.
+    #[error("rendering needs about {} bytes, and the system does not give as much", needed.total())]
+    OutOfMemory {
+        /// Estimate.
+        needed: Memory,
+    },
 }
 
 /// Where spawned rays start, in the precision's scalar.
