@@ -1,6 +1,10 @@
 //! `accuracy`: what its table, JSON and CSV say, that its flags are those of `render`, and which mistakes it knows. No time is judged by
 //! its size.
 
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
 use serde_json::Value;
 
 use crate::support::Desk;
@@ -94,7 +98,8 @@ fn files_hold_the_figures() {
             );
         }
     };
-    let fast = &json["ladders"][0]["rungs"][0];
+    let precision = list("ladders").into_iter().find(|ladder| ladder["ladder"] == "precision").expect("every scene reaches it");
+    let fast = &precision["rungs"][0];
     let errors = &fast["measured"]["errors"];
     same("precision", &fast["rung"], &[("rmse", &errors["rmse"]["value"]), ("relmse_high", &errors["relmse"]["high"])]);
     same("own", &"".into(), &[("seconds", &json["own"]["seconds"]["median"]), ("rays", &json["own"]["rays"])]);
@@ -214,4 +219,54 @@ fn mistakes_are_said_at_once() {
     refused(&["accuracy", "ball.scene.toml", "-o", "a.csv", "-o", "a.csv"], 2, "twice");
     refused(&["accuracy", "preset:none"], 2, "none");
     refused(&quick(&["--max-memory", "1K"]), 5, "raise the limit with --max-memory");
+}
+
+/// A rough ball of glass on a floor, with more samples than there is time for.
+const SLOW: &str = r#"
+format = 1
+render = { size = [640, 480], samples = 64, max_depth = 16 }
+sky.constant = 1
+cameras = [{ name = "front", pose.look_at = { eye = [0, 1, 4], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 60 } }]
+materials = [{ name = "white", model.physical = { base_colour = 0.9 } }, { name = "glass", model.physical = { transmission = 1, roughness = 0.2 } }]
+objects = [
+  { shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }, material = "white" },
+  { shape.sphere = { centre = [0, 0, 0], radius = 1 }, material = "glass" },
+]
+"#;
+
+/// Protects: a budget that is far too small for everything is kept, and gives a report all the same, with the scene's own picture and rungs of
+/// the ladder that says most.
+#[test]
+fn a_short_budget_is_kept_and_gives_a_report() {
+    let desk = Desk::new();
+    desk.write("slow.scene.toml", SLOW);
+    let run = desk.run(&["accuracy", "slow.scene.toml", "--budget", "4s", "--threads", "1", "-o", "a.json", "-q"]);
+    run.exits_with(0);
+    let report: Value = serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
+    let samples = &report["ladders"][0];
+    assert_eq!((&report["cut_short"], &samples["ladder"]), (&Value::Bool(true), &Value::from("samples")));
+    let known = samples["rungs"].as_array().expect("rungs").iter().filter(|rung| !rung["measured"].is_null()).count();
+    assert!(known >= 1 && report["own"]["renders"].as_u64() >= Some(1), "{}", run.text());
+    // A machine that does other things too may come late to its senses.
+    assert!(report["seconds"].as_f64().is_some_and(|seconds| seconds < 1.5 * 4.0), "{}", report["seconds"]);
+}
+
+/// Protects: Ctrl-C ends a measurement with what it has: printed, and in a file whose name says that it is a part.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_measurement_keeps_what_it_has() {
+    let desk = desk();
+    let words = ["accuracy", "ball.scene.toml", "--size", "8x6", "--budget", "20s", "--rounds", "1000", "-o", "a.json"];
+    let mut child = desk.command(&words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    assert!(said.any(|line| line.contains("round ")), "it comes to the rounds");
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    let rest: Vec<String> = said.collect();
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{rest:?}");
+    assert_eq!(desk.names(), ["a.partial.json", "ball.scene.toml"], "{rest:?}");
+    let report: Value = serde_json::from_slice(&std::fs::read(desk.path("a.partial.json")).expect("a report")).expect("JSON");
+    assert!(report["own"]["renders"].as_u64() >= Some(1) && report["cut_short"] == true);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("as it is"));
 }

@@ -39,7 +39,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "NAME", value_parser = names::variants::<Integrator>())]
     pub integrator: Option<Integrator>,
 
-    /// Time that it may take in all, such as 90s or 5min
+    /// Time that it may take in all, such as 90s or 5min; renders end where it does
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = values::duration)]
     pub budget: Duration,
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Listener;
 use super::setting::Setting;
-use super::studio::{Stopwatch, Studio, Take, Unfinished, stopwatch};
+use super::studio::{Now, Stopwatch, Studio, Take, Unfinished, stopwatch};
 use crate::bench::Spread;
 use crate::display::Display;
 use crate::effects::{Effect, EffectSet, SWITCHABLE, detect};
@@ -66,7 +66,9 @@ pub fn measure_effects(
     observer: &dyn Observer,
     listener: &mut dyn Listener,
 ) -> Result<EffectCosts, PrepareError> {
-    Bench { scene, observer, stopwatch, start: Instant::now(), budget }.run(settings, listener)
+    let costs =
+        Bench { scene, observer, stopwatch, now: &Instant::now, start: Instant::now(), budget }.run(settings, listener)?;
+    if observer.cancelled() { Err(PrepareError::Cancelled) } else { Ok(costs) }
 }
 
 /// Renders with and without, in the time that there is.
@@ -74,6 +76,7 @@ pub(super) struct Bench<'a> {
     pub scene: &'a Scene,
     pub observer: &'a dyn Observer,
     pub stopwatch: Stopwatch,
+    pub now: Now<'a>,
     pub start: Instant,
     pub budget: Duration,
 }
@@ -89,7 +92,7 @@ impl Bench<'_> {
         for effect in measured {
             let (mut with, mut without) = (Vec::new(), Vec::new());
             for round in 0..ROUNDS {
-                let share = self.start.elapsed().as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
+                let share = ((self.now)() - self.start).as_secs_f64() / self.budget.as_secs_f64().max(1e-9);
                 listener.step(&format!("without {}", effect.name()), share.min(1.0));
                 let off = Settings { without: settings.without.or(EffectSet::of(&[effect])), ..settings.clone() };
                 match (self.take(&settings, round), self.take(&off, round)) {
@@ -115,7 +118,7 @@ impl Bench<'_> {
     }
 
     fn take(&self, settings: &Settings, round: u64) -> Result<Take, Unfinished> {
-        let studio = Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch };
+        let studio = Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now };
         studio.take(&Setting::default(), round, self.start + self.budget)
     }
 
@@ -123,9 +126,9 @@ impl Bench<'_> {
     fn affordable(&self, settings: &Settings, effects: usize) -> Result<[u32; 2], PrepareError> {
         let least = (LEAST_WIDTH / f64::from(settings.size[0])).min(1.0);
         let scaled = |factor: f64| settings.size.map(|edge| (f64::from(edge) * factor).round().max(1.0) as u32);
-        let before = Instant::now();
+        let before = (self.now)();
         self.take(&Settings { size: scaled(least), ..settings.clone() }, 0).map_err(Unfinished::into_error)?;
-        let all = before.elapsed().as_secs_f64() * 2.0 * ROUNDS as f64 * effects.max(1) as f64;
+        let all = ((self.now)() - before).as_secs_f64() * 2.0 * ROUNDS as f64 * effects.max(1) as f64;
         Ok(scaled(least * (0.8 * self.budget.as_secs_f64() / all).sqrt().clamp(1.0, 1.0 / least)))
     }
 
@@ -172,7 +175,8 @@ mod tests {
         let scene: Scene = serde_json::from_str(text).unwrap_or_else(|e| panic!("the scene is right: {e}"));
         let settings = Settings { without: EffectSet::of(effects), ..Settings::of(&scene) };
         let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-        Bench { scene: &scene, observer: &(), stopwatch, start: Instant::now(), budget }.run(&settings, &mut ())
+        Bench { scene: &scene, observer: &(), stopwatch, now: &Instant::now, start: Instant::now(), budget }
+            .run(&settings, &mut ())
     }
 
     const MIRROR: &str = r#"{"format": 1, "render": {"size": [4, 2], "pattern": "centre", "max_depth": 4}, "sky": {"constant": 0.5},

@@ -15,6 +15,7 @@ mod shots;
 mod studio;
 
 use core::time::Duration;
+use std::time::Instant;
 
 use crate::display::Display;
 use crate::film::{Film, PartError};
@@ -33,7 +34,7 @@ pub use setting::Setting;
 /// How much is measured, and of what picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {
-    /// Time that all of it may take, give or take a render.
+    /// Time that all of it may take: renders end where it does.
     pub budget: Duration,
     /// Width and height of the renders in pixels; none: as many pixels as the budget allows for, at most the scene's.
     pub size: Option<[u32; 2]>,
@@ -76,16 +77,19 @@ pub enum MeasureError {
     /// A render can't be prepared, or the observer stopped it.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
+    /// There was not even time for the reference and the scene's own picture.
+    #[error("the time is over before the reference and one picture are there")]
+    NoTime,
     /// The reference is of another scene, or of other settings.
     #[error(transparent)]
     Reference(PartError),
 }
 
 /// Measures a validated scene as its settings ask for it, on the current thread pool. Times are those of all threads together.
-/// Gives the reference back, to be kept.
+/// Gives the reference back, to be kept. Where time is out or the observer stops it, the report has what was measured by then.
 ///
 /// # Errors
-/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped it.
+/// See [`MeasureError`]; [`PrepareError::Cancelled`] where the observer stopped it before there was anything to report.
 pub fn measure(
     scene: &Scene,
     settings: &Settings,
@@ -94,5 +98,6 @@ pub fn measure(
     observer: &dyn Observer,
     listener: &mut dyn Listener,
 ) -> Result<(Report, KeptReference), MeasureError> {
-    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, studio::stopwatch).run(start, listener)
+    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, (studio::stopwatch, &Instant::now))
+        .run(start, listener)
 }

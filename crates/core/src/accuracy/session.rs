@@ -5,13 +5,14 @@ mod price;
 mod reach;
 mod walks;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use self::reach::samples_of;
 use super::outputs::outputs;
 use super::report::{LadderReport, Report, RungReport, Shown};
 use super::setting::Setting;
 use super::shots::Shots;
-use super::studio::{Stopwatch, Studio};
+use super::studio::{Now, ReferenceTime, Stopwatch, Studio};
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
 use crate::display::Display;
 use crate::effects::{EffectSet, detect};
@@ -22,6 +23,7 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 
 /// Shares of the budget by the end of which each part has to be done.
+const REACH: f64 = 0.15;
 const REFERENCE: f64 = 0.35;
 const RUNGS: f64 = 0.62;
 const PRICES: f64 = 0.7;
@@ -35,6 +37,7 @@ pub(super) struct Session<'a> {
     effort: Effort,
     observer: &'a dyn Observer,
     stopwatch: Stopwatch,
+    now: Now<'a>,
     start: Instant,
     full_size: [u32; 2],
     /// What the scene calls for.
@@ -53,17 +56,21 @@ impl<'a> Session<'a> {
         display: Display,
         effort: Effort,
         observer: &'a dyn Observer,
-        stopwatch: Stopwatch,
+        (stopwatch, now): (Stopwatch, Now<'a>),
     ) -> Self {
         let effects = detect(scene, settings);
         let (mut pictured, priced): (Vec<Ladder>, Vec<Ladder>) = reached(scene, settings, &effects)
             .filter(|&ladder| ladder != Ladder::Output)
             .partition(|ladder| ladder.changes_pictures());
-        // Where time is short, it is not many samples that the other ladders wait for.
-        pictured.sort_by_key(|&ladder| ladder == Ladder::Samples);
+        // Where time is short, these two say most of what it buys.
+        pictured.sort_by_key(|&ladder| match ladder {
+            Ladder::Samples => 0,
+            Ladder::Integrator => 1,
+            _ => 2,
+        });
         let full_size = settings.size;
         let settings = Settings { crop: None, aovs: Vec::new(), ..settings.clone() };
-        let start = Instant::now();
+        let start = now();
         Self {
             scene,
             settings,
@@ -71,6 +78,7 @@ impl<'a> Session<'a> {
             effort,
             observer,
             stopwatch,
+            now,
             start,
             full_size,
             present: called_for(&effects),
@@ -83,19 +91,19 @@ impl<'a> Session<'a> {
 
     pub fn run(mut self, start: Start<'_>, listener: &mut dyn Listener) -> Result<(Report, KeptReference), MeasureError> {
         listener.step("looking how fast it renders", 0.0);
-        let reached = self.within_reach()?;
+        let reached = self.within_reach().map_err(|error| self.explained(error))?;
         let (exact, size) = match &start.reference {
             Some(kept) => (Setting::of(&kept.rungs), Some(kept.film.size())),
             None => (reached, None),
         };
         self.settings.size = match self.effort.size.or(size) {
             Some(size) => size,
-            None => self.affordable()?,
+            None => self.affordable().map_err(|error| self.explained(error))?,
         };
         let settings = self.settings.clone();
         let studio = self.studio(&settings);
         listener.step("rendering the reference", self.spent());
-        let (truth, reference, film) = studio.reference(&exact, self.display, self.at(REFERENCE), start)?;
+        let (truth, reference, film) = studio.reference(&exact, self.display, self.reference_time(), start)?;
         let mut shots = Shots::new(&studio, &truth);
         self.rounds(&mut shots, listener)?;
         let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &shots)).collect();
@@ -105,8 +113,8 @@ impl<'a> Session<'a> {
         let outputs = own_picture.map(|own| outputs(own, self.display, self.settings.output, self.stopwatch)).unwrap_or_default();
         let pictures = self.pictures(&shots);
         let frontier = self.frontier(&mut shots, listener)?;
-        // The scene's own setting is the first of the first round, which ends late or with an error if that can't be had.
-        let own = shots.measured(&Setting::default()).ok_or(PrepareError::Cancelled)?;
+        // The scene's own setting is the first of the first round: without it there is nothing to tell.
+        let own = shots.measured(&Setting::default()).ok_or_else(|| self.explained(PrepareError::Cancelled))?;
         let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).chain(&[Ladder::Output]).copied().collect();
         let report = Report {
             size: self.settings.size,
@@ -119,8 +127,8 @@ impl<'a> Session<'a> {
             not_called_for: Ladder::ALL.into_iter().filter(|l| !called_for.contains(l)).map(Ladder::name).collect(),
             costs,
             frontier,
-            seconds: self.start.elapsed().as_secs_f64(),
-            cut_short: self.cut_short,
+            seconds: self.elapsed(),
+            cut_short: self.cut_short || self.observer.cancelled(),
             pictures,
         };
         Ok((report, KeptReference { rungs: exact.choices().to_vec(), film }))
@@ -130,7 +138,16 @@ impl<'a> Session<'a> {
     where
         'a: 's,
     {
-        Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch }
+        Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now }
+    }
+
+    fn explained(&self, error: PrepareError) -> MeasureError {
+        self.studio(&self.settings).explained(error)
+    }
+
+    /// The reference may take until its share of the budget is over, and half of what is left where there are no two replicates by then.
+    fn reference_time(&self) -> ReferenceTime {
+        ReferenceTime { end: self.at(REFERENCE), latest: self.at(0.5 * (REFERENCE + 1.0)) }
     }
 
     /// When a share of the budget is spent.
@@ -138,8 +155,13 @@ impl<'a> Session<'a> {
         self.start + self.effort.budget.mul_f64(share)
     }
 
+    /// Seconds since the start.
+    fn elapsed(&self) -> f64 {
+        ((self.now)() - self.start).as_secs_f64()
+    }
+
     fn spent(&self) -> f64 {
-        (self.start.elapsed().as_secs_f64() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
+        (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
     /// The rungs of a ladder that are something else to this scene.
@@ -170,16 +192,26 @@ impl<'a> Session<'a> {
     fn rounds(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<(), PrepareError> {
         let all: Vec<Setting> = [Setting::default()].into_iter().chain(self.choices().map(Setting::one)).collect();
         let end = self.at(RUNGS);
+        // How long a sample of the scene's own takes.
+        let mut a_sample = 0.0;
         for round in 0..u64::from(self.effort.rounds.max(2)) {
-            let before = Instant::now();
+            let before = (self.now)();
             for setting in &all {
                 listener.step(&format!("round {}: {setting}", round + 1), self.spent());
-                // Without the scene's own picture there is nothing to tell, so that one may take what it takes.
+                // Without the scene's own picture there is nothing to tell, so that one may take what there is.
                 let must = round == 0 && *setting == Setting::default();
-                self.cut_short |= !shots.take(setting, round, if must { self.at(1e3) } else { end })?;
+                let expected = setting.rung(Ladder::Samples).and_then(samples_of).map_or(0.0, |samples| samples * a_sample);
+                let began = (self.now)();
+                // What would not be finished would only take the time of the others.
+                let taken = (must || began + Duration::from_secs_f64(expected) <= end)
+                    && shots.take(setting, round, if must { self.at(1.0) } else { end })?;
+                if must {
+                    a_sample = ((self.now)() - began).as_secs_f64() / f64::from(self.settings.sampling.count());
+                }
+                self.cut_short |= !taken;
             }
             // A further round that would not be finished is not begun.
-            if round >= 1 && Instant::now() + before.elapsed() > end {
+            if round >= 1 && (self.now)() + ((self.now)() - before) > end {
                 break;
             }
         }

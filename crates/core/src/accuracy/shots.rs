@@ -116,10 +116,10 @@ impl<'a> Shots<'a> {
         let (mut preparing, mut seconds, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
         let (mut geometry, mut same_bits) = (0, true);
         for round in 0..PRICE_ROUNDS {
-            let before = Instant::now();
+            let before = (self.studio.now)();
             let Some(own) = finished(self.studio.take(&Setting::default(), round, end))? else { break };
-            let patience = before.elapsed().mul_f64(PATIENCE).max(LEAST_PATIENCE);
-            let Some(take) = finished(self.studio.take(setting, round, end.min(Instant::now() + patience)))? else { break };
+            let patience = ((self.studio.now)() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
+            let Some(take) = finished(self.studio.take(setting, round, end.min((self.studio.now)() + patience)))? else { break };
             preparing.push(take.preparing);
             seconds.push(take.seconds);
             ratios.push(take.seconds / own.seconds.max(1e-9));

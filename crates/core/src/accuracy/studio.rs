@@ -1,5 +1,7 @@
 //! Where settings are rendered and timed: prepared outside the clock, watched by whoever asked, and given up when time is out.
 
+use core::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use super::estimate::Truth;
@@ -8,7 +10,7 @@ use super::setting::{Setting, reference};
 use super::shots::Reference;
 use super::{MeasureError, Start};
 use crate::bench::clock::process_seconds;
-use crate::dispatch::prepare;
+use crate::dispatch::{Ready, prepare};
 use crate::display::Display;
 use crate::film::{Film, Part};
 use crate::observer::Observer;
@@ -24,6 +26,9 @@ const SAMPLES: u32 = 256;
 /// Tells how long some work takes, in seconds of all threads. Tests bring one that goes by the amount of work, in rays.
 pub(super) type Stopwatch = fn(work: &mut dyn FnMut() -> u64) -> f64;
 
+/// Tells the time. Tests bring one that goes by how often it is asked.
+pub(super) type Now<'a> = &'a (dyn Fn() -> Instant + Sync);
+
 /// CPU time of the whole process, which waiting for other programs does not lengthen.
 pub(super) fn stopwatch(work: &mut dyn FnMut() -> u64) -> f64 {
     let start = process_seconds();
@@ -34,9 +39,9 @@ pub(super) fn stopwatch(work: &mut dyn FnMut() -> u64) -> f64 {
 /// Why a render is not there.
 #[derive(Debug)]
 pub(super) enum Unfinished {
-    /// Time is out.
+    /// Time is out, or the user stopped it.
     Late,
-    /// The user stopped it, or the scene can't be prepared.
+    /// The scene can't be prepared.
     Failed(PrepareError),
 }
 
@@ -56,6 +61,7 @@ pub(super) struct Studio<'a> {
     pub settings: &'a Settings,
     pub observer: &'a dyn Observer,
     pub stopwatch: Stopwatch,
+    pub now: Now<'a>,
 }
 
 /// One finished render.
@@ -74,13 +80,21 @@ pub(super) struct Take {
 /// The caller's observer with a time at which all ends.
 struct Until<'a> {
     observer: &'a dyn Observer,
+    now: Now<'a>,
     end: Instant,
 }
 
 impl Observer for Until<'_> {
     fn cancelled(&self) -> bool {
-        self.observer.cancelled() || Instant::now() >= self.end
+        self.observer.cancelled() || (self.now)() >= self.end
     }
+}
+
+/// When the reference ends: as soon as time is out, if there are two replicates by then; in any case with all the time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ReferenceTime {
+    pub end: Instant,
+    pub latest: Instant,
 }
 
 impl Studio<'_> {
@@ -93,13 +107,13 @@ impl Studio<'_> {
 
     /// Renders any scene.
     pub fn render(&self, scene: &Scene, settings: &Settings, end: Instant) -> Result<Take, Unfinished> {
-        let until = Until { observer: self.observer, end };
+        let until = self.until(end);
         let mut ready = Err(PrepareError::Cancelled);
         let preparing = (self.stopwatch)(&mut || {
             ready = prepare(scene, settings, &until);
             0
         });
-        let ready = ready.map_err(|error| self.why(error))?;
+        let ready = ready.map_err(why)?;
         let mut rendered = None;
         let seconds = (self.stopwatch)(&mut || {
             let done = ready.render(&until);
@@ -108,7 +122,7 @@ impl Studio<'_> {
             rays
         });
         let Some(rendered) = rendered.filter(|rendered| rendered.finished) else {
-            return Err(self.why(PrepareError::Cancelled));
+            return Err(Unfinished::Late);
         };
         Ok(Take {
             rays: rendered.counters.rays(),
@@ -120,54 +134,104 @@ impl Studio<'_> {
         })
     }
 
-    /// The reference on these rungs: the one that there is, or replicate by replicate until time is out, two at least.
+    fn until(&self, end: Instant) -> Until<'_> {
+        Until { observer: self.observer, now: self.now, end }
+    }
+
+    /// The reference on these rungs: the one that there is, or replicate by replicate until time is out, of two at least a part.
     pub fn reference(
         &self,
         exact: &Setting,
         display: Display,
-        end: Instant,
+        time: ReferenceTime,
         start: Start<'_>,
     ) -> Result<(Reference, Told, Film), MeasureError> {
         let (scene, mut settings) = reference(exact, self.scene, self.settings, REPLICATES * SAMPLES);
         settings.replicates = Some(REPLICATES);
         settings.aovs = vec![Aov::StandardError];
-        let ready = prepare(&scene, &settings, self.observer)?;
+        let ready = prepare(&scene, &settings, &self.until(time.latest)).map_err(|error| self.explained(error))?;
         let mut film = ready.film(start.scene);
         let kept = start.reference.is_some();
         if let Some(earlier) = start.reference {
             film.adopt(earlier.film).map_err(MeasureError::Reference)?;
         }
-        let whole = film.whole();
-        let is_there = |&replicate: &u32| film.lacking(&Part { replicates: replicate..replicate + 1, ..whole.clone() }) == 0;
-        let mut done = (0..REPLICATES).take_while(is_there).count() as u32;
         let before = film.counters().rays();
         let seconds = (self.stopwatch)(&mut || {
-            while done < REPLICATES && (done < 2 || !kept && Instant::now() < end) && !self.observer.cancelled() {
-                let part = Part { replicates: done..done + 1, ..whole.clone() };
-                // The film is this scene's own.
-                let rendered = ready.render_part(&mut film, &part, self.observer);
-                debug_assert!(rendered.is_ok());
-                done += 1;
-            }
+            self.expose(&ready, &mut film, time, kept);
             film.counters().rays() - before
         });
-        if self.observer.cancelled() {
-            return Err(PrepareError::Cancelled.into());
+        let whole = film.whole();
+        let lacks_any =
+            |replicate: u32| *film.samples(&Part { replicates: replicate..replicate + 1, ..whole.clone() }).start() == 0;
+        if self.observer.cancelled() || (0..2).any(lacks_any) {
+            return Err(self.explained(PrepareError::Cancelled));
         }
         let picture = film.picture();
         let channels = ["stderr.R", "stderr.G", "stderr.B"].map(|name| picture.layer(name).map_or(&[][..], |l| &l.samples));
         let error = (0..picture.pixels()).map(|i| channels.map(|c| c.get(i).copied().unwrap_or(0.0))).collect();
         let truth = Truth { error, picture };
         let standard_error = truth.standard_error();
-        let told = Told { samples: done * SAMPLES, rungs: exact.flags(), standard_error, seconds, kept };
+        let told = Told { samples: *film.samples(&whole).start(), rungs: exact.flags(), standard_error, seconds, kept };
         let shown = display.to_values(&truth.picture);
         Ok((Reference { truth, display, shown }, told, film))
     }
 
-    fn why(&self, error: PrepareError) -> Unfinished {
-        match error {
-            PrepareError::Cancelled if !self.observer.cancelled() => Unfinished::Late,
-            error => Unfinished::Failed(error),
+    /// Adds replicates to a film while there is time. The first two go on side by side, so that they tell an error wherever they end; a
+    /// further one that would not be finished is not begun. One that was kept is only finished as far as it has to be.
+    fn expose(&self, ready: &Ready, film: &mut Film, ReferenceTime { end, latest }: ReferenceTime, kept: bool) {
+        let whole = film.whole();
+        let part = |replicates: Range<u32>| Part { replicates, ..whole.clone() };
+        let has_both = |film: &Film| (0..2).all(|replicate| *film.samples(&part(replicate..replicate + 1)).start() > 0);
+        let began = (self.now)();
+        // The film is this scene's own, so that nothing of it is refused.
+        let _ = ready.render_part(film, &part(0..2), &self.until(end));
+        while !has_both(film) && (self.now)() < latest && !self.observer.cancelled() {
+            let _ = ready.render_part(film, &part(0..2), &Few { until: self.until(latest), left: AtomicUsize::new(FEW) });
         }
+        let done = (0..REPLICATES).take_while(|&replicate| film.lacking(&part(replicate..replicate + 1)) == 0).count() as u32;
+        if kept || done < 2 {
+            return;
+        }
+        let each = ((self.now)() - began) / 2;
+        for replicate in done..REPLICATES {
+            if (self.now)() + each > end || self.observer.cancelled() {
+                return;
+            }
+            let _ = ready.render_part(film, &part(replicate..replicate + 1), &self.until(latest));
+        }
+    }
+
+    /// Why there is no measurement: the user stopped it, or there was no time for the least of it.
+    pub fn explained(&self, error: PrepareError) -> MeasureError {
+        match error {
+            PrepareError::Cancelled if !self.observer.cancelled() => MeasureError::NoTime,
+            error => error.into(),
+        }
+    }
+}
+
+/// Pieces of work that are done between two looks at what is there.
+const FEW: usize = 16;
+
+/// Ends after a few pieces of work.
+struct Few<'a> {
+    until: Until<'a>,
+    left: AtomicUsize,
+}
+
+impl Observer for Few<'_> {
+    fn cancelled(&self) -> bool {
+        self.until.cancelled()
+    }
+
+    fn has_enough(&self, _: bool) -> bool {
+        self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_err()
+    }
+}
+
+fn why(error: PrepareError) -> Unfinished {
+    match error {
+        PrepareError::Cancelled => Unfinished::Late,
+        error => Unfinished::Failed(error),
     }
 }

@@ -65,13 +65,17 @@ pub fn write_unnamed_picture(
     metadata: &Metadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Result<PathBuf, Error> {
-    let bytes = picture_bytes(path, picture, display, metadata)?;
+    write_unnamed(path, &picture_bytes(path, picture, display, metadata)?, is_free)
+}
+
+/// The same for any file.
+pub fn write_unnamed(path: &Path, bytes: &[u8], is_free: impl Fn(&Path) -> bool) -> Result<PathBuf, Error> {
     for number in 1..=MOST_NAMES {
         let name = numbered(path, number);
         if !is_free(&name) {
             continue;
         }
-        match atomic::write(&name, &bytes, Replace::Own) {
+        match atomic::write(&name, bytes, Replace::Own) {
             Ok(()) => return Ok(name),
             Err(cause) if cause.kind() == std::io::ErrorKind::AlreadyExists => {}
             Err(cause) => return Err(Error::write(&name, &cause)),

@@ -8,7 +8,7 @@ use raywright_core::bench::clock::CLOCK;
 use raywright_core::display::Display;
 use raywright_core::effects::{EffectReport, detect};
 use raywright_io::report::{Page, accuracy_plot};
-use raywright_io::{Error, Loaded, output};
+use raywright_io::{Error, Loaded};
 use serde::Serialize;
 
 use super::csv::csv;
@@ -106,15 +106,14 @@ impl<'a> Document<'a> {
         Page { scene, circumstances, command, commands, report, effects, display: *display }
     }
 
-    /// Writes it to a file.
-    pub fn write(&self, path: &Path, kind: Kind) -> Result<(), Failure> {
-        let text = match kind {
+    /// The text of a file of it.
+    pub fn text(&self, kind: Kind) -> String {
+        match kind {
             Kind::Json => console::json(self),
             Kind::Csv => csv(self.report),
             Kind::Html => self.page().html(),
             Kind::Svg => accuracy_plot(self.scene, &self.circumstances.join(" · "), self.report).svg(),
-        };
-        Ok(output::write_atomically(path, text.as_bytes())?)
+        }
     }
 }
 

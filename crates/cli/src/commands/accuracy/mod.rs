@@ -5,13 +5,15 @@ mod file;
 mod reference;
 mod text;
 
+use std::path::Path;
+
 use raywright_core::Settings;
 use raywright_core::accuracy::{Effort, Listener, MeasureError, Start, measure};
-use raywright_io::{EnvironmentSource, Error, Limits};
+use raywright_io::{EnvironmentSource, Error, Limits, output};
 
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
-use crate::failure::Failure;
+use crate::failure::{Exit, Failure};
 use crate::origin::quoted;
 use crate::progress::Steps;
 use crate::ready::failed;
@@ -54,18 +56,33 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
         (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
         (MeasureError::Reference(error), None) => Error::usage(error).into(),
         (MeasureError::Prepare(error), _) => failed(&loaded.source.name, error),
+        (error @ MeasureError::NoTime, _) => Failure::new(Exit::Failed, format_args!("{}: {error}", loaded.source.name))
+            .with_hint("a larger --budget, or a smaller --size"),
     })?;
     drop(steps);
-    if let Some(path) = args.reference.as_deref().filter(|_| !report.reference.kept) {
-        reference::write(path, kept, &loaded)?;
+    // A reference that can't be kept is no reason to give up what was measured with it.
+    let wanted = args.reference.as_deref().filter(|_| !report.reference.kept && !watch.was_stopped());
+    let referred = wanted.map_or(Ok(()), |path| reference::write(path, kept, &loaded));
+    if let Some(path) = wanted.filter(|_| referred.is_ok()) {
         verbosity.say(path.display());
     }
     let document = Document::new(&loaded, &asked(args), &settings, threads.run(rayon::current_num_threads), &report);
+    let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
     for (path, kind) in files {
-        document.write(path, kind)?;
-        verbosity.say(path.display());
+        let text = document.text(kind);
+        if watch.was_stopped() {
+            let name = output::write_unnamed(&output::partial_name(path), text.as_bytes(), is_free)?;
+            verbosity.say(name.display());
+        } else {
+            output::write_atomically(path, text.as_bytes())?;
+            verbosity.say(path.display());
+        }
     }
-    console::print(if args.json { console::json(&document) } else { text::table(&document) })
+    console::print(if args.json { console::json(&document) } else { text::table(&document) })?;
+    if watch.was_stopped() {
+        return Err(Failure::new(Exit::Interrupted, "interrupted; the report has what was measured until then"));
+    }
+    referred
 }
 
 /// The flags that say what is measured, as `render` takes them.

@@ -1,7 +1,5 @@
 //! What costs time and memory apart from errors: rungs that no picture depends on, and the effects of the scene.
 
-use std::time::Instant;
-
 use super::super::Listener;
 use super::super::effects::{Bench, EffectCosts};
 use super::super::report::{Price, PriceReport};
@@ -43,15 +41,15 @@ impl Session<'_> {
 
     /// What each effect costs; none where there is no time for any.
     pub fn costs(&mut self, listener: &mut dyn Listener) -> Result<Option<EffectCosts>, PrepareError> {
-        let Self { scene, observer, stopwatch, .. } = *self;
-        let (start, from) = (Instant::now(), self.spent());
-        let bench = Bench { scene, observer, stopwatch, start, budget: self.at(EFFECTS).saturating_duration_since(start) };
+        let Self { scene, observer, stopwatch, now, .. } = *self;
+        let (start, from) = (now(), self.spent());
+        let bench = Bench { scene, observer, stopwatch, now, start, budget: self.at(EFFECTS).saturating_duration_since(start) };
         match bench.run(&self.settings, &mut Stretch { listener, from, to: EFFECTS.max(from) }) {
             Ok(costs) => {
                 self.cut_short |= !costs.late.is_empty();
                 Ok(Some(costs))
             }
-            Err(PrepareError::Cancelled) if !observer.cancelled() => {
+            Err(PrepareError::Cancelled) => {
                 self.cut_short = true;
                 Ok(None)
             }

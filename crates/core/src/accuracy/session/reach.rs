@@ -1,10 +1,10 @@
 //! What a measurement can reach in its time: how exact the reference may be, and how large the pictures.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::super::setting::Setting;
 use super::super::studio::Unfinished;
-use super::{REFERENCE, RUNGS, Session};
+use super::{REACH, REFERENCE, RUNGS, Session};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 use crate::settings::{Sampling, Settings};
@@ -22,19 +22,22 @@ const ROUNDS: f64 = 3.0;
 const LEAST_PROBE: f64 = 0.03;
 impl Session<'_> {
     /// The most exact rung of each ladder that does not take too long, samples apart, as a tiny picture shows. Paths that divide at
-    /// glass and mirrors have twice as many ends with each segment.
+    /// glass and mirrors have twice as many ends with each segment. What is not known when the time for this is over stays as it is.
     pub fn within_reach(&mut self) -> Result<Setting, PrepareError> {
         let settings = Settings { size: self.scaled(self.least()), ..self.settings.clone() };
-        let before = Instant::now();
-        let own = self.studio(&settings).take(&Setting::default(), 0, self.at(1e3));
-        let patience = before.elapsed().mul_f64(PATIENCE).max(LEAST_PATIENCE);
+        let (before, end) = ((self.now)(), self.at(REACH));
+        let own = self.studio(&settings).take(&Setting::default(), 0, self.at(1.0));
+        let patience = ((self.now)() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
         own.map_err(Unfinished::into_error)?;
         let mut exact = Setting::default();
         for ladder in self.pictured.iter().copied().filter(|&ladder| ladder != Ladder::Samples && !ladder.is_a_matter_of_taste())
         {
             for choice in self.choices_of(ladder).rev() {
                 let setting = self.setting(choice);
-                match self.studio(&settings).take(&setting, 0, Instant::now() + patience) {
+                if (self.now)() >= end {
+                    return Ok(exact);
+                }
+                match self.studio(&settings).take(&setting, 0, end.min((self.now)() + patience)) {
                     Ok(_) => {
                         exact = exact.with(choice);
                         break;
@@ -64,14 +67,14 @@ impl Session<'_> {
         let a_sample = loop {
             let size = self.scaled(factor);
             let settings = Settings { size, sampling: Sampling::General(probe as u32), ..self.settings.clone() };
-            let before = Instant::now();
+            let before = (self.now)();
             // Late is right for a picture so slow: the smallest is then all there is time for.
             match self.studio(&settings).take(&Setting::default(), 0, self.at(REFERENCE)) {
                 Err(Unfinished::Failed(error)) => return Err(error),
                 Err(Unfinished::Late) => return Ok(self.scaled(self.least())),
                 Ok(_) => {}
             }
-            let seconds = before.elapsed().as_secs_f64();
+            let seconds = ((self.now)() - before).as_secs_f64();
             if seconds >= LEAST_PROBE || factor >= 1.0 {
                 break seconds / (f64::from(size[0]) * f64::from(size[1]) * probe);
             }
@@ -85,6 +88,6 @@ impl Session<'_> {
 }
 
 /// Samples of a rung of that ladder.
-fn samples_of(choice: Choice) -> Option<f64> {
+pub(super) fn samples_of(choice: Choice) -> Option<f64> {
     (choice.ladder() == Ladder::Samples).then(|| choice.rung().parse().ok()).flatten()
 }

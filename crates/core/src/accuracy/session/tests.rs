@@ -1,6 +1,7 @@
 //! Measurements by a clock that counts rays, so that every time is known.
 
 use core::time::Duration;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::*;
 use crate::scene::Scene;
@@ -32,7 +33,8 @@ fn measured(size: Option<[u32; 2]>, heard: &mut Heard) -> Report {
     let scene = corridor();
     let effort = Effort { budget: Duration::from_secs(600), size, rounds: 3 };
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-    let session = Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), stopwatch);
+    let session =
+        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
     session.run(Start::default(), heard).expect("a report").0
 }
 
@@ -96,7 +98,7 @@ fn small_scenes_are_measured_as_they_are() {
     let report = measured(None, &mut Heard::default());
     assert_eq!((report.size, report.full_size), ([4, 2], [4, 2]));
     let names: Vec<&str> = report.pictures.iter().map(|shown| shown.name.as_str()).collect();
-    assert_eq!(names[..3], ["reference", "as it is", "precision=fast"]);
+    assert_eq!(names[..3], ["reference", "as it is", "samples=4"]);
     let rungs = report.ladders.iter().flat_map(|ladder| &ladder.rungs);
     assert_eq!(names.len(), 2 + rungs.filter(|rung| !rung.in_use).count());
     assert!(report.pictures.iter().all(|shown| (shown.picture.width, shown.picture.height) == (4, 2)));
@@ -121,7 +123,7 @@ fn a_reference_that_is_not_done_is_gone_on_with() {
     let start = Start { scene: "corridor", reference: Some(KeptReference { rungs: rungs.clone(), film: film_of(1) }) };
     let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
     let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
-    let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), stopwatch);
+    let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
     let (report, kept) = session.run(start, &mut ()).expect("a report");
     let told = (report.reference.samples, report.reference.seconds, report.reference.kept);
     assert_eq!(told, (2 * 256, 256.0 * 64.0 * 8.0 * 1e-6, true));
@@ -136,7 +138,8 @@ fn rungs_without_a_difference_are_left_out() {
     let scene = corridor();
     let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
     let stopwatch: Stopwatch = |work| work() as f64;
-    let session = Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), stopwatch);
+    let session =
+        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
     assert_eq!(session.choices_of(Ladder::Shadows).map(|choice| choice.rung()).collect::<Vec<_>>(), ["on"]);
     assert_eq!(session.choices_of(Ladder::Precision).count(), 3);
 }
@@ -147,9 +150,10 @@ fn another_picture_is_told_from_the_same() {
     let scene = corridor();
     let settings = Settings { size: [4, 2], ..Settings::of(&scene) };
     let stopwatch: Stopwatch = |work| work() as f64;
-    let studio = Studio { scene: &scene, settings: &settings, observer: &(), stopwatch };
+    let studio = Studio { scene: &scene, settings: &settings, observer: &(), stopwatch, now: &Instant::now };
     let display = Display::of(&scene.render);
-    let (truth, ..) = studio.reference(&Setting::default(), display, Instant::now(), Start::default()).expect("a reference");
+    let time = ReferenceTime { end: Instant::now(), latest: Instant::now() + Duration::from_secs(600) };
+    let (truth, ..) = studio.reference(&Setting::default(), display, time, Start::default()).expect("a reference");
     let shots = Shots::new(&studio, &truth);
     let same = |rung: &str| {
         let setting = Setting::one(Choice::parse(rung).expect("a rung"));
@@ -157,4 +161,91 @@ fn another_picture_is_told_from_the_same() {
         paid.expect("time").same_bits
     };
     assert!(same("accelerator=linear") && !same("path-length=1"));
+}
+
+/// A scene of many samples with a lamp, so that most ladders are reached and rungs differ in what they take.
+fn lamp() -> Scene {
+    serde_json::from_str(
+        r#"{"format": 1, "render": {"size": [16, 12], "samples": 16, "max_depth": 4}, "sky": {"constant": 0.2},
+        "cameras": [{"name": "c", "pose": {"look_at": {"eye": [0, 2, 3], "target": [0, 0, 0], "up": [0, 1, 0]}},
+            "projection": {"pinhole": {"vertical_fov": 40}}}],
+        "materials": [{"name": "m", "model": {"physical": {"roughness": 0.5}}}, {"name": "l", "model": {"physical": {"emission": 4}}}],
+        "objects": [{"shape": {"plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}, "material": "m"},
+            {"shape": {"sphere": {"centre": [0, 2, 0], "radius": 0.3}}, "material": "l"}]}"#,
+    )
+    .expect("a scene")
+}
+
+/// A clock that each question moves on by a millisecond.
+struct Asked {
+    start: Instant,
+    questions: AtomicU64,
+}
+
+impl Asked {
+    fn new() -> Self {
+        Self { start: Instant::now(), questions: AtomicU64::new(0) }
+    }
+
+    fn seconds(&self) -> f64 {
+        self.questions.load(Ordering::Relaxed) as f64 * 1e-3
+    }
+
+    fn now(&self) -> Instant {
+        self.start + Duration::from_millis(1 + self.questions.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+/// Protects: the time is asked within every render, and all of it ends when it is over, whatever is under way, with what was measured by
+/// then: the scene's own picture, and of the ladders the samples first.
+#[test]
+fn all_ends_with_the_time() {
+    let scene = lamp();
+    let settings = Settings { integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    let measured = |seconds: f64| {
+        let clock = Asked::new();
+        let now = || clock.now();
+        let effort = Effort { budget: Duration::from_secs_f64(seconds), size: Some([16, 12]), rounds: 3 };
+        let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+        let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &now));
+        (session.run(Start::default(), &mut ()).map(|(report, _)| report), clock.seconds())
+    };
+    for budget in [1.0, 2.0, 4.0] {
+        let (report, took) = measured(budget);
+        let report = report.unwrap_or_else(|error| panic!("{budget}: {error}"));
+        assert!(took <= 1.1 * budget && report.cut_short, "{took} of {budget}");
+        assert_eq!(report.ladders[..2].iter().map(|ladder| ladder.ladder).collect::<Vec<_>>(), ["samples", "integrator"]);
+        let known = report.ladders[0].rungs.iter().filter(|rung| rung.measured.is_some()).count();
+        assert!(known >= 2 && report.reference.samples >= 2, "{known} rungs in {budget}");
+    }
+    let (report, took) = measured(0.01);
+    assert!(matches!(report, Err(MeasureError::NoTime)) && took < 0.1, "{took}: {:?}", report.err());
+}
+
+/// Protects: who stops a measurement gets what was measured by then; before there is a picture, that is nothing.
+#[test]
+fn what_was_measured_is_kept_when_it_is_stopped() {
+    struct StopsAt<'a> {
+        clock: &'a Asked,
+        seconds: f64,
+    }
+    impl Observer for StopsAt<'_> {
+        fn cancelled(&self) -> bool {
+            self.clock.seconds() >= self.seconds
+        }
+    }
+    let scene = lamp();
+    let settings = Settings { integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    let measured = |seconds: f64| {
+        let clock = Asked::new();
+        let (now, observer) = (|| clock.now(), StopsAt { clock: &clock, seconds });
+        let effort = Effort { budget: Duration::from_secs(4), size: Some([16, 12]), rounds: 2 };
+        let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+        let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &observer, (stopwatch, &now));
+        (session.run(Start::default(), &mut ()).map(|(report, _)| report), clock.seconds())
+    };
+    assert_eq!(measured(0.02).0.err(), Some(MeasureError::Prepare(PrepareError::Cancelled)));
+    let (report, took) = measured(2.6);
+    let report = report.expect("what there is");
+    assert!(report.cut_short && report.own.renders >= 1 && took < 3.0, "{took}");
 }
