@@ -1,5 +1,6 @@
 //! Whether the error that a whole picture claims is the one it has: how often the interval of its root relMSE holds the distance to the
-//! truth, scene by scene, and how often it is said that the interval means nothing. docs/accuracy.md quotes it.
+//! truth, scene by scene, and how often it is said that the interval means nothing; and how often the errors of single pixels hold. Scenes
+//! are presets, two that are hard, and those of `benches/calibration/`. docs/accuracy.md quotes it.
 //!
 //! `cargo bench --bench calibration -- 1000` takes 1000 renders of each scene, which takes an hour; the default is 100. The truth is the
 //! mean of all renders but the one that is judged. `cargo bench --bench calibration -- 1000 max-error` does it for pictures that are
@@ -17,8 +18,9 @@ use std::path::{Path, PathBuf};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright::core::display::Display;
 use raywright::core::film::{Film, Uncertainty};
+use raywright::core::metrics::student_95;
 use raywright::core::scene::Integrator;
-use raywright::core::settings::Sampling;
+use raywright::core::settings::{Aov, Sampling};
 use raywright::core::{Ready, Scene, Settings, prepare};
 use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
 use raywright::io::{Input, Limits, LoadOptions, load};
@@ -58,7 +60,7 @@ const ASKED: [(&str, f64); 8] = [
 /// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few replicates for one.
 const SAMPLES: u32 = 64;
 
-/// What is judged: presets that there are, and two scenes that are hard.
+/// What is judged: presets that there are, two scenes that are hard, and those of the folder.
 fn scenes() -> Vec<(String, Scene)> {
     let preset =
         |name: &str| load(&Input::Preset(name.to_owned()), &LoadOptions::default()).ok().map(|l| (name.to_owned(), l.scene));
@@ -70,14 +72,24 @@ fn scenes() -> Vec<(String, Scene)> {
     for (name, text) in [("caustic", CAUSTIC), ("rare light", RARE)] {
         all.push((name.to_owned(), serde_json::from_str(text).unwrap_or_else(|e| panic!("{name} is right: {e}"))));
     }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/calibration");
+    let files = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut files: Vec<PathBuf> = files.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.sort();
+    for file in files {
+        let name = file.file_name().map(|name| name.to_string_lossy().replace(".scene.toml", "")).unwrap_or_default();
+        let scene = load(&Input::Path(file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}")).scene;
+        all.push((name, scene));
+    }
     let chosen: Vec<String> = std::env::args().skip(1).filter(|word| all.iter().any(|(name, _)| name == word)).collect();
     all.retain(|(name, _)| chosen.is_empty() || chosen.contains(name));
     all
 }
 
-/// One render: its colours, what it claims, and samples of a pixel on average.
+/// One render: its colours, the green ones' standard errors, what it claims, and samples of a pixel on average.
 struct Taken {
     colours: Vec<[f32; 3]>,
+    errors: Vec<f32>,
     claimed: Uncertainty,
     samples: f64,
 }
@@ -91,9 +103,11 @@ impl Taken {
 
 impl From<Film> for Taken {
     fn from(film: Film) -> Self {
-        let (colours, claimed) = (film.picture().rgb, film.uncertainty().unwrap_or_else(|| panic!("two replicates")));
+        let picture = film.picture();
+        let errors = picture.layer("stderr.G").unwrap_or_else(|| panic!("it was asked for")).samples.clone();
+        let (colours, claimed) = (picture.rgb, film.uncertainty().unwrap_or_else(|| panic!("two replicates")));
         let samples = film.counters().samples as f64 / colours.len() as f64;
-        Self { colours, claimed, samples }
+        Self { colours, errors, claimed, samples }
     }
 }
 
@@ -104,6 +118,7 @@ fn film(scene: &Scene, size: [u32; 2], samples: u32, max_error: Option<f64>, see
         integrator: Integrator::Path,
         max_error,
         seed,
+        aovs: vec![Aov::StandardError],
         ..Settings::of(scene)
     };
     let ready: Ready = prepare(scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
@@ -150,6 +165,30 @@ fn sum_of(renders: &[Taken]) -> Vec<[f64; 3]> {
     sum
 }
 
+/// Share of pixels whose error, times Student's factor for its replicates, holds the green of the others' mean, whose own variance is added;
+/// and of those that claim to have none. Where nothing is left to chance, nothing is counted.
+fn pixels(renders: &[Taken], sum: &[[f64; 3]]) -> [String; 2] {
+    let n = renders.len() as f64;
+    let (mut counted, mut held, mut none) = (0, 0, 0);
+    for (pixel, sum) in sum.iter().enumerate() {
+        let green = |render: &Taken| f64::from(render.colours[pixel][1]);
+        let mean = sum[1] / n;
+        let variance = renders.iter().map(|render| (green(render) - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        if renders.iter().all(|render| render.colours[pixel][1] == renders[0].colours[pixel][1]) {
+            continue;
+        }
+        for render in renders {
+            let off = (green(render) - mean) * n / (n - 1.0);
+            let error = f64::from(render.errors[pixel]);
+            let width = student_95(render.claimed.replicates - 1) * (error * error + variance / (n - 1.0)).sqrt();
+            counted += 1;
+            held += usize::from(off.abs() <= width);
+            none += usize::from(error == 0.0);
+        }
+    }
+    [percent(held, counted), percent(none, counted)]
+}
+
 fn percent(count: usize, of: usize) -> String {
     if of == 0 { "-".to_owned() } else { format!("{:.1} %", 100.0 * count as f64 / of as f64) }
 }
@@ -167,9 +206,9 @@ fn intervals(renders: u64, films: Option<&Path>) {
     println!("{renders} renders of 60 x 40 pixels each\n");
     println!(
         "| scene | samples | root relMSE | claimed | interval holds, of all | flagged | interval holds, of the others | \
-         beyond twice, of the others | pixels that carry it |"
+         beyond twice, of the others | pixels that carry it | of pixels, interval holds | without width |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for (name, scene) in scenes() {
         let render = |seed| film(&scene, [60, 40], SAMPLES, None, seed);
         let all = all_of(renders, 0, |seed| match films {
@@ -192,8 +231,9 @@ fn intervals(renders: u64, films: Option<&Path>) {
         let beyond = |(render, error): &&(&Taken, f64)| !(0.5..=2.0).contains(&(error / render.claimed.root_relmse.value));
         let mut pixels: Vec<f64> = all.iter().map(|render| render.claimed.root_relmse.carriers).collect();
         pixels.sort_by(f64::total_cmp);
+        let [held, none] = self::pixels(&all, &sum);
         println!(
-            "| {name} | {SAMPLES} | {:.4} | {:.4} | {} | {} | {} | {} | {:.0} ({:.0} to {:.0}) |",
+            "| {name} | {SAMPLES} | {:.4} | {:.4} | {} | {} | {} | {} | {:.0} ({:.0} to {:.0}) | {held} | {none} |",
             root(mean(errors.iter().map(|e| e * e))),
             root(mean(all.iter().map(|render| render.claimed.root_relmse.value.powi(2)))),
             percent(judged.iter().filter(holds).count(), judged.len()),

@@ -17,11 +17,11 @@ pub struct Counters {
     pub scatter: u64,
     /// Rays towards lights.
     pub shadow: u64,
-    /// Paths that went on by a mirror or through glass after they had been scattered: lamps that they meet can't be asked for, so that
-    /// such light is found by chance alone.
+    /// Paths that went on by a mirror, or a lobe as narrow, or through glass after they had been scattered: lamps and suns that they meet can't
+    /// be asked for, so that such light is found by chance alone. Counted where there are lamps, and where a sky has small bright parts.
     #[serde(default)]
     pub unaided: u64,
-    /// Lamps met by such paths.
+    /// Lamps, and small bright parts of a sky, met by such paths.
     #[serde(default)]
     pub found: u64,
     /// Samples that entered the film.

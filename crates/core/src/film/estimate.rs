@@ -1,6 +1,7 @@
 //! What the replicates of a pixel say of its mean, and of how far that may be off.
 
 use super::Plane;
+use super::relative::{REACH, around};
 use super::sums::WHOLE;
 
 /// The replicates of which anything is there, in ascending order.
@@ -49,6 +50,33 @@ impl<'a> There<'a> {
         means.extend(there.map(|plane| plane.total(pixel).map(|sum| sum / f64::from(plane.samples[pixel]))));
     }
 
+    /// Standard errors of the means of so many pixels in rows of `width`, per channel: the roots of their variances, none of which is taken to be
+    /// less than what so few replicates claim of the mean variance of the pixel and its neighbours in 5 of 100 cases. Where light is rarely
+    /// found, a pixel that met none of it, or the same in each replicate, would claim far too little, and nothing at all where no sample met
+    /// any. A sample's variance is compared, not a mean's, since neighbours may have other numbers of samples.
+    ///
+    /// m ± t·error holds the true mean m in 95 % of pixels if t is the quantile of Student's distribution for R − 1 degrees of freedom
+    /// ([`student_95`](crate::metrics::student_95)): 3.18 for four replicates. Of fewer than two replicates nothing is known: −1.
+    pub fn standard_errors(&self, pixels: usize, width: usize) -> Vec<[f32; 3]> {
+        let means: Vec<Means> = (0..pixels).map(|pixel| self.means(pixel)).collect();
+        let known = |means: &Means| means.replicates >= 2;
+        let of_sample = |means: &Means| means.variance().map(|variance| variance * means.samples);
+        let of_samples: Vec<[f64; 3]> =
+            means.iter().map(|means| if known(means) { of_sample(means) } else { [0.0; 3] }).collect();
+        let counts: Vec<[f64; 3]> = means.iter().map(|means| [f64::from(u8::from(known(means))); 3]).collect();
+        let near = |of: &[[f64; 3]]| around(&around(of, REACH, width, 1), REACH, pixels / width, width);
+        let (sums, counts) = (near(&of_samples), near(&counts));
+        let error = |((means, sum), count): ((&Means, &[f64; 3]), &[f64; 3])| {
+            if !known(means) {
+                return [-1.0; 3];
+            }
+            let share = least(means.replicates - 1) / means.samples;
+            let own = means.variance();
+            core::array::from_fn(|i| own[i].max(share * sum[i] / count[i]).sqrt() as f32)
+        };
+        means.iter().zip(&sums).zip(&counts).map(error).collect()
+    }
+
     /// How the means of a pixel's replicates lie about the pixel's.
     pub fn means(&self, pixel: usize) -> Means {
         let (mean, samples) = self.mean(pixel);
@@ -62,6 +90,17 @@ impl<'a> There<'a> {
         }
         means
     }
+}
+
+/// Share of the true variance below which one that was estimated from so many degrees of freedom lies in 5 of 100 cases: a quantile of χ²
+/// over its mean. From a table up to three; beyond by Wilson and Hilferty ("The Distribution of Chi-Square", 1931), which there is right
+/// to a hundredth.
+fn least(freedom: u32) -> f64 {
+    const FEW: [f64; 4] = [0.0, 0.003_932, 0.051_293, 0.117_282];
+    FEW.get(freedom as usize).copied().unwrap_or_else(|| {
+        let spread = 2.0 / (9.0 * f64::from(freedom));
+        (1.0 - spread - 1.644_854 * spread.sqrt()).powi(3)
+    })
 }
 
 /// How the means of a pixel's replicates lie about the pixel's.
@@ -79,15 +118,5 @@ impl Means {
     /// Variance of the pixel's mean m, per channel: Σ nᵣ(mᵣ − m)² / (n(R − 1)) over its R replicates with nᵣ samples of mean mᵣ.
     pub fn variance(&self) -> [f64; 3] {
         self.between.map(|b| b / (self.samples * f64::from(self.replicates - 1)))
-    }
-
-    /// Standard error of the pixel's mean m, per channel: the root of its variance. m ± t·error holds the true mean in 95 % of pixels if t is the quantile of Student's distribution
-    /// with R − 1 degrees of freedom ([`student_95`](crate::metrics::student_95)): 3.18 for four replicates. Of fewer than two
-    /// replicates nothing is known: −1.
-    pub fn standard_error(&self) -> [f32; 3] {
-        if self.replicates < 2 {
-            return [-1.0; 3];
-        }
-        self.variance().map(|variance| variance.sqrt() as f32)
     }
 }

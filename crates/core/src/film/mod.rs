@@ -331,8 +331,11 @@ impl Film {
             layers.push(all.clone().map(|pixel| planes.mean(pixel).1 as f32).collect());
         }
         if plan.layers.standard_error {
-            let known = |pixel| if plan.random { planes.means(pixel).standard_error() } else { [0.0; 3] };
-            let errors: Vec<[f32; 3]> = all.map(known).collect();
+            let errors = if plan.random {
+                planes.standard_errors(plan.pixels(), plan.crop.width as usize)
+            } else {
+                vec![[0.0; 3]; plan.pixels()]
+            };
             layers.extend((0..3).map(|i| errors.iter().map(|error| error[i]).collect()));
         }
         let named = plan.layers.names().zip(layers);

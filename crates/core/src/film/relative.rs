@@ -14,7 +14,7 @@ pub(super) const REACH: usize = 2;
 /// Factors that make squared errors relative, per pixel and channel of rows of `width` pixels, by the means of two replicates.
 pub(super) fn weights(a: &[[f64; 3]], b: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
     let own: Vec<[f64; 3]> = a.iter().zip(b).map(|(a, b)| core::array::from_fn(|i| a[i] * b[i])).collect();
-    let near = around(&around(&own, width, 1), own.len() / width, width);
+    let near = around(&around(&own, REACH, width, 1), REACH, own.len() / width, width);
     let weight = |a: f64, b: f64, near: f64| {
         // One less the variance of both together over their squared mean.
         let (square, difference) = ((a + b) * (a + b), (a - b) * (a - b));
@@ -48,12 +48,12 @@ pub(super) fn among(four: [[f64; 3]; 4]) -> [f64; 3] {
     })
 }
 
-/// Means over neighbours along one axis: of so many pixels, `step` apart.
-fn around(of: &[[f64; 3]], length: usize, step: usize) -> Vec<[f64; 3]> {
+/// Means over neighbours to both sides, `reach` of them, along one axis: of so many pixels, `step` apart.
+pub(super) fn around(of: &[[f64; 3]], reach: usize, length: usize, step: usize) -> Vec<[f64; 3]> {
     let mean = |at: usize| {
         let place = at / step % length;
         let first = at - place * step;
-        let range = place.saturating_sub(REACH)..(place + REACH + 1).min(length);
+        let range = place.saturating_sub(reach)..(place + reach + 1).min(length);
         let n = range.len() as f64;
         let mut sum = [0.0; 3];
         for other in range {

@@ -7,11 +7,14 @@
 //! replicates are independent: (d·d′)²/4 has the mean tr(C²). Pixels are independent, since each has scrambles of its own, so both sum
 //! up over the picture, and the sum is nearly normal if many pixels share in it.
 //!
-//! What relative errors are relative to is itself estimated, in two ways: from the pair of replicates that the error at hand is not
-//! estimated from, and from all four. Where light is rarely found the first is too large, since the pair seldom found it too, and the
-//! second too small, since a bright sample is in both. So the truth lies between them, the value is their geometric mean, and half of what
-//! they are apart is a standard error of it. The first has noise as well, taken to be as large as the two differ in each pixel. With fewer
-//! than four replicates there is no other pair; then the value is a guess, and no interval is claimed for it.
+//! What relative errors are relative to is itself estimated, in three ways. By the mean of the replicates themselves an error is off by about
+//! the inverse of their number: a bright sample is in both, and noise makes dark pixels of others. So the means of pairs and that of all four
+//! say what that of very many would (Quenouille, "Notes on Bias in Estimation", 1956), and this is the value: right to a hundredth where
+//! noise is even. The other two are products of the pair of replicates that the error at hand is not estimated from, and those of all
+//! four. Where light is rarely found the first is too large, since the pair seldom found it too, and the second too small. Half of what they
+//! are apart, or of what their geometric mean is from the value, whichever is more, is a standard error of it. The first has noise as well,
+//! taken to be as large as the two differ in each pixel. With fewer than four replicates there is no other pair; then the value is a guess,
+//! and no interval is claimed for it.
 //!
 //! The variance is a sum of which few pixels may have most, as at a lamp's ends: then it is as sure as a variance of fewer normal
 //! numbers, 2(Σq)²/Σq² for sums of q (Satterthwaite, "An Approximate Distribution of Estimates of Variance Components", 1946), and
@@ -19,10 +22,11 @@
 //! it may be trusted.
 //!
 //! Where lamps are small and many, a pixel that one replicate alone saw lit is no black one, and few pixels would have all of the error if
-//! it were taken for one. `film::again` says when others vouch for such light, and what its error is relative to then.
+//! it were taken for one. `film::again` says when others vouch for such light, and what its error is relative to then; the value is the
+//! geometric mean there.
 //!
 //! Light that no sample has found is in neither. What can be noticed is that it may be there: paths that were scattered and then went on
-//! by a mirror or through glass meet lamps by chance alone, and where many did and few met one, more of that light is to be expected
+//! by a mirror or through glass meet lamps and suns by chance alone, and where many did and few met one, more of that light is to be expected
 //! than was seen. The number that were found is a Poisson number, known to a sixth where it is forty.
 
 use core::ops::{AddAssign, Range};
@@ -85,7 +89,8 @@ pub struct Uncertainty {
 pub enum Doubt {
     /// There are fewer than four replicates.
     FewSamples,
-    /// Lamps are met by way of mirrors or glass, which is by chance alone, and few were: most of such light may be unseen.
+    /// Lamps or small bright parts of the sky are met by way of mirrors or glass, which is by chance alone, and few were: most of such light may
+    /// be unseen.
     LightByChance,
     /// A few pixels have most of the error, or in each of many a few samples.
     FewPixels,
@@ -97,7 +102,8 @@ struct Sum {
     /// Variance of the mean, weighed by what other replicates say, and by what all of them say.
     variance: f64,
     among: f64,
-    /// Weighed by the pair alone that it is of.
+    /// Weighed by the mean of all, and by that of the pair alone that it is of.
+    own: f64,
     seen: f64,
     /// Squared products of two independent differences between replicates.
     product: f64,
@@ -113,6 +119,7 @@ impl AddAssign for Sum {
     fn add_assign(&mut self, other: Self) {
         self.variance += other.variance;
         self.among += other.among;
+        self.own += other.own;
         self.seen += other.seen;
         self.product += other.product;
         self.unsure += other.unsure;
@@ -124,29 +131,36 @@ impl AddAssign for Sum {
 
 impl Sum {
     /// Of one pixel.
-    fn of(Pixel { variance, among, seen, product, unsure }: Pixel) -> Self {
+    fn of(Pixel { variance, among, own, seen, product, unsure }: Pixel) -> Self {
         let difference = variance - among;
         let (square, apart, product_square) = (variance * variance, difference * difference, product * product);
-        Self { variance, among, seen, product, unsure: unsure * unsure, square, apart, product_square }
+        Self { variance, among, own, seen, product, unsure: unsure * unsure, square, apart, product_square }
     }
 
-    /// How far the logarithms of both ways to weigh are apart.
-    fn gap(&self) -> f64 {
-        if self.variance > 0.0 { libm::log(self.variance / self.among) } else { 0.0 }
+    /// Between both ways to weigh by products.
+    fn middle(&self) -> f64 {
+        (self.variance * self.among).sqrt()
     }
 
-    /// Of the root of the mean over so many pixels and three channels.
-    fn estimate(&self, pixels: f64, replicates: f64) -> Estimate {
+    /// What weights by means of two and of four replicates say of those by the mean of very many: what they are off by is nearly inverse to the
+    /// number.
+    fn of_means(&self) -> f64 {
+        (2.0 * self.own - self.seen).max(self.own / 2.0)
+    }
+
+    /// Of the root of the mean over so many pixels and three channels, by the sum over them.
+    fn estimate(&self, sum: f64, pixels: f64, replicates: f64) -> Estimate {
         if self.variance <= 0.0 {
             return Estimate { value: 0.0, low: 0.0, high: 0.0, carriers: f64::INFINITY };
         }
-        let mean_square = (self.variance * self.among).sqrt() / (3.0 * pixels);
+        let mean_square = sum / (3.0 * pixels);
         // No more than equal variances of all channels would say.
         let least = 2.0 * replicates / (3.0 * (replicates - 1.0) * pixels);
         let products = (self.product / (2.0 * replicates * (replicates - 1.0)) / (self.among * self.among)).max(least);
-        let (weights, gap) = (self.apart / self.square_of_sum(), self.gap() / 2.0);
+        let weights = self.apart / self.square_of_sum();
+        let apart = [self.variance / self.among, self.middle() / sum].map(|ratio| libm::log(ratio).abs() / 2.0);
         // Both are about light that was seen once, so that where one is wrong the other is, and they add up rather than their squares.
-        let relative_to = gap.abs() + (self.unsure / (self.variance * self.among)).sqrt();
+        let relative_to = apart[0].max(apart[1]) + (self.unsure / (self.variance * self.among)).sqrt();
         let spread = products + weights + relative_to * relative_to;
         // Whole degrees of freedom, rounded to fewer; those of many where no pixel says anything.
         let freedom = 2.0 * self.product * self.product / self.product_square;
@@ -195,9 +209,13 @@ impl Film {
         let [absolute, relative, vouched] = sums;
         let is_vouched = again.is_enough();
         let is_rare = !is_vouched && relative.variance > APART * relative.seen;
-        let relative = if is_vouched { vouched } else { relative };
         let (pixels, replicates) = (self.plan.pixels() as f64, f64::from(fewest));
-        let (rmse, root_relmse) = (absolute.estimate(pixels, replicates), relative.estimate(pixels, replicates));
+        let rmse = absolute.estimate(absolute.variance, pixels, replicates);
+        let root_relmse = if is_vouched {
+            vouched.estimate(vouched.middle(), pixels, replicates)
+        } else {
+            relative.estimate(relative.of_means(), pixels, replicates)
+        };
         let by_chance = self.counters.unaided > 0 && self.counters.found < FEWEST_FOUND;
         let doubts = [
             (fewest < ENOUGH, Doubt::FewSamples),
@@ -267,7 +285,14 @@ impl Band {
             let share = 2.0 / means.len() as f64 / 4.0;
             let of = |weights: [f64; 3], beside: [f64; 3]| {
                 let variance = share * (0..3).map(|i| weights[i] * one[i] * one[i]).sum::<f64>();
-                Pixel { variance, among: variance, seen: variance, product: product(one, two, weights, beside), unsure: 0.0 }
+                Pixel {
+                    variance,
+                    among: variance,
+                    own: variance,
+                    seen: variance,
+                    product: product(one, two, weights, beside),
+                    unsure: 0.0,
+                }
             };
             self.absolute[pixel] = of([1.0; 3], [1.0; 3]);
             self.relative[pixel] = of(weights[pixel], weights[beside]);

@@ -43,6 +43,10 @@ const fn roulette_from(roulette: Roulette) -> u32 {
     }
 }
 
+/// Density of a direction, over solid angle, from which on a lobe counts as a mirror: it is seven times narrower than the sun's disc, which has
+/// a 14,700th of a unit, so that of directions drawn towards a light hardly any has a share in what the lobe finds.
+const NARROW: f64 = 1e5;
+
 /// Chance to go on from there.
 const GOES_ON: f64 = 0.95;
 
@@ -65,8 +69,8 @@ struct Walk<R: Real> {
     cutouts: u32,
     /// Whether it has met a surface.
     hit: bool,
-    /// Whether it has left one in a direction in which light could have been asked for.
-    scattered: bool,
+    /// Least density with which it left one, the last one apart: how far it was scattered before.
+    spread: f64,
     /// The bodies that it is in.
     media: Media,
     /// Where the ray left, and how.
@@ -120,7 +124,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             traced: 0,
             cutouts: 0,
             hit: false,
-            scattered: false,
+            spread: f64::INFINITY,
             media: self.media,
             left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
             wavelength: None,
@@ -172,13 +176,25 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// What a ray brings that hit nothing and sees this of the sky, in its share.
     #[inline(always)]
-    fn escaped(&self, walk: &Walk<P::Real>, seen: &Seen<P::Real>) -> Vec3Of<P> {
+    fn escaped(&mut self, walk: &Walk<P::Real>, seen: &Seen<P::Real>) -> Vec3Of<P> {
         if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
             return backdrop;
         }
         let direction = walk.leg.ray.direction;
         let lights = &self.scene.lights;
+        if self.is_unaided(walk)
+            && let Some(density) = lights.sky_sampler().and_then(|sampler| sampler.small())
+        {
+            self.counters.unaided += 1;
+            self.counters.found += u64::from(lights.density_of_sky(direction, seen.place, 1.0) >= density);
+        }
         seen.radiance * self.found(walk, LightId::Sky, |probability| lights.density_of_sky(direction, seen.place, probability))
+    }
+
+    /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets by chance alone.
+    #[inline(always)]
+    fn is_unaided(&self, walk: &Walk<P::Real>) -> bool {
+        walk.spread < NARROW && walk.left.density >= NARROW
     }
 
     /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.
@@ -241,9 +257,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         // What goes straight on through a wall is still found by lights that were asked before it.
         if !onward.straight {
             let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
-            self.counters.unaided += u64::from(walk.scattered && drawn.delta && !self.scene.lights.emitters.is_empty());
-            walk.scattered |= !drawn.delta;
+            walk.spread = walk.spread.min(walk.left.density);
             walk.left = Left { from: at.surface.point, normal: onward.lit, density };
+            self.counters.unaided += u64::from(self.is_unaided(walk) && !self.scene.lights.emitters.is_empty());
         }
         if self.scene.tracks_media && onward.through {
             walk.media = self.beyond(&walk.media, at);

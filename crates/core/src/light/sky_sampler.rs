@@ -13,11 +13,17 @@ use super::{Density, LightSample, Seen, Sky, SphereGrid, Target};
 /// side, half of it three quarters more on what a small sun lights; this one is within a twelfth of the better in seven skies.
 const EVEN: f64 = 0.75;
 
+/// Mean density of what is drawn from which on it is small: a tenth of a unit of solid angle or less, which is less than a hundredth of the
+/// sphere.
+const SMALL: f64 = 10.0;
+
 /// How a sky is drawn.
 #[derive(Clone, Debug)]
 pub struct SkySampler {
     form: Form,
     flux: f64,
+    /// See [`Self::small`].
+    small: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -48,7 +54,7 @@ impl SkySampler {
     /// None where the sky is black.
     pub fn new<R: Real>(sky: &Sky<R>) -> Option<Self> {
         let linear = |bottom, top| (Lobe::Linear { bottom, top }, TAU * (bottom + top));
-        match &sky.kind {
+        let sampler = match &sky.kind {
             Kind::None => None,
             Kind::Constant(c) => Self::lobes([linear(sum::<R>(*c), sum::<R>(*c))]),
             Kind::Gradient { bottom, top, suns } => {
@@ -58,12 +64,13 @@ impl SkySampler {
                 });
                 Self::lobes(core::iter::once(linear(sum::<R>(*bottom), sum::<R>(*top))).chain(suns))
             }
-            Kind::Expression(_) => Some(Self { form: Form::Even, flux: flux_by_quadrature(sky) }),
+            Kind::Expression(_) => Some(Self { form: Form::Even, flux: flux_by_quadrature(sky), small: None }),
             Kind::Map(map) => {
                 let grid = grid(map, |radiance| radiance)?;
-                Some(Self { flux: grid.flux(), form: Form::Grid(grid) })
+                Some(Self { flux: grid.flux(), form: Form::Grid(grid), small: None })
             }
-        }
+        };
+        sampler.map(|sampler| sampler.with_small(sky))
     }
 
     /// Draws only what exceeds the rest of the sky: suns over what they stand in, texels over most of the mean. Right where directions are
@@ -81,13 +88,14 @@ impl SkySampler {
             }
             (Form::Grid(whole), Kind::Map(map)) => {
                 let even = EVEN * 0.25 * FRAC_1_PI * whole.flux();
-                grid(map, |radiance| (radiance - even).max(0.0)).map(|grid| Self { flux: grid.flux(), form: Form::Grid(grid) })
+                let excess = grid(map, |radiance| (radiance - even).max(0.0));
+                excess.map(|grid| Self { flux: grid.flux(), form: Form::Grid(grid), small: None })
             }
             _ => None,
         };
         match excess {
             // What the whole sky gives is what the choice among lights goes by.
-            Some(excess) => Self { flux: self.flux, ..excess },
+            Some(excess) => Self { flux: self.flux, ..excess.with_small(sky) },
             None => self,
         }
     }
@@ -96,7 +104,24 @@ impl SkySampler {
         let (lobes, fluxes): (Vec<Lobe>, Vec<f64>) = lobes.into_iter().unzip();
         let mut shares = Vec::new();
         let flux = push_shares(&mut shares, &fluxes);
-        (flux > 0.0).then_some(Self { form: Form::Lobes { lobes, shares }, flux })
+        (flux > 0.0).then_some(Self { form: Form::Lobes { lobes, shares }, flux, small: None })
+    }
+
+    /// Knows its small bright parts. The mean density of directions drawn is ∫p², by which few directions that hold much of the light count
+    /// as much as their noise does in a path that meets them by chance.
+    fn with_small<R: Real>(self, sky: &Sky<R>) -> Self {
+        const SIDE: u16 = 16;
+        let middle = |i: u16| (f32::from(i) + 0.5) / f32::from(SIDE);
+        let drawn = (0..SIDE * SIDE).map(|i| self.drawn::<R>([middle(i % SIDE), middle(i / SIDE)]));
+        let mean =
+            drawn.map(|direction| self.density::<R>(direction, sky.place(direction))).sum::<f64>() / f64::from(SIDE * SIDE);
+        Self { small: (mean >= SMALL).then_some(0.5 * mean), ..self }
+    }
+
+    /// Density of being drawn from which on a direction is in a small bright part of the sky; none where there is no such part.
+    #[inline(always)]
+    pub fn small(&self) -> Option<f64> {
+        self.small
     }
 
     /// Radiance of the three channels over all directions, summed.

@@ -118,7 +118,7 @@ pub fn tell_noise(film: &Film, asked: Option<f64>, verbosity: Verbosity) {
             "not converged: a few pixels carry most of the noise ({noise}), as where light is rarely found; more --spp finds it more often"
         )),
         Some(Doubt::LightByChance) => verbosity.warn(format_args!(
-            "not converged: lamps that shine by way of mirrors or glass are met by chance, and only {} of {} such paths met one ({noise}); \
+            "not converged: lamps and suns that shine by way of mirrors or glass are met by chance, and only {} of {} such paths met one ({noise}); \
              more --spp meets more",
             film.counters().found,
             film.counters().unaided

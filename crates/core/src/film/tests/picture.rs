@@ -3,6 +3,8 @@
 use super::{layers, ready, rendered, scene, settings};
 use crate::film::estimate::There;
 use crate::film::{Film, Plane};
+use crate::hash::mix;
+use crate::metrics::student_95;
 use crate::scene::{Integrator, Pattern, Scene};
 use crate::settings::{Aov, Background, Sampling, Settings};
 use crate::{Rendered, prepare};
@@ -18,7 +20,7 @@ fn planes(of: &[(f64, u16)]) -> Vec<Plane> {
 
 fn error(of: &[(f64, u16)]) -> f32 {
     let planes = planes(of);
-    There::new(planes.iter(), false).means(0).standard_error()[0]
+    There::new(planes.iter(), false).standard_errors(1, 1)[0][0]
 }
 
 /// Protects: the standard error of replicates, by hand. Means 1, 2, 3, 4 of equal weight: variance 5/3, over four. Means 1 of
@@ -30,6 +32,66 @@ fn standard_errors_by_hand() {
     assert_eq!(error(&[(3.0, 3), (0.0, 0), (5.0, 1)]), 3.0_f32.sqrt());
     assert_eq!(error(&[(2.0, 2), (3.0, 3)]), 0.0);
     assert_eq!((error(&[(2.0, 2)]), error(&[(2.0, 2), (0.0, 0)]), error(&[])), (-1.0, -1.0, -1.0));
+}
+
+/// Protects: no pixel claims less than a ninth of the variance that it and its neighbours have on average, per sample, and none claims nothing
+/// where a neighbour met light: nine pixels of four replicates, of which the middle one met none, and its neighbours 4 in one replicate, a
+/// variance of 1 each, have 8/9. A pixel that no neighbour has light beside claims nothing; one that varies more than its neighbours
+/// claims what it did; a neighbour without a second replicate does not count; and one of twice the samples has twice the variance per sample.
+#[test]
+fn no_error_is_far_below_the_neighbours() {
+    let errors = |width: usize, pixels: &[[f64; 4]], samples: &dyn Fn(usize, usize) -> u16| {
+        let plane = |replicate: usize| {
+            let each = pixels.iter().enumerate();
+            let counts: Vec<u16> = (0..pixels.len()).map(|pixel| samples(pixel, replicate)).collect();
+            let sums = each.map(|(pixel, means)| [means[replicate] * f64::from(counts[pixel]); 3]).collect();
+            Plane { sums, samples: counts, ..Plane::default() }
+        };
+        let planes: Vec<Plane> = (0..4).map(plane).collect();
+        let errors = There::new(planes.iter(), false).standard_errors(pixels.len(), width);
+        errors.iter().map(|error| f64::from(error[1])).collect::<Vec<f64>>()
+    };
+    const LEAST: f64 = 0.117_282;
+    let (dark, lit) = ([0.0; 4], [0.0, 0.0, 4.0, 0.0]);
+    let mut nine = [lit; 9];
+    nine[4] = dark;
+    let found = errors(3, &nine, &|_, _| 2);
+    assert!((found[4] - (LEAST * 8.0 / 9.0).sqrt()).abs() < 1e-6, "{found:?}");
+    assert!((found[0] - 1.0).abs() < 1e-6 && errors(3, &[dark; 9], &|_, _| 2) == [0.0; 9]);
+    let row = errors(4, &[dark, dark, dark, lit], &|_, _| 2);
+    assert!(row[0] == 0.0 && (row[1] - (LEAST / 4.0).sqrt()).abs() < 1e-6 && (row[3] - 1.0).abs() < 1e-6, "{row:?}");
+    // Known by one replicate, a neighbour says nothing, and nothing is known of it.
+    let row = errors(3, &[lit, dark, lit], &|pixel, replicate| if pixel == 0 && replicate > 0 { 0 } else { 2 });
+    assert!(row[0] == -1.0 && (row[1] - (LEAST / 2.0).sqrt()).abs() < 1e-6, "{row:?}");
+    let row = errors(2, &[dark, lit], &|pixel, _| if pixel == 0 { 2 } else { 4 });
+    assert!((row[0] - (LEAST * 2.0 / 2.0).sqrt()).abs() < 1e-6, "{row:?}");
+}
+
+/// Protects: where light is rare, pixels' errors hold 93 of 100 truths and more, where those of replicates alone hold 27 and 47: of films in which
+/// each sample of 64 has the same small chance to meet light, so that most pixels met none.
+#[test]
+fn errors_of_pixels_hold_rare_light() {
+    const SIDE: usize = 40;
+    let share = |address: u64| (mix(mix(address) ^ 0x5EED) >> 11) as f64 / (1_u64 << 53) as f64;
+    for chance in [0.005, 0.01] {
+        let mut held = 0;
+        let plane = |replicate: usize| {
+            let lit = |pixel: usize| {
+                let address = |index: usize| ((pixel * 4 + replicate) * 16 + index) as u64 + ((chance * 1e6) as u64) << 20;
+                (0..16).filter(|&index| share(address(index)) < chance).count() as f64
+            };
+            let sums = (0..SIDE * SIDE).map(|pixel| [lit(pixel); 3]).collect();
+            Plane { sums, samples: vec![16; SIDE * SIDE], ..Plane::default() }
+        };
+        let planes: Vec<Plane> = (0..4).map(plane).collect();
+        let there = There::new(planes.iter(), false);
+        for (pixel, error) in there.standard_errors(SIDE * SIDE, SIDE).into_iter().enumerate() {
+            let off = (there.mean(pixel).0[0] - chance).abs();
+            held += usize::from(off <= student_95(3) * f64::from(error[0]));
+        }
+        let share = held as f64 / (SIDE * SIDE) as f64;
+        assert!(share >= 0.93, "{chance}: {share}");
+    }
 }
 
 /// Protects: where chance has no part the error is zero, where nothing is known of it −1, and elsewhere it is estimated from

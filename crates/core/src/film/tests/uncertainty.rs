@@ -3,6 +3,7 @@
 use super::{layers, ready, rendered, settings};
 use crate::film::{Counters, Doubt, Film, Plane};
 use crate::hash::mix;
+use crate::metrics::student_95;
 use crate::scene::Scene;
 use crate::settings::{Sampling, Settings};
 use crate::{Ready, prepare};
@@ -41,22 +42,32 @@ fn errors_of_pictures_by_hand() {
     assert_eq!((found.doubt, found.replicates), (None, 4));
 }
 
-/// Protects: a squared difference is relative to the product of the two replicates that are not in it, and 0.01, and to that of all pairs:
-/// with the means 1, 1, 1 and 2 the three differences that are not 0 are relative to 1 · 1 and to (3 · 1 + 3 · 2)/6, each 3/48 of the
-/// variance of the mean. The value is between them. The interval is as wide as three hundred equal variances would say, since products of
-/// two independent differences are 0, as the two ways differ in a hundred pixels, and as half of what they differ in all.
+/// Protects: a squared difference is relative to the product of the two replicates that are not in it, and 0.01, to that of all pairs, and
+/// to the squared means of the pair and of all: with the means 1, 1, 1 and 2 the three differences that are not 0 are relative to 1 · 1, to
+/// (3 · 1 + 3 · 2)/6, to 1.5² and to 1.25², each 3/48 of the variance of the mean. The value is twice what means of four say less what those
+/// of two do. The interval is as wide as three hundred equal variances would say, since products of two independent differences are 0, as
+/// the two ways by products differ in a hundred pixels, and as half of what they differ in all, or their middle from the value if that is more.
 #[test]
 fn relative_errors_by_hand() {
     let found = film(&[[1.0, 1.0, 1.0, 2.0]; 100]).uncertainty().expect("four replicates").root_relmse;
-    assert!((found.value - (3.0 / 48.0 / (1.01_f64 * 1.51).sqrt()).sqrt()).abs() < 1e-12);
+    let of_means: f64 = 2.0 / 1.5725 - 1.0 / 2.26;
+    assert!((found.value - (3.0 / 48.0 * of_means).sqrt()).abs() < 1e-12);
     let (in_pixels, in_all) = (1.0 - 1.01 / 1.51, (1.51_f64 / 1.01).ln());
+    assert!(in_all > (1.0 / (1.01_f64 * 1.51).sqrt() / of_means).ln().abs());
     let (least, weights): (f64, f64) = (8.0 / 9.0 / 100.0, in_pixels * in_pixels / 100.0);
     let spread: f64 = least + weights + in_all * in_all / 4.0;
     assert!(((found.high / found.low).ln() - 1.959_963_984_540_054 * spread.sqrt()).abs() < 1e-6);
-    // Pairs that differ themselves count for less, by the noise of their product: four of six, with 1 and 2.
-    let found = film(&[[1.0, 2.0, 1.0, 2.0]; 100]).uncertainty().expect("four replicates").root_relmse.value;
+    // Pairs that differ themselves count for less, by the noise of their product: four of six, with 1 and 2. That shows in the width alone.
+    let found = film(&[[1.0, 2.0, 1.0, 2.0]; 100]).uncertainty().expect("four replicates").root_relmse;
+    let of_means: f64 = 2.0 / 2.26 - 1.0 / 2.26;
+    assert!((found.value - (4.0 / 48.0 * of_means).sqrt()).abs() < 1e-12, "{found:?}");
     let (across, among) = (2.01 / (2.01 * 2.01 + 1.5 * 1.5), 1.0 / (13.0 / 6.0 + 0.01_f64));
-    assert!((found - (4.0 / 48.0 * (across * among).sqrt()).sqrt()).abs() < 1e-12, "{found}");
+    let apart = [(across / among).ln().abs(), ((across * among).sqrt() / of_means).ln().abs()];
+    // In two pairings of three both differences are 1, in three channels of a weight that falls out: 6 · 100 over 24 · 25².
+    let (relative_to, weights) = (apart[0].max(apart[1]) / 2.0, (1.0 - among / across).powi(2) / 100.0);
+    let width = student_95(200) * (0.04 + weights + relative_to * relative_to).sqrt();
+    // Two hundred degrees of freedom may come out as a rounding less.
+    assert!(((found.high / found.low).ln() / width - 1.0).abs() < 5e-5, "{found:?} and {width}");
 }
 
 /// Protects: a bright sample that few pixels met is in the error and in what is known of it, and so makes no interval wider; what does is
@@ -172,6 +183,30 @@ fn light_by_chance_is_doubted() {
         film.uncertainty().expect("four replicates").doubt
     };
     assert_eq!([of(0, 0), of(1, 0), of(9, 39), of(9, 40)], [None, Some(Doubt::LightByChance), Some(Doubt::LightByChance), None]);
+}
+
+/// Protects: a small sun that scattered paths meet in chrome is light by chance, as a lamp in a mirror is, and is doubted in a picture that met
+/// it never; no sun that is wide, and none in metal so rough that directions drawn towards the sun serve it.
+#[test]
+fn a_small_sun_in_chrome_is_met_by_chance() {
+    let of = |exponent: f64, roughness: f64| {
+        let text = format!(
+            r#"{{ "format": 1,
+            "cameras": [{{ "pose": {{ "look_at": {{ "eye": [0, 1, 4], "target": [0, 0.4, 0] }} }}, "projection": {{ "pinhole": {{ "vertical_fov": 40 }} }} }}],
+            "sky": {{ "gradient": {{ "bottom": 0.3, "top": 0.6,
+                                   "suns": [{{ "direction": [1, 1.2, 0.4], "colour": 800, "weight": 1, "exponent": {exponent} }}] }} }},
+            "materials": [{{ "name": "floor", "model": {{ "physical": {{ "base_colour": 0.8 }} }} }},
+                          {{ "name": "metal", "model": {{ "physical": {{ "base_colour": 0.9, "metallic": 1, "roughness": {roughness} }} }} }}],
+            "objects": [{{ "shape": {{ "plane": {{ "point": [0, 0, 0], "normal": [0, 1, 0] }} }}, "material": "floor" }},
+                        {{ "shape": {{ "sphere": {{ "centre": [0, 0.5, 0], "radius": 0.5 }} }}, "material": "metal" }}] }}"#
+        );
+        let scene: Scene = serde_json::from_str(&text).expect("a scene");
+        let settings = Settings { size: [12, 8], sampling: Sampling::General(64), ..Settings::of(&scene) };
+        let ready = prepare(&scene, &settings, &()).expect("a scene");
+        let film = rendered(&ready);
+        (film.counters.unaided > 0, film.uncertainty().expect("four replicates").doubt == Some(Doubt::LightByChance))
+    };
+    assert_eq!([of(4000.0, 0.02), of(20.0, 0.02), of(4000.0, 0.4)], [(true, true), (false, false), (false, false)]);
 }
 
 /// Protects: nothing is said where nothing is known: of one replicate, of a pixel without samples, of a pattern.

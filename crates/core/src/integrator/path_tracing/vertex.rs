@@ -99,7 +99,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             }
             None => P::Real::ONE,
         };
-        self.counters.found += u64::from(walk.scattered && walk.left.density == f64::INFINITY);
+        self.counters.found += u64::from(self.is_unaided(walk));
         walk.radiance += walk.throughput * emission * share;
     }
 
