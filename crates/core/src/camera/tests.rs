@@ -113,3 +113,33 @@ fn near_cameras_start_at_the_eye() {
     let small = Camera::<f32>::towards(&data, SIZE, &Aabb::around(DVec3::ZERO, DVec3::splat(0.25)));
     assert!(small.ahead() > 298.0, "far for a scene of that size");
 }
+
+/// Protects: no ray of a wide lens starts beyond what it could hit, wherever the scene lies: the lens reaches as far to the side of the eye
+/// as its radius, so that from its rim what lies aslant is nearer by that much.
+#[test]
+fn a_wide_lens_starts_before_the_scene() {
+    let centre = DVec3::new(600.0, 0.0, -800.0);
+    let bounds = Aabb::around(centre, DVec3::ONE);
+    for aperture_radius in [0.0, 0.01, 1.0, 300.0] {
+        let pinhole = Pinhole { vertical_fov: Some(100.0), ..Pinhole::default() };
+        let data = CameraData {
+            name: String::new(),
+            pose: Pose::LookAt { eye: [0.0; 3], target: [0.0, 0.0, -1.0], up: [0.0, 1.0, 0.0] },
+            projection: Projection::ThinLens { pinhole, aperture_radius, focus_distance: 800.0 },
+            aspect: None,
+            pose_end: None,
+            shutter: None,
+        };
+        let camera = Camera::<f32>::towards(&data, SIZE, &bounds);
+        assert_eq!(camera.ahead() > 0.0, aperture_radius < 2.0, "far by what scene and lens measure together: {aperture_radius}");
+        for i in 0..1000_u16 {
+            let at = |step: f32| (f32::from(i) * step).fract();
+            let ray = camera.ray(at(0.618) * SIZE[0] as f32, at(0.755) * SIZE[1] as f32, [at(0.57), at(0.31)]);
+            let (origin, direction) = (Vector::to_f64(ray.origin), Vector::to_f64(ray.direction));
+            let along = (centre - origin).dot(direction);
+            let passes = (centre - origin - direction * along).length();
+            // Only what meets the sphere around the scene tells anything.
+            assert!(passes > 1.8 || along > 1.8, "{aperture_radius}: {origin} towards {direction} starts within or beyond");
+        }
+    }
+}

@@ -167,4 +167,16 @@ mod tests {
         }
         assert!(!is_lit(&Scene::default()) && is_lit(&Scene { sky: Some(neutral_sky()), ..Scene::default() }));
     }
+
+    /// Protects: a light whose range ends within the model reaches it: the range counts from the model's near side, and not from its
+    /// centre. The sheet reaches √2 about its centre.
+    #[test]
+    fn a_range_that_ends_within_the_model_reaches_it() {
+        let reaches = |range: f64| {
+            let point = serde_json::json!({ "point": { "position": [0, 0, 2], "range": range } });
+            is_lit(&room(serde_json::json!({ "lights": [{ "kind": point, "colour": 1 }] })))
+        };
+        let gap = 2.0 - 2.0_f64.sqrt();
+        assert_eq!([gap - 0.01, gap + 0.01, 1.0, 1.99, 2.01].map(reaches), [false, true, true, true, true]);
+    }
 }

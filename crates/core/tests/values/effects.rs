@@ -262,3 +262,17 @@ fn auto_goes_by_what_is_left_out() {
         assert_eq!(takes(model.clone()), ("path", true), "{model}");
     }
 }
+
+/// Protects: along paths a sky lights what diffuses and what only has a highlight, which is a rough lobe there.
+#[test]
+fn a_sky_lights_highlights_along_paths() {
+    let gloss = |strength: f64| {
+        let specular = json!({ "model": "blinn", "exponent": 20, "strength": strength });
+        floor(classic(json!({ "diffuse": 0, "specular": specular })), json!({ "sky": { "constant": 1 } }))
+    };
+    for (strength, expected) in [(0.5, Simulated), (0.0, Absent)] {
+        let scene = gloss(strength);
+        let report = detect(&scene, &Settings { integrator: Integrator::Path, ..Settings::of(&scene) });
+        assert_eq!(status_of(&report, "sky light"), expected, "{strength}");
+    }
+}

@@ -142,3 +142,20 @@ fn large_lamps_add_up() {
     let parts = json!({ "materials": [lamp("dim", 2.0), lamp("bright", 5.0)], "objects": [place(left, "dim"), place(right, "bright"), wall] });
     near(average(&floor(classic(json!({})), parts)), [2.0 * sum(left); 3], 1e-2, "left");
 }
+
+/// Protects: of a lamp whose emission varies and that is there in part, as much arrives as is there: a share of 0.25 brings a quarter, like
+/// one that glows evenly and is met by paths, by whichever way light is found.
+#[test]
+fn a_varying_lamp_that_is_there_in_part() {
+    use crate::paths::{AT as SLANTED, all_see};
+    let glowing = |opacity: f64| {
+        let model = physical(json!({ "base_colour": 0, "ior": 1, "emission": "4 + 0*u", "opacity": opacity, "alpha": "blend" }));
+        let disk =
+            json!({ "shape": { "disk": { "centre": [0, 2, 0], "normal": [0, -1, 0], "radius": 1.5 } }, "material": "glow" });
+        floor(classic(json!({ "colour": 0.6 })), json!({ "materials": [{ "name": "glow", "model": model }], "objects": [disk] }))
+    };
+    for opacity in [1.0, 0.25, 0.5] {
+        let expected = 0.6 * opacity * 4.0 * 2.25 / (2.25 + 4.0);
+        all_see(&glowing(opacity), SLANTED, 2, [expected; 3], &format!("{opacity} of it"));
+    }
+}

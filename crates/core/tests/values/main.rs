@@ -21,6 +21,7 @@ mod interfaces;
 mod lamps;
 mod layers;
 mod lights;
+mod media;
 mod meshes;
 mod mip_maps;
 mod motion;

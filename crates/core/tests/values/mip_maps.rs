@@ -171,3 +171,34 @@ fn mip_maps_are_an_effect() {
     scene.lights.push(serde_json::from_value(sun([0.0, 1.0, 0.0])).expect("a light"));
     assert!(pixel(&scene, &settings).iter().all(|c| c.is_finite()));
 }
+
+/// Protects: a camera so far away that its rays start near the scene's bounded part counts the whole of its way, to what it sees and by way of
+/// a mirror: the level is that of the eye's distance.
+#[test]
+fn the_level_from_far_away() {
+    const AWAY: f64 = 5000.0;
+    let mirror = classic(json!({ "local": 0, "reflection": { "weight": 1 } }));
+    let far = |model: &Value, further: Value| {
+        let mut scene = checked(unchecked_floor(model), "linear");
+        let marker = json!({ "shape": { "sphere": { "centre": [3, 1, 0], "radius": 0.5 } }, "material": "floor" });
+        scene.objects.push(serde_json::from_value(marker).expect("an object"));
+        scene.objects.extend(serde_json::from_value::<Vec<_>>(further["objects"].clone()).expect("objects"));
+        scene.materials.extend(serde_json::from_value::<Vec<_>>(further["materials"].clone()).expect("materials"));
+        scene
+    };
+    for level in [0.2, 0.5, 0.8] {
+        let on_the_way = |metres: f64| glowing(tiled(2.0_f64.powf(level) / (metres * spread()) * 0.5));
+        let straight = far(&on_the_way(AWAY), json!({ "objects": [], "materials": [] }));
+        let shown = json!({ "name": "shown", "model": on_the_way(AWAY + 9000.0) });
+        let above = json!({ "shape": { "plane": { "point": [0, 9000, 0], "normal": [0, -1, 0] } }, "material": "shown" });
+        let mirrored = far(&mirror, json!({ "objects": [above], "materials": [shown] }));
+        for scene in [straight, mirrored] {
+            let settings = settings(&scene, [[0.0, AWAY, 0.0], [0.0; 3]]);
+            let [found, ..] = pixel(&scene, &settings);
+            assert!((found - read_at(level)).abs() < 1e-3, "{level}: {found} instead of {}", read_at(level));
+            let robust = Settings { precision: raywright_core::settings::PrecisionChoice::Robust, ..settings };
+            let [found, ..] = pixel(&scene, &robust);
+            assert!((found - read_at(level)).abs() < 1e-2, "{level}: {found} instead of {}", read_at(level));
+        }
+    }
+}

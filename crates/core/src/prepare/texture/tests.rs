@@ -203,3 +203,28 @@ fn places_are_shared_where_texels_are() {
         }
     }
 }
+
+/// Protects: two uses share a place only where they find the same texels: alike in wrapping each way, in the map of coordinates, and in
+/// whether one texel is read or four; colour spaces and factors find the same.
+#[test]
+fn uses_that_lie_alike() {
+    let plain = sampler::<f64>(Filter::Bilinear, [Wrap::Repeat; 2]);
+    let moved = Some([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]]);
+    let others = [
+        (Sampler { srgb: false, factor: <f64 as Real>::Vec3::ZERO, ..plain }, true),
+        (Sampler { filter: Filter::Mipmaps, ..plain }, true),
+        (Sampler { filter: Filter::Nearest, ..plain }, false),
+        (Sampler { wrap: [Wrap::Clamp, Wrap::Repeat], ..plain }, false),
+        (Sampler { wrap: [Wrap::Repeat, Wrap::MirroredRepeat], ..plain }, false),
+        (Sampler { transform: moved, ..plain }, false),
+    ];
+    for (i, (other, alike)) in others.iter().enumerate() {
+        assert_eq!((plain.lies_as(other), other.lies_as(&plain)), (*alike, *alike), "{i}");
+        assert!(other.lies_as(other), "{i}");
+        // What is said to lie alike does, everywhere about the image.
+        for place in (-20..=30).map(|i| 0.1 * f64::from(i) + 0.013) {
+            let found = [&plain, other].map(|use_of| use_of.place(&numbered(), [place, 0.7 - place]).corners);
+            assert!(!alike || found[0] == found[1], "{i} at {place}");
+        }
+    }
+}

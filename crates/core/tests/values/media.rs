@@ -1,0 +1,136 @@
+//! Media together with light through a boundary: what a body absorbs of light that a surface asks on its other side, whose share of
+//! everything else is that of a clear body to the bit of its random numbers.
+
+use raywright_core::settings::{LightSampling, PrecisionChoice};
+use raywright_core::{Scene, Settings};
+use serde_json::{Value, json};
+
+use crate::paths::{AT, lamp, mean, paths};
+use crate::support::{View, ball, classic, physical, scene};
+
+/// What is left of light after a metre, by channel.
+const LEFT: [f64; 3] = [0.8, 0.5, 0.3];
+
+/// Frosted glass, clear or absorbing, with further terms.
+fn frosted(absorbs: bool, terms: &Value) -> Value {
+    let mut model = json!({ "transmission": 1, "roughness": 0.5, "ior": 1.5 });
+    if absorbs {
+        model["attenuation_colour"] = json!(LEFT);
+        model["attenuation_distance"] = json!(1);
+    }
+    model.as_object_mut().expect("a table").extend(terms.as_object().expect("a table").clone());
+    physical(model)
+}
+
+/// A body of frosted glass that fills what is below the height 0, with lights and further objects.
+fn pond(absorbs: bool, terms: &Value, parts: &Value) -> Scene {
+    let mut parts = parts.clone();
+    parts["materials"] = json!([{ "name": "glass", "model": frosted(absorbs, terms) }, lamp(40.0)]);
+    let body = json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "glass" });
+    let further = parts["objects"].as_array().cloned().unwrap_or_default();
+    parts["objects"] = json!([vec![body], further].concat());
+    scene(parts)
+}
+
+/// The absorbing pond shows of each channel what its way leaves of the clear one's, to this relative error.
+#[track_caller]
+fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
+    for precision in [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference] {
+        for light_sampling in [LightSampling::Lights, LightSampling::Both] {
+            let seen = [true, false].map(|absorbs| {
+                let found = pond(absorbs, terms, parts);
+                mean(&found, &Settings { precision, light_sampling, ..paths(&found, view, 2) }).0
+            });
+            let [dimmed, clear] = seen;
+            for k in 0..3 {
+                let expected = clear[k] * LEFT[k].powf(metres);
+                let what = format!("{terms}, {parts}, {precision:?}, {light_sampling:?}: {dimmed:?} of {clear:?}");
+                assert!(clear[k] > 0.0 && (dimmed[k] - expected).abs() <= error * expected, "{what}, not {expected}");
+            }
+        }
+    }
+}
+
+/// Onto the origin from within the pond.
+const WITHIN: View = [[0.3, -0.4, 0.1], [0.0; 3]];
+
+fn point(height: f64) -> Value {
+    json!({ "lights": [{ "kind": { "point": { "position": [0, height, 0] } }, "colour": 5 }] })
+}
+
+/// Bodies with and without a priority take two ways of asking what is in between.
+fn with_and_without_priority(check: impl Fn(&Value)) {
+    [json!({}), json!({ "priority": 1 })].iter().for_each(check);
+}
+
+/// Protects: light that a frosted surface asks on its other side is dimmed by what it passes there, e^(−σd), and not by what the eye
+/// is in; from within, by the way to the eye alone.
+#[test]
+fn light_is_absorbed_beyond_the_boundary() {
+    with_and_without_priority(|terms| {
+        dims(terms, &point(-0.7), AT, 0.7, 1e-3);
+        // The way from the eye is half a metre and a tenth; the lamp is in clear air.
+        dims(terms, &point(0.7), WITHIN, 0.26_f64.sqrt(), 1e-3);
+        // What is reflected stays in the pond: to the lamp and to the eye.
+        dims(terms, &point(-0.7), WITHIN, 0.7 + 0.26_f64.sqrt(), 1e-3);
+        dims(terms, &point(0.7), AT, 0.0, 1e-3);
+    });
+}
+
+/// Protects: the same of a lamp with a size, which is asked about at drawn points: its ways are shorter than to its centre by two
+/// thirds of its radius in the mean.
+#[test]
+fn a_lamp_in_a_body_is_dimmed() {
+    with_and_without_priority(|terms| {
+        let parts = json!({ "objects": [ball([0.0, -0.7, 0.0], 0.02, "lamp")] });
+        dims(terms, &parts, AT, 0.7 - 0.02 * 2.0 / 3.0, 5e-3);
+    });
+}
+
+/// Protects: of a sun, which is beyond any distance, a body without end leaves nothing, and from within it is dimmed on the way to the
+/// eye alone.
+#[test]
+fn a_sun_through_a_boundary() {
+    let up = json!({ "lights": [crate::support::sun([0.1, 1.0, 0.2])] });
+    let down = json!({ "lights": [crate::support::sun([0.1, -1.0, 0.2])] });
+    with_and_without_priority(|terms| {
+        dims(terms, &up, WITHIN, 0.26_f64.sqrt(), 1e-3);
+        let [dimmed, clear] = [true, false].map(|absorbs| {
+            let found = pond(absorbs, terms, &down);
+            mean(&found, &paths(&found, AT, 2)).0
+        });
+        assert!(dimmed == [0.0; 3] && clear[0] > 0.0, "{terms}: {dimmed:?} of {clear:?}");
+    });
+}
+
+/// Protects: a thin wall bounds no body, so what is behind it absorbs nothing, whatever its material says.
+#[test]
+fn a_thin_wall_absorbs_nothing_behind_it() {
+    dims(&json!({ "thin_walled": true }), &point(-0.7), AT, 0.0, 1e-3);
+}
+
+/// Protects: a matte floor in a body of frosted glass is lit through the clear air above and the body, each by its length: the ray
+/// from the eye and back takes both.
+#[test]
+fn a_floor_in_a_body() {
+    let parts = |absorbs: bool| {
+        let bottom = json!({ "shape": { "quad": { "corner": [-80, -0.5, -80], "edge_u": [0, 0, 160], "edge_v": [160, 0, 0] } },
+            "material": "floor" });
+        let materials = json!([{ "name": "glass", "model": frosted(absorbs, &json!({ "roughness": 0 })) },
+            { "name": "floor", "model": classic(json!({ "colour": 0.5 })) }]);
+        let body = json!({ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "glass" });
+        let mut all = point(-0.2);
+        (all["materials"], all["objects"]) = (materials, json!([body, bottom]));
+        scene(all)
+    };
+    // Straight down, half a metre; and up to the lamp, 0.3 metres.
+    let down: View = [[0.0, 1.0, 0.0], [0.0; 3]];
+    let [dimmed, clear] = [true, false].map(|absorbs| {
+        let found = parts(absorbs);
+        mean(&found, &paths(&found, down, 3)).0
+    });
+    for k in 0..3 {
+        let expected = clear[k] * LEFT[k].powf(0.8);
+        assert!(clear[k] > 0.0 && (dimmed[k] - expected).abs() <= 1e-3 * expected, "{dimmed:?} of {clear:?}");
+    }
+}
