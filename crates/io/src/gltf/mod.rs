@@ -210,7 +210,8 @@ impl Import<'_> {
         };
         let places = nodes::places(self.document, scene, &moved, &mut self.warnings)?;
         (self.moved, self.worlds) = (moved, places.worlds);
-        self.work.plan(self.elements(&places.shown) + Work::IMAGE * self.document.images.len() as u64);
+        // What a file claims to hold may be as much as numbers can say.
+        self.work.plan(self.elements(&places.shown).saturating_add(Work::IMAGE * self.document.images.len() as u64));
         for placed in &places.shown {
             self.node(placed).map_err(|fault| fault.at(format_args!("nodes[{}]", placed.node)))?;
         }

@@ -224,6 +224,16 @@ mod tests {
         assert!(base.iter().zip([1.0, 0.75, 0.5]).all(|(a, b)| (a - b).abs() < 1e-6), "{base:?}");
     }
 
+    /// Protects: what is between a dielectric and a metal, by hand. Of diffuse (0.8, 0.2, 0.2) specular 0.3 leaves 0.7, which over 0.96 is
+    /// d = (0.5833, 0.1458, 0.1458), 0.2917 in the mean. Then 0.04·m² + 0.5117·m − 0.26 = 0, of which m = 0.4894. A channel is d/(1 − m),
+    /// (1.1425, 0.2856, 0.2856), mixed by m² = 0.2395 with (0.3 − 0.04·(1 − m))/m = 0.5712: 1, clipped, and 0.3540.
+    #[test]
+    fn between_dielectric_and_metal() {
+        let (base, metallic) = converted([0.8, 0.2, 0.2], [0.3; 3]);
+        assert!((metallic - 0.489_418).abs() < 1e-6, "{metallic}");
+        assert!(base.iter().zip([1.0, 0.354_037, 0.354_037]).all(|(a, b)| (a - b).abs() < 1e-6), "{base:?}");
+    }
+
     /// Protects: each texel of the made images is what factors of its colours would give, to half a code; opacity is the diffuse
     /// image's, roughness what glossiness leaves, and an image of another size lies over the same surface.
     #[test]

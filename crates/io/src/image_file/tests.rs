@@ -210,3 +210,20 @@ fn kinds_of_pictures_are_told() {
     }
     assert_eq!([-1.0, f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.5].map(usable), [0.0, 0.0, f32::MAX, 0.0, 0.5]);
 }
+
+/// Protects: a picture claims the memory of what it becomes before it is decoded: four bytes a pixel of codes, sixteen of light; at
+/// exactly as much it is taken, a byte below refused.
+#[test]
+fn pictures_claim_what_they_become() {
+    let png = png(png::ColorType::Grayscale, png::BitDepth::Eight, None, &[9, 200]);
+    let mut hdr = Vec::new();
+    image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&[image::Rgb([0.5_f32; 3]); 2], 2, 1).unwrap();
+    for (bytes, needed) in [(png, 2 * 4), (hdr, 2 * 16)] {
+        let claimed = |memory_bytes: u64| {
+            let limits = Limits { memory_bytes, ..Limits::default() };
+            claim(&bytes, &limits, &mut Budget::new(&limits))
+        };
+        assert!(claimed(needed).is_ok(), "{needed}");
+        assert_eq!(claimed(needed - 1).expect_err("a byte too few").kind, FaultKind::Limit, "{needed}");
+    }
+}
