@@ -5,6 +5,7 @@ mod bench;
 mod choices;
 mod compare;
 mod environment;
+mod film_limits;
 mod films;
 mod help;
 mod masks;

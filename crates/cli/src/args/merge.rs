@@ -12,7 +12,8 @@ use super::{DisplayArgs, values};
 Parts come from `raywright render ... --part K/N --checkpoint FILE`. Together they have the bits of one run, in whatever order \
 they are named; a part may be a union of others. docs/farm.md shows job arrays.
 
-Exit code: 0 done, 2 wrong use, 3 not parts of one picture, or some are missing, 4 a file cannot be read or written.
+Exit code: 0 done, 2 wrong use, 3 not parts of one picture, or some are missing, 4 a file cannot be read or written, \
+5 over a limit.
 
 Examples:
   raywright merge part*.film -o picture.png -o picture.exr

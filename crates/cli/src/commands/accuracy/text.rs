@@ -183,3 +183,6 @@ fn frontier(document: &Document<'_>) -> String {
 fn root(of: &Interval) -> String {
     if of.is_lost_in_noise() { format!("<{}", significant(of.high.sqrt(), 2)) } else { significant(of.value.sqrt(), 2) }
 }
+
+#[cfg(test)]
+mod tests;

@@ -246,4 +246,37 @@ mod tests {
         }
         assert_eq!(rounded(f64::NAN), "-");
     }
+
+    fn spread(median: f64) -> Spread {
+        Spread { median, lower_quartile: 0.95 * median, upper_quartile: 1.05 * median, min: 0.5 * median, max: 2.0 * median }
+    }
+
+    fn cost(nanoseconds: f64, build_milliseconds: f64, bytes: usize) -> Cost {
+        let (nanoseconds, build_milliseconds) = (spread(nanoseconds), spread(build_milliseconds));
+        Cost { nanoseconds, rays: 400, nodes_per_ray: 7.25, tests_per_ray: 2.5, build_milliseconds, bytes }
+    }
+
+    /// Protects: each figure of a row in its column: scan, SIMD scan and tree in this order, ratios of either scan, shares in percent,
+    /// and of a whole scene's structures time and memory.
+    #[test]
+    fn figures_are_in_their_columns() {
+        let row = Row {
+            primitives: 1000,
+            hit_share: 0.625,
+            scan: Some(cost(800.0, 1.0, 2000)),
+            simd_scan: Some(cost(200.0, 3.0, 4 << 10)),
+            tree: cost(50.0, 5.0, 6 << 20),
+            ratio: Some(spread(16.0)),
+            simd_ratio: Some(spread(4.0)),
+        };
+        assert_eq!(times(&row), ["800 ± 5.0 %", "200 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %", "4.00 ± 5.0 %"]);
+        assert_eq!(visits(&row), ["62.5 %", "7.2", "2.5"]);
+        let given = Given { camera: row, bounce: None };
+        let sheet = upkeep_of_given(&given);
+        assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
+        let rows: Vec<String> = sheet.rows.iter().map(|row| row.join(" | ")).collect();
+        assert_eq!(rows[1..], ["scan | 1.00 ± 5.0 % | 2 KiB", "SIMD scan | 3.00 ± 5.0 % | 4 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]);
+        let untimed = Row { scan: None, ratio: None, ..row };
+        assert_eq!(times(&untimed)[..4], ["not run", "200 ± 5.0 %", "50.0 ± 5.0 %", "-"]);
+    }
 }

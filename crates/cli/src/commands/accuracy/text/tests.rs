@@ -1,0 +1,181 @@
+//! Figures in their cells: a report made by hand, and what its tables and its CSV say of each number.
+
+use raywright_core::accuracy::{EffectCost, EffectCosts, Errors, Paid, Reference};
+
+use super::super::csv::csv;
+use super::*;
+
+/// Times about a median, so that half the distance of the quartiles is a tenth of it.
+fn spread(median: f64) -> Spread {
+    Spread { median, lower_quartile: 0.9 * median, upper_quartile: 1.1 * median, min: 0.7 * median, max: 1.6 * median }
+}
+
+fn interval(value: f64, low: f64, high: f64) -> Interval {
+    Interval { value, low, high }
+}
+
+/// Every figure of it is another one.
+fn measured(relmse: Interval, rmse: Interval) -> Measured {
+    let errors = Errors { rmse, relmse, bias: 0.011, noise: Some(0.023), percentile_99_9: 0.77 };
+    Measured { renders: 4, seconds: spread(0.25), ratio: spread(1.75), rays: 12_345, errors, flip: 0.051 }
+}
+
+fn seen() -> Measured {
+    measured(interval(0.09, 0.04, 0.16), interval(0.35, 0.3, 0.4))
+}
+
+fn rung_report(name: &str, in_use: bool, measured: Option<Measured>, own_error: Option<f64>) -> RungReport {
+    RungReport { rung: name.to_owned(), about: "what it is", in_use, flag: Some(format!("--rung a={name}")), measured, own_error }
+}
+
+fn report() -> Report {
+    let lost = measured(interval(0.01, 0.0, 0.04), interval(0.02, 0.0, 0.3));
+    let rungs = vec![
+        rung_report("quick", false, Some(seen()), Some(0.067)),
+        rung_report("plain", true, Some(lost), None),
+        rung_report("exact", false, None, None),
+    ];
+    let paid = Paid { preparing: spread(0.5), seconds: spread(2.0), ratio: spread(1.25), geometry: 3 << 20, same_bits: true };
+    let price = |name: &str, paid: Option<Paid>| Price { rung: name.to_owned(), about: "", in_use: name == "tree", paid };
+    let torn = Paid { same_bits: false, ..paid.clone() };
+    let output = |rung, bytes_per_pixel, seconds| OutputReport {
+        rung,
+        about: "",
+        in_use: rung == "8",
+        bytes_per_pixel,
+        seconds,
+        rmse: 0.0012,
+        greatest: 0.0034,
+        flip: 0.0056,
+        clipped: 0.125,
+    };
+    let cost =
+        EffectCost { effect: "shadows", seconds_without: spread(0.5), ratio: spread(1.5), rays: 2.25, rmse: 0.0125, flip: 0.25 };
+    let costs = EffectCosts { size: [64, 36], seconds: spread(0.75), effects: vec![cost], late: vec!["sky"] };
+    Report {
+        size: [64, 36],
+        full_size: [640, 360],
+        reference: Reference { samples: 64, rungs: vec![], standard_error: 0.001, seconds: 3.0, kept: false },
+        own: seen(),
+        ladders: vec![LadderReport { ladder: "a", in_use: "plain".to_owned(), rungs }],
+        prices: vec![PriceReport {
+            ladder: "accelerator",
+            in_use: "tree".to_owned(),
+            rungs: vec![price("tree", Some(paid)), price("scan", Some(torn)), price("boxes", None)],
+        }],
+        outputs: vec![output("8", 3, Some(spread(0.004))), output("float", 12, None)],
+        not_called_for: vec![],
+        costs: Some(costs),
+        frontier: vec![],
+        seconds: 12.0,
+        cut_short: false,
+        pictures: vec![],
+    }
+}
+
+/// The words of the line that begins with these.
+#[track_caller]
+fn words(text: &str, start: &str) -> String {
+    let line = text.lines().find(|line| line.trim_start().starts_with(start)).unwrap_or_else(|| panic!("{start} in {text}"));
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Protects: the root is taken of a mean square and of the upper end of what it may be alike; what is lost in noise is shown by its
+/// upper end.
+#[test]
+fn intervals_are_shown_by_root_and_end() {
+    assert_eq!(root(&interval(0.09, 0.04, 0.16)), "0.3");
+    assert_eq!(root(&interval(0.01, 0.0, 0.04)), "<0.2");
+    assert_eq!(super::interval(&interval(0.35, 0.3, 0.4)), "0.35");
+    assert_eq!(super::interval(&interval(0.02, 0.0, 0.3)), "<0.3");
+}
+
+/// Protects: each figure of a rung in its column: time with its spread, the ratio, the root of relMSE, RMSE, bias, noise, FLIP, and
+/// what it gets wrong alone; no bias where the error is lost in noise.
+#[test]
+fn figures_of_rungs() {
+    let text = rungs(&report());
+    assert_eq!(words(&text, "time"), "time x own √relMSE RMSE bias noise FLIP alone");
+    assert_eq!(words(&text, "as it is"), "as it is 250 ms ±10 % 1.75 0.3 0.35 0.011 0.023 0.051");
+    assert_eq!(words(&text, "quick"), "quick 250 ms ±10 % 1.75 0.3 0.35 0.011 0.023 0.051 0.067");
+    assert_eq!(words(&text, "plain *"), "plain * 250 ms ±10 % 1.75 <0.2 <0.3 0.023 0.051");
+    assert_eq!(words(&text, "exact"), "exact no time");
+}
+
+/// Protects: each figure of a rung without error, of a kind of file and of an effect in its column: memory in its unit, shares in percent,
+/// what an effect adds and not what is there with it.
+#[test]
+fn figures_of_prices_files_and_effects() {
+    let report = report();
+    let text = prices(&report);
+    assert_eq!(words(&text, "no picture changes"), "no picture changes time x own preparing memory");
+    assert_eq!(words(&text, "tree *"), "tree * 2.00 s ±10 % 1.25 500 ms 3 MiB");
+    assert_eq!(words(&text, "scan"), "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE");
+    assert_eq!(words(&text, "boxes"), "boxes no time");
+    let text = files(&report);
+    assert_eq!(words(&text, "what a file keeps"), "what a file keeps bytes a pixel coding RMSE greatest FLIP clipped");
+    assert_eq!(words(&text, "8 *"), "8 * 3 4 ms 0.0012 0.0034 0.0056 12.5 %");
+    assert_eq!(words(&text, "float"), "float 12 0.0012 0.0034 0.0056 12.5 %");
+    let text = report.costs.as_ref().map(dear).unwrap_or_default();
+    assert_eq!(
+        words(&text, "what each adds"),
+        "what each adds to time and picture (64x36 pixels, 750 ms of all threads with all of them)"
+    );
+    assert_eq!(words(&text, "effect"), "effect time rays changes (RMSE) FLIP");
+    assert_eq!(words(&text, "shadows"), "shadows +50 % (+5 % to +140 %) +125 % 0.0125 0.25");
+    assert_eq!(words(&text, "no time for"), "no time for: sky");
+}
+
+/// Protects: each figure in the column of CSV that is called after it, as it was measured.
+#[test]
+fn figures_in_csv() {
+    let text = csv(&report());
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().expect("names");
+    let lines: Vec<Vec<&str>> = lines.collect();
+    let at = |rung: &str, column: &str| {
+        let line = lines.iter().find(|line| line[1] == rung).unwrap_or_else(|| panic!("{rung} in {text}"));
+        line[names.iter().position(|name| *name == column).unwrap_or_else(|| panic!("{column} in {names:?}"))]
+    };
+    for (rung, column, value) in [
+        ("", "ladder", "own"),
+        ("quick", "ladder", "a"),
+        ("quick", "in_use", "false"),
+        ("plain", "in_use", "true"),
+        ("quick", "flags", "--rung a=quick"),
+        ("quick", "renders", "4"),
+        ("quick", "seconds", "0.25"),
+        ("quick", "seconds_lower_quartile", "0.225"),
+        ("quick", "seconds_upper_quartile", "0.275"),
+        ("quick", "ratio", "1.75"),
+        ("quick", "rays", "12345"),
+        ("quick", "rmse", "0.35"),
+        ("quick", "rmse_low", "0.3"),
+        ("quick", "rmse_high", "0.4"),
+        ("quick", "bias", "0.011"),
+        ("quick", "noise", "0.023"),
+        ("quick", "relmse", "0.09"),
+        ("quick", "relmse_low", "0.04"),
+        ("quick", "relmse_high", "0.16"),
+        ("quick", "flip", "0.051"),
+        ("quick", "percentile_99_9", "0.77"),
+        ("quick", "own_error", "0.067"),
+        ("exact", "seconds", ""),
+        ("tree", "preparing_seconds", "0.5"),
+        ("tree", "geometry_bytes", "3145728"),
+        ("tree", "same_bits", "true"),
+        ("scan", "same_bits", "false"),
+        ("8", "bytes_per_pixel", "3"),
+        ("8", "seconds", "0.004"),
+        ("8", "greatest", "0.0034"),
+        ("8", "clipped", "0.125"),
+        ("shadows", "seconds", "0.5"),
+        ("shadows", "ratio", "1.5"),
+        ("shadows", "rmse", "0.0125"),
+    ] {
+        // Quartiles are products, and so end in a rounding.
+        let found = at(rung, column);
+        let near = || Some((found.parse::<f64>().ok()? - value.parse::<f64>().ok()?).abs() < 1e-12);
+        assert!(found == value || near() == Some(true), "{rung}, {column}: {found}, not {value}");
+    }
+}

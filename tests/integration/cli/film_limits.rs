@@ -1,0 +1,124 @@
+//! What a kept film is refused for: each reason by its words and its exit code, and no file is left behind.
+
+use std::fs;
+
+use raywright::io::output::read_film;
+use raywright::io::{ErrorKind, Limits};
+
+use crate::support::{Desk, Run};
+
+const SCENE: &str = r#"
+format = 1
+render = { size = [40, 24], samples = 4 }
+sky.constant = 0.5
+[[cameras]]
+pose.look_at = { eye = [0, 1, 4], target = [0, 0, 0] }
+projection.pinhole = { vertical_fov = 50 }
+[[materials]]
+name = "white"
+model.physical = {}
+[[objects]]
+shape.sphere = { centre = [0, 0, 0], radius = 1 }
+material = "white"
+"#;
+
+fn desk() -> Desk {
+    let desk = Desk::new();
+    desk.write("ball.scene.toml", SCENE);
+    render(&desk, "-o a.png --checkpoint a.film").exits_with(0);
+    desk
+}
+
+fn render(desk: &Desk, words: &str) -> Run {
+    let first = ["render", "ball.scene.toml", "--integrator", "path", "--progress=none"];
+    desk.run(&first.into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+}
+
+fn merge(desk: &Desk, words: &str) -> Run {
+    desk.run(&["merge"].into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
+}
+
+/// Protects: a film is read where the limit is what it and its picture take, and refused one byte below, by name and amount; by
+/// every command that reads one.
+#[test]
+fn a_film_over_the_limit_is_refused() {
+    let desk = desk();
+    let path = desk.path("a.film");
+    let whole = read_film(&path, &Limits::default()).expect("a film");
+    let needed = whole.film.header().bytes().expect("a header that makes sense");
+    let within = |memory_bytes: u64| read_film(&path, &Limits { memory_bytes, ..Limits::default() });
+    assert!(within(needed).is_ok());
+    let refused = within(needed - 1).expect_err("one byte too few");
+    assert_eq!(refused.kind(), ErrorKind::Limit, "{refused}");
+    let before = desk.names();
+    for run in [
+        merge(&desk, "a.film -o b.png --max-memory 1K"),
+        render(&desk, "--spp 8 --resume a.film -o b.png --max-memory 10K"),
+        render(&desk, "--replay a.film -o b.png --max-memory 10K"),
+    ] {
+        run.exits_with(5);
+    }
+    merge(&desk, "a.film -o b.png --max-memory 1K")
+        .says_like("a.film: its picture needs ")
+        .says_like("and the limit is 1 KiB")
+        .says_like("--max-memory");
+    assert_eq!(desk.names(), before);
+}
+
+/// Protects: every way in which a file is no film of this program says so in its own words, with the exit code of bad input, and writes
+/// nothing: other files, other versions, headers and films that are cut off, changed, or too long.
+#[test]
+fn what_is_no_film_says_why() {
+    let desk = desk();
+    let whole = fs::read(desk.path("a.film")).expect("a film");
+    let changed = |place: usize, byte: u8| {
+        let mut bytes = whole.clone();
+        bytes[place] = byte;
+        bytes
+    };
+    let header_end = 28 + usize::try_from(u64::from_le_bytes(whole[20..28].try_into().expect("eight"))).expect("short");
+    let cases: Vec<(Vec<u8>, &str)> = vec![
+        (b"P6 1 1 255 abc".to_vec(), "it is not a film, as --checkpoint writes them"),
+        (Vec::new(), "it is not a film, as --checkpoint writes them"),
+        (changed(16, 200), "it has version 200 of the format, and this program reads version "),
+        (changed(27, 1), "its header is longer than any that this program writes"),
+        (changed(28, b'!'), "its header is wrong: "),
+        (whole[..18].to_vec(), "it ends in the middle; it was cut off"),
+        (whole[..header_end - 1].to_vec(), "it ends in the middle; it was cut off"),
+        (whole[..header_end + 5].to_vec(), "it ends in the middle; it was cut off"),
+        (whole[..whole.len() - 1].to_vec(), "it ends in the middle; it was cut off"),
+        (changed(header_end + 3, whole[header_end + 3] ^ 1), "its checksum is wrong: it was damaged or changed"),
+        ([&whole[..], b"x"].concat(), "something follows its end"),
+    ];
+    for (bytes, reason) in cases {
+        desk.write("b.film", bytes);
+        let before = desk.names();
+        for run in [merge(&desk, "b.film -o b.png"), render(&desk, "--spp 8 --resume b.film -o b.png")] {
+            run.exits_with(3).says_like(&format!("b.film: {reason}"));
+        }
+        assert_eq!(desk.names(), before, "{reason}");
+    }
+    fs::create_dir(desk.path("c.film")).expect("a folder");
+    for run in
+        [merge(&desk, "c.film -o b.png"), render(&desk, "--spp 8 --resume c.film -o b.png"), merge(&desk, "d.film -o b.png")]
+    {
+        run.exits_with(4).says_like("cannot read ");
+    }
+}
+
+/// Protects: a film that another version of the program made is not gone on from, merged or replayed: its samples may be others.
+#[test]
+fn a_film_of_another_version_is_refused() {
+    let desk = desk();
+    let mut kept = read_film(&desk.path("a.film"), &Limits::default()).expect("a film");
+    kept.metadata.software = "Raywright 0.0.1".to_owned();
+    raywright::io::output::write_film(&desk.path("b.film"), &mut kept).expect("it can be written");
+    for run in [
+        merge(&desk, "b.film -o b.png"),
+        merge(&desk, "a.film b.film -o b.png"),
+        render(&desk, "--spp 8 --resume b.film -o b.png"),
+        render(&desk, "--replay b.film -o b.png"),
+    ] {
+        run.exits_with(3).says_like("b.film: it was made by Raywright 0.0.1, and this is ");
+    }
+}
