@@ -193,6 +193,27 @@ mod tests {
         }
     }
 
+    /// Protects: the same for slivers across the axes, which a tree of high quality splits: it then holds more references than there are
+    /// triangles, and as many more were told.
+    #[test]
+    fn memory_of_split_triangles_is_told_beforehand() {
+        let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64) * 0.01;
+        let corners = |i: u64| [at(i), at(i) + DVec3::ONE, at(i) + DVec3::new(1.0, 1.0, 1.001)].map(|p| p.as_vec3());
+        for n in [300, 1000, 5000] {
+            let real = |quality: BuildQuality| {
+                let mut group = Group::<Robust>::default();
+                group.mesh((0..n).map(corners), Visibility::default()).unwrap();
+                Geometry::new(group, AcceleratorKind::Tree(quality)).bytes() as u64
+            };
+            let most = |quality| Inventory::of_triangles(n).most_bytes::<Robust>(AcceleratorKind::Tree(quality));
+            let [whole, split] = [BuildQuality::Medium, BuildQuality::High].map(real);
+            assert!(split > whole + whole / 4, "{n}: {split} bytes are hardly more than {whole}, so nothing was split");
+            assert!(split <= most(BuildQuality::High), "{n}: {split} bytes, at most {}", most(BuildQuality::High));
+            let told = BuildQuality::High.most_references(n);
+            assert_eq!(told, n + n / 2, "half as many again");
+        }
+    }
+
     /// Protects: the same for quads, alone and with as many balls and disks among them, of which leaves are as empty as can be.
     #[test]
     fn memory_of_quads_is_told_beforehand() {
