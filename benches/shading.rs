@@ -70,15 +70,15 @@ fn met<N: Number>() -> Vec<Met<N>> {
 }
 
 fn eval<N: Number>(met: &Met<N>) -> N::Vec3 {
-    met.model.answer(met.frame.normal).eval(met.wo, met.wi)
+    met.model.answer(met.frame.normal, met.wo).eval(met.wo, met.wi)
 }
 
 fn pdf<N: Number>(met: &Met<N>) -> N {
-    met.model.answer(met.frame.normal).pdf(met.wo, met.wi)
+    met.model.answer(met.frame.normal, met.wo).pdf(met.wo, met.wi)
 }
 
 fn sample<N: Number>(met: &Met<N>) -> Sampled<N> {
-    met.model.answer(met.frame.normal).sample(&met.frame, met.wo, met.drawn)
+    met.model.answer(met.frame.normal, met.wo).sample(&met.frame, met.wo, met.drawn)
 }
 
 /// Work that writes what a function makes of all paths.
