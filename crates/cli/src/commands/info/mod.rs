@@ -155,10 +155,10 @@ fn light_kind(kind: &LightKind) -> &'static str {
     }
 }
 
-/// What kind of sky there is, and whether it is the file's.
+/// What kind of sky the file has; one that was added is none of it.
 fn sky(loaded: &Loaded) -> String {
-    let kind = loaded.scene.sky.as_ref().map(sky_kind).unwrap_or_default();
-    if loaded.added_sky.is_some() { format!("{kind} (added: the file has too little light)") } else { kind.to_owned() }
+    let own = loaded.scene.sky.as_ref().filter(|_| loaded.added_sky.is_none());
+    own.map(sky_kind).unwrap_or_default().to_owned()
 }
 
 fn sky_kind(sky: &Sky) -> &'static str {
