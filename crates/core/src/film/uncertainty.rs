@@ -51,6 +51,9 @@ const FEWEST: f64 = 40.0;
 /// And fewer lamps met by chance alone too little of their light.
 const FEWEST_FOUND: u64 = 40;
 
+/// Where no more than one path in so many looks for such lamps, their light is too little to be missed.
+const ONE_IN: u64 = 500;
+
 /// Replicates that an interval needs.
 const ENOUGH: u32 = 4;
 
@@ -216,7 +219,8 @@ impl Film {
         } else {
             relative.estimate(relative.of_means(), pixels, replicates)
         };
-        let by_chance = self.counters.unaided > 0 && self.counters.found < FEWEST_FOUND;
+        let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
+        let by_chance = is_common && self.counters.found < FEWEST_FOUND;
         let doubts = [
             (fewest < ENOUGH, Doubt::FewSamples),
             (by_chance, Doubt::LightByChance),
