@@ -8,7 +8,7 @@ const BALL: &str = r#"{ "sphere": { "centre": [0, 0, 0], "radius": 1 } }"#;
 const BLOCK: &str = r#"{ "box": { "min": [-1, -1, -1], "max": [1, 1, 1] } }"#;
 const PLANE: &str = r#"{ "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }"#;
 
-/// What is said of a white physical material besides its colour, by roughness.
+/// What is said of a white physical material besides its colour and its roughness.
 const MATERIALS: [(&str, &str); 14] = [
     ("opaque", ""),
     ("half clear", r#", "transmission": 0.5"#),
@@ -42,7 +42,7 @@ fn mean(shape: &str, material: &str, degrees: f64, integrator: Integrator, depth
     let sampling = Sampling::General(32);
     let settings = Settings { size: [8, 8], integrator, sampling, max_depth: depth, ..Settings::of(&scene) };
     let picture = prepare(&scene, &settings, &()).expect("it can be prepared").render(&()).picture;
-    let all = (0..64).map(|i| picture.pixel(i % 8, i / 8).expect("a pixel").map(f64::from)).flat_map(|colour| colour.into_iter());
+    let all = (0..64).flat_map(|i| picture.pixel(i % 8, i / 8).expect("a pixel").map(f64::from));
     all.sum::<f64>() / 192.0
 }
 
