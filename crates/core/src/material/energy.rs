@@ -95,36 +95,41 @@ fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
     sum
 }
 
-/// Between which steps the shares of lanes lie, by the lower ones, and how far.
-struct Place<N> {
-    scaled: N,
-    share: N,
-}
-
-impl<N: Number> Place<N> {
-    #[inline(always)]
-    fn of(x: N) -> Self {
-        // Also zero for what is no number.
-        let scaled = x.max(N::ZERO).min(N::ONE) * N::from_f64((STEPS - 1) as f64);
-        let place = Self { scaled, share: N::ZERO };
-        Self { share: scaled - N::of_lanes(|lane| place.below(lane) as f64), ..place }
-    }
-
-    #[inline(always)]
-    fn below(&self, lane: usize) -> usize {
-        (self.scaled.lane(lane) as usize).min(STEPS - 2)
-    }
+/// Between which steps a share lies, and how far.
+#[inline(always)]
+fn between(x: f64) -> (usize, f64) {
+    // Also zero for what is no number.
+    let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (STEPS - 1) as f64;
+    let below = (x as usize).min(STEPS - 2);
+    (below, x - below as f64)
 }
 
 #[inline(always)]
-fn mix<N: Number>(a: [N; 2], b: [N; 2], share: N) -> [N; 2] {
+fn mix(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
     [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
 }
 
-/// An entry for each lane.
+/// What the table has for a cosine and a roughness; of what is next to smooth, what a mirror does.
 #[inline(always)]
-fn entries<N: Number>(of: impl Fn(usize) -> Entry) -> [N; 2] {
-    [0, 1].map(|k| N::of_lanes(|lane| f64::from(of(lane)[k])))
+fn looked_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
+    if roughness <= LEAST_ROUGHNESS {
+        return [0.0, towards_grazing(cosine.max(0.0))];
+    }
+    let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt()), between(roughness));
+    let row = |j: usize| {
+        let pair = &table.entries[j * STEPS + i..j * STEPS + i + 2];
+        mix(pair[0].map(f64::from), pair[1].map(f64::from), u)
+    };
+    mix(row(j), row(j + 1), v)
+}
+
+#[inline(always)]
+fn mean_looked_up(table: &Table, roughness: f64) -> [f64; 2] {
+    if roughness <= LEAST_ROUGHNESS {
+        return [0.0, MEAN_GRAZING];
+    }
+    let (j, v) = between(roughness);
+    mix(table.means[j].map(f64::from), table.means[j + 1].map(f64::from), v)
 }
 
 /// Share of Schlick's mean weight by which that of facets is spread about it.
@@ -138,29 +143,27 @@ pub(super) struct Albedo<N: Number> {
 }
 
 impl<N: Number> Albedo<N> {
-    /// What the table has where facets are rough, and what a mirror does where they are next to smooth.
     #[inline(always)]
-    fn of([lost, grazing]: [N; 2], roughness: N, mirrored: N) -> Self {
-        let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        Self { lost: N::select(rough, lost, N::ZERO), grazing: N::select(rough, grazing, mirrored) }
+    fn of(entry: impl Fn(usize) -> [f64; 2]) -> Self {
+        let both = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
+            let [lost, grazing] = entry(lane);
+            DVec3::new(lost, grazing, 0.0)
+        });
+        Self { lost: both.x(), grazing: both.y() }
     }
 
     /// Towards a direction, by its cosine.
     #[inline(always)]
     pub fn towards(cosine: N, roughness: N) -> Self {
-        let (all, cosine) = (&TABLE.entries, cosine.max(N::ZERO));
-        let (column, row) = (Place::of(cosine.sqrt()), Place::of(roughness));
-        let corner = |up: usize, on: usize| entries::<N>(|lane| all[(row.below(lane) + up) * STEPS + column.below(lane) + on]);
-        let [low, high] = [0, 1].map(|up| mix(corner(up, 0), corner(up, 1), column.share));
-        Self::of(mix(low, high, row.share), roughness, towards_grazing(cosine))
+        let table = &*TABLE;
+        Self::of(|lane| looked_up(table, cosine.lane(lane), roughness.lane(lane)))
     }
 
     /// In the mean over the hemisphere, by the cosine.
     #[inline(always)]
     pub fn mean(roughness: N) -> Self {
-        let (all, row) = (&TABLE.means, Place::of(roughness));
-        let [low, high] = [0, 1].map(|up| entries::<N>(|lane| all[row.below(lane) + up]));
-        Self::of(mix(low, high, row.share), roughness, N::from_f64(MEAN_GRAZING))
+        let table = &*TABLE;
+        Self::of(|lane| mean_looked_up(table, roughness.lane(lane)))
     }
 
     /// Share that facets send back whose reflectance at a cosine is said: that at the cosine whose Schlick's weight is the mean of what they
