@@ -52,3 +52,29 @@ fn bounds_hold_on_the_way() {
     passing::<Robust>();
     passing::<Reference>();
 }
+
+/// Protects: a mesh's own normal under an instance that turns and stretches is brought to the world by the map of the ray's time: that of an
+/// instance that stands as the moving one does then.
+#[test]
+fn own_normals_turn_on_the_way() {
+    let ends = [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.9) * DAffine3::from_scale(DVec3::new(1.0, 3.0, 0.5))];
+    let seen = |map: [DAffine3; 2], time: f64| {
+        let (mut sheet, mut group) = (Group::<Reference>::default(), Group::<Reference>::default());
+        let corners = [DVec3::new(-9.0, -9.0, 0.0), DVec3::new(9.0, -9.0, 0.0), DVec3::new(0.0, 9.0, 0.0)];
+        sheet.triangle(corners, Visibility::default()).expect("a triangle");
+        let sheet = group.part(Geometry::new(sheet, AcceleratorKind::Linear)).expect("no instances");
+        group.moving(sheet, map, Visibility::default()).expect("an invertible way");
+        let geometry = Geometry::new(group, AcceleratorKind::Linear);
+        let ray = Ray::new(DVec3::new(0.1, -0.2, 5.0), DVec3::NEG_Z).at_time(time);
+        let hit = geometry.closest(&ray, Interval::positive(), &mut ()).expect("the sheet is wide");
+        geometry.normal(&ray, &hit, DVec3::new(0.1, 0.2, 1.0)).normalize()
+    };
+    for time in [0.0, 0.25, 0.5, 0.75, 1.0] {
+        let between = ends[0].matrix3 * (1.0 - time) + ends[1].matrix3 * time;
+        let still = DAffine3::from_mat3(between);
+        let (moving, standing) = (seen(ends, time), seen([still; 2], 0.0));
+        // A normal goes by the transposed inverse.
+        let expected = (between.inverse().transpose() * DVec3::new(0.1, 0.2, 1.0)).normalize();
+        assert!((moving - expected).length() < 1e-12 && (standing - expected).length() < 1e-12, "{time}: {moving}, {standing}");
+    }
+}
