@@ -51,7 +51,7 @@ impl<'a> There<'a> {
     }
 
     /// Standard errors of the means of so many pixels in rows of `width`, per channel: the roots of their variances, none of which is taken to be
-    /// less than what so few replicates claim of the mean variance of the pixel and its neighbours in 5 of 100 cases. Where light is rarely
+    /// less than what so few replicates claim of the mean variance of the pixel and its neighbours in 3 of 100 cases. Where light is rarely
     /// found, a pixel that met none of it, or the same in each replicate, would claim far too little, and nothing at all where no sample met
     /// any. A sample's variance is compared, not a mean's, since neighbours may have other numbers of samples.
     ///
@@ -92,14 +92,14 @@ impl<'a> There<'a> {
     }
 }
 
-/// Share of the true variance below which one that was estimated from so many degrees of freedom lies in 5 of 100 cases: a quantile of χ²
+/// Share of the true variance below which one that was estimated from so many degrees of freedom lies in 3 of 100 cases: a quantile of χ²
 /// over its mean. From a table up to three; beyond by Wilson and Hilferty ("The Distribution of Chi-Square", 1931), which there is right
 /// to a hundredth.
 fn least(freedom: u32) -> f64 {
-    const FEW: [f64; 4] = [0.0, 0.003_932, 0.051_293, 0.117_282];
+    const FEW: [f64; 4] = [0.0, 0.001_414, 0.030_459, 0.081_700];
     FEW.get(freedom as usize).copied().unwrap_or_else(|| {
         let spread = 2.0 / (9.0 * f64::from(freedom));
-        (1.0 - spread - 1.644_854 * spread.sqrt()).powi(3)
+        (1.0 - spread - 1.880_794 * spread.sqrt()).powi(3)
     })
 }
 

@@ -1,5 +1,6 @@
 //! From the parts of a scene to what one ray sees, in every precision.
 
+use raywright_core::material::FresnelRule;
 use raywright_core::scene::{Camera, Integrator, Pattern, Pinhole, Pose, Projection, Scene};
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{Rendered, Settings, prepare, validate};
@@ -63,7 +64,8 @@ pub fn ball(centre: [f64; 3], radius: f64, material: &str) -> Value {
     json!({ "shape": { "sphere": { "centre": centre, "radius": radius } }, "material": material })
 }
 
-/// Settings for one ray, by Whitted's integrator where the scene asks for none: what it makes of physical materials has closed forms.
+/// Settings for one ray, by Whitted's integrator where the scene asks for none, and by glTF's formulas to the letter: what they make of physical
+/// materials has closed forms. What the default leaves below facets is asked in the tests of materials.
 pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
     let upright = (eye[0] - target[0]).abs() + (eye[2] - target[2]).abs() > 1e-9;
     let up = if upright { [0.0, 1.0, 0.0] } else { [0.0, 0.0, -1.0] };
@@ -82,6 +84,7 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
         camera: Some(camera),
         sampling: Sampling::Pattern(Pattern::Centre),
         precision: PrecisionChoice::Reference,
+        fresnel: FresnelRule::Model,
         integrator: match scene.render.integrator {
             Integrator::Auto => Integrator::Whitted,
             asked => asked,

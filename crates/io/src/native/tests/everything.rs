@@ -14,7 +14,7 @@ pub(super) const EVERYTHING: &str = include_str!("everything.scene.toml");
 /// Keys and words that the scene above cannot have beside its others.
 const ALTERNATIVES: &str = "constant = expression = map = { image = rotation = strength = } file = blend opaque blinn \
     blinn_reflected grazing error_bound first_in_order drop scene = time = corners whitted path none aces aces-hill khronos-neutral 2.2 bilinear mipmaps \
-    repeat both split normal gaussian blackman-harris tent";
+    repeat both culled split normal gaussian blackman-harris tent";
 
 #[test]
 fn the_scene_of_everything_is_right() {
