@@ -7,7 +7,7 @@ use raywright_core::prepare::PrepareError;
 use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
 use raywright_core::{Memory, Observer, Ready, Scene, extent, prepare};
-use raywright_io::{Error, Loaded, human_bytes};
+use raywright_io::{Error, Loaded, SourceInfo, human_bytes};
 
 use crate::failure::{Exit, Failure};
 use crate::memory;
@@ -17,15 +17,17 @@ pub const NOTHING_KEPT: &str = "interrupted; nothing was written";
 
 /// Prepares a scene, or says in the words of the command line why that can't be.
 pub fn prepared(loaded: &Loaded, settings: &Settings, observer: &dyn Observer) -> Result<Ready, Failure> {
-    prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source.name, error))
+    prepare(&loaded.scene, settings, observer).map_err(|error| failed(&loaded.source, error))
 }
 
-/// Why a scene of that name can't be prepared, in the words of the command line.
-pub fn failed(name: &str, error: PrepareError) -> Failure {
+/// Why a scene from there can't be prepared, in the words of the command line.
+pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
+    let name = source.name.as_str();
     match error {
         PrepareError::Cancelled => Failure::new(Exit::Interrupted, NOTHING_KEPT),
         PrepareError::Memory { needed, allowed } => too_much(name, &needed, Some(allowed)).into(),
         PrepareError::OutOfMemory { needed } => too_much(name, &needed, None).into(),
+        PrepareError::Collapsed { problems } => source.error(problems).into(),
         other => Error::input(name, other).into(),
     }
 }
@@ -56,6 +58,7 @@ pub fn framed(scene: &Scene, settings: &Settings) -> Camera {
 
 #[cfg(test)]
 mod tests {
+    use raywright_core::settings::PrecisionChoice;
     use raywright_io::{Input, LoadOptions, load};
 
     use super::*;
@@ -70,12 +73,38 @@ mod tests {
 
     /// A scene with nothing in it.
     fn empty() -> (Loaded, Settings) {
+        loaded("")
+    }
+
+    /// A scene of that text.
+    fn loaded(text: &str) -> (Loaded, Settings) {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("empty.scene.toml");
-        std::fs::write(&file, "format = 1\n").expect("a file");
-        let loaded = load(&Input::Path(file), &LoadOptions::default()).expect("an empty scene");
+        std::fs::write(&file, format!("format = 1\n{text}")).expect("a file");
+        let loaded = load(&Input::Path(file), &LoadOptions::default()).expect("a scene");
         let settings = Settings { size: [8, 8], ..Settings::of(&loaded.scene) };
         (loaded, settings)
+    }
+
+    /// Protects: what single precision loses is refused at its line of the scene, listed or generated, and doubles show it.
+    #[test]
+    fn what_a_precision_loses_is_refused_by_it_alone() {
+        let material = "[[materials]]\nname = \"m\"\nmodel.physical = {}\n";
+        let thin = |x: u32| format!("shape.box = {{ min = [0, 0, {x}], max = [1, 2, {x}.01] }}");
+        let listed = format!("[[objects]]\nmaterial = \"m\"\n{}\n", thin(300_000));
+        let grid = "kind.grid = { counts = [1, 1, 2], origin = [0, 0, 3e5], step = [1, 1, 1] }";
+        let generated = format!("[[generators]]\n{grid}\nobject = {{ material = \"m\", {} }}\n", thin(0));
+        for (scene, line) in [(listed, "scene.toml:7:"), (generated, "scene.toml:7:")] {
+            let (loaded, settings) = loaded(&format!("{material}{scene}"));
+            let with = |precision| prepared(&loaded, &Settings { precision, ..settings.clone() }, &());
+            for precision in [PrecisionChoice::Fast, PrecisionChoice::Robust] {
+                let failure = with(precision).err().expect("there is nothing to see");
+                assert_eq!(failure.exit, Exit::Input);
+                let parts = [line, "the distance of `max` from `min` is lost in single precision", "add --precision reference"];
+                assert!(parts.iter().all(|part| failure.message.contains(part)), "{}", failure.message);
+            }
+            assert!(with(PrecisionChoice::Reference).is_ok());
+        }
     }
 
     /// Protects: Ctrl-C ends the preparation too, with the code and the words of a run that was interrupted.

@@ -12,6 +12,7 @@ use crate::prepare::{self, Extent, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
 use crate::scene::{Integrator, MeshSource, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
+use crate::validate::Problem;
 
 /// A scene prepared for one set of settings, ready to render.
 pub struct Ready {
@@ -97,6 +98,16 @@ pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
         PrecisionChoice::Fast => prepare::extent::<Fast>(scene, &lookup),
         PrecisionChoice::Robust => prepare::extent::<Robust>(scene, &lookup),
         PrecisionChoice::Reference => prepare::extent::<Reference>(scene, &lookup),
+    }
+}
+
+/// What of a scene a precision can't show, because nothing is left of it once its coordinates are stored: preparing would be refused with
+/// the same problems. Every listed object and the first one of every generator, at most a hundred.
+pub fn collapsed(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
+    match precision {
+        PrecisionChoice::Fast => prepare::collapsed::<<Fast as Precision>::Real>(scene),
+        PrecisionChoice::Robust => prepare::collapsed::<<Robust as Precision>::Real>(scene),
+        PrecisionChoice::Reference => prepare::collapsed::<<Reference as Precision>::Real>(scene),
     }
 }
 

@@ -91,7 +91,7 @@ pub mod settings;
 pub mod suggest;
 pub mod validate;
 pub use affine::affine;
-pub use dispatch::{Ready, estimate, extent, prepare};
+pub use dispatch::{Ready, collapsed, estimate, extent, prepare};
 pub use lookup::Lookup;
 pub use memory::Memory;
 pub use observer::Observer;

@@ -2,7 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::diagnostic::Place;
+use raywright_core::validate::Problem;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::error::Error;
 use crate::native::{self, Notation};
 
 /// What a scene was written in.
@@ -38,14 +41,37 @@ impl SourceInfo {
         Self { name: name.into(), stem: stem.into(), format, text, tree: OnceLock::new() }
     }
 
+    /// An error with what is wrong with the scene, each problem at its place in the text, or with its path where there is no text.
+    pub fn error(&self, problems: Vec<Problem>) -> Error {
+        let message = |problem: &Problem| format!("{}: {}", problem.path, problem.message);
+        if let (Some(text), Format::Native(_)) = (&self.text, self.format) {
+            let span = |path: &str| self.tree().and_then(|tree| tree.span(path));
+            let at = |problem: Problem| Diagnostic {
+                span: span(&problem.path),
+                message: problem.message,
+                label: String::new(),
+                hint: problem.hint,
+            };
+            return Error::Scene(Diagnostics::new(&self.name, Arc::clone(text), problems.into_iter().map(at).collect()));
+        }
+        let hint = problems.iter().find_map(|problem| problem.hint.clone());
+        let error = Error::input(&self.name, problems.iter().map(message).collect::<Vec<_>>().join("; "));
+        hint.into_iter().fold(error, Error::with_hint)
+    }
+
+    /// The text's tree; none where there is no text.
+    fn tree(&self) -> Option<&native::Tree> {
+        let (Some(text), Format::Native(notation)) = (&self.text, self.format) else { return None };
+        self.tree.get_or_init(|| native::Tree::new(text, notation)).as_ref()
+    }
+
     /// Where a part of the scene stands, for a user: `x.scene.toml:12:5`, or `duck.glb: materials[2]` where there is no
     /// text. The path starts at the root: `objects[3].material`; what the text leaves out stands at the part around it.
     pub fn locate(&self, path: &str) -> String {
-        let (Some(text), Format::Native(notation)) = (&self.text, self.format) else {
+        let (Some(text), Format::Native(_)) = (&self.text, self.format) else {
             return format!("{}: {path}", self.name);
         };
-        let tree = self.tree.get_or_init(|| native::Tree::new(text, notation));
-        match tree.as_ref().and_then(|tree| tree.span(path)) {
+        match self.tree().and_then(|tree| tree.span(path)) {
             Some(span) => {
                 let place = Place::of(text, &span);
                 format!("{}:{}:{}", self.name, place.line, place.column)

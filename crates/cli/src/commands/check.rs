@@ -1,5 +1,7 @@
-//! `check`: whether a file can be rendered, and everything that stands in the way if not.
+//! `check`: whether a file can be rendered, and everything that stands in the way if not. Who names no precision renders in the
+//! default one, so that what its numbers lose is a problem here too.
 
+use raywright_core::{Settings, collapsed};
 use raywright_io::Limits;
 
 use crate::args::CheckArgs;
@@ -10,6 +12,10 @@ use crate::scene_input;
 /// Reads and validates the file; problems are the error.
 pub fn run(args: &CheckArgs) -> Result<(), Failure> {
     let loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), Verbosity::Normal)?;
+    let lost = collapsed(&loaded.scene, Settings::of(&loaded.scene).precision);
+    if !lost.is_empty() {
+        return Err(loaded.source.error(lost).into());
+    }
     let warnings = match loaded.warnings.len() {
         0 => String::new(),
         1 => ", 1 warning".to_owned(),

@@ -40,7 +40,7 @@ fn measured(args: &ExplainArgs, loaded: &Loaded, settings: &Settings) -> Result<
     let watch = Watch::until(interrupt::flag()?);
     let mut steps = Steps::start(if args.json { Verbosity::Quiet } else { Verbosity::Normal });
     let costs = Threads::new(None)?.run(|| measure_effects(&loaded.scene, &settings, args.budget, &watch, &mut steps));
-    costs.map_err(|error| failed(&loaded.source.name, error))
+    costs.map_err(|error| failed(&loaded.source, error))
 }
 
 /// The costs as a table, dearest first.

@@ -6,6 +6,7 @@ mod reach;
 mod walks;
 
 use std::time::{Duration, Instant};
+use std::vec;
 
 use self::reach::samples_of;
 use super::outputs::outputs;
@@ -14,6 +15,7 @@ use super::setting::Setting;
 use super::shots::Shots;
 use super::studio::{Now, ReferenceTime, Stopwatch, Studio};
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
+use crate::dispatch::collapsed;
 use crate::display::Display;
 use crate::effects::{EffectSet, detect};
 use crate::ladder::{Choice, Ladder, called_for, reached};
@@ -46,6 +48,8 @@ pub(super) struct Session<'a> {
     priced: Vec<Ladder>,
     /// Rungs that take too long to be looked at.
     beyond: Vec<Choice>,
+    /// Rungs whose numbers can't store the scene: they have no picture.
+    unshown: Vec<Choice>,
     cut_short: bool,
 }
 
@@ -68,6 +72,11 @@ impl<'a> Session<'a> {
             Ladder::Integrator => 1,
             _ => 2,
         });
+        let lost = |&choice: &Choice| {
+            let (scene, settings) = Setting::one(choice).applied(scene, settings);
+            !collapsed(&scene, settings.precision).is_empty()
+        };
+        let unshown = Ladder::Precision.choices().filter(lost).collect();
         let full_size = settings.size;
         let settings = Settings { crop: None, aovs: Vec::new(), ..settings.clone() };
         let start = now();
@@ -85,6 +94,7 @@ impl<'a> Session<'a> {
             pictured,
             priced,
             beyond: Vec::new(),
+            unshown,
             cut_short: false,
         }
     }
@@ -164,10 +174,10 @@ impl<'a> Session<'a> {
         (self.elapsed() / self.effort.budget.as_secs_f64().max(1e-9)).min(1.0)
     }
 
-    /// The rungs of a ladder that are something else to this scene.
-    fn choices_of(&self, ladder: Ladder) -> impl DoubleEndedIterator<Item = Choice> + use<> {
-        let present = self.present;
-        ladder.choices().filter(move |choice| choice.differs(present))
+    /// The rungs of a ladder that are something else to this scene, and can show it.
+    fn choices_of(&self, ladder: Ladder) -> vec::IntoIter<Choice> {
+        let choices = ladder.choices().filter(|choice| choice.differs(self.present) && !self.unshown.contains(choice));
+        choices.collect::<Vec<_>>().into_iter()
     }
 
     /// Every rung that a picture depends on and that is not in use.

@@ -6,9 +6,9 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::AnyShape;
 use raywright_bvh::{AcceleratorKind, Geometry, Group, Occlusion, Precision, Real, Side, Vec3Of, Vector, Visibility};
 
+use super::collapse::{collapsed, collapses, rounded};
 use super::shape::any_shape;
 use super::uses::Uses;
 use super::{PrepareError, go_on};
@@ -16,7 +16,6 @@ use crate::generate::{Shown, all};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
-use crate::validate::collapses;
 
 /// What shading needs of an object.
 #[derive(Clone, Copy, Debug)]
@@ -126,6 +125,10 @@ pub(super) fn build_with<P: Precision>(
     (materials, facets): (&[u32], &[Facet]),
     observer: &dyn Observer,
 ) -> Result<Built<P>, PrepareError> {
+    let problems = collapsed::<P::Real>(scene);
+    if !problems.is_empty() {
+        return Err(PrepareError::Collapsed { problems });
+    }
     let mut builder = Builder::<P>::new(scene, lookup, kind, observer);
     for (index, (shown, &material)) in all(scene).zip(materials).enumerate() {
         if index.is_multiple_of(BLOCK) {
@@ -246,7 +249,7 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
         let mut triangles = data.indices.iter().map(|corners| Shape::Triangle { vertices: corners.map(corner) });
         triangles.all(|triangle| collapses(&triangle, DVec3::ZERO, round))
     };
-    nothing(|x| R::from_f64(x).to_f64()) && !nothing(|x| x)
+    nothing(rounded::<R>) && !nothing(|x| x)
 }
 
 /// Adds the triangles of an object's mesh as one object, mapped where a map is given; a mirroring map turns them over so that
@@ -286,12 +289,12 @@ impl<'a, P: Precision> Builder<'a, P> {
     /// generator scatters costs no transform.
     ///
     /// # Errors
-    /// A shape of which storing leaves nothing, or that the geometry refuses.
+    /// A shape that the geometry refuses.
     fn shape(&mut self, index: usize, shape: &Shape, shown: &Shown<'_>, visibility: Visibility) -> Result<(), PrepareError> {
         let map = shown.map();
         let moved_only = map.matrix3 == DMat3::IDENTITY;
         let offset = if moved_only { map.translation } else { DVec3::ZERO };
-        let Some(shape) = stored(index, shape, offset)? else { return Ok(()) };
+        let Some(shape) = any_shape(shape, offset) else { return Ok(()) };
         let added = if moved_only { self.group.shape(shape, visibility) } else { self.group.placed(shape, map, visibility) };
         added.map(drop).map_err(|source| PrepareError::Geometry { object: index, source })
     }
@@ -299,7 +302,7 @@ impl<'a, P: Precision> Builder<'a, P> {
     /// Adds a shape that moves: an instance of a part of its own, which all that a generator makes of it share.
     ///
     /// # Errors
-    /// A shape of which storing leaves nothing, or that the geometry refuses.
+    /// A shape that the geometry refuses.
     fn moving_shape(
         &mut self,
         index: usize,
@@ -312,7 +315,7 @@ impl<'a, P: Precision> Builder<'a, P> {
         let part = match self.moving {
             Some((last, part)) if core::ptr::eq(last, object) => part,
             _ => {
-                let Some(shape) = stored(index, shape, DVec3::ZERO)? else { return Ok(()) };
+                let Some(shape) = any_shape(shape, DVec3::ZERO) else { return Ok(()) };
                 let mut alone = Group::default();
                 alone.shape(shape, visibility).map_err(refused)?;
                 let part = self.group.part(Geometry::new(alone, self.kind)).map_err(refused)?;
@@ -322,17 +325,6 @@ impl<'a, P: Precision> Builder<'a, P> {
         };
         self.group.moving(part, ends, visibility).map(drop).map_err(refused)
     }
-}
-
-/// The shape of an object as it is stored; none for a mesh.
-///
-/// # Errors
-/// [`PrepareError::Collapsed`] where storing leaves nothing of it.
-fn stored<R: Real>(object: usize, shape: &Shape, offset: DVec3) -> Result<Option<AnyShape<R>>, PrepareError> {
-    if collapses(shape, offset, |x| R::from_f64(x).to_f64()) {
-        return Err(PrepareError::Collapsed { object });
-    }
-    Ok(any_shape(shape, offset))
 }
 
 #[cfg(test)]

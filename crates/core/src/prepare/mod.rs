@@ -1,6 +1,7 @@
 //! Preparation: a validated scene and settings become what an integrator walks. It may fail, allocate, sort and decide;
 //! rendering may do none of these.
 
+mod collapse;
 mod emitters;
 mod estimate;
 mod extent;
@@ -30,7 +31,9 @@ use crate::scene::{
     self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule,
 };
 use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Roulette, Settings};
+use crate::validate::Problem;
 
+pub(crate) use collapse::collapsed;
 pub(crate) use estimate::estimate;
 pub use extent::Extent;
 pub(crate) use extent::extent;
@@ -54,11 +57,11 @@ pub enum PrepareError {
         /// Why.
         source: GeometryError,
     },
-    /// Nothing is left of a shape once its coordinates are stored; validation reports it with its place.
-    #[error("objects[{object}]: its size is lost where it is, in the numbers of this precision")]
+    /// Nothing is left of shapes once their coordinates are stored in this precision's numbers.
+    #[error("{}", problems.iter().map(|p| format!("{}: {}", p.path, p.message)).collect::<Vec<_>>().join("; "))]
     Collapsed {
-        /// Index of the object, those that generators make after the listed ones.
-        object: usize,
+        /// What [`collapsed`](crate::dispatch::collapsed) says of the scene: at least one.
+        problems: Vec<Problem>,
     },
     /// A name that nothing has; validation reports it with its place.
     #[error("{path}: there is no {kind} named `{name}`")]

@@ -268,7 +268,7 @@ impl<'a> Check<'a> {
 }
 
 /// `[1, 2, 3]`; what would be a row of zeros as a power of ten, as in `[1e-30, 1, 1]`.
-pub(super) fn list(values: &[f64]) -> String {
+pub(crate) fn list(values: &[f64]) -> String {
     let plain = |x: f64| x == 0.0 || !x.is_finite() || (1e-6..1e6).contains(&x.abs());
     let number = |x: &f64| if plain(*x) { x.to_string() } else { format!("{x:e}") };
     let values: Vec<String> = values.iter().map(number).collect();

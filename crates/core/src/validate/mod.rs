@@ -1,11 +1,10 @@
 //! Whether a scene makes sense: every rule that its types alone do not enforce, all problems at once, each with its path.
 //!
 //! Pure: no files are read, nothing is changed. Whoever reads a file turns the paths into places of it. A scene without
-//! problems can be prepared; what preparation may still refuse is its size.
+//! problems can be prepared; what preparation may still refuse is its size, and shapes that its precision can't store.
 
 mod camera;
 mod check;
-mod collapse;
 mod light;
 mod material;
 mod mesh;
@@ -16,15 +15,15 @@ mod transform;
 
 use std::ops::Range;
 
-pub(crate) use check::GREATEST;
-pub(crate) use collapse::collapses;
+pub(crate) use check::{GREATEST, list};
 pub use mesh::{mesh_data, missing_uv_sets};
+pub(crate) use object::no_area;
 
 use self::check::Check;
 use crate::scene::{FORMAT, Scene};
 
 /// Problems that are collected before the rest is left unsaid.
-const MOST: usize = 100;
+pub(crate) const MOST: usize = 100;
 
 /// Greatest absolute coordinate, in world units: beyond it, squares of distances no longer fit the renderer's f32.
 pub const FARTHEST: f64 = 1e15;

@@ -3,19 +3,19 @@
 use glam::DVec3;
 
 use super::check::{Check, list};
-use super::{collapse, motion, transform};
+use super::{motion, transform};
 use crate::scene::{Generator, GeneratorKind, ModelFile, Object, Shape, Triple};
 
-pub(super) fn object(check: &mut Check<'_>, object: &Object) {
-    let before = check.problems();
-    parts(check, object);
-    if check.problems() == before {
-        collapse::listed(check, object);
-    }
+/// Sine of the angle between the edges of a figure below which it has no area.
+const FLAT: f64 = 1e-12;
+
+/// Whether two edges that have a length span none between them.
+pub(crate) fn no_area(u: DVec3, v: DVec3) -> bool {
+    let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
+    u != DVec3::ZERO && v != DVec3::ZERO && u.cross(v).length() < FLAT
 }
 
-/// What holds wherever the object is.
-fn parts(check: &mut Check<'_>, object: &Object) {
+pub(super) fn object(check: &mut Check<'_>, object: &Object) {
     check.inside("shape", |check| shape(check, &object.shape));
     check.refers("material", &object.material, "material", |names| &names.materials);
     let before = check.problems();
@@ -40,7 +40,6 @@ pub(super) fn model(check: &mut Check<'_>, model: &ModelFile) {
 }
 
 pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
-    let before = check.problems();
     check.inside("kind", |check| match generator.kind {
         GeneratorKind::Grid { counts, origin, step } => check.inside("grid", |check| {
             check.each("counts", &counts, |check, count| check.count("", *count, 1, u32::MAX));
@@ -52,10 +51,7 @@ pub(super) fn generator(check: &mut Check<'_>, generator: &Generator) {
             corners(check, min, max, true);
         }),
     });
-    check.inside("object", |check| parts(check, &generator.object));
-    if check.problems() == before {
-        collapse::generated(check, generator);
-    }
+    check.inside("object", |check| object(check, &generator.object));
 }
 
 /// Every size above zero, every direction longer than zero.
@@ -133,7 +129,7 @@ fn quad(check: &mut Check<'_>, corner: Triple, edge_u: Triple, edge_v: Triple) {
     check.point("corner", corner);
     check.direction("edge_u", edge_u);
     check.direction("edge_v", edge_v);
-    if collapse::no_area(edge_u.into(), edge_v.into()) {
+    if no_area(edge_u.into(), edge_v.into()) {
         check.inside("edge_v", |check| check.report("`edge_u` and `edge_v` lie on one line, so the quad has no area"));
     }
 }
@@ -141,7 +137,7 @@ fn quad(check: &mut Check<'_>, corner: Triple, edge_u: Triple, edge_v: Triple) {
 fn triangle(check: &mut Check<'_>, vertices: &[Triple; 3]) {
     check.each("vertices", vertices, |check, vertex| check.point("", *vertex));
     let [a, b, c] = vertices.map(DVec3::from);
-    if a == b || b == c || c == a || collapse::no_area(b - a, c - a) {
+    if a == b || b == c || c == a || no_area(b - a, c - a) {
         check.inside("vertices", |check| check.report("the corners lie on one line, so the triangle has no area"));
     }
 }

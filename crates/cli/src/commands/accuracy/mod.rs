@@ -55,7 +55,7 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     let (report, kept) = measured.map_err(|error| match (error, &args.reference) {
         (MeasureError::Reference(error), Some(path)) => reference::foreign(path, &error),
         (MeasureError::Reference(error), None) => Error::usage(error).into(),
-        (MeasureError::Prepare(error), _) => failed(&loaded.source.name, error),
+        (MeasureError::Prepare(error), _) => failed(&loaded.source, error),
         (error @ MeasureError::NoTime, _) => Failure::new(Exit::Failed, format_args!("{}: {error}", loaded.source.name))
             .with_hint("a larger --budget, or a smaller --size"),
     })?;

@@ -144,6 +144,22 @@ fn rungs_without_a_difference_are_left_out() {
     assert_eq!(session.choices_of(Ladder::Precision).count(), 3);
 }
 
+/// Protects: rungs whose numbers can't store the scene are left out, also of what is worth its time, so that doubles that can are measured.
+#[test]
+fn rungs_that_cannot_show_the_scene_are_left_out() {
+    let mut scene = corridor();
+    let thin = r#"{"shape": {"box": {"min": [3e5, 0, 3e5], "max": [300001, 2, 300000.01]}}, "material": "m"}"#;
+    scene.objects.push(serde_json::from_str(thin).expect("an object"));
+    let settings = Settings { precision: crate::settings::PrecisionChoice::Reference, ..Settings::of(&scene) };
+    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+    let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let report = session.run(Start::default(), &mut ()).expect("a report").0;
+    let precision = report.ladders.iter().find(|ladder| ladder.ladder == "precision").expect("a ladder");
+    assert_eq!(precision.rungs.iter().map(|rung| rung.rung.as_str()).collect::<Vec<_>>(), ["reference"]);
+    assert!(report.frontier.iter().all(|candidate| candidate.flags.iter().all(|flag| !flag.contains("precision"))));
+}
+
 /// Protects: what a price says of bits is compared: another accelerator gives the same picture, fewer segments do not.
 #[test]
 fn another_picture_is_told_from_the_same() {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::scene::{Colour, Generator, GeneratorKind, Material, Mesh, MeshSource, Model, Physical, TransformStep};
 use raywright_bvh::Robust;
+use raywright_bvh::shapes::AnyShape;
 
 pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -> (Material, Object) {
     let physical = Physical { emission: Colour([2.0, 1.0, 0.5]).into(), ..Physical::default() };
@@ -36,7 +37,9 @@ fn collapsed_shapes_are_refused() {
     let scene = Scene { materials: vec![material], generators: vec![Generator { kind, object }], ..Scene::default() };
     let lookup = Lookup::new(&scene);
     let narrow = build::<Robust>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
-    assert_eq!(narrow, Some(PrepareError::Collapsed { object: 0 }));
+    let Some(PrepareError::Collapsed { problems }) = narrow else { panic!("{narrow:?}") };
+    assert_eq!(problems.len(), 1);
+    assert_eq!(problems[0].path, "generators[0].object.shape.box.max");
     let wide =
         build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("f64 tells its faces apart");
     assert_eq!(wide.objects.len(), 2);
