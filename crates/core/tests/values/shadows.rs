@@ -143,23 +143,29 @@ fn a_materials_own_shadow_needs_no_occluder() {
 }
 
 /// Protects: along paths the scene's limit on shadows is that of its lights without size: what hides the sky or a lamp does so at any
-/// distance, whichever way light is found.
+/// distance, whichever way light is found, and also where thin walls have what is in between asked in the order of the way.
 #[test]
 fn a_sky_is_hidden_beyond_the_limit_of_shadows() {
     use crate::paths::{all_see, lamp};
     use crate::support::{ball, floor};
     // Inside a closed black ball of radius 50, and under a lamp whose light a black disk hides.
     let black = json!({ "name": "black", "model": classic(json!({ "colour": 0 })) });
-    for limit in [1.0, 40.0] {
+    let clear = json!({ "name": "clear", "model": physical(json!({ "transmission": 1, "roughness": 0, "thin_walled": true })) });
+    for (limit, walls) in [(1.0, false), (40.0, false), (1.0, true), (40.0, true)] {
         let rules = json!({ "shadow_max_distance": limit });
-        let shut = json!({ "classic": rules, "sky": { "constant": 2 }, "materials": [black], "objects": [ball([0.0; 3], 50.0, "black")] });
+        let with_walls = |mut objects: Vec<serde_json::Value>| {
+            objects.extend(walls.then(|| ball([3.0, 4.0, 0.0], 0.5, "clear")));
+            objects
+        };
+        let shut = json!({ "classic": rules, "sky": { "constant": 2 }, "materials": [black, clear],
+            "objects": with_walls(vec![ball([0.0; 3], 50.0, "black")]) });
         let found = floor(classic(json!({ "colour": 0.5 })), shut);
-        all_see(&found, crate::paths::AT, 2, [0.0; 3], &format!("a sky, {limit}"));
+        all_see(&found, crate::paths::AT, 2, [0.0; 3], &format!("a sky, {limit}, {walls}"));
         let disk =
             json!({ "shape": { "disk": { "centre": [0, 45, 0], "normal": [0, 1, 0], "radius": 40 } }, "material": "black" });
-        let hidden =
-            json!({ "classic": rules, "materials": [black, lamp(5.0)], "objects": [disk, ball([0.0, 80.0, 0.0], 10.0, "lamp")] });
+        let hidden = json!({ "classic": rules, "materials": [black, clear, lamp(5.0)],
+            "objects": with_walls(vec![disk, ball([0.0, 80.0, 0.0], 10.0, "lamp")]) });
         let found = floor(classic(json!({ "colour": 0.5 })), hidden);
-        all_see(&found, crate::paths::AT, 2, [0.0; 3], &format!("a lamp, {limit}"));
+        all_see(&found, crate::paths::AT, 2, [0.0; 3], &format!("a lamp, {limit}, {walls}"));
     }
 }

@@ -238,6 +238,46 @@ fn all_ends_with_the_time() {
     assert!(matches!(report, Err(MeasureError::NoTime)) && took < 0.1, "{took}: {:?}", report.err());
 }
 
+/// Protects: how long a rung of samples will take is told by the time of one sample, not of the whole picture: where there is time for twenty
+/// pictures of 16 samples, one of 64 takes that of four.
+#[test]
+fn rungs_are_begun_that_can_be_finished() {
+    let scene = lamp();
+    let settings = Settings { integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    let (clock, stopwatch): (Asked, Stopwatch) = (Asked::new(), |work| work() as f64 * 1e-6);
+    let now = || clock.now();
+    let studio = Studio { scene: &scene, settings: &settings, observer: &(), stopwatch, now: &now };
+    let far = clock.start + Duration::from_secs(1_000_000);
+    let before = clock.seconds();
+    assert!(studio.take(&Setting::default(), 0, far).is_ok());
+    let own = clock.seconds() - before;
+    let time = ReferenceTime { end: clock.start, latest: far };
+    let (truth, ..) =
+        studio.reference(&Setting::default(), Display::of(&scene.render), time, Start::default()).expect("a reference");
+    let mut shots = Shots::new(&studio, &truth);
+    let effort = Effort { budget: Duration::from_secs_f64(20.0 * own / RUNGS), size: None, rounds: 2 };
+    let mut session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &now));
+    let more = Choice::parse("samples=64").expect("a rung");
+    session.pictured = vec![Ladder::Samples];
+    session.beyond = Ladder::Samples.choices().filter(|&choice| choice != more).collect();
+    session.rounds(&mut shots, &mut ()).expect("time enough");
+    assert!(shots.measured(&Setting::one(more)).is_some() && !session.cut_short);
+}
+
+/// Protects: a reference that lacks its second replicate when its share of the time is over has half of what is left.
+#[test]
+fn a_slow_reference_has_half_of_what_is_left() {
+    let scene = corridor();
+    let budget = Duration::from_secs(600);
+    let effort = Effort { budget, size: Some([4, 2]), rounds: 2 };
+    let stopwatch: Stopwatch = |work| work() as f64;
+    let session =
+        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let (time, over) = (session.reference_time(), session.start + budget);
+    let (longer, left) = (time.latest - time.end, over - time.latest);
+    assert!(!longer.is_zero() && longer.abs_diff(left) < Duration::from_millis(1), "{longer:?} and {left:?}");
+}
+
 /// Protects: who stops a measurement gets what was measured by then; before there is a picture, that is nothing.
 #[test]
 fn what_was_measured_is_kept_when_it_is_stopped() {
