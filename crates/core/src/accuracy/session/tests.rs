@@ -160,6 +160,21 @@ fn rungs_that_cannot_show_the_scene_are_left_out() {
     assert!(report.frontier.iter().all(|candidate| candidate.flags.iter().all(|flag| !flag.contains("precision"))));
 }
 
+/// Protects: a rung that takes too long to be looked at is not what others are held against: the most exact one is the next.
+#[test]
+fn what_is_beyond_reach_is_not_the_most_exact() {
+    let scene = corridor();
+    let effort = Effort { budget: Duration::from_secs(600), size: Some([4, 2]), rounds: 2 };
+    let stopwatch: Stopwatch = |work| work() as f64;
+    let mut session =
+        Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let lengths: Vec<Choice> = session.choices_of(Ladder::PathLength).collect();
+    let [.., second, first] = lengths[..] else { panic!("{lengths:?}") };
+    assert_eq!(session.most_exact(Ladder::PathLength), Setting::one(first));
+    session.beyond.push(first);
+    assert_eq!(session.most_exact(Ladder::PathLength), Setting::one(second));
+}
+
 /// Protects: what a price says of bits is compared: another accelerator gives the same picture, fewer segments do not.
 #[test]
 fn another_picture_is_told_from_the_same() {

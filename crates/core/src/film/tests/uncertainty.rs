@@ -151,6 +151,20 @@ fn two_replicates_are_held_against_neighbours() {
     assert!(((found.high / found.low).ln() - expected).abs() < 1e-5);
 }
 
+/// Protects: of three replicates the difference of the first two is known, whose square over six is the variance of the mean of three: ½ of a
+/// squared difference is that of a replicate. In three channels of difference 1 it is a half, over three channels again a sixth.
+#[test]
+fn three_replicates_are_surer_than_two() {
+    let all = Settings { size: [10, 1], sampling: Sampling::General(6), replicates: Some(3), ..Settings::of(&Scene::default()) };
+    let mut film = prepare(&Scene::default(), &all, &()).expect("an empty scene").film("");
+    for (replicate, mean) in [0.0, 1.0, 0.5].into_iter().enumerate() {
+        film.planes[replicate] = Some(Plane { sums: vec![[2.0 * mean; 3]; 10], samples: vec![2; 10], ..Plane::default() });
+    }
+    let found = film.uncertainty().expect("three replicates");
+    assert_eq!((found.doubt, found.replicates), (Some(Doubt::FewSamples), 3));
+    assert!((found.rmse.value - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{found:?}");
+}
+
 /// Protects: where one pixel of many carries the error it is said, and where nothing varies the error is zero and sure.
 #[test]
 fn few_pixels_say_little() {
