@@ -165,6 +165,18 @@ fn three_replicates_are_surer_than_two() {
     assert!((found.rmse.value - (1.0_f64 / 6.0).sqrt()).abs() < 1e-12, "{found:?}");
 }
 
+/// Protects: where replicates count the same whatever their samples are, so do their deviations: means of 0, 0 and 3 of 1, 1 and 4 samples lie
+/// about 1, with a variance of (1 + 1 + 4)/2 of which the mean of three has a third; by samples they lie about 2, 4·(1 + 1 + 1)/(6·2) = 1.
+#[test]
+fn deviations_count_as_their_means_do() {
+    let plane = |mean: f64, n: u16| Plane { sums: vec![[mean * f64::from(n); 3]], samples: vec![n], ..Plane::default() };
+    let planes = [plane(0.0, 1), plane(0.0, 1), plane(3.0, 4)];
+    for (even, mean) in [(true, 1.0), (false, 2.0)] {
+        let there = crate::film::estimate::There::new(planes.iter(), even);
+        assert_eq!((there.mean(0).0, there.means(0).variance()), ([mean; 3], [1.0; 3]), "{even}");
+    }
+}
+
 /// Protects: where one pixel of many carries the error it is said, and where nothing varies the error is zero and sure.
 #[test]
 fn few_pixels_say_little() {
