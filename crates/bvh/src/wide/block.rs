@@ -88,25 +88,25 @@ impl Facts {
 
     /// Lanes that a ray which culls, or not, hits from outside alone.
     #[inline(always)]
-    pub fn from_outside_alone(&self, culls: bool) -> u8 {
+    pub fn outside_alone(&self, culls: bool) -> u8 {
         if culls { self.outside | self.culled } else { self.outside }
     }
 
     /// Of hits from outside and of other hits, those that count.
     #[inline(always)]
     pub fn accepted(&self, hits: u8, from_outside: u8, culls: bool) -> u8 {
-        hits & !(self.from_outside_alone(culls) & !from_outside) & !(self.inside & from_outside)
+        hits & !(self.outside_alone(culls) & !from_outside) & !(self.inside & from_outside)
     }
 
     /// Whether a lane's hit counts, from outside or not.
     #[inline(always)]
     pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {
-        (if from_outside { self.inside } else { self.from_outside_alone(culls) }) >> lane & 1 == 0
+        (if from_outside { self.inside } else { self.outside_alone(culls) }) >> lane & 1 == 0
     }
 
     /// Lanes that are hit from either side.
     #[inline(always)]
     pub fn two_sided(&self, culls: bool) -> u8 {
-        !(self.from_outside_alone(culls) | self.inside)
+        !(self.outside_alone(culls) | self.inside)
     }
 }

@@ -595,7 +595,7 @@ fn settle<S: Doubles, M: Meets>(
         }
     }
     let bit = 1 << lane;
-    if facts.from_outside_alone(pencil.culls) & bit != 0 {
+    if facts.outside_alone(pencil.culls) & bit != 0 {
         hits &= outside;
     }
     if facts.inside & bit != 0 {

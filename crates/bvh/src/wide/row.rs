@@ -161,7 +161,7 @@ impl Row {
         let far = s.narrow(s.times(s.minus(root, b), inverse));
         let (first, last) = (s.splat(range.min), s.splat(range.max));
         let entering = met & s.less(first, near) & s.less(near, last) & !u32::from(self.facts.inside);
-        let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.from_outside_alone(culls)) & !entering;
+        let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.outside_alone(culls)) & !entering;
         let hits = Hits { hits: entering | leaving, leaving, t: s.chosen(leaving, near, far) };
         let far_away = may_meet & s.above(outside, s.times(room, s.spread(FAR * FAR)));
         if far_away == 0 {
@@ -252,7 +252,7 @@ impl Row {
         let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         let (bit, place, rest) = (1 << lane, of(&self.places).as_dvec3(), of(&self.rest));
         let only = |side: u8| if side & bit != 0 { 0xff } else { 0 };
-        let (outside, inside) = (only(self.facts.from_outside_alone(lines.culls)), only(self.facts.inside));
+        let (outside, inside) = (only(self.facts.outside_alone(lines.culls)), only(self.facts.inside));
         if self.kind == Kind::Planes {
             let normal = rest.as_dvec3();
             let slope = dot(s, spread(s, normal), lines.direction);
@@ -318,7 +318,7 @@ impl Row {
 
     fn side(&self, lane: usize, culls: bool) -> Side {
         match 1 << lane {
-            bit if self.facts.from_outside_alone(culls) & bit != 0 => Side::Outside,
+            bit if self.facts.outside_alone(culls) & bit != 0 => Side::Outside,
             bit if self.facts.inside & bit != 0 => Side::Inside,
             _ => Side::Both,
         }

@@ -48,7 +48,7 @@ impl<R: Real> Physical<R> {
             let share = passage.share_at(here);
             // Nothing bends in a thin wall; Whitted's rules have it reflect nothing either.
             let ior = if self.thin { 1.0 } else { boundary.ior };
-            (share > R::ZERO).then(|| Glass { share, ior, reflected: Vector::ONE, transmitted: base })
+            (share > R::ZERO).then_some(Glass { share, ior, reflected: Vector::ONE, transmitted: base })
         };
         MetallicRoughness {
             base,

@@ -77,7 +77,7 @@ fn errors_of_pixels_hold_rare_light() {
         let mut held = 0;
         let plane = |replicate: usize| {
             let lit = |pixel: usize| {
-                let address = |index: usize| ((pixel * 4 + replicate) * 16 + index) as u64 + ((chance * 1e6) as u64) << 20;
+                let address = |index: usize| (((pixel * 4 + replicate) * 16 + index) as u64 + (chance * 1e6) as u64) << 20;
                 (0..16).filter(|&index| share(address(index)) < chance).count() as f64
             };
             let sums = (0..SIDE * SIDE).map(|pixel| [lit(pixel); 3]).collect();
