@@ -230,6 +230,9 @@ pub struct Remainder<N: Number> {
     pub(super) roughness: N,
     /// What is left towards the view, over what is in the mean: of the layer, and of white facets.
     pub(super) seen: [N; 2],
+    /// What is left towards the view: what a white base sends there of even light, and white facets of what they send to each other. What the
+    /// choice among lobes goes by.
+    pub(super) shown: [N; 2],
 }
 
 /// Least mean that is told from none.
@@ -239,14 +242,14 @@ impl<N: Number> Remainder<N> {
     /// Of a layer of such reflectances, not yet seen from anywhere.
     #[inline(always)]
     pub(super) fn new(layer: [N; 3], roughness: N) -> Self {
-        Self { layer, roughness, seen: [N::ONE; 2] }
+        Self { layer, roughness, seen: [N::ONE; 2], shown: [N::ONE; 2] }
     }
 
     /// Seen from a direction with this left to it and that in the mean.
     #[inline(always)]
     pub(super) fn seen(self, left: [N; 2], mean: [N; 2]) -> Self {
         let over = |k: usize| left[k] / mean[k].max(N::from_f64(LEAST_MEAN));
-        Self { seen: [over(0), over(1)], ..self }
+        Self { seen: [over(0), over(1)], shown: left, ..self }
     }
 
     /// Seen at a cosine.

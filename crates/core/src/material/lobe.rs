@@ -302,7 +302,7 @@ impl<N: Number> Scatters<N> for Lobe<N> {
     fn importance(&self, cosine: N) -> N {
         match *self {
             Self::Diffuse { albedo, interreflected, remainder } => {
-                (albedo * remainder.seen[0] + interreflected * remainder.seen[1]).max_element()
+                (albedo * remainder.shown[0] + interreflected * remainder.shown[1]).max_element()
             }
             Self::Lambert { albedo } => albedo.max_element(),
             Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))).max_element(),
