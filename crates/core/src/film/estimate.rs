@@ -51,7 +51,7 @@ impl<'a> There<'a> {
     }
 
     /// Standard errors of the means of so many pixels in rows of `width`, per channel: the roots of their variances. One that is
-    /// less than what so few replicates claim of the mean variance of the pixel and its neighbours in 1 of 100 cases is taken for luck, and
+    /// less than what so few replicates claim of the mean variance of the pixel and its neighbours in 1 of 1000 cases is taken for luck, and
     /// what they claim in 5 of 100 cases for it. Where light is rarely found, a pixel that met none of it, or the same in each replicate, would
     /// claim far too little, and nothing at all where no sample met any. With one threshold for both, intervals of even noise would hold in 97.5 of
     /// 100 pixels, or those of rare light in 83. A sample's variance is compared, not a mean's, since neighbours may have other numbers of samples.
@@ -96,14 +96,14 @@ impl<'a> There<'a> {
     }
 }
 
-/// Shares of the true variance below which one that was estimated from so many degrees of freedom lies in 1 and in 5 of 100 cases: quantiles
+/// Shares of the true variance below which one that was estimated from so many degrees of freedom lies in 1 of 1000 and in 5 of 100 cases: quantiles
 /// of χ² over its mean. From a table up to three; beyond by Wilson and Hilferty ("The Distribution of Chi-Square", 1931), which there is right
 /// to a hundredth.
 fn least(freedom: u32) -> [f64; 2] {
-    const FEW: [[f64; 2]; 4] = [[0.0, 0.0], [0.000_157, 0.003_932], [0.010_050, 0.051_293], [0.038_277, 0.117_282]];
+    const FEW: [[f64; 2]; 4] = [[0.0, 0.0], [0.000_002, 0.003_932], [0.001_001, 0.051_293], [0.008_099, 0.117_282]];
     FEW.get(freedom as usize).copied().unwrap_or_else(|| {
         let spread = 2.0 / (9.0 * f64::from(freedom));
-        [2.326_348, 1.644_854].map(|quantile| (1.0 - spread - quantile * spread.sqrt()).powi(3))
+        [3.090_232, 1.644_854].map(|quantile| (1.0 - spread - quantile * spread.sqrt()).powi(3))
     })
 }
 
