@@ -1,8 +1,9 @@
 //! Lights without a surface: how bright they are from where.
 
+use glam::DVec3;
 use serde_json::{Value, json};
 
-use crate::support::{View, classic, floor, physical, sees, sun};
+use crate::support::{Surface, View, classic, floor, physical, sees, sun};
 
 /// A white floor under one light.
 fn under(light: Value) -> raywright_core::Scene {
@@ -77,6 +78,8 @@ fn directional_light_is_the_same_everywhere() {
 fn physical_surfaces_divide_by_pi() {
     let light = json!({ "kind": { "point": { "position": [0, 2, 0] } }, "colour": 10, "specular": false });
     let scene = floor(physical(json!({ "base_colour": [1, 0.5, 0], "ior": 1 })), json!({ "lights": [light] }));
-    let value = 1.28 / core::f64::consts::PI;
+    let lit = Surface::dielectric(1.0, 1.0, 0.0).sends([DVec3::Y, DVec3::new(-0.6, 0.8, 0.0), DVec3::Y], false)[0];
+    // At a distance of 2.5; the cosine is in what it sends.
+    let value = lit * 10.0 / (2.5 * 2.5) / core::f64::consts::PI;
     sees(&scene, at(1.5), [value, 0.5 * value, 0.0]);
 }

@@ -11,7 +11,7 @@ use raywright_core::settings::Aov;
 use raywright_core::{estimate, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{View, physical, pixel, scene, sees, settings, sun};
+use crate::support::{Surface, View, physical, pixel, scene, sees, settings, sun};
 
 /// What the image says everywhere: right, up in the image and outwards.
 const TEXEL: DVec3 = DVec3::new(0.48, -0.6, 0.64);
@@ -54,9 +54,9 @@ fn shown(steps: Value) -> Value {
 const ONTO: View = [[0.5, 0.5, 4.0], [0.5, 0.5, 0.0]];
 const FROM_BEHIND: View = [[0.5, 0.5, -4.0], [0.5, 0.5, 0.0]];
 
-/// What a matte surface of albedo 0.5 with this normal sends back.
-fn lambert(normal: DVec3, light: DVec3) -> [f64; 3] {
-    [0.5 / PI * normal.normalize().dot(light).max(0.0); 3]
+/// What a dull surface of albedo 0.5 with this normal sends towards `v`.
+fn lambert(normal: DVec3, light: DVec3, v: DVec3) -> [f64; 3] {
+    Surface::dielectric(0.5, 1.0, 0.0).sends([normal.normalize(), light, v], false).map(|x| x / PI)
 }
 
 /// What the image makes of a normal between ways to the right and up.
@@ -70,28 +70,28 @@ fn bent([right, up, normal]: [DVec3; 3]) -> DVec3 {
 fn images_lie_along_coordinates() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
     let plain = |data: Value, more: Value| lit(shown(json!([])), data, bumpy(more), LIGHT);
-    sees(&plain(upright(), json!({})), ONTO, lambert(bent([x, y, z]), LIGHT));
-    sees(&plain(upright(), json!({ "normal_scale": 0.5 })), ONTO, lambert(TEXEL * DVec3::new(0.5, 0.5, 1.0), LIGHT));
-    sees(&plain(upright(), json!({ "normal_scale": 0 })), ONTO, lambert(z, LIGHT));
+    sees(&plain(upright(), json!({})), ONTO, lambert(bent([x, y, z]), LIGHT, z));
+    sees(&plain(upright(), json!({ "normal_scale": 0.5 })), ONTO, lambert(TEXEL * DVec3::new(0.5, 0.5, 1.0), LIGHT, z));
+    sees(&plain(upright(), json!({ "normal_scale": 0 })), ONTO, lambert(z, LIGHT, z));
     // u = 1 − x/3, and u = y/3, v = x/3.
-    sees(&plain(leaf(json!([[1, 1], [0, 1], [1, 0]])), json!({})), ONTO, lambert(bent([-x, y, z]), LIGHT));
-    sees(&plain(leaf(json!([[0, 0], [0, 1], [1, 0]])), json!({})), ONTO, lambert(bent([y, -x, z]), LIGHT));
+    sees(&plain(leaf(json!([[1, 1], [0, 1], [1, 0]])), json!({})), ONTO, lambert(bent([-x, y, z]), LIGHT, z));
+    sees(&plain(leaf(json!([[0, 0], [0, 1], [1, 0]])), json!({})), ONTO, lambert(bent([y, -x, z]), LIGHT, z));
     // The same surface from behind: its normal is the other one.
     let below = LIGHT * DVec3::new(1.0, 1.0, -1.0);
     let behind = lit(shown(json!([])), upright(), bumpy(json!({})), below);
-    sees(&behind, FROM_BEHIND, lambert(-bent([x, y, z]), below));
+    sees(&behind, FROM_BEHIND, lambert(-bent([x, y, z]), below, -z));
     let mut own = upright();
     (own["normals"], own["tangents"]) =
         (json!([[0, 0, 1], [0, 0, 1], [0, 0, 1]]), json!([[0, 1, 0, -1], [0, 1, 0, -1], [0, 1, 0, -1]]));
-    sees(&plain(own, json!({})), ONTO, lambert(bent([y, x, z]), LIGHT));
+    sees(&plain(own, json!({})), ONTO, lambert(bent([y, x, z]), LIGHT, z));
     // u' = v, v' = −u: right in the image is where v grows, up where u does.
     let turned = json!({ "normal_texture": { "name": "bump", "uv_transform": [[0, 1, 0], [-1, 0, 0]] } });
-    sees(&plain(upright(), turned), ONTO, lambert(bent([-y, x, z]), LIGHT));
+    sees(&plain(upright(), turned), ONTO, lambert(bent([-y, x, z]), LIGHT, z));
     // Another set of coordinates than the first.
     let mut sets = upright();
     sets["uvs"] = json!([[[0, 0], [0, 0], [0, 0]], [[0, 1], [1, 1], [0, 0]]]);
     let second = json!({ "normal_texture": { "name": "bump", "uv_set": 1 } });
-    sees(&plain(sets, second), ONTO, lambert(bent([x, y, z]), LIGHT));
+    sees(&plain(sets, second), ONTO, lambert(bent([x, y, z]), LIGHT, z));
 }
 
 /// Protects: maps of objects take the image along, mirrored and sheared, alone and as instances of one mesh.
@@ -100,18 +100,18 @@ fn images_go_with_their_objects() {
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
     let mirrored = || shown(json!([{ "scale": [-1, 1, 1] }, { "translate": [2, 0, 0] }]));
     let alone = lit(mirrored(), upright(), bumpy(json!({})), LIGHT);
-    sees(&alone, [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]], lambert(bent([-x, y, z]), LIGHT));
+    sees(&alone, [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]], lambert(bent([-x, y, z]), LIGHT, z));
     let mut both = lit(mirrored(), upright(), bumpy(json!({})), LIGHT);
     both.objects.push(serde_json::from_value(shown(json!([{ "translate": [5, 0, 0] }]))).expect("an object"));
-    sees(&both, [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]], lambert(bent([-x, y, z]), LIGHT));
-    sees(&both, [[5.5, 0.5, 4.0], [5.5, 0.5, 0.0]], lambert(bent([x, y, z]), LIGHT));
+    sees(&both, [[1.5, 0.5, 4.0], [1.5, 0.5, 0.0]], lambert(bent([-x, y, z]), LIGHT, z));
+    sees(&both, [[5.5, 0.5, 4.0], [5.5, 0.5, 0.0]], lambert(bent([x, y, z]), LIGHT, z));
     // Sheared, x goes to (1, 1, 0)/√2; what is up goes across it.
     let sheared = shown(json!([{ "matrix": [[1, 0, 0, 0], [1, 1, 0, 0], [0, 0, 1, 0]] }]));
     let [right, up] = [DVec3::new(1.0, 1.0, 0.0).normalize(), DVec3::new(-1.0, 1.0, 0.0).normalize()];
     sees(
         &lit(sheared, upright(), bumpy(json!({})), LIGHT),
         [[0.5, 1.0, 4.0], [0.5, 1.0, 0.0]],
-        lambert(bent([right, up, z]), LIGHT),
+        lambert(bent([right, up, z]), LIGHT, z),
     );
 }
 
@@ -125,11 +125,15 @@ fn images_on_shapes() {
     let data = leaf(json!([[0, 0], [0, 0], [0, 0]]));
     // Not along the normal, on which what is right and up would have no say.
     let light = (n + east * 0.5 + n.cross(east) * 0.2).normalize();
-    sees(&lit(ball.clone(), data.clone(), bumpy(json!({})), light), [(n * 3.0).to_array(), n.to_array()], lambert(normal, light));
+    sees(
+        &lit(ball.clone(), data.clone(), bumpy(json!({})), light),
+        [(n * 3.0).to_array(), n.to_array()],
+        lambert(normal, light, n),
+    );
     // From within, lit from within: no shadow falls, since none is asked for.
     let mut inside = lit(ball, data, bumpy(json!({})), -light);
     inside.lights[0].shadows = false;
-    sees(&inside, [[0.0; 3], n.to_array()], lambert(-normal, -light));
+    sees(&inside, [[0.0; 3], n.to_array()], lambert(-normal, -light, -n));
 }
 
 /// Protects: tangents are those of the library that bakers use: equal over what is flat, mean over what is not, each facet's

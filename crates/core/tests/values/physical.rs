@@ -2,14 +2,16 @@
 
 use core::f64::consts::PI;
 
+use glam::DVec3;
 use raywright_core::effects::Status::Simulated;
 use raywright_core::effects::{Effect, EffectSet, detect};
+use raywright_core::material::FresnelRule;
 use raywright_core::scene::Integrator;
 use raywright_core::settings::{Microfacets, PrecisionChoice};
 use raywright_core::{Scene, Settings, prepare};
 use serde_json::{Value, json};
 
-use crate::support::{DOWN, SLANTED, View, ball, floor, near, physical, pixel, sees, sees_within, settings};
+use crate::support::{DOWN, SLANTED, Surface, View, ball, floor, near, physical, pixel, sees, sees_within, settings};
 
 /// A floor of a physical material under directional light of irradiance π.
 fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
@@ -19,28 +21,44 @@ fn lit(terms: Value, to_light: [f64; 3]) -> raywright_core::Scene {
 
 const UP: [f64; 3] = [0.0, 1.0, 0.0];
 
-/// Protects: at normal incidence D = 1/(π α²), V = ¼, F = F0, so π · (base · (1 − F0)/π + F0/(4π α²)) with α = roughness².
-#[test]
-fn values_at_normal_incidence() {
-    let dielectric = |roughness: f64| lit(json!({ "base_colour": 0.5, "roughness": roughness }), UP);
-    sees(&dielectric(1.0), DOWN, [0.48 + 0.01; 3]);
-    sees(&dielectric(0.5), DOWN, [0.48 + 0.16; 3]);
-    sees(&dielectric(0.1), DOWN, [0.48 + 100.0; 3]);
-    // No light without size shows on a surface smoother than 0.03.
-    let least = 0.04 / 4.0 / f64::powi(0.03, 4);
-    sees(&dielectric(0.02), DOWN, [0.48 + least; 3]);
-    sees(&lit(json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": 0.5 }), UP), DOWN, [4.0, 2.0, 1.0]);
-    // F0 = ((2 − 1)/(2 + 1))² = 1/9; at ior 1 it is zero.
-    sees(&lit(json!({ "base_colour": 0.9, "ior": 2, "roughness": 0.5 }), UP), DOWN, [0.8 + 4.0 / 9.0; 3]);
-    sees(&lit(json!({ "base_colour": 0.5, "ior": 1 }), UP), DOWN, [0.5; 3]);
+/// What a grey dielectric below facets sends straight back of light from straight above, less what its facets do.
+fn below(base: f64, roughness: f64, f0: f64) -> f64 {
+    Surface::dielectric(base, roughness, f0).sends([DVec3::Y; 3], true)[0] - f0 / (4.0 * roughness.max(0.03).powi(4))
 }
 
-/// Protects: half a metal has half the diffuse colour, and an F0 half way between.
+/// Protects: at normal incidence D = 1/(π α²), V = ¼, F = F0, so facets send F0/(4 α²) with α = roughness², and what lies below gets no more
+/// than they leave: base · (1 − F0) but for what they reflect at other angles.
+#[test]
+fn values_at_normal_incidence() {
+    for (base, roughness, f0) in [(0.5, 1.0, 0.04), (0.5, 0.5, 0.04), (0.5, 0.1, 0.04), (0.9, 0.5, 1.0 / 9.0)] {
+        let found = below(base, roughness, f0);
+        assert!((found - base * (1.0 - f0)).abs() < 0.06 * base, "{found} below facets of {f0}");
+    }
+    let dielectric = |roughness: f64| lit(json!({ "base_colour": 0.5, "roughness": roughness }), UP);
+    sees(&dielectric(1.0), DOWN, [below(0.5, 1.0, 0.04) + 0.01; 3]);
+    sees(&dielectric(0.5), DOWN, [below(0.5, 0.5, 0.04) + 0.16; 3]);
+    sees(&dielectric(0.1), DOWN, [below(0.5, 0.1, 0.04) + 100.0; 3]);
+    // No light without size shows on a surface smoother than 0.03.
+    let least = 0.04 / 4.0 / f64::powi(0.03, 4);
+    sees(&dielectric(0.02), DOWN, [below(0.5, 0.02, 0.04) + least; 3]);
+    let metal = Surface { base: [1.0, 0.5, 0.25], metallic: 1.0, roughness: 0.5, f0: 0.04 };
+    sees(
+        &lit(json!({ "base_colour": [1, 0.5, 0.25], "metallic": 1, "roughness": 0.5 }), UP),
+        DOWN,
+        metal.sends([DVec3::Y; 3], true),
+    );
+    // F0 = ((2 − 1)/(2 + 1))² = 1/9; at ior 1 it is zero.
+    sees(&lit(json!({ "base_colour": 0.9, "ior": 2, "roughness": 0.5 }), UP), DOWN, [below(0.9, 0.5, 1.0 / 9.0) + 4.0 / 9.0; 3]);
+    sees(&lit(json!({ "base_colour": 0.5, "ior": 1 }), UP), DOWN, [below(0.5, 1.0, 0.0); 3]);
+}
+
+/// Protects: half a metal has half of what a dielectric and a metal send.
 #[test]
 fn metalness_blends() {
     let found = |base: f64| {
-        let f0 = 0.02 + 0.5 * base;
-        0.5 * base * (1.0 - f0) + 4.0 * f0
+        let of = |metallic: f64| Surface { base: [base; 3], metallic, roughness: 0.5, f0: 0.04 }.sends([DVec3::Y; 3], true)[0];
+        assert!((of(0.5) - 0.5 * (of(0.0) + of(1.0))).abs() < 1e-12);
+        of(0.5)
     };
     let terms = json!({ "base_colour": [1, 0.5, 0.25], "metallic": 0.5, "roughness": 0.5 });
     sees(&lit(terms, UP), DOWN, [found(1.0), found(0.5), found(0.25)]);
@@ -76,17 +94,28 @@ fn values_off_the_normal() {
         for l in [[-0.6, 0.8, 0.0], [0.0, 0.6, 0.8], [-2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0], [0.96, 0.28, 0.0]] {
             for roughness in [0.2, 0.5, 0.9] {
                 let dielectric = json!({ "base_colour": 0.5, "roughness": roughness });
-                sees_within(&lit(dielectric, l), [eye, target], [textbook(0.5, 0.04, roughness, l, v); 3], 1e-4);
+                // Of the facets by the textbook; below them lies what they leave, which is some of the base colour.
+                let sends = |metallic: f64| {
+                    let surface = Surface { metallic, ..Surface::dielectric(0.5, roughness, 0.04) };
+                    let whole = surface.sends([DVec3::Y, l.into(), v.into()], true);
+                    let rest = whole[0] - textbook(0.0, if metallic > 0.0 { 0.5 } else { 0.04 }, roughness, l, v);
+                    assert!((-1e-9..0.55 * l[1]).contains(&rest), "{rest} besides facets");
+                    whole
+                };
+                sees_within(&lit(dielectric, l), [eye, target], sends(0.0), 1e-4);
                 let metal = json!({ "base_colour": 0.5, "metallic": 1, "roughness": roughness });
-                sees_within(&lit(metal, l), [eye, target], [textbook(0.0, 0.5, roughness, l, v); 3], 1e-4);
+                sees_within(&lit(metal, l), [eye, target], sends(1.0), 1e-4);
             }
         }
     }
     // By numbers: l and v mirror each other at cosine 0.8, α = 1/4: D = 16/π, V = ½/(1.6 · √(0.64 · 15/16 + 1/16)).
     let smith = f64::sqrt(0.64 * 0.9375 + 0.0625);
     let f = 0.04 + 0.96 * 0.2_f64.powi(5);
-    let expected = 0.8 * (0.5 * (1.0 - f) + f * 16.0 * 0.5 / (1.6 * smith));
-    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), [-0.6, 0.8, 0.0]), SLANTED, [expected; 3]);
+    let (l, v) = (DVec3::new(-0.6, 0.8, 0.0), DVec3::new(0.6, 0.8, 0.0));
+    let [black, grey] = [0.0, 0.5].map(|base| Surface::dielectric(base, 0.5, 0.04).sends([DVec3::Y, l, v], true)[0]);
+    let facets = 0.8 * f * 16.0 * 0.5 / (1.6 * smith);
+    assert!((facets..facets + 0.01).contains(&black), "{black} of facets that send {facets} at once");
+    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), [-0.6, 0.8, 0.0]), SLANTED, [grey; 3]);
 }
 
 /// Paths of two segments along one ray.
@@ -99,7 +128,13 @@ fn straight(scene: &Scene, view: View) -> Settings {
 #[track_caller]
 fn traced(scene: &Scene, view: View, without: EffectSet, expected: f64, what: &str) {
     for (precision, tolerance) in [(PrecisionChoice::Reference, 1e-6), (PrecisionChoice::Robust, 1e-4)] {
-        let settings = Settings { microfacets: Microfacets::Single, without, precision, ..straight(scene, view) };
+        let settings = Settings {
+            microfacets: Microfacets::Single,
+            fresnel: FresnelRule::Model,
+            without,
+            precision,
+            ..straight(scene, view)
+        };
         near(pixel(scene, &settings), [expected; 3], tolerance, &format!("{what}, {precision:?}"));
     }
 }
@@ -152,7 +187,7 @@ fn where_factors_are_layers() {
     assert_eq!(layers(json!({ "specular": 0.5 })), 0);
     assert_eq!(layers(json!({ "specular": 0.5, "transmission": 1, "roughness": 0 })), 1);
     assert_eq!(layers(json!({ "transmission": 1, "roughness": 0 })), 0);
-    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5, "specular": 0 }), UP), DOWN, [0.48 + 0.16; 3]);
+    sees(&lit(json!({ "base_colour": 0.5, "roughness": 0.5, "specular": 0 }), UP), DOWN, [below(0.5, 0.5, 0.04) + 0.16; 3]);
 }
 
 /// Protects: light from behind a surface, and highlights that a light or a shadow leaves out.
@@ -161,7 +196,7 @@ fn what_does_not_reach_a_surface() {
     sees(&lit(json!({ "base_colour": 0.5 }), [0.0, -1.0, 0.0]), DOWN, [0.0; 3]);
     let mut dull = lit(json!({ "base_colour": 0.5, "roughness": 0.5 }), UP);
     dull.lights[0].specular = false;
-    sees(&dull, DOWN, [0.48; 3]);
+    sees(&dull, DOWN, Surface::dielectric(0.5, 0.5, 0.04).sends([DVec3::Y; 3], false));
 }
 
 /// Protects: shadows dim physical surfaces as far as the light casts them.
@@ -181,15 +216,18 @@ fn shadows_dim_physical_surfaces() {
         scene.lights[0].specular = false;
         scene
     };
-    // Without F0 what is left of Fresnel is (1 − v·h)⁵ with v·h = √0.9.
-    let f = (1.0 - f64::sqrt(0.9)).powi(5);
-    sees(&dull(true), SLANTED, [0.125 * (1.0 - f); 3]);
-    sees(&dull(false), SLANTED, [0.5 * (1.0 - f); 3]);
+    let lit = Surface::dielectric(0.5, 1.0, 0.0).sends([DVec3::Y, DVec3::Y, DVec3::new(0.6, 0.8, 0.0)], false);
+    sees(&dull(true), SLANTED, lit.map(|x| 0.25 * x));
+    sees(&dull(false), SLANTED, lit);
 }
 
 /// Protects: emission is added to whatever else there is, and an unlit surface shows its base colour and that alone.
 #[test]
 fn emission_and_unlit_surfaces() {
-    sees(&lit(json!({ "base_colour": 0.5, "emission": [3, 2, 1] }), UP), DOWN, [3.49, 2.49, 1.49]);
+    sees(
+        &lit(json!({ "base_colour": 0.5, "emission": [3, 2, 1] }), UP),
+        DOWN,
+        [3.0, 2.0, 1.0].map(|glow| glow + 0.01 + below(0.5, 1.0, 0.04)),
+    );
     sees(&lit(json!({ "base_colour": [0.5, 0.25, 2], "unlit": true, "emission": [3, 2, 1] }), UP), DOWN, [3.5, 2.25, 3.0]);
 }

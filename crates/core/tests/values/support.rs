@@ -1,6 +1,9 @@
 //! From the parts of a scene to what one ray sees, in every precision.
 
-use raywright_core::material::FresnelRule;
+use core::f64::consts::PI;
+
+use glam::DVec3;
+use raywright_core::material::MetallicRoughness;
 use raywright_core::scene::{Camera, Integrator, Pattern, Pinhole, Pose, Projection, Scene};
 use raywright_core::settings::{PrecisionChoice, Sampling};
 use raywright_core::{Rendered, Settings, prepare, validate};
@@ -64,8 +67,33 @@ pub fn ball(centre: [f64; 3], radius: f64, material: &str) -> Value {
     json!({ "shape": { "sphere": { "centre": centre, "radius": radius } }, "material": material })
 }
 
-/// Settings for one ray, by Whitted's integrator where the scene asks for none, and by glTF's formulas to the letter: what they make of physical
-/// materials has closed forms. What the default leaves below facets is asked in the tests of materials.
+/// What a surface of the metallic-roughness model sends back about a normal: its lobes alone, which closed forms and furnaces judge where they
+/// are written. Here they say what an integrator is to make of a base colour, metalness, roughness and reflectance at normal incidence.
+pub struct Surface {
+    pub base: [f64; 3],
+    pub metallic: f64,
+    pub roughness: f64,
+    pub f0: f64,
+}
+
+impl Surface {
+    /// A grey dielectric.
+    pub fn dielectric(base: f64, roughness: f64, f0: f64) -> Self {
+        Self { base: [base; 3], metallic: 0.0, roughness, f0 }
+    }
+
+    /// π times what it sends towards `v` of light from `l`, by the cosine; without highlights on demand.
+    pub fn sends(&self, [normal, l, v]: [DVec3; 3], highlights: bool) -> [f64; 3] {
+        let &Self { base, metallic, roughness, f0 } = self;
+        let model =
+            MetallicRoughness::<f64> { base: base.into(), metallic, roughness, dielectric: f0, grazing: 1.0, glass: None };
+        let lobes = model.answer(normal, v);
+        let value = if highlights { lobes.eval(v, l) } else { lobes.diffuse(v, l) };
+        (value * (PI * normal.dot(l).max(0.0))).to_array()
+    }
+}
+
+/// Settings for one ray, by Whitted's integrator where the scene asks for none: what it makes of physical materials has closed forms.
 pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
     let upright = (eye[0] - target[0]).abs() + (eye[2] - target[2]).abs() > 1e-9;
     let up = if upright { [0.0, 1.0, 0.0] } else { [0.0, 0.0, -1.0] };
@@ -84,7 +112,6 @@ pub fn settings(scene: &Scene, [eye, target]: View) -> Settings {
         camera: Some(camera),
         sampling: Sampling::Pattern(Pattern::Centre),
         precision: PrecisionChoice::Reference,
-        fresnel: FresnelRule::Model,
         integrator: match scene.render.integrator {
             Integrator::Auto => Integrator::Whitted,
             asked => asked,

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use glam::DVec3;
 use raywright_core::prepare;
 use raywright_core::scene::{Colour, Image, ImageData, Pixels, Scene, Sky};
 use serde_json::{Value, json};
 
-use crate::support::{View, classic, near, physical, pixel, scene, sees, settings, sun};
+use crate::support::{Surface, View, classic, near, physical, pixel, scene, sees, settings, sun};
 
 /// A mesh in the plane z = 0 with two sets of coordinates, of a material; `ramp` has its column in red and its row in green, in
 /// steps of a half and a quarter, and alpha 0.5 in its last row; `codes` is one texel of codes.
@@ -109,9 +110,8 @@ fn textures_of_physical_materials() {
     // Roughness 1 · 0.5 and metalness 0.5 · 1 at normal incidence: see `physical`.
     let terms =
         json!({ "base_colour": 0.5, "metallic": 0.5, "metallic_roughness_texture": { "name": "ramp", "uv": [0.6, 0.6] } });
-    let f0 = 0.02 + 0.25;
-    let expected = (0.25 * (1.0 - f0) + 4.0 * f0) / core::f64::consts::PI;
-    sees(&leaf(physical(terms), true), AT, [expected; 3]);
+    let half = Surface { metallic: 0.5, ..Surface::dielectric(0.5, 0.5, 0.04) };
+    sees(&leaf(physical(terms), true), AT, half.sends([DVec3::Y; 3], true).map(|x| x / core::f64::consts::PI));
 }
 
 /// Protects: the image of a transmission multiplies it by its red channel, or by the one that is named; without the image its factor
