@@ -106,7 +106,7 @@ impl<N: Number> Top<N> {
 impl<N: Number> Base<N> {
     /// What the choice among lobes goes by.
     pub(super) fn importance(&self) -> N {
-        let [base, lost] = self.top.remainder.seen;
+        let [base, lost] = self.top.remainder.shown;
         let base = if self.top.literal.is_some() { N::ONE } else { base };
         ((self.back + self.through) * base + self.interreflected * lost).max_element()
     }
