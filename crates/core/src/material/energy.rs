@@ -29,8 +29,9 @@ const MEAN_GRAZING: f64 = 1.0 / 21.0;
 /// incidence, by Schlick.
 type Entry = [f32; 2];
 
-/// Entries by the perceptual roughness and the cosine of view, and their means over the hemisphere by the roughness. Cosines go by their
-/// root, because albedos fall fast towards grazing.
+/// Entries by the perceptual roughness and the cosine of view, and their means over the hemisphere by the roughness. Roughnesses go by their
+/// root and cosines by their fourth one, because albedos fall fast towards grazing where facets are next to smooth. With even steps of
+/// roughness and roots of cosines, what is interpolated was up to .010 off at cosines from .02 on; so it is up to .004.
 struct Table {
     entries: Vec<Entry>,
     means: Vec<Entry>,
@@ -47,8 +48,8 @@ impl Table {
     fn new() -> Self {
         let share = |i: usize| i as f64 / (STEPS - 1) as f64;
         let entry = |i: usize| {
-            let cosine = (share(i % STEPS) * share(i % STEPS)).max(1e-4);
-            let [all, grazing] = single_scattering(cosine, share(i / STEPS));
+            let [cosine, roughness] = [share(i % STEPS).powi(4).max(1e-4), share(i / STEPS).powi(2)];
+            let [all, grazing] = single_scattering(cosine, roughness);
             [(1.0 - all).max(0.0) as f32, grazing as f32]
         };
         let entries: Vec<Entry> = (0..STEPS * STEPS).map(entry).collect();
@@ -57,18 +58,18 @@ impl Table {
     }
 }
 
-/// The mean over the hemisphere of what is interpolated between a row's entries: 4·∫E·s³ ds by the root s of the cosine, in closed form
+/// The mean over the hemisphere of what is interpolated between a row's entries: 8·∫E·s⁷ ds by the fourth root s of the cosine, in closed form
 /// over each step, so that what is looked up and its mean are one function's.
 fn mean(row: &[Entry]) -> Entry {
     let step = 1.0 / (STEPS - 1) as f64;
     let mut sum = [0.0; 2];
     for (i, pair) in row.windows(2).enumerate() {
         let (a, b) = (i as f64 * step, (i + 1) as f64 * step);
-        let (cubes, fourths) = (b.powi(4) - a.powi(4), 0.8 * (b.powi(5) - a.powi(5)));
+        let (even, rising) = (b.powi(8) - a.powi(8), 8.0 / 9.0 * (b.powi(9) - a.powi(9)));
         for (k, sum) in sum.iter_mut().enumerate() {
             let (from, to) = (f64::from(pair[0][k]), f64::from(pair[1][k]));
             let slope = (to - from) / step;
-            *sum += (from - slope * a) * cubes + slope * fourths;
+            *sum += (from - slope * a) * even + slope * rising;
         }
     }
     sum.map(|x| x as f32)
@@ -115,7 +116,7 @@ fn looked_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
         return [0.0, towards_grazing(cosine.max(0.0))];
     }
-    let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt()), between(roughness));
+    let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt().sqrt()), between(roughness.sqrt()));
     let row = |j: usize| {
         let pair = &table.entries[j * STEPS + i..j * STEPS + i + 2];
         mix(pair[0].map(f64::from), pair[1].map(f64::from), u)
@@ -128,7 +129,7 @@ fn mean_looked_up(table: &Table, roughness: f64) -> [f64; 2] {
     if roughness <= LEAST_ROUGHNESS {
         return [0.0, MEAN_GRAZING];
     }
-    let (j, v) = between(roughness);
+    let (j, v) = between(roughness.sqrt());
     mix(table.means[j].map(f64::from), table.means[j + 1].map(f64::from), v)
 }
 

@@ -53,14 +53,14 @@ pub(crate) use spectrum::{Hero, index_at};
 
 /// What materials read that is tabulated: nothing of it depends on a scene.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Tables {
+pub(crate) struct MaterialTables {
     pub facets: bool,
     pub sheen: bool,
     pub films: bool,
     pub wavelengths: bool,
 }
 
-impl Tables {
+impl MaterialTables {
     /// Makes them, those that have not been made: in preparation, before a clock runs.
     pub(crate) fn prepare(&self) {
         if self.facets {

@@ -13,7 +13,7 @@ pub(crate) use physical::{Alpha, Boundary, Bump, Index, Passage, Physical};
 use super::PrepareError;
 use super::input::{Compiler, Here, Input, Product, Sources};
 use crate::effects::EffectSet;
-use crate::material::{FresnelRule, Tables};
+use crate::material::{FresnelRule, MaterialTables};
 use crate::scene::{Colour, Material as MaterialData, Model, Scene};
 
 /// What preparing a material depends on besides it.
@@ -30,9 +30,9 @@ pub(super) struct Context<R: Real> {
 }
 
 /// The tables that prepared materials read.
-pub(super) fn tables<R: Real>(materials: &[Material<R>], layers: &[Layered<R>]) -> Tables {
+pub(super) fn tables<R: Real>(materials: &[Material<R>], layers: &[Layered<R>]) -> MaterialTables {
     let some = |has: fn(&Layered<R>) -> bool| layers.iter().any(has);
-    Tables {
+    MaterialTables {
         facets: materials.iter().any(|material| matches!(material, Material::Physical(_))),
         sheen: some(|layers| layers.sheen.is_some()),
         films: some(|layers| layers.film.is_some()),
