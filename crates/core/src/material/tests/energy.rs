@@ -9,6 +9,20 @@ fn body(base: DVec3, share: f64, roughness: f64) -> MetallicRoughness<f64> {
     MetallicRoughness { base, metallic: 0.0, roughness, dielectric: 0.04, grazing: 1.0, glass }
 }
 
+/// Protects: what facets of any reflectance send to each other is the sum of its bounces: of light that they lost once, each next bounce
+/// reflects the mean share, sends on what facets do not lose, and keeps the rest for another one.
+#[test]
+fn interreflection_is_the_sum_of_its_bounces() {
+    for (f0, f90, lost) in [(0.04_f64, 1.0_f64, 0.3_f64), (0.5, 1.0, 0.1), (0.9, 1.0, 0.45), (0.02, 0.5, 0.2), (1.0, 1.0, 0.4)] {
+        // Schlick's formula in the mean over the hemisphere, by the cosine.
+        let cell = |k: u32| (f64::from(k) + 0.5) / 1e4;
+        let mean = (0..10_000).map(|k| (f0 + (f90 - f0) * (1.0 - cell(k)).powi(5)) * 2.0 * cell(k) / 1e4).sum::<f64>();
+        let sum = (1..200).map(|k| mean.powi(k + 1) * lost.powi(k - 1) * (1.0 - lost)).sum::<f64>();
+        let found = super::super::energy::interreflected_of(f0, f90, lost);
+        assert!((found - sum).abs() < 1e-6, "{f0} to {f90}, {lost} lost: {found}, not {sum}");
+    }
+}
+
 /// Protects: a body that lets through a part of its light gives back at most what falls on it from within, where all is reflected beyond
 /// the critical angle, so that no depth of paths makes light; smooth white ones all of it, in closed form.
 #[test]
