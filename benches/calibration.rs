@@ -9,6 +9,8 @@
 //! that another way to judge them takes seconds.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
+#[path = "support/judged.rs"]
+mod judged;
 #[path = "support/turns.rs"]
 #[expect(dead_code, reason = "nothing is timed here")]
 mod turns;
@@ -22,28 +24,8 @@ use raywright::core::metrics::student_95;
 use raywright::core::scene::Integrator;
 use raywright::core::settings::{Aov, Sampling};
 use raywright::core::{Ready, Scene, Settings, prepare};
+use raywright::io::Limits;
 use raywright::io::output::{KeptFilm, Metadata, read_film, write_film};
-use raywright::io::{Input, Limits, LoadOptions, load};
-
-/// A floor that is lit through a glass ball alone: every light path is a caustic, found by chance.
-const CAUSTIC: &str = r#"{ "format": 1,
-    "cameras": [{ "pose": { "look_at": { "eye": [0, 3, 4], "target": [0, 0.4, 0] } }, "projection": { "pinhole": { "vertical_fov": 40 } } }],
-    "materials": [{ "name": "floor", "model": { "physical": { "base_colour": 0.7 } } },
-                  { "name": "lamp", "model": { "physical": { "base_colour": 0, "emission": 40 } } },
-                  { "name": "glass", "model": { "physical": { "transmission": 1, "roughness": 0 } } }],
-    "objects": [{ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" },
-                { "shape": { "sphere": { "centre": [0, 0.7, 0], "radius": 0.6 } }, "material": "glass" },
-                { "shape": { "sphere": { "centre": [1, 4, -1], "radius": 0.5 } }, "material": "lamp" }] }"#;
-
-/// A dim room with a tiny, very bright lamp inside a ball of glass, which no ray towards it can reach: few paths find it.
-const RARE: &str = r#"{ "format": 1, "sky": { "constant": 0.1 },
-    "cameras": [{ "pose": { "look_at": { "eye": [0, 2, 5], "target": [0, 0.5, 0] } }, "projection": { "pinhole": { "vertical_fov": 40 } } }],
-    "materials": [{ "name": "floor", "model": { "physical": { "base_colour": 0.7 } } },
-                  { "name": "lamp", "model": { "physical": { "base_colour": 0, "emission": 40000 } } },
-                  { "name": "glass", "model": { "physical": { "transmission": 1, "roughness": 0 } } }],
-    "objects": [{ "shape": { "plane": { "point": [0, 0, 0], "normal": [0, 1, 0] } }, "material": "floor" },
-                { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.3 } }, "material": "glass" },
-                { "shape": { "sphere": { "centre": [0, 1, 0], "radius": 0.01 } }, "material": "lamp" }] }"#;
 
 /// What pictures are asked for that get as many samples as it takes: errors for which sixteen samples, the least there is, do not suffice.
 const ASKED: [(&str, f64); 8] = [
@@ -59,32 +41,6 @@ const ASKED: [(&str, f64); 8] = [
 
 /// Samples of a pixel in the pictures whose intervals are judged: with fewer there are too few replicates for one.
 const SAMPLES: u32 = 64;
-
-/// What is judged: presets that there are, two scenes that are hard, and those of the folder.
-fn scenes() -> Vec<(String, Scene)> {
-    let preset =
-        |name: &str| load(&Input::Preset(name.to_owned()), &LoadOptions::default()).ok().map(|l| (name.to_owned(), l.scene));
-    let mut all: Vec<(String, Scene)> =
-        ["cornell", "glossy-box", "many-lights", "product", "absorption", "layers", "depth-of-field"]
-            .into_iter()
-            .filter_map(preset)
-            .collect();
-    for (name, text) in [("caustic", CAUSTIC), ("rare light", RARE)] {
-        all.push((name.to_owned(), serde_json::from_str(text).unwrap_or_else(|e| panic!("{name} is right: {e}"))));
-    }
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/calibration");
-    let files = std::fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    let mut files: Vec<PathBuf> = files.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    files.sort();
-    for file in files {
-        let name = file.file_name().map(|name| name.to_string_lossy().replace(".scene.toml", "")).unwrap_or_default();
-        let scene = load(&Input::Path(file), &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}")).scene;
-        all.push((name, scene));
-    }
-    let chosen: Vec<String> = std::env::args().skip(1).filter(|word| all.iter().any(|(name, _)| name == word)).collect();
-    all.retain(|(name, _)| chosen.is_empty() || chosen.contains(name));
-    all
-}
 
 /// One render: its colours, the green ones' standard errors, what it claims, and samples of a pixel on average.
 struct Taken {
@@ -209,7 +165,7 @@ fn intervals(renders: u64, films: Option<&Path>) {
          beyond twice, of the others | pixels that carry it | of pixels, interval holds | without width |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    for (name, scene) in scenes() {
+    for (name, scene) in judged::scenes() {
         let render = |seed| film(&scene, [60, 40], SAMPLES, None, seed);
         let all = all_of(renders, 0, |seed| match films {
             Some(folder) => kept(&folder.join(format!("{name}-{seed}.film")), || render(seed)),
@@ -269,7 +225,7 @@ fn targets(renders: u64) {
         "| scene | asked | reached | met | samples | oracle's, the same everywhere | ratio | bias of the mean in its standard errors |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    for (name, scene) in scenes() {
+    for (name, scene) in judged::scenes() {
         let Some(&(_, asked)) = ASKED.iter().find(|(of, _)| *of == name) else { continue };
         let truths = all_of(16, 2_000_000, |seed| film(&scene, SIZE, 256, None, seed));
         let truth: Vec<[f64; 3]> = sum_of(&truths).iter().map(|sum| sum.map(|s| s / truths.len() as f64)).collect();

@@ -35,9 +35,11 @@ pub fn identity(loaded: &Loaded, changes: &SceneArgs, choices: &ChoiceArgs) -> S
     format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), of_picture(choices))
 }
 
-/// Those of them that parts of one picture have in common: how many samples there are is the film's business.
+/// Those of them that parts of one picture have in common: how many samples there are, and whether they are denoised, is the film's
+/// business.
 fn of_picture(choices: &ChoiceArgs) -> String {
-    let decides = |choice: &&Choice| choice.ladder().changes_pictures() && choice.ladder() != Ladder::Samples;
+    let of_film = [Ladder::Samples, Ladder::Reconstruction];
+    let decides = |choice: &&Choice| choice.ladder().changes_pictures() && !of_film.contains(&choice.ladder());
     chosen(&ChoiceArgs { rungs: choices.rungs.iter().filter(decides).copied().collect(), without: choices.without.clone() })
 }
 
@@ -68,6 +70,7 @@ fn settings(settings: &Settings, display: Display) -> String {
         Sampling::Pattern(Pattern::Corners) => "corners".to_owned(),
     };
     let error = settings.max_error.map(|error| format!(" max_error={error}")).unwrap_or_default();
+    let denoise = if settings.denoise { " reconstruction=denoised" } else { "" };
     let crop = settings.crop.map(|c| format!(" crop={},{},{},{}", c.x, c.y, c.width, c.height)).unwrap_or_default();
     let depth = match settings.max_depth {
         Settings::UNLIMITED => "unlimited".to_owned(),
@@ -75,7 +78,7 @@ fn settings(settings: &Settings, display: Display) -> String {
     };
     let clamp = settings.clamp.map(|most| format!(" clamp={most}")).unwrap_or_default();
     format!(
-        "size={width}x{height}{crop} samples={samples}{error} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}",
+        "size={width}x{height}{crop} samples={samples}{error}{denoise} max_depth={depth}{clamp} integrator={} precision={} exposure={} tone_map={} gamma={}",
         name(&settings.integrator),
         precision(settings.precision),
         display.exposure_stops,

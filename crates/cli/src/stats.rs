@@ -2,6 +2,7 @@
 //! without a new [`FORMAT`].
 
 use raywright_core::counters::Counters;
+use raywright_core::denoise::Denoised;
 use raywright_core::effects::Finding;
 use raywright_core::film::Uncertainty;
 use raywright_core::{Ready, Rendered};
@@ -30,6 +31,18 @@ pub struct Stats<'a> {
     /// Absent where it can't be told.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Uncertainty>,
+    /// Absent where the picture was not denoised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    denoised: Option<Claim>,
+}
+
+/// What is claimed of a denoised picture.
+#[derive(Debug, Serialize)]
+struct Claim {
+    #[serde(flatten)]
+    error: Uncertainty,
+    /// What denoising did to the picture's light, as a share of it: below zero where it is darker.
+    brightened: f64,
 }
 
 /// Rays by kind.
@@ -74,6 +87,7 @@ impl<'a> Stats<'a> {
             memory: Memory { peak_bytes: memory::peak_bytes(), geometry_bytes: held.geometry, texture_bytes: held.textures },
             accelerator: origin::accelerator(ready.settings().accelerator),
             error,
+            denoised: rendered.denoised().map(|&Denoised { error, brightened, .. }| Claim { error, brightened }),
         }
     }
 }

@@ -146,7 +146,7 @@ impl Ready {
         let mut film = self.film("");
         let whole = film.whole();
         self.render_rounds(&mut film, &whole, observer);
-        Rendered::of(&film)
+        Rendered::of(&film, observer)
     }
 
     /// A film with nothing on it yet, to be rendered part by part. `scene` is whatever tells scenes apart, such as a hash of
@@ -174,7 +174,7 @@ impl Ready {
         loop {
             self.render_units(film, part, observer);
             let aimed = self.settings.max_error.filter(|_| film.lacking(&film.whole()) == 0);
-            if aimed.is_none_or(|error| film.aim(error) != Aim::Further) {
+            if aimed.is_none_or(|error| film.aim(error, observer) != Aim::Further) {
                 return;
             }
         }

@@ -62,6 +62,7 @@ mod affine;
 pub mod bench;
 pub mod camera;
 pub mod counters;
+pub mod denoise;
 pub mod dispatch;
 pub mod display;
 pub mod effects;

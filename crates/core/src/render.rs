@@ -14,6 +14,7 @@ use self::ahead::{Ahead, Samples};
 use self::first_hits::FirstHits;
 use self::queue::{Next, Queue};
 use crate::counters::Counters;
+use crate::denoise::{DenoiseError, Denoised, denoise};
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit, parts};
 use crate::filter::Draws;
 use crate::integrator::{FirstHit, Kernel, Tracer};
@@ -30,6 +31,8 @@ use crate::settings::{Accumulation, Aov, Crop, Sampling, Settings};
 pub struct Rendered {
     /// The picture; where it was not finished, the mean of the samples so far, black without any.
     pub picture: Picture,
+    /// The same denoised, or why it can't be; none where nobody asked.
+    pub denoised: Option<Result<Denoised, DenoiseError>>,
     /// Rays and samples.
     pub counters: Counters,
     /// Pixels that lack samples because the observer stopped the render.
@@ -39,10 +42,27 @@ pub struct Rendered {
 }
 
 impl Rendered {
-    /// What a film amounts to so far.
-    pub fn of(film: &Film) -> Self {
+    /// What a film amounts to so far, denoised where it is to be.
+    pub fn of(film: &Film, observer: &dyn Observer) -> Self {
+        let denoised = film.is_to_be_denoised().then(|| denoise(film, observer));
+        Self { denoised, ..Self::noisy(film) }
+    }
+
+    /// What a film amounts to so far, as it is.
+    pub fn noisy(film: &Film) -> Self {
         let unfinished = film.unfinished();
-        Self { picture: film.picture(), counters: film.counters(), unfinished, finished: unfinished == 0 }
+        let (picture, counters) = (film.picture(), film.counters());
+        Self { picture, denoised: None, counters, unfinished, finished: unfinished == 0 }
+    }
+
+    /// The denoised picture with what is claimed of it, where there is one.
+    pub fn denoised(&self) -> Option<&Denoised> {
+        self.denoised.as_ref()?.as_ref().ok()
+    }
+
+    /// The picture that is to be looked at: the denoised one where there is one.
+    pub fn shown(&self) -> &Picture {
+        self.denoised().map_or(&self.picture, |denoised| &denoised.picture)
     }
 }
 
@@ -152,8 +172,9 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                         for index in self.samples.clone() {
                             let make = |most, samples: &mut Samples<_>| self.make_samples([x, y], index, most, samples);
                             let Some(brought) = ahead.next(&mut tracer, make) else { break };
-                            dropped += u64::from(!pixel.add(brought.radiance, parts(brought.coverage)));
-                            firsts.add(ahead.first(&tracer));
+                            let entered = pixel.add(brought.radiance, parts(brought.coverage));
+                            dropped += u64::from(!entered);
+                            firsts.add(|| ahead.first(&tracer), entered);
                         }
                         finish(&mut plane, pixel.finish());
                         firsts.push(&mut plane);
@@ -201,13 +222,14 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
             let lower = &lattice[(y + 1) * row..][..row];
             for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {
-                for &(radiance, covered) in [&bottom[0], &bottom[1], &top[0], &top[1]] {
-                    dropped += u64::from(!pixel.add(radiance, covered));
-                }
+                let entered = [&bottom[0], &bottom[1], &top[0], &top[1]].map(|&(radiance, covered)| pixel.add(radiance, covered));
+                dropped += entered.iter().filter(|entered| !**entered).count() as u64;
                 finish(plane, pixel.finish());
                 if !hits.is_empty() {
                     let top = y * row + x;
-                    [top + row, top + row + 1, top, top + 1].into_iter().for_each(|at| firsts.add(hits[at].as_ref()));
+                    for (at, entered) in [top + row, top + row + 1, top, top + 1].into_iter().zip(entered) {
+                        firsts.add(|| (hits[at].0.as_ref(), hits[at].1), entered);
+                    }
                     firsts.push(plane);
                 }
             }
@@ -216,9 +238,9 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     }
 
     /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to four pixels that share it, and their first
-    /// hits where layers ask for them.
+    /// hits and what was seen without light from elsewhere, where layers ask for them.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
-    fn lattice(&self, tracer: &mut Tracer<'_, P, K>) -> (Vec<(Vec3Of<P>, u32)>, Vec<Option<FirstHit>>) {
+    fn lattice(&self, tracer: &mut Tracer<'_, P, K>) -> (Vec<(Vec3Of<P>, u32)>, Vec<(Option<FirstHit>, [f64; 3])>) {
         // One more each way than there are pixels.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
@@ -236,7 +258,8 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
                 let Some(brought) = ahead.next(tracer, make) else { break };
                 corners.push((brought.radiance, parts(brought.coverage)));
                 if asked {
-                    hits.push(ahead.first(tracer).copied());
+                    let (first, direct) = ahead.first(tracer);
+                    hits.push((first.copied(), direct));
                 }
             }
         }

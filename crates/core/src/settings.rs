@@ -105,6 +105,8 @@ pub enum Aov {
     Normal,
     /// Position of the first hit, mean over the samples that hit.
     Position,
+    /// What camera rays see without light from elsewhere: lamps, the sky and what shows its colour as it is; mean over the samples.
+    Emission,
     /// Distance along the pixel-centre ray, −1 for the sky.
     Depth,
     /// Index of the object that the pixel-centre ray hits, −1 for the sky.
@@ -120,10 +122,11 @@ pub enum Aov {
 
 impl Aov {
     /// Every layer with its name on the command line.
-    pub const ALL: [(&'static str, Self); 8] = [
+    pub const ALL: [(&'static str, Self); 9] = [
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("position", Self::Position),
+        ("emission", Self::Emission),
         ("depth", Self::Depth),
         ("object", Self::Object),
         ("material", Self::Material),
@@ -176,6 +179,9 @@ pub struct Settings {
     /// Independent parts that the general sampler's samples are taken in, where there are as many samples; the spread of their
     /// means is what errors are estimated from. None: [`replicates`] says how many.
     pub replicates: Option<u32>,
+    /// Whether the picture is denoised once it is there: less noise for a bias that it tells itself. Its samples are taken in four replicates
+    /// then, from eight on, and it keeps the layers that [`crate::denoise`] reads.
+    pub denoise: bool,
     /// Root relMSE that the picture may have, above zero: samples are added where the error is until the upper end of its interval
     /// is below, at most as many as `sampling` says. None: every pixel takes those.
     pub max_error: Option<f64>,
@@ -226,6 +232,7 @@ impl Settings {
             seed: scene.render.seed,
             frame: 0,
             replicates: None,
+            denoise: false,
             max_error: None,
             precision: PrecisionChoice::default(),
             accelerator: AcceleratorKind::Tree(BuildQuality::default()),

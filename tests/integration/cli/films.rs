@@ -38,24 +38,24 @@ material = "glass"
 
 const LAYERS: &str = "--aov=albedo,normal,position,depth,object,samples,stderr";
 
-fn desk() -> Desk {
+pub(super) fn desk() -> Desk {
     let desk = Desk::new();
     desk.write("room.scene.toml", SCENE);
     desk
 }
 
 /// Renders the scene with these further words.
-fn render(desk: &Desk, words: &str) -> crate::support::Run {
+pub(super) fn render(desk: &Desk, words: &str) -> crate::support::Run {
     let first = ["render", "room.scene.toml", "--integrator", "path", "--progress=none"];
     desk.run(&first.into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
 }
 
-fn merge(desk: &Desk, words: &str) -> crate::support::Run {
+pub(super) fn merge(desk: &Desk, words: &str) -> crate::support::Run {
     desk.run(&["merge"].into_iter().chain(words.split_whitespace()).collect::<Vec<&str>>())
 }
 
 /// Colours and layers by name, to the bit.
-fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
+pub(super) fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
     let colour = ("colour".to_owned(), picture.rgb.iter().flatten().map(|x| x.to_bits()).collect());
     let layer = |layer: &raywright::core::picture::Layer| {
         (layer.name.clone(), layer.samples.iter().map(|x| x.to_bits()).collect::<Vec<u32>>())
@@ -65,7 +65,7 @@ fn bits(picture: &Picture) -> Vec<(String, Vec<u32>)> {
 }
 
 #[track_caller]
-fn same_bits(desk: &Desk, one: &str, other: &str) {
+pub(super) fn same_bits(desk: &Desk, one: &str, other: &str) {
     let (one_bits, other_bits) = (bits(&desk.picture(one)), bits(&desk.picture(other)));
     assert_eq!(one_bits.len(), other_bits.len());
     for (a, b) in one_bits.iter().zip(&other_bits) {

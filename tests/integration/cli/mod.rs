@@ -4,6 +4,7 @@ mod accuracy;
 mod bench;
 mod choices;
 mod compare;
+mod denoise;
 mod environment;
 mod film_limits;
 mod films;

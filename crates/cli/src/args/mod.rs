@@ -6,6 +6,7 @@ pub mod values;
 mod accuracy;
 mod bench;
 mod compare;
+mod denoise;
 mod merge;
 mod render;
 mod scene;
@@ -13,6 +14,7 @@ mod scene;
 pub use accuracy::AccuracyArgs;
 pub use bench::BenchArgs;
 pub use compare::CompareArgs;
+pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
 pub use render::{
     DisplayArgs, FilmArgs, LightArgs, MOST_SAMPLES, Precision, ProgressStyle, RenderArgs, ReportArgs, Share, ViewArgs,
@@ -62,6 +64,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Make one picture of parts that were rendered apart
     Merge(MergeArgs),
+    /// Filter the noise out of a render that was kept, and tell how wrong the result is
+    Denoise(DenoiseArgs),
     /// Say which effects of a scene are simulated, which it has none of, and which are left out
     Explain(ExplainArgs),
     /// Measure how far two pictures are apart

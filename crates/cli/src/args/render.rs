@@ -27,6 +27,7 @@ fn examples() -> String {
   raywright render duck.glb -o d.png -o d.exr  A model, to two files
   raywright render a.scene.toml --crop 100,50,320,200
   raywright render a.scene.toml -o - | display
+  raywright render a.scene.toml --quick        A first look: 16 samples, denoised
   raywright render a.scene.toml --budget 30s   As good as it gets in half a minute
   raywright render cornell.glb --max-error 0.05 -o c.exr   As good as that, in as many samples as it takes
 
@@ -50,8 +51,8 @@ pub struct RenderArgs {
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
     pub outputs: Vec<PathBuf>,
 
-    /// Layers to add to an .exr output, separated by commas: albedo, normal, position, depth, object, material, samples
-    /// (how many), stderr (standard error)
+    /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (lamps and sky as seen), depth,
+    /// object, material, samples (how many), stderr (standard error)
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov(), hide_possible_values = true)]
     pub aov: Vec<Aov>,
 
@@ -138,8 +139,18 @@ pub struct LightArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub spp: Option<u32>,
 
+    /// Filter the noise out of the picture, from 8 samples on, and tell how wrong it still is. It is biased: what is fine or faint is
+    /// blurred. PNG shows it; EXR keeps the noisy picture and gains layers denoised and denoised.stderr
+    #[arg(long)]
+    pub denoise: bool,
+
+    /// A first look: at most 16 samples, denoised. The fixed pattern of a scene stays as it is
+    #[arg(long, conflicts_with_all = ["spp", "max_error", "budget", "replay", "resume"])]
+    pub quick: bool,
+
     /// Add samples where the error is until the root relMSE is below E, by the upper end of its 95 % interval: 0.1 is grainy, 0.02
-    /// clean; at most --spp samples a pixel, or what --budget leaves time for [default: every pixel takes --spp]
+    /// clean; at most --spp samples a pixel, or what --budget leaves time for; with --denoise it is the denoised picture's error
+    /// [default: every pixel takes --spp]
     #[arg(long, value_name = "E", value_parser = values::max_error)]
     pub max_error: Option<f64>,
 

@@ -35,12 +35,12 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     }
     // A film that can't be kept is no reason to give up the picture.
     let filmed = args.checkpoint.as_ref().map_or(Ok(()), |path| write_film(path, &mut kept));
-    let rendered = Rendered::of(&kept.film);
+    let rendered = Rendered::of(&kept.film, &());
     let display = shown(&args.display, kept.display);
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| path.display().to_string()));
     let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
-    super::render::tell::tell_noise(&kept.film, None, verbosity);
+    super::render::tell::tell_noise(&kept.film, &rendered, None, verbosity);
     if !written.is_empty() {
         let parts = if args.parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", args.parts.len()) };
         verbosity.say(format_args!("wrote {} ({parts}, {})", written.join(", "), spoken(clock.total())));
@@ -54,7 +54,7 @@ fn limits(args: &MergeArgs) -> Limits {
 }
 
 /// How it is shown: as the parts say, where nothing else is asked for.
-fn shown(asked: &DisplayArgs, own: Display) -> Display {
+pub fn shown(asked: &DisplayArgs, own: Display) -> Display {
     Display {
         tone_map: asked.tonemap.unwrap_or(own.tone_map),
         curve: asked.gamma.unwrap_or(own.curve),

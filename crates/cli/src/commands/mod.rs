@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod compare;
 mod completions;
+mod denoise;
 mod explain;
 mod info;
 mod man;
@@ -21,6 +22,7 @@ pub fn run(command: Option<Command>) -> Result<(), Failure> {
     match command.unwrap_or_else(|| Command::Render(Box::default())) {
         Command::Render(args) => render::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::Denoise(args) => denoise::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),

@@ -16,6 +16,9 @@ use raywright_io::{Error, Limits};
 use crate::args::{MOST_SAMPLES, RenderArgs};
 use crate::failure::Failure;
 
+/// Samples of a pixel for a first look.
+const QUICK_SAMPLES: u32 = 16;
+
 /// How one picture is made.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -40,6 +43,7 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
         clamp: light.clamp,
         integrator: light.integrator.unwrap_or(own.integrator),
         max_error: light.max_error,
+        denoise: light.denoise || light.quick,
         seed: light.seed.unwrap_or(own.seed),
         precision: light.precision.map_or(own.precision, Into::into),
         accelerator: args.machine.accel.map_or(own.accelerator, Into::into),
@@ -66,6 +70,7 @@ fn sampling(scene: &Scene, args: &RenderArgs) -> Sampling {
     let open_ended = (args.film.budget.is_some() || args.film.replay.is_some()) && !named;
     match Sampling::resolve(scene, args.light.spp) {
         Sampling::General(_) if open_ended => Sampling::General(MOST_SAMPLES),
+        Sampling::General(own) if args.light.quick => Sampling::General(own.min(QUICK_SAMPLES)),
         _ if args.light.max_error.is_some() => Sampling::General(args.light.spp.unwrap_or(MOST_SAMPLES)),
         other => other,
     }

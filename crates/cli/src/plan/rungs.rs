@@ -31,6 +31,8 @@ pub fn refuse_two_words(args: &RenderArgs) -> Result<(), Failure> {
             Ladder::Precision if args.light.precision.is_some() => "--precision",
             Ladder::Samples if args.light.spp.is_some() => "--spp",
             Ladder::Clamp if args.light.clamp.is_some() => "--clamp",
+            Ladder::Reconstruction if args.light.denoise => "--denoise",
+            Ladder::Reconstruction | Ladder::Samples if args.light.quick => "--quick",
             Ladder::PathLength if args.light.max_depth.is_some() => "--max-depth",
             Ladder::Accelerator | Ladder::Build if args.machine.accel.is_some() => "--accel",
             _ => continue,
@@ -83,7 +85,16 @@ mod tests {
     #[test]
     fn each_flag_has_its_ladders() {
         let refused = |flag: &[&str]| {
-            ["precision=fast", "samples=4", "path-length=2", "accelerator=linear", "build=fast", "clamp=10"].map(|rung| {
+            [
+                "precision=fast",
+                "samples=4",
+                "path-length=2",
+                "accelerator=linear",
+                "build=fast",
+                "clamp=10",
+                "reconstruction=denoised",
+            ]
+            .map(|rung| {
                 let words = [&["raywright", "render", "--rung", rung], flag].concat();
                 let Ok(Arguments { command: Some(Command::Render(args)) }) = Arguments::try_parse_from(words) else {
                     panic!("a right command line")
@@ -91,11 +102,13 @@ mod tests {
                 u8::from(refuse_two_words(&args).is_err())
             })
         };
-        assert_eq!(refused(&["--precision", "fast"]), [1, 0, 0, 0, 0, 0]);
-        assert_eq!(refused(&["--spp", "4"]), [0, 1, 0, 0, 0, 0]);
-        assert_eq!(refused(&["--max-depth", "2"]), [0, 0, 1, 0, 0, 0]);
-        assert_eq!(refused(&["--accel", "bvh"]), [0, 0, 0, 1, 1, 0]);
-        assert_eq!(refused(&["--clamp", "3"]), [0, 0, 0, 0, 0, 1]);
-        assert_eq!(refused(&[]), [0; 6]);
+        assert_eq!(refused(&["--precision", "fast"]), [1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(refused(&["--spp", "4"]), [0, 1, 0, 0, 0, 0, 0]);
+        assert_eq!(refused(&["--max-depth", "2"]), [0, 0, 1, 0, 0, 0, 0]);
+        assert_eq!(refused(&["--accel", "bvh"]), [0, 0, 0, 1, 1, 0, 0]);
+        assert_eq!(refused(&["--clamp", "3"]), [0, 0, 0, 0, 0, 1, 0]);
+        assert_eq!(refused(&["--denoise"]), [0, 0, 0, 0, 0, 0, 1]);
+        assert_eq!(refused(&["--quick"]), [0, 1, 0, 0, 0, 0, 1]);
+        assert_eq!(refused(&[]), [0; 7]);
     }
 }

@@ -35,8 +35,14 @@ enum Direction {
     MoreExact,
 }
 
-/// Walks from the scene's own setting in both directions. `measure` gives the point of a setting, none where time is out.
-pub(super) fn walk(steps: &[Steps], own: Point, measure: &mut dyn FnMut(&Setting) -> Option<Point>) -> Vec<(Setting, Point)> {
+/// Walks from the scene's own setting in both directions, over those settings that `is_possible` allows. `measure` gives the point of a
+/// setting, none where time is out.
+pub(super) fn walk(
+    steps: &[Steps],
+    own: Point,
+    is_possible: &dyn Fn(&Setting) -> bool,
+    measure: &mut dyn FnMut(&Setting) -> Option<Point>,
+) -> Vec<(Setting, Point)> {
     let mut found = Vec::new();
     for direction in [Direction::Faster, Direction::MoreExact] {
         let mut walk =
@@ -45,6 +51,10 @@ pub(super) fn walk(steps: &[Steps], own: Point, measure: &mut dyn FnMut(&Setting
         for _ in 0..LONGEST_WALK {
             let Some((ladder, rung)) = walk.best(direction, &barred) else { break };
             let setting = walk.moved(ladder, rung);
+            if !is_possible(&setting) {
+                barred.push((ladder, rung));
+                continue;
+            }
             let Some(point) = measure(&setting) else { return found };
             found.push((setting.clone(), point));
             let better = match direction {
@@ -168,7 +178,7 @@ mod tests {
     #[test]
     fn walks_take_what_gives_most() {
         let mut asked = Vec::new();
-        let found = walk(&steps(), point(16.0, 0.0635), &mut |setting| {
+        let found = walk(&steps(), point(16.0, 0.0635), &|_| true, &mut |setting| {
             asked.push(setting.to_string());
             Some(truth(setting))
         });
@@ -179,16 +189,28 @@ mod tests {
         assert!(front.len() >= 5, "{found:?}");
     }
 
+    /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk takes the other ladders' steps.
+    #[test]
+    fn walks_go_around_what_is_impossible() {
+        let is_possible = |setting: &Setting| setting.rung(Ladder::Samples).is_none_or(|samples| !["1", "256"].contains(&samples.rung()));
+        let mut asked = Vec::new();
+        walk(&steps(), point(16.0, 0.0635), &is_possible, &mut |setting| {
+            asked.push(setting.to_string());
+            Some(truth(setting))
+        });
+        assert_eq!(asked, ["precision=fast", "precision=fast samples=4", "samples=64"]);
+    }
+
     /// Protects: a step that turns out to be none is not taken twice, and a walk ends where time is out.
     #[test]
     fn walks_end() {
         let mut asked = 0;
-        let found = walk(&steps(), point(16.0, 0.0635), &mut |_| {
+        let found = walk(&steps(), point(16.0, 0.0635), &|_| true, &mut |_| {
             asked += 1;
             Some(point(16.0, 0.0635))
         });
         // Faster: both ladders once; more exact: samples once, since digits promise too little.
         assert_eq!((asked, found.len()), (3, 3));
-        assert!(walk(&steps(), point(16.0, 0.0635), &mut |_| None).is_empty());
+        assert!(walk(&steps(), point(16.0, 0.0635), &|_| true, &mut |_| None).is_empty());
     }
 }

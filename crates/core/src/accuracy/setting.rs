@@ -75,6 +75,7 @@ pub(super) fn reference(exact: &Setting, scene: &Scene, settings: &Settings, sam
     settings.precision = PrecisionChoice::Reference;
     settings.sampling = Sampling::General(samples);
     settings.seed = !settings.seed;
+    settings.denoise = false;
     (scene, settings)
 }
 

@@ -126,7 +126,7 @@ impl Studio<'_> {
         };
         Ok(Take {
             rays: rendered.counters.rays(),
-            picture: rendered.picture,
+            picture: rendered.shown().clone(),
             seconds,
             preparing,
             by_chance: ready.is_by_chance(),

@@ -12,6 +12,8 @@
 
 use super::relative::weights;
 use super::{Film, Plan, Plane};
+use crate::denoise::denoise;
+use crate::observer::Observer;
 
 /// Samples of a replicate in the first round.
 const FIRST: u32 = 4;
@@ -52,14 +54,21 @@ fn on_grid(samples: f64) -> u32 {
 
 impl Film {
     /// Decides after a whole round what the next one is to take for a root relMSE below `error`.
-    pub(crate) fn aim(&mut self, error: f64) -> Aim {
+    /// Where the picture is to be denoised, that is the denoised one's.
+    pub(crate) fn aim(&mut self, error: f64, observer: &dyn Observer) -> Aim {
         if self.is_replayed {
             return Aim::Exhausted;
         }
-        let claimed = self.uncertainty();
-        if claimed.is_some_and(|claimed| claimed.doubt.is_none() && claimed.root_relmse.high <= error) {
+        let noisy = self.uncertainty();
+        let denoised = if self.is_to_be_denoised() { denoise(self, observer).ok() } else { None };
+        let is_reached = noisy.is_some_and(|noisy| match &denoised {
+            Some(denoised) => denoised.reaches(error, &noisy),
+            None => noisy.reaches(error),
+        });
+        if is_reached {
             return Aim::Reached;
         }
+        let claimed = denoised.map(|denoised| denoised.error).or(noisy);
         // A squared error falls at least as fast as samples are added.
         let lacking = claimed.filter(|claimed| claimed.doubt.is_none()).map_or(GROWTH, |claimed| {
             let upper = claimed.root_relmse.high / error;

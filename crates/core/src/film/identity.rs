@@ -19,7 +19,7 @@ pub(crate) struct Identity {
 
 impl Identity {
     pub fn new(scene: &str, settings: &Settings) -> Self {
-        // Every setting is named, so that a new one cannot be forgotten. Crop, tiles and replicates are the plan's.
+        // Every setting is named, so that a new one cannot be forgotten. Crop, tiles, replicates and denoising are the plan's.
         let Settings {
             size,
             camera,
@@ -43,6 +43,7 @@ impl Identity {
             aovs,
             crop: _,
             max_error,
+            denoise: _,
             replicates: _,
             tile_size: _,
             accelerator: _,

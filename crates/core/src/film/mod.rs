@@ -11,11 +11,13 @@
 //!
 //! A pixel takes 128 bytes in four replicates without layers, the finished picture included, and 24 more for each replicate whose
 //! last block of samples is not full; 38 where chance has no part, because
-//! then there is one replicate and no spread. [`Memory`](crate::Memory) counts them before anything is rendered.
+//! then there is one replicate and no spread. A picture that is to be denoised keeps four replicates and four layers whatever else is asked
+//! for. [`Memory`](crate::Memory) counts them before anything is rendered.
 
 mod adaptive;
 mod again;
 mod estimate;
+mod four;
 mod identity;
 mod merge;
 mod pixel;
@@ -25,11 +27,12 @@ mod record;
 mod relative;
 mod sums;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod uncertainty;
 
 pub(crate) use adaptive::Aim;
 use estimate::There;
+pub(crate) use four::{BRIGHTEST, FOUR, Four, Missing};
 use identity::Identity;
 pub use merge::PartError;
 pub(crate) use plan::Plan;
@@ -185,6 +188,11 @@ impl Film {
         (0..self.plan.tiles()).filter(lacking).map(|tile| self.plan.pixels_of(tile)).sum()
     }
 
+    /// Whether its picture is to be denoised.
+    pub fn is_to_be_denoised(&self) -> bool {
+        self.plan.denoise.is_some()
+    }
+
     /// Samples of each pixel that the picture is to have; none where they go where the error is, or where another film's went.
     pub fn asked(&self) -> Option<u32> {
         self.goals.is_empty().then(|| self.plan.samples())
@@ -321,14 +329,16 @@ impl Film {
             *colour = planes.mean(pixel).0.map(|c| c as f32);
         }
         picture.alpha = plan.alpha.then(|| all.clone().map(|pixel| planes.coverage(pixel)).collect());
-        let mut layers: Vec<Vec<f32>> = Vec::new();
-        for k in 0..plan.layers.mean.len() {
-            layers.extend((0..3).map(|i| all.clone().map(|pixel| self.layer_mean(k, i, pixel)).collect()));
+        let mut layers: Vec<(&str, Vec<f32>)> = Vec::new();
+        for (k, (aov, names)) in plan.layers.mean.iter().enumerate().filter(|(_, (aov, _))| plan.shows(*aov)) {
+            let mean = |i: usize| all.clone().map(|pixel| self.layer_mean(k, *aov, i, pixel)).collect();
+            layers.extend(names.iter().enumerate().map(|(i, &name)| (name, mean(i))));
         }
-        let centre = |k: usize| self.centre.get(k).cloned().unwrap_or_else(|| vec![0.0; plan.pixels()]);
-        layers.extend((0..plan.layers.centre.len()).map(centre));
+        for (k, (_, name)) in plan.layers.centre.iter().enumerate().filter(|(_, (aov, _))| plan.shows(*aov)) {
+            layers.push((name, self.centre.get(k).cloned().unwrap_or_else(|| vec![0.0; plan.pixels()])));
+        }
         if plan.layers.samples {
-            layers.push(all.clone().map(|pixel| planes.mean(pixel).1 as f32).collect());
+            layers.push(("samples.N", all.clone().map(|pixel| planes.mean(pixel).1 as f32).collect()));
         }
         if plan.layers.standard_error {
             let errors = if plan.random {
@@ -336,21 +346,22 @@ impl Film {
             } else {
                 vec![[0.0; 3]; plan.pixels()]
             };
-            layers.extend((0..3).map(|i| errors.iter().map(|error| error[i]).collect()));
+            let named = ["stderr.R", "stderr.G", "stderr.B"].into_iter().enumerate();
+            layers.extend(named.map(|(i, name)| (name, errors.iter().map(|error| error[i]).collect())));
         }
-        let named = plan.layers.names().zip(layers);
-        picture.layers = named.map(|(name, samples)| Layer { name: name.to_owned(), samples }).collect();
+        picture.layers = layers.into_iter().map(|(name, samples)| Layer { name: name.to_owned(), samples }).collect();
         picture
     }
 
     /// One channel of a layer that is a mean over the samples, weighted by how many each replicate has.
-    fn layer_mean(&self, layer: usize, channel: usize, pixel: usize) -> f32 {
+    fn layer_mean(&self, layer: usize, aov: Aov, channel: usize, pixel: usize) -> f32 {
         let (mut sum, mut count) = (0.0, 0.0);
         let tile = self.plan.tile_of(pixel);
         for (replicate, plane) in (0..).zip(&self.planes) {
             let Some(plane) = plane else { continue };
-            let n = match self.plan.layers.mean[layer].0 {
+            let n = match aov {
                 Aov::Position => f64::from(plane.first_hits[pixel]),
+                Aov::Emission => f64::from(plane.samples[pixel]),
                 _ => f64::from(self.drawn(tile, replicate)),
             };
             let mean = (plane.layers[layer][pixel][channel] / f64::max(n, 1.0)) as f32;

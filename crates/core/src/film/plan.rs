@@ -5,6 +5,7 @@ use core::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::plane::has_open;
+use crate::denoise;
 use crate::settings::{Aov, Background, Crop, Settings, replicates};
 
 /// Samples of a pixel in one replicate, at most: they are counted in 16 bits and are points of one sequence of 2¹⁶.
@@ -51,6 +52,7 @@ impl From<Vec<Aov>> for Layers {
                 Aov::Albedo => mean.push((aov, ["albedo.R", "albedo.G", "albedo.B"])),
                 Aov::Normal => mean.push((aov, ["normal.X", "normal.Y", "normal.Z"])),
                 Aov::Position => mean.push((aov, ["position.X", "position.Y", "position.Z"])),
+                Aov::Emission => mean.push((aov, ["emission.R", "emission.G", "emission.B"])),
                 Aov::Depth => centre.push((aov, "depth.Z")),
                 Aov::Object => centre.push((aov, "object.id")),
                 Aov::Material => centre.push((aov, "material.id")),
@@ -59,16 +61,6 @@ impl From<Vec<Aov>> for Layers {
         }
         let has = |aov| asked.contains(&aov);
         Self { mean, centre, samples: has(Aov::Samples), standard_error: has(Aov::StandardError), asked }
-    }
-}
-
-impl Layers {
-    pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        let mean = self.mean.iter().flat_map(|(_, names)| names.iter());
-        let hits = mean.chain(self.centre.iter().map(|(_, name)| name));
-        let sums = self.samples.then_some(&"samples.N").into_iter();
-        let error = if self.standard_error { &["stderr.R", "stderr.G", "stderr.B"][..] } else { &[] };
-        hits.chain(sums).chain(error).copied()
     }
 }
 
@@ -93,6 +85,9 @@ pub(crate) struct Plan {
     is_fixed: bool,
     /// Whether samples go where the error is, so that tiles and halves of replicates end with different numbers.
     pub adaptive: bool,
+    /// Where the picture is to be denoised, the layers that are kept for that alone and are none of the picture's; none: it is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub denoise: Option<Vec<Aov>>,
 }
 
 /// Replicates of so many samples.
@@ -108,8 +103,16 @@ impl Plan {
     /// `random`: whether samples lie at random places, or draw points of lights or lenses.
     pub fn new(settings: &Settings, random: bool) -> Self {
         let [width, height] = settings.size;
-        let adaptive = settings.max_error.is_some() && random && !settings.sampling.is_fixed();
-        let asked = if adaptive { Some(ADAPTIVE_REPLICATES) } else { settings.replicates };
+        let by_replicates = random && !settings.sampling.is_fixed();
+        let adaptive = settings.max_error.is_some() && by_replicates;
+        let denoise = settings.denoise && random && denoise::is_possible(settings.sampling);
+        let asked = match (adaptive, denoise) {
+            (true, _) => Some(ADAPTIVE_REPLICATES),
+            (_, true) => Some(settings.replicates.unwrap_or(0).max(denoise::REPLICATES)),
+            _ => settings.replicates,
+        };
+        let unasked: Vec<Aov> = denoise::LAYERS.into_iter().filter(|aov| !settings.aovs.contains(aov)).collect();
+        let denoise = denoise.then_some(unasked);
         Self {
             crop: settings.crop.unwrap_or(Crop { x: 0, y: 0, width, height }),
             tile_size: if adaptive { ADAPTIVE_TILE } else { settings.tile_size.max(1) },
@@ -118,9 +121,10 @@ impl Plan {
             replicates: division(settings.sampling.count(), asked, settings.sampling.is_fixed()),
             random,
             alpha: settings.background == Background::Transparent,
-            layers: settings.aovs.clone().into(),
+            layers: settings.aovs.iter().chain(denoise.iter().flatten()).copied().collect::<Vec<_>>().into(),
             is_fixed: settings.sampling.is_fixed(),
             adaptive,
+            denoise,
         }
     }
 
@@ -160,6 +164,7 @@ impl Plan {
             (self.asked != other.asked, "number of replicates"),
             (self.is_fixed != other.is_fixed, "pattern of samples"),
             (self.adaptive != other.adaptive, "maximum error"),
+            (self.denoise != other.denoise, "denoising"),
             ((self.random, self.alpha, &self.layers) != (other.random, other.alpha, &other.layers), "scene"),
         ];
         differs.into_iter().find(|(differs, _)| *differs).map(|(_, what)| what)
@@ -242,8 +247,21 @@ impl Plan {
         let open = (0..self.replicates).filter(|&replicate| self.adaptive || has_open(self.samples_of(replicate))).count() as u64;
         let film =
             u64::from(self.replicates) * (24 + counts + 24 * mean) + 24 * open + if self.random { 12 } else { 0 } + 4 * centre;
-        let picture = 12 + if self.alpha { 4 } else { 0 } + 4 * self.layers.names().count() as u64;
-        film + picture
+        let picture = 12 + if self.alpha { 4 } else { 0 } + 4 * self.channels();
+        let denoised = if self.denoise.is_some() { denoise::BYTES_A_PIXEL } else { 0 };
+        film + picture + denoised
+    }
+
+    /// Channels that the picture has beside its colour.
+    fn channels(&self) -> u64 {
+        let Layers { mean, centre, samples, standard_error, asked: _ } = &self.layers;
+        let (mean, centre) = (mean.iter().filter(|(aov, _)| self.shows(*aov)), centre.iter().filter(|(aov, _)| self.shows(*aov)));
+        3 * mean.count() as u64 + centre.count() as u64 + u64::from(*samples) + 3 * u64::from(*standard_error)
+    }
+
+    /// Whether the picture shows a layer; else it is kept for denoising alone.
+    pub fn shows(&self, aov: Aov) -> bool {
+        !self.denoise.as_ref().is_some_and(|unasked| unasked.contains(&aov))
     }
 
     /// Whether a layer is a mean over the samples that hit something.

@@ -86,6 +86,13 @@ pub struct Uncertainty {
     pub doubt: Option<Doubt>,
 }
 
+impl Uncertainty {
+    /// Whether the relative error is below another, as surely as the interval says.
+    pub fn reaches(&self, error: f64) -> bool {
+        self.doubt.is_none() && self.root_relmse.high <= error
+    }
+}
+
 /// Why an interval may not hold what it claims.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -97,6 +104,8 @@ pub enum Doubt {
     LightByChance,
     /// A few pixels have most of the error, or in each of many a few samples.
     FewPixels,
+    /// The interval is so wide that it says nothing, as where few blocks of a denoised picture have most of its error.
+    WideInterval,
 }
 
 /// What a pixel has, or the sum over some.
@@ -219,15 +228,19 @@ impl Film {
         } else {
             relative.estimate(relative.of_means(), pixels, replicates)
         };
-        let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
-        let by_chance = is_common && self.counters.found < FEWEST_FOUND;
         let doubts = [
             (fewest < ENOUGH, Doubt::FewSamples),
-            (by_chance, Doubt::LightByChance),
+            (self.is_lit_by_chance(), Doubt::LightByChance),
             (root_relmse.carriers < FEWEST || is_rare, Doubt::FewPixels),
         ];
         let doubt = doubts.into_iter().find_map(|(is, doubt)| is.then_some(doubt));
         Some(Uncertainty { rmse, root_relmse, replicates: fewest, doubt })
+    }
+
+    /// Whether lamps or suns are met by way of mirrors or glass alone, and too few were to tell how much of their light there is.
+    pub(crate) fn is_lit_by_chance(&self) -> bool {
+        let is_common = self.counters.unaided.saturating_mul(ONE_IN) > self.counters.samples;
+        is_common && self.counters.found < FEWEST_FOUND
     }
 
     /// Sums over some rows, in radiance and relative in both ways, and what is seen again there.

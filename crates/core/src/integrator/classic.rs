@@ -32,7 +32,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             *radiance += throughput * local * weight;
         }
         if let Some(emission) = m.emission.as_ref().filter(|_| self.shines(at)) {
-            *radiance += throughput * emission.colour(&here);
+            let emitted = throughput * emission.colour(&here);
+            *radiance += emitted;
+            self.see(path.camera, emitted);
         }
         if alone {
             return path.leave(Leaving::NONE);

@@ -90,9 +90,10 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     observer: &'a dyn Observer,
     divisions: u32,
     stopped: bool,
-    /// Whether the first hits of camera rays are kept, and the one of the ray followed last.
+    /// Whether the first hits of camera rays are kept, the one of the ray followed last, and what that saw without light from elsewhere.
     keeps_first: bool,
     first: Option<FirstHit>,
+    direct: Vec3Of<P>,
     max_depth: u32,
     camera_min: P::Real,
     secondary_min: P::Real,
@@ -124,6 +125,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             stopped: false,
             keeps_first,
             first: None,
+            direct: Vector::ZERO,
             // Whitted's rays divide: without a limit there would be no end.
             max_depth: if K::PATHS { max_depth } else { max_depth.min(Settings::MOST_SEGMENTS) },
             camera_min,
@@ -147,6 +149,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     pub fn camera_ray(&mut self, asked: CameraRay<'_, P::Real>, address: &Address) -> Brought<P::Real> {
         let mut path = self.camera_path(asked.ray, address);
         self.follow(&mut path, asked.met);
+        self.direct += self.scene.veil;
         Brought { radiance: path.radiance + self.scene.veil, coverage: path.covered }
     }
 
@@ -169,6 +172,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     #[inline(always)]
     fn camera_path(&mut self, ray: &Ray<P::Real>, address: &Address) -> Path<P::Real> {
         self.first = None;
+        self.direct = Vector::ZERO;
         self.counters.camera += 1;
         // The ray is written into its place: a leg that is copied has to wait for its own numbers.
         let mut path = Path {
@@ -201,6 +205,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             let backdrop = if path.camera { self.scene.backdrop } else { None };
             let seen = backdrop.unwrap_or_else(|| self.scene.lights.sky.radiance(path.leg.start(), path.leg.ray.direction));
             path.radiance += path.throughput * seen;
+            self.see(path.camera, path.throughput * seen);
             return Step::Ended;
         };
         // What `Interaction::of` does, in its place.
@@ -232,6 +237,14 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         at.outside || !self.scene.objects[at.object as usize].culled
     }
 
+    /// Notes what a camera ray sees by itself, where that is kept.
+    #[inline(always)]
+    fn see(&mut self, camera: bool, radiance: Vec3Of<P>) {
+        if camera && self.keeps_first {
+            self.direct += radiance;
+        }
+    }
+
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
     /// the side that the ray came from, −1 for the other.
     #[inline(always)]
@@ -245,10 +258,10 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     }
 }
 
-/// A radiance whose brightest channel is not above a limit, in its own hue.
-fn clamped<R: Real>(radiance: R::Vec3, most: R) -> R::Vec3 {
+/// The share of a radiance whose brightest channel is not above a limit.
+fn clamping<R: Real>(radiance: R::Vec3, most: R) -> R {
     let brightest = radiance.max_element();
-    if brightest > most { radiance * (most / brightest) } else { radiance }
+    if brightest > most { most / brightest } else { R::ONE }
 }
 
 /// What the layers beside the colour show of a first hit.
@@ -263,9 +276,10 @@ pub(crate) struct FirstHit {
 }
 
 impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
-    /// What the camera ray that was followed last hit first; none for the sky, and where layers ask for none.
-    pub fn first(&self) -> Option<&FirstHit> {
-        self.first.as_ref()
+    /// What the camera ray that was followed last hit first, none for the sky, and what it saw without light from elsewhere; nothing where
+    /// layers ask for none.
+    pub fn first(&self) -> (Option<&FirstHit>, Vec3Of<P>) {
+        (self.first.as_ref(), self.direct)
     }
 
     /// The first hit of a ray that is followed no further; none for the sky.

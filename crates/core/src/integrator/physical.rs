@@ -133,10 +133,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let radiance = &mut path.radiance;
         let here = self.scene.sources.at(at);
         if let Some(emission) = m.emission.as_ref().filter(|_| self.shines(at)) {
-            *radiance += emission.tint(&here, throughput);
+            let emitted = emission.tint(&here, throughput);
+            *radiance += emitted;
+            self.see(path.camera, emitted);
         }
         if m.unlit {
-            *radiance += throughput * m.base_at(&here);
+            let shown = throughput * m.base_at(&here);
+            *radiance += shown;
+            self.see(path.camera, shown);
             return path.leave(Leaving::NONE);
         }
         let model = m.model_at(&here);

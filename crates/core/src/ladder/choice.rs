@@ -98,6 +98,7 @@ impl Choice {
                 settings.sampler = [SamplerKind::Independent, SamplerKind::Stratified, SamplerKind::Sobol][at];
             }
             Ladder::Accumulation => settings.accumulation = [Accumulation::Single, Accumulation::Double][at],
+            Ladder::Reconstruction => settings.denoise = at == 0,
             Ladder::Output => settings.output = Output::ALL[at],
             Ladder::Colour => switch(settings, Effect::Dispersion, at == 0),
             Ladder::LightSampling => {

@@ -9,6 +9,7 @@ mod rungs;
 use raywright_bvh::{AcceleratorKind, BuildQuality};
 use serde::Serialize;
 
+use crate::denoise;
 use crate::effects::{Effect, EffectReport, EffectSet, Status, chosen};
 use crate::filter::PixelFilter;
 use crate::scene::{Filter, Integrator, Scene, SpawnRule};
@@ -51,6 +52,8 @@ pub enum Ladder {
     Sampler,
     /// What samples are added up in.
     Accumulation,
+    /// Whether noise is filtered out of the picture.
+    Reconstruction,
     /// What files keep of the picture.
     Output,
     /// How long the tree is built for how fast it is walked.
@@ -70,7 +73,7 @@ pub struct Rung {
 
 impl Ladder {
     /// Every ladder, those that change pictures first.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Integrator,
         Self::Precision,
         Self::RayOffset,
@@ -87,6 +90,7 @@ impl Ladder {
         Self::Samples,
         Self::Sampler,
         Self::Accumulation,
+        Self::Reconstruction,
         Self::Output,
         Self::Build,
         Self::Accelerator,
@@ -125,7 +129,16 @@ impl Ladder {
 
     /// Whether a render on one rung can have the random numbers of a render on another, so that they differ by the choice alone.
     pub const fn shares_random_numbers(self) -> bool {
-        !matches!(self, Self::Samples | Self::Sampler | Self::LightSampling | Self::Integrator | Self::Colour | Self::Roulette)
+        !matches!(
+            self,
+            Self::Samples
+                | Self::Sampler
+                | Self::LightSampling
+                | Self::Integrator
+                | Self::Colour
+                | Self::Roulette
+                | Self::Reconstruction
+        )
     }
 
     /// A scene reaches it when it calls for one of these; every scene does where the set is empty.
@@ -165,6 +178,7 @@ impl Ladder {
             Self::Clamp => settings.clamp.map_or_else(|| "off".to_owned(), |most| most.to_string()),
             Self::Sampler => rung(settings.sampler as usize),
             Self::Accumulation => rung(settings.accumulation as usize),
+            Self::Reconstruction => rung(usize::from(!settings.denoise)),
             Self::Output => rung(settings.output as usize),
             Self::LightSampling => rung(settings.light_sampling as usize),
             Self::Fresnel => rung(settings.fresnel as usize),
@@ -234,6 +248,7 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
     // Whitted ray tracing always asks, and meets nothing by chance; paths go on from every surface.
     let paths = chosen(scene, settings) == Integrator::Path;
     let is_fixed = settings.sampling.is_fixed();
+    let can_be_denoised = denoise::is_possible(settings.sampling);
     // Where samples lie at random places, or draw points of lamps.
     let by_chance = !is_fixed || paths || present.has(Effect::SoftShadows) || present.has(Effect::FuzzyReflection);
     let called_for = move |ladder: Ladder| ladder.effects().is_empty() || !ladder.effects().and(present).is_empty();
@@ -245,6 +260,7 @@ pub fn reached(scene: &Scene, settings: &Settings, effects: &EffectReport) -> im
         Ladder::PixelFilter => !is_fixed,
         Ladder::Roulette | Ladder::Clamp => paths,
         Ladder::Sampler | Ladder::Accumulation => by_chance,
+        Ladder::Reconstruction => by_chance && can_be_denoised,
         _ => called_for(ladder),
     })
 }

@@ -69,6 +69,10 @@ const ACCUMULATION: &[Rung] = &[
     rung("f32", "each sample is added to an f32: rounded to the steps of the sum so far"),
     rung("f64", "sums keep every digit of their samples"),
 ];
+const RECONSTRUCTION: &[Rung] = &[
+    rung("denoised", "biased: noise is filtered out, and with it some of what is fine or faint; its own error is told"),
+    rung("unbiased", "the mean of the samples: right on average, noise and all"),
+];
 const OUTPUT: &[Rung] = &[
     rung("8-bit", "PNG of 256 codes: steps in dark ramps, and nothing brighter than white"),
     rung("8-bit-dither", "PNG of 256 codes, one of the two nearest by place: no steps, and a grain of one code"),
@@ -141,6 +145,7 @@ pub(super) const fn facts(ladder: Ladder) -> Facts {
         Ladder::Clamp => of("clamp", CLAMP, "off"),
         Ladder::Sampler => of("sampler", SAMPLER, "sobol"),
         Ladder::Accumulation => of("accumulation", ACCUMULATION, "f64"),
+        Ladder::Reconstruction => of("reconstruction", RECONSTRUCTION, "unbiased"),
         Ladder::Output => of("output", OUTPUT, "8-bit"),
         Ladder::PixelFilter => of("pixel-filter", PIXEL_FILTER, "box"),
         Ladder::Samples => of("samples", SAMPLES, "64"),

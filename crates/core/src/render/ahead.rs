@@ -1,7 +1,7 @@
 //! Samples, made some ahead of being asked for: camera rays that leave one point find together what they hit, and paths go a segment
 //! at a time side by side; in less time and with the same bits.
 
-use raywright_bvh::{Precision, Ray, Real};
+use raywright_bvh::{Precision, Ray, Real, Vector};
 
 use crate::integrator::{Brought, CameraRay, FirstHit, FirstHits, Kernel, Stream, Tracer};
 use crate::sampler::{Address, Sequence};
@@ -66,9 +66,11 @@ impl<P: Precision> Ahead<P> {
         })
     }
 
-    /// What the camera ray of the sample that came last hit first; none for the sky, and where layers ask for none.
+    /// What the camera ray of the sample that came last hit first, none for the sky, and what it saw without light from elsewhere; nothing
+    /// where layers ask for none.
     #[inline(always)]
-    pub fn first<'a, K: Kernel>(&'a self, tracer: &'a Tracer<'_, P, K>) -> Option<&'a FirstHit> {
-        if K::PATHS { self.stream.first(self.next - 1) } else { tracer.first() }
+    pub fn first<'a, K: Kernel>(&'a self, tracer: &'a Tracer<'_, P, K>) -> (Option<&'a FirstHit>, [f64; 3]) {
+        let (first, direct) = if K::PATHS { self.stream.first(self.next - 1) } else { tracer.first() };
+        (first, direct.to_f64().to_array())
     }
 }

@@ -24,21 +24,25 @@ impl<'a> FirstHits<'a> {
         self.hits = plane.first_hits.get(pixel).copied().unwrap_or(0);
     }
 
+    /// Adds what a sample's camera ray met, which is asked for only where a layer shows it. `entered`: whether the sample did.
     #[inline(always)]
-    pub fn add(&mut self, first: Option<&FirstHit>) {
+    pub fn add<'f>(&mut self, first: impl FnOnce() -> (Option<&'f FirstHit>, [f64; 3]), entered: bool) {
         if !self.sums.is_empty() {
-            self.sum(first);
+            let (first, direct) = first();
+            self.sum(first, direct, entered);
         }
     }
 
-    fn sum(&mut self, first: Option<&FirstHit>) {
-        let Some(first) = first else { return };
-        self.hits += 1;
+    fn sum(&mut self, first: Option<&FirstHit>, direct: [f64; 3], entered: bool) {
+        self.hits += u16::from(first.is_some());
         for (sum, (aov, _)) in self.sums.iter_mut().zip(&self.plan.layers.mean) {
-            let value = match aov {
-                Aov::Albedo => first.albedo,
-                Aov::Normal => first.normal,
-                _ => first.position,
+            let value = match (aov, first) {
+                // What is a part of the colour counts as that does.
+                (Aov::Emission, _) if entered => direct,
+                (Aov::Emission, _) | (_, None) => continue,
+                (Aov::Albedo, Some(first)) => first.albedo,
+                (Aov::Normal, Some(first)) => first.normal,
+                (_, Some(first)) => first.position,
             };
             *sum = core::array::from_fn(|i| sum[i] + value[i]);
         }

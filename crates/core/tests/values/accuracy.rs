@@ -109,7 +109,8 @@ fn the_frontier_ends_without_error() {
             "clamp",
             "pixel-filter",
             "sampler",
-            "accumulation"
+            "accumulation",
+            "reconstruction"
         ]
     );
     assert_eq!(report.prices.iter().map(|ladder| ladder.ladder).collect::<Vec<_>>(), ["build", "accelerator"]);

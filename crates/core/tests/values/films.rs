@@ -81,6 +81,9 @@ fn layers_of_whole_pixels() {
         ("albedo.R", [1.0, 0.0]),
         ("albedo.G", [0.5, 0.0]),
         ("albedo.B", [0.0, 0.0]),
+        ("emission.R", [1.0, 0.5]),
+        ("emission.G", [0.5, 0.5]),
+        ("emission.B", [0.0, 0.5]),
         ("normal.X", [0.0, 0.0]),
         ("normal.Y", [0.0, 0.0]),
         ("normal.Z", [1.0, 0.0]),
@@ -97,7 +100,7 @@ fn layers_of_whole_pixels() {
         assert_eq!(layer(&picture, name), expected, "{name}");
     }
     assert_eq!(picture.rgb, [[1.0, 0.5, 0.0], [0.5; 3]]);
-    assert_eq!(picture.layers.len(), 16);
+    assert_eq!(picture.layers.len(), 19);
 }
 
 /// Protects: a pixel that two of four samples hit: colours, albedo and normal are means over all samples, the position over those

@@ -7,13 +7,15 @@ pub mod write;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
-use raywright_core::Rendered;
+use raywright_core::denoise::{DenoiseError, FEWEST_SAMPLES};
 use raywright_core::settings::Settings;
+use raywright_core::{Ready, Rendered};
 use raywright_io::output::{Format, write_atomically};
 use raywright_io::{Error, Limits};
 
 use crate::args::RenderArgs;
 use crate::clock::{Clock, Seconds, spoken};
+use crate::commands::denoise;
 use crate::console;
 use crate::failure::Failure;
 use crate::plan;
@@ -57,6 +59,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     tell::tell_effects(&loaded, ready.effects(), verbosity);
     tell::tell_lost(&loaded, &ready, verbosity);
     tell::tell_clamp(&mut loaded, &ready, &plan.settings, verbosity);
+    refuse_to_denoise(args, &plan.settings, &ready)?;
 
     let metadata = origin::metadata(&loaded, &plan, &args.choices);
     let mut session = Session::start(
@@ -68,11 +71,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         limits(args),
     )?;
     threads.run(|| session.render(&ready, &args.report, &clock, stop))?;
+    let rendered = threads.run(|| denoise::rendered(session.film(), &args.report, stop));
     let render = clock.lap();
-
-    let rendered = Rendered::of(session.film());
     let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
-    if !session.is_done() {
+    if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
         let failure = write::interrupted(&rendered, &targets, plan.display, session.metadata(), is_free);
         return Err(session.explained(failure));
     }
@@ -88,11 +90,15 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     tell::tell_shut_away(&loaded, &ready, session.film(), verbosity);
     if ready.follows_paths() || args.light.max_error.is_some() {
-        tell::tell_noise(session.film(), args.light.max_error, verbosity);
+        tell::tell_noise(session.film(), &rendered, args.light.max_error, verbosity);
     }
     verbosity.detail(tell::details(&ready, &rendered, &seconds).trim_end());
     if !written.is_empty() {
-        verbosity.say(format_args!("wrote {written} ({}, {})", described(&plan.settings, &session), spoken(seconds.total)));
+        verbosity.say(format_args!(
+            "wrote {written} ({}, {})",
+            described(&plan.settings, &session, &rendered),
+            spoken(seconds.total)
+        ));
     }
     session.into_unkept().map_or(Ok(()), |error| Err(error.into()))
 }
@@ -102,6 +108,23 @@ fn refuse_terminal(targets: &[Target]) -> Result<(), Failure> {
     if targets.contains(&Target::Stdout) && io::stdout().is_terminal() {
         let error = Error::usage("standard output is a terminal, which cannot show a PNG");
         return Err(error.with_hint("send it to a file or a program: raywright render -o - > picture.png").into());
+    }
+    Ok(())
+}
+
+/// Denoising was asked for by name where it can't be. A first look is one without, too.
+fn refuse_to_denoise(args: &RenderArgs, settings: &Settings, ready: &Ready) -> Result<(), Failure> {
+    if !settings.denoise || args.light.quick {
+        return Ok(());
+    }
+    if !ready.is_by_chance() {
+        args.report.verbosity().say("note: nothing in this picture is by chance, so that there is no noise to take out");
+    } else if settings.sampling.is_fixed() {
+        let error = Error::usage("samples of a fixed pattern do not tell noise from what is seen");
+        return Err(error.with_hint("--spp 16, or any other number of its own, gives up the pattern").into());
+    } else if settings.sampling.count() < FEWEST_SAMPLES {
+        let error = Error::usage(format_args!("fewer than {FEWEST_SAMPLES} samples do not tell noise from what is seen"));
+        return Err(error.with_hint(format!("--spp {FEWEST_SAMPLES}, or more")).into());
     }
     Ok(())
 }
@@ -145,7 +168,8 @@ fn limits(args: &RenderArgs) -> Limits {
 }
 
 /// The picture in a few words.
-fn described(settings: &Settings, session: &Session) -> String {
+fn described(settings: &Settings, session: &Session, rendered: &Rendered) -> String {
     let [width, height] = settings.crop.map_or(settings.size, |crop| [crop.width, crop.height]);
-    format!("{width}x{height}, {}", session.samples())
+    let denoised = if rendered.denoised().is_some() { ", denoised" } else { "" };
+    format!("{width}x{height}, {}{denoised}", session.samples())
 }

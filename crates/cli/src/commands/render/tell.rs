@@ -95,26 +95,25 @@ pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, verbosity: Ve
     }
 }
 
-/// How far the picture probably is from the true one, and whether that is what was asked for.
-pub fn tell_noise(film: &Film, asked: Option<f64>, verbosity: Verbosity) {
-    let Some(Uncertainty { rmse, root_relmse, doubt, replicates: _ }) = film.uncertainty() else { return };
-    if let Some(asked) = asked.filter(|&asked| doubt.is_some() || root_relmse.high > asked) {
+/// How far the picture probably is from the true one, the denoised one too, and whether that is what was asked for.
+pub fn tell_noise(film: &Film, rendered: &Rendered, asked: Option<f64>, verbosity: Verbosity) {
+    let Some(noisy) = film.uncertainty() else { return };
+    let reaches = |asked| rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, &noisy));
+    if let Some(asked) = asked.filter(|&asked| !reaches(asked)) {
         verbosity.warn(format_args!(
             "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
         ));
     }
-    let shown =
-        |of: Estimate| format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3));
-    let noise = format!("root relMSE {}, RMSE {}", shown(root_relmse), shown(rmse));
-    match doubt {
+    let noise = told(&noisy);
+    match noisy.doubt {
         None => verbosity.say(format_args!("noise: {noise}")),
         Some(Doubt::FewSamples) => {
-            let (relative, absolute) = (significant(root_relmse.value, 2), significant(rmse.value, 2));
+            let [relative, absolute] = [noisy.root_relmse, noisy.rmse].map(|of| significant(of.value, 2));
             verbosity.say(format_args!(
                 "noise: root relMSE about {relative}, RMSE about {absolute} (how sure that is, 64 samples or more tell)"
             ));
         }
-        Some(Doubt::FewPixels) => verbosity.warn(format_args!(
+        Some(Doubt::FewPixels | Doubt::WideInterval) => verbosity.warn(format_args!(
             "not converged: a few pixels carry most of the noise ({noise}), as where light is rarely found; more --spp finds it more often"
         )),
         Some(Doubt::LightByChance) => verbosity.warn(format_args!(
@@ -124,6 +123,31 @@ pub fn tell_noise(film: &Film, asked: Option<f64>, verbosity: Verbosity) {
             film.counters().unaided
         )),
     }
+    tell_denoised(rendered, verbosity);
+}
+
+/// Both errors with their intervals.
+fn told(of: &Uncertainty) -> String {
+    let shown =
+        |of: Estimate| format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3));
+    format!("root relMSE {}, RMSE {}", shown(of.root_relmse), shown(of.rmse))
+}
+
+/// What is claimed of a denoised picture, or why there is none.
+fn tell_denoised(rendered: &Rendered, verbosity: Verbosity) {
+    let denoised = match &rendered.denoised {
+        None => return,
+        Some(Err(error)) => return verbosity.warn(format_args!("not denoised: {error}")),
+        Some(Ok(denoised)) => denoised,
+    };
+    let light =
+        format!("{}{} % light", if denoised.brightened < 0.0 { "" } else { "+" }, significant(100.0 * denoised.brightened, 2));
+    let error = match denoised.error.doubt {
+        None => told(&denoised.error),
+        Some(Doubt::LightByChance) => format!("{}, but for light that was not found", told(&denoised.error)),
+        Some(_) => format!("root relMSE not known, at most about {}", significant(denoised.error.root_relmse.high, 2)),
+    };
+    verbosity.say(format_args!("denoised (biased): {error}; {light}"));
 }
 
 /// What `-v` adds: where the time went, what was traced, what was held in memory.

@@ -1,10 +1,12 @@
 //! Where the pictures of `render` and `merge` go, finished or not.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use raywright_core::Rendered;
 use raywright_core::display::Display;
-use raywright_io::output::{self, Metadata};
+use raywright_core::picture::Picture;
+use raywright_io::output::{self, Format, Metadata};
 
 use crate::console;
 use crate::failure::{Exit, Failure};
@@ -39,20 +41,34 @@ fn write_to(
 ) -> Result<Option<String>, Failure> {
     Ok(match target {
         Target::Stdout => {
-            let bytes = output::png_bytes(&rendered.picture, display, metadata).map_err(|error| Failure::stdout(&error))?;
+            let bytes = output::png_bytes(rendered.shown(), display, metadata).map_err(|error| Failure::stdout(&error))?;
             console::print_binary(bytes)?;
             None
         }
-        Target::File(path, _) => {
-            output::write_picture(path, &rendered.picture, display, metadata)?;
+        Target::File(path, format) => {
+            output::write_picture(path, &picture(rendered, *format), display, metadata)?;
             Some(path.display().to_string())
         }
         // Something else may lie there by now; a picture that took an hour is not given up for it.
-        Target::Unnamed(path, _) => {
+        Target::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
-            Some(output::write_unnamed_picture(path, &rendered.picture, display, metadata, is_free)?.display().to_string())
+            let picture = picture(rendered, *format);
+            Some(output::write_unnamed_picture(path, &picture, display, metadata, is_free)?.display().to_string())
         }
     })
+}
+
+/// What a format keeps: of display values those that are to be looked at, of linear numbers all there are.
+fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
+    match (format, rendered.denoised()) {
+        (Format::Exr, Some(denoised)) => {
+            let mut all = rendered.picture.clone();
+            all.layers.extend(denoised.layers());
+            Cow::Owned(all)
+        }
+        (Format::Exr, None) => Cow::Borrowed(&rendered.picture),
+        (Format::Png, _) => Cow::Borrowed(rendered.shown()),
+    }
 }
 
 /// Keeps what there is of a picture that was stopped, under names that nobody chose and that replace nobody's files.

@@ -6,6 +6,7 @@ use super::super::report::Candidate;
 use super::super::setting::Setting;
 use super::super::shots::Shots;
 use super::{Session, WALKS};
+use crate::denoise;
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 
@@ -20,7 +21,11 @@ impl Session<'_> {
         let Some(own) = shots.point(&Setting::default()) else { return Ok(Vec::new()) };
         let mut failed = None;
         let end = self.at(WALKS);
-        let found = walk(&steps, own, &mut |setting| {
+        let is_possible = |setting: &Setting| {
+            let (_, settings) = setting.applied(self.scene, &self.settings);
+            !settings.denoise || denoise::is_possible(settings.sampling)
+        };
+        let found = walk(&steps, own, &is_possible, &mut |setting| {
             listener.step(&format!("together: {setting}"), self.spent());
             for round in 0..STEP_ROUNDS {
                 match shots.take(setting, round, end) {
@@ -38,6 +43,7 @@ impl Session<'_> {
             return Err(error);
         }
         let mut known: Vec<Setting> = [Setting::default()].into_iter().chain(self.choices().map(Setting::one)).collect();
+        known.retain(is_possible);
         known.extend(found.into_iter().map(|(setting, _)| setting));
         let mut chosen = unbeaten(known, |setting| shots.point(setting));
         // The best of many is partly the luckiest: only what it does with other random numbers counts.

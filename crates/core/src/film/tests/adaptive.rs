@@ -54,7 +54,7 @@ fn samples_go_where_the_error_is() {
         let now = total(&film);
         assert!(before == 0 || now as f64 <= 1.25 * before as f64, "{before} to {now}");
         let high = film.uncertainty().expect("four replicates").root_relmse.high;
-        match film.aim(0.05) {
+        match film.aim(0.05, &()) {
             Aim::Further => assert!(high > 0.05 && now > before),
             Aim::Reached => {
                 assert!(high <= 0.05 && claimed > 0.05);
@@ -79,7 +79,7 @@ fn nothing_is_left_behind() {
     let mut film = row(12, 65_536);
     for _ in 0..30 {
         take(&mut film, known(|tile| if tile < 6 { 0.0 } else { 2.0 }));
-        assert_eq!(film.aim(0.01), Aim::Further);
+        assert_eq!(film.aim(0.01, &()), Aim::Further);
     }
     let (still, noisy) = (f64::from(film.goal(0, 0)), f64::from(film.goal(10, 0)));
     // The mean variance is half the noisy tiles'.
@@ -97,7 +97,7 @@ fn halves_decide_for_each_other() {
             let loud = if replicate % 2 == 0 { tile < 3 } else { tile >= 9 };
             1.0 + if replicate < 2 { 1.0 } else { -1.0 } * if loud { 2.0 } else { 0.2 } / n.sqrt()
         });
-        assert_eq!(film.aim(0.005), Aim::Further);
+        assert_eq!(film.aim(0.005, &()), Aim::Further);
     }
     for (replicate, more, fewer) in [(0, 11, 0), (2, 11, 0), (1, 0, 11), (3, 0, 11)] {
         assert!(film.goal(more, replicate) > 3 * film.goal(fewer, replicate), "replicate {replicate}");
@@ -113,7 +113,7 @@ fn there_is_an_end() {
         loop {
             take(&mut film, known(|_| 3.0));
             rounds += 1;
-            match film.aim(1e-6) {
+            match film.aim(1e-6, &()) {
                 Aim::Further => assert!(rounds < 60),
                 end => break assert_eq!(end, Aim::Exhausted),
             }
@@ -160,9 +160,9 @@ fn doubt_goes_on() {
     let mut film = row(3, 65_536);
     take(&mut film, known(|_| 0.01));
     (film.counters.unaided, film.counters.found) = (1000, 39);
-    assert_eq!(film.aim(0.5), Aim::Further);
+    assert_eq!(film.aim(0.5, &()), Aim::Further);
     film.counters.found = 40;
-    assert_eq!(film.aim(0.5), Aim::Reached);
+    assert_eq!(film.aim(0.5, &()), Aim::Reached);
 }
 
 /// Protects: no tile has more than twice as many samples after a round, how loud it may look.
@@ -172,7 +172,7 @@ fn tiles_grow_by_two_at_most() {
     for _ in 0..8 {
         take(&mut film, known(|tile| if tile == 5 { 50.0 } else { 0.01 }));
         let before = film.drawn(5, 0);
-        assert_eq!(film.aim(1e-6), Aim::Further);
+        assert_eq!(film.aim(1e-6, &()), Aim::Further);
         assert!(film.goal(5, 0) <= 2 * before, "{before} to {}", film.goal(5, 0));
     }
 }
@@ -199,7 +199,7 @@ fn rare_light_is_not_lost() {
                 film.planes[replicate as usize] = Some(Plane { sums, samples, ..Plane::default() });
             }
             film.drawn.copy_from_slice(&film.goals.clone());
-            if film.aim(0.9) != Aim::Further {
+            if film.aim(0.9, &()) != Aim::Further {
                 break;
             }
         }

@@ -153,7 +153,7 @@ fn small_lamps_do_not_go_on() {
             let lit = if tile >= 4 && is_seen_again { 2 } else { 1 };
             if (replicate + tile) % 4 < lit { 1.0 } else { 0.0 }
         });
-        film.aim(2.0)
+        film.aim(2.0, &())
     };
     assert_eq!([aim(true), aim(false)], [Aim::Reached, Aim::Further]);
 }

@@ -48,6 +48,40 @@ pub(super) fn layers() -> Vec<Aov> {
     Aov::ALL.iter().map(|&(_, aov)| aov).collect()
 }
 
+/// What one replicate of a pixel saw, for films that are made by hand.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    pub radiance: [f64; 3],
+    pub emission: [f64; 3],
+    pub albedo: [f64; 3],
+}
+
+/// A film of four replicates with two samples each that saw this, all of it facing the camera at the same distance.
+pub(crate) fn made(size: [u32; 2], seen: impl Fn(usize, usize) -> Seen) -> Film {
+    let settings = Settings { size, sampling: Sampling::General(8), denoise: true, ..Settings::of(&Scene::default()) };
+    let ready = prepare(&Scene::default(), &settings, &()).unwrap_or_else(|e| panic!("{e}"));
+    let mut film = ready.film("");
+    let count = film.plan.pixels();
+    for replicate in 0..4 {
+        let twice = |of: [f64; 3]| of.map(|x| 2.0 * x);
+        let all: Vec<Seen> = (0..count).map(|pixel| seen(pixel, replicate)).collect();
+        let layer = |(aov, _): &(Aov, _)| {
+            let of = |seen: &Seen| match aov {
+                Aov::Albedo => twice(seen.albedo),
+                Aov::Emission => twice(seen.emission),
+                _ => [0.0, 0.0, 2.0],
+            };
+            all.iter().map(of).collect()
+        };
+        let layers = film.plan.layers.mean.iter().map(layer).collect();
+        let sums = all.iter().map(|seen| twice(seen.radiance)).collect();
+        film.planes[replicate] = Some(crate::film::Plane { sums, samples: vec![2; count], layers, ..Default::default() });
+    }
+    film.drawn.fill(2);
+    film.centre = vec![vec![3.0; count]];
+    film
+}
+
 /// The film of one run.
 pub(super) fn rendered(ready: &Ready) -> Film {
     let mut film = ready.film("scene");

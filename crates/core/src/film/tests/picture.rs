@@ -198,14 +198,63 @@ fn memory_is_reckoned_as_it_is_taken() {
         let picture = film.picture();
         let pixels = picture.pixels() as u64;
         let layers = picture.layers.len() as u64 + u64::from(picture.alpha.is_some());
-        assert_eq!(ready.memory().film, film.bytes() + pixels * (12 + 4 * layers), "{settings:?}");
+        let denoised = if settings.denoise { crate::denoise::BYTES_A_PIXEL } else { 0 };
+        assert_eq!(ready.memory().film, film.bytes() + pixels * (12 + 4 * layers + denoised), "{settings:?}");
         assert!(expected.is_none_or(|a_pixel| ready.memory().film == a_pixel * pixels), "{} bytes", ready.memory().film);
     };
     check(&settings(64), Some(128));
+    check(&Settings { denoise: true, replicates: None, ..settings(16) }, None);
     check(&settings(1), None);
     check(&Settings { aovs: layers(), background: Background::Transparent, ..settings(6) }, None);
     check(&Settings { aovs: vec![Aov::Position], replicates: Some(8), ..settings(64) }, None);
     check(&Settings { sampling: Sampling::Pattern(Pattern::Corners), aovs: vec![Aov::Albedo, Aov::Depth], ..settings(4) }, None);
+}
+
+/// Protects: what camera rays see by themselves is what a picture of camera rays alone shows under path tracing, through sheets that are absent
+/// as often; with a clamp and a veil it is a part of the colour still; and Whitted's rays see lamp and sky in it, and nothing that is lit.
+#[test]
+fn emission_is_what_camera_rays_see() {
+    let channel = |rendered: &Rendered, i: usize| {
+        rendered.picture.layer(["emission.R", "emission.G", "emission.B"][i]).expect("asked for").samples.clone()
+    };
+    let mut scene = scene();
+    scene.sky = Some(crate::scene::Sky::Constant(crate::scene::Colour([0.1, 0.2, 0.3])));
+    let with = |settings: Settings| render(&scene, &Settings { aovs: vec![Aov::Emission], ..settings });
+    let paths = |max_depth| Settings { max_depth, integrator: Integrator::Path, ..settings(20) };
+    let (alone, all) = (with(paths(1)), with(paths(8)));
+    for i in 0..3 {
+        let lit = all.picture.rgb.iter().zip(channel(&all, i)).filter(|(rgb, of)| rgb[i] > 1.1 * of).count();
+        assert!(lit > 20, "most pixels are lit");
+        for (rgb, of) in alone.picture.rgb.iter().zip(channel(&all, i)) {
+            assert!((rgb[i] - of).abs() <= 1e-6 * of, "{} and {of}", rgb[i]);
+        }
+    }
+    scene.render.veil = crate::scene::Colour([0.05; 3]);
+    let with = |settings: Settings| render(&scene, &Settings { aovs: vec![Aov::Emission], ..settings });
+    for found in
+        [with(Settings { clamp: Some(0.5), ..paths(8) }), with(Settings { integrator: Integrator::Whitted, ..settings(20) })]
+    {
+        for (k, (rgb, of)) in found.picture.rgb.iter().zip(channel(&found, 0)).enumerate() {
+            assert!(of >= 0.05 - 1e-6 && of <= rgb[0] + 1e-6, "pixel {k}: {of} of {}", rgb[0]);
+        }
+    }
+    let whitted = with(Settings { integrator: Integrator::Whitted, ..settings(20) });
+    let seen = channel(&whitted, 0);
+    assert!(seen.iter().any(|&of| of > 0.1) && seen.contains(&0.05), "sky, and floor without a lamp: {seen:?}");
+}
+
+/// Protects: a picture that is to be denoised takes the same samples from 64 on, in four replicates from eight on, and shows no layer that
+/// nobody asked for.
+#[test]
+fn denoising_is_asked_of_the_same_picture() {
+    let with = |samples, denoise| {
+        let settings = Settings { denoise, replicates: None, aovs: vec![Aov::Depth], ..settings(samples) };
+        (render(&scene(), &settings).picture, ready(&settings).film("").whole().replicates.end)
+    };
+    let ((plain, four), (denoised, also)) = (with(64, false), with(64, true));
+    assert_eq!((plain, four), (denoised, also));
+    assert_eq!([7, 8, 16].map(|samples| with(samples, true).1), [1, 4, 4]);
+    assert_eq!(with(16, true).0.layers.len(), 1);
 }
 
 /// A half-transparent mirror sheet in the plane of a lamp that shines both ways, between a floor and a ceiling that are each

@@ -1,9 +1,9 @@
 //! Many paths at a time, each segment of all of them before the next one of any: what one asks of memory is on its way while others
 //! compute, and rays, sky and surfaces each have the caches to themselves. No path's bits depend on which others it goes with.
 
-use raywright_bvh::{Hit, Precision, Ray, Real};
+use raywright_bvh::{Hit, Precision, Ray, Real, Vec3Of, Vector};
 
-use super::super::{Brought, FirstHit, FirstHits, Kernel, Tracer, clamped};
+use super::super::{Brought, FirstHit, FirstHits, Kernel, Tracer, clamping};
 use super::plain::{Plain, Round};
 use super::{Draws, Walk};
 use crate::interaction::Interaction;
@@ -17,8 +17,9 @@ pub(crate) struct Stream<P: Precision> {
     hits: Vec<Option<Hit<P::Real>>>,
     /// Those that have a ray to be traced, by their places.
     going: Vec<u32>,
-    /// What their camera rays hit first, where that is kept.
+    /// What their camera rays hit first, and saw without light from elsewhere, where that is kept.
     firsts: Vec<Option<FirstHit>>,
+    directs: Vec<Vec3Of<P>>,
     /// What those that met nothing see of the sky.
     seen: Vec<Seen<P::Real>>,
     /// What the others met.
@@ -37,6 +38,7 @@ impl<P: Precision> Default for Stream<P> {
             hits: Vec::new(),
             going: Vec::new(),
             firsts: Vec::new(),
+            directs: Vec::new(),
             seen: Vec::new(),
             met: Vec::new(),
             draws: Vec::new(),
@@ -55,9 +57,10 @@ impl<P: Precision> Stream<P> {
         Brought { radiance: walk.radiance, coverage: if walk.hit { P::Real::ONE } else { P::Real::ZERO } }
     }
 
-    /// What it hit first; none for the sky, and where that is not kept.
-    pub fn first(&self, place: usize) -> Option<&FirstHit> {
-        self.firsts.get(place)?.as_ref()
+    /// What it hit first, none for the sky, and what it saw without light from elsewhere; nothing where that is not kept.
+    pub fn first(&self, place: usize) -> (Option<&FirstHit>, Vec3Of<P>) {
+        let direct = self.directs.get(place).copied().unwrap_or(Vector::ZERO);
+        (self.firsts.get(place).and_then(Option::as_ref), direct)
     }
 }
 
@@ -65,7 +68,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Follows the paths of camera rays to their ends. `together`: so many of them, one after the other, are asked at once what they hit
     /// first.
     pub fn follow_all(&mut self, (rays, addresses): (&[Ray<P::Real>], &[Address]), together: usize, stream: &mut Stream<P>) {
-        let Stream { walks, hits, going, firsts, seen, met, draws, plains, goes, together: found } = stream;
+        let Stream { walks, hits, going, firsts, directs, seen, met, draws, plains, goes, together: found } = stream;
         walks.clear();
         walks.extend(rays.iter().zip(addresses).map(|(&ray, &address)| self.walk(ray, address)));
         self.counters.camera += rays.len() as u64;
@@ -77,8 +80,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             hits.extend(walks.iter().enumerate().map(|(i, walk)| found.get(i).copied().unwrap_or_else(|| self.ask(walk))));
         }
         firsts.clear();
+        directs.clear();
+        if self.keeps_first {
+            firsts.resize(rays.len(), None);
+            directs.resize(rays.len(), Vector::ZERO);
+        }
         while !going.is_empty() {
-            self.escape(walks, going, hits, seen);
+            self.escape(walks, going, hits, (seen, directs));
             // What the surfaces read is asked for before any of it is waited for.
             met.clear();
             for (&place, hit) in going.iter().zip(&*hits) {
@@ -96,9 +104,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 let plain = self.plain(k as u32, walk, hit, at);
                 goes.push(plain.is_some() || self.met(walk, hit, at));
                 plains.extend(plain);
-                if let Some(first) = self.first.take() {
-                    firsts.resize(rays.len(), None);
-                    firsts[place as usize] = Some(first);
+                if self.keeps_first {
+                    let place = place as usize;
+                    firsts[place] = self.first.take().or(firsts[place]);
+                    directs[place] += core::mem::replace(&mut self.direct, Vector::ZERO);
                 }
             }
             self.plains(Round { walks, going, hits, met }, plains, |k| goes[k as usize] = false);
@@ -107,9 +116,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             hits.clear();
             hits.extend(going.iter().map(|&place| self.ask(&walks[place as usize])));
         }
+        for (direct, walk) in directs.iter_mut().zip(&*walks) {
+            let share = self.scene.clamp.map_or(P::Real::ONE, |most| clamping::<P::Real>(walk.radiance, most));
+            *direct = *direct * share + self.scene.veil;
+        }
         for walk in walks {
-            let radiance = self.scene.clamp.map_or(walk.radiance, |most| clamped::<P::Real>(walk.radiance, most));
-            walk.radiance = radiance + self.scene.veil;
+            let share = self.scene.clamp.map(|most| clamping::<P::Real>(walk.radiance, most));
+            walk.radiance = share.map_or(walk.radiance, |share| walk.radiance * share) + self.scene.veil;
         }
     }
 
@@ -136,15 +149,21 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         walks: &mut [Walk<P::Real>],
         going: &mut Vec<u32>,
         hits: &mut Vec<Option<Hit<P::Real>>>,
-        seen: &mut Vec<Seen<P::Real>>,
+        (seen, directs): (&mut Vec<Seen<P::Real>>, &mut [Vec3Of<P>]),
     ) {
         let escaped = || going.iter().zip(&*hits).filter(|(_, hit)| hit.is_none()).map(|(&place, _)| place as usize);
         seen.clear();
         let legs = escaped().map(|place| &walks[place].leg);
         self.scene.lights.sky.look(legs.map(|leg| (leg.start(), leg.ray.direction)), seen);
-        for (walk, seen) in escaped().zip(&*seen) {
-            let walk = &mut walks[walk];
-            walk.radiance += walk.throughput * self.escaped(walk, seen);
+        for (place, seen) in escaped().zip(&*seen) {
+            let walk = &mut walks[place];
+            let brought = walk.throughput * self.escaped(walk, seen);
+            walk.radiance += brought;
+            if walk.traced == 0
+                && let Some(direct) = directs.get_mut(place)
+            {
+                *direct += brought;
+            }
         }
         let mut hit = hits.iter();
         going.retain(|_| hit.next().is_some_and(Option::is_some));

@@ -60,7 +60,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     self.emits(walk, hit, at, emission.tint(&here, Vector::ONE));
                 }
                 if m.unlit {
-                    walk.radiance += walk.throughput * m.base_at(&here);
+                    let shown = walk.throughput * m.base_at(&here);
+                    walk.radiance += shown;
+                    self.see(walk.traced == 1, shown);
                     return false;
                 }
                 if walk.traced >= self.max_depth {
@@ -100,7 +102,9 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             None => P::Real::ONE,
         };
         self.counters.found += u64::from(self.is_unaided(walk));
-        walk.radiance += walk.throughput * emission * share;
+        let emitted = walk.throughput * emission * share;
+        walk.radiance += emitted;
+        self.see(walk.traced == 1, emitted);
     }
 
     /// Asks a light and draws the direction in which the path goes on.

@@ -82,7 +82,7 @@ fn followed<P: Precision>(prepared: &Prepared<P>, depth: u32, together: usize) -
         out.extend((0..rays.len()).map(|place| {
             let Brought { radiance, coverage } = stream.brought(place);
             let [r, g, b] = radiance.to_f64().to_array().map(f64::to_bits);
-            let first = stream.first(place).map_or(0, |first| first.distance.to_bits() ^ u64::from(first.object));
+            let first = stream.first(place).0.map_or(0, |first| first.distance.to_bits() ^ u64::from(first.object));
             [r, g, b, coverage.to_f64().to_bits(), first]
         }));
     }
@@ -176,7 +176,7 @@ fn first_hits_veils_and_limits() {
     for (place, ray) in rays.iter().enumerate() {
         let hit = prepared.geometry.closest(ray, raywright_bvh::Interval::positive(), &mut ());
         hits += usize::from(hit.is_some());
-        assert_eq!(stream.first(place).map(|first| first.object), hit.map(|hit| hit.outermost()), "{place}");
+        assert_eq!(stream.first(place).0.map(|first| first.object), hit.map(|hit| hit.outermost()), "{place}");
     }
     assert!(hits > rays.len() / 2, "{hits}");
     prepared.veil = glam::Vec3::new(0.25, 0.5, 1.0);

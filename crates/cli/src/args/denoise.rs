@@ -1,0 +1,46 @@
+//! Arguments of `denoise`.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args};
+
+use super::render::DisplayArgs;
+use super::values;
+
+const EXAMPLES: &str = "\
+Examples:
+  raywright render a.scene.toml --denoise --checkpoint a.film -o noisy.exr
+  raywright denoise a.film -o b.png
+
+The film has to have the layers and the four replicates that --denoise makes a render keep, or --aov albedo,normal,emission,depth from 64
+samples on.";
+
+/// Arguments of `denoise`.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct DenoiseArgs {
+    /// File of a render, as --checkpoint writes it, or of merged parts
+    #[arg(value_name = "FILM")]
+    pub film: PathBuf,
+
+    /// Picture to write, .png (denoised) or .exr (as it is, with layers denoised and denoised.stderr); may be repeated; - for PNG on
+    /// standard output
+    #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append, required = true)]
+    pub outputs: Vec<PathBuf>,
+
+    /// How a PNG shows it.
+    #[command(flatten)]
+    pub display: DisplayArgs,
+
+    /// Threads; the picture does not depend on it [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+
+    /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
+    #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
+
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}

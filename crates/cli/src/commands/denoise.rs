@@ -1,0 +1,81 @@
+//! `denoise`: the picture of a film, with less noise.
+
+use std::sync::atomic::AtomicBool;
+
+use raywright_core::denoise::{DenoiseError, denoise};
+use raywright_core::film::Film;
+use raywright_core::{Observer, Rendered};
+use raywright_io::output::read_film;
+use raywright_io::{Error, Inputs, Limits};
+
+use super::merge::shown;
+use super::render::film::refuse_other_program;
+use super::render::{tell, write};
+use crate::args::{DenoiseArgs, ProgressStyle, ReportArgs};
+use crate::clock::{Clock, spoken};
+use crate::console::Verbosity;
+use crate::failure::{Exit, Failure};
+use crate::interrupt;
+use crate::origin;
+use crate::progress::Progress;
+use crate::targets::{self, Outputs};
+use crate::threads::Threads;
+use crate::watch::{Patience, Watch};
+
+/// Reads a film, denoises it and writes what is asked for.
+pub fn run(args: &DenoiseArgs) -> Result<(), Failure> {
+    let clock = Clock::start();
+    let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
+    let targets = targets::pictures(&args.outputs, &mut outputs)?;
+    inputs.read(&args.film);
+    outputs.keep_clear_of(&inputs)?;
+    let (stop, threads) = (interrupt::flag()?, Threads::new(args.threads)?);
+    let own = Limits::default();
+    let limits = Limits { memory_bytes: args.max_memory.unwrap_or(own.memory_bytes), ..own };
+    let mut kept = read_film(&args.film, &limits)?;
+    refuse_other_program(&args.film, &kept.metadata)?;
+    kept.metadata.command = origin::command_line();
+    let denoised = threads.run(|| denoise(&kept.film, &Watch::until(stop)));
+    if let Err(error) = &denoised {
+        return Err(refused(&args.film.display().to_string(), error));
+    }
+    let rendered = Rendered { denoised: Some(denoised), ..Rendered::noisy(&kept.film) };
+    let display = shown(&args.display, kept.display);
+    let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
+    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+    tell::tell_noise(&kept.film, &rendered, None, verbosity);
+    if !written.is_empty() {
+        verbosity.say(format_args!("wrote {} (denoised, {})", written.join(", "), spoken(clock.total())));
+    }
+    Ok(())
+}
+
+fn refused(film: &str, error: &DenoiseError) -> Failure {
+    match error {
+        DenoiseError::Cancelled => Failure::new(Exit::Interrupted, "interrupted; nothing was written"),
+        DenoiseError::NoChance => Error::input(film, error).into(),
+        DenoiseError::Layer(_) | DenoiseError::Replicates => Error::input(film, error)
+            .with_hint("render it with --denoise, from 8 samples on; --checkpoint keeps what is needed then")
+            .into(),
+    }
+}
+
+/// What a render's film amounts to, denoised where it is to be, which is shown as it goes on.
+pub fn rendered(film: &Film, report: &ReportArgs, stop: &AtomicBool) -> Rendered {
+    if !film.is_to_be_denoised() {
+        return Rendered::noisy(film);
+    }
+    let style = if film.size().iter().map(|&edge| u64::from(edge)).product::<u64>() < SMALL {
+        ProgressStyle::None
+    } else {
+        report.progress
+    };
+    let progress = Progress::start("denoising", style, report.verbosity());
+    let watch = Watch { progress: Some(&progress), patience: Patience::default(), ..Watch::until(stop) };
+    let rendered = Rendered::of(film, &watch as &dyn Observer);
+    progress.finish();
+    rendered
+}
+
+/// Pictures of fewer pixels are denoised before anyone could look.
+const SMALL: u64 = 1 << 18;

@@ -1,0 +1,199 @@
+//! What may be added to the pixels of a tile: what the filter makes of their light and of what is seen by itself, and what it takes from
+//! fireflies.
+
+use core::array::from_fn;
+
+use super::features::features;
+use super::filter::{FAR, Filtered, Guide, NEAR, Offsets, Strictness, filter};
+use super::plane::{Colour, Plane, Window, black, brightest, mean, smoothed, variance};
+use super::{FOUR, Four, Pixel, TILE};
+use crate::observer::Observer;
+
+/// Added to the albedo that light is divided by: black surfaces reflect, too.
+const LEAST_ALBEDO: f32 = 0.1;
+
+/// Light counts up to so much more than the brightest of the other replicates near it, and a little.
+const FIREFLY: f32 = 1.2;
+const DARK: f32 = 0.02;
+
+/// The first pass is strict, since it only makes the guide of the second. What is let through beyond noise: 0.6 and 1.5 standard deviations.
+const FIRST: Strictness = Strictness { inverse: 1.0 / (0.6 * 0.6), own: 0.0 };
+const SECOND: Strictness = Strictness { inverse: 1.0 / (1.5 * 1.5), own: 0.5 };
+
+/// A share of the second guide that counts as its noise.
+const UNSURE: f32 = 0.04 * 0.04;
+
+/// A pixel that has more of its own filtered colour keeps it in what is made without it.
+const ALONE: f32 = 0.9;
+
+/// How far the second pass looks, with the patches that it compares; how far its guide's variance does; and the first pass, with the
+/// variances of fireflies that are dimmed.
+const SECOND_REACH: usize = 9;
+const GUIDE_REACH: usize = SECOND_REACH + 2;
+const MARGIN: usize = GUIDE_REACH + 3 + 2 + 1;
+
+/// All replicates of a window.
+struct Tile {
+    /// Light that comes from elsewhere, what is seen by itself, albedo and normal of each.
+    light: [Colour; FOUR],
+    emission: [Colour; FOUR],
+    albedo: [Colour; FOUR],
+    normal: [Colour; FOUR],
+    depth: Plane,
+    /// What each replicate's radiance has beyond the mean of all.
+    noise: [Colour; FOUR],
+}
+
+impl Tile {
+    fn load(four: &Four<'_>, window: Window, width: usize) -> Self {
+        let all = || -> [Colour; FOUR] { from_fn(|_| black(window)) };
+        let depth = Plane::zero(window.width, window.height);
+        let mut tile = Self { light: all(), emission: all(), albedo: all(), normal: all(), depth, noise: all() };
+        for i in 0..window.pixels() {
+            let pixel = (window.y + i / window.width) * width + window.x + i % window.width;
+            let (radiance, emission, [albedo, normal]) = (four.radiance(pixel), four.emission(pixel), four.surface(pixel));
+            for channel in 0..3 {
+                let mean = radiance.iter().map(|of| of[channel]).sum::<f64>() / FOUR as f64;
+                for r in 0..FOUR {
+                    tile.light[r][channel].at[i] = (radiance[r][channel] - emission[r][channel]) as f32;
+                    tile.emission[r][channel].at[i] = emission[r][channel] as f32;
+                    tile.albedo[r][channel].at[i] = albedo[r][channel] as f32;
+                    tile.normal[r][channel].at[i] = normal[r][channel] as f32;
+                    tile.noise[r][channel].at[i] = (radiance[r][channel] - mean) as f32;
+                }
+            }
+            tile.depth.at[i] = four.depth(pixel);
+        }
+        tile
+    }
+
+    /// Whether what is seen by itself differs between replicates anywhere.
+    fn flickers(&self) -> bool {
+        let [first, others @ ..] = &self.emission;
+        others.iter().any(|other| first.iter().zip(other).any(|(a, b)| a.at != b.at))
+    }
+}
+
+/// Fills rows of pixels from `top` on, tile by tile.
+pub(super) fn of_band(four: &Four<'_>, size: [usize; 2], top: usize, pixels: &mut [Pixel], observer: &dyn Observer) {
+    let [width, _] = size;
+    let height = pixels.len() / width;
+    for x in (0..width).step_by(TILE[0]) {
+        if observer.cancelled() {
+            return;
+        }
+        let core = Window { x, y: top, width: TILE[0].min(width - x), height };
+        let window = core.grown(MARGIN, size);
+        let tile = Tile::load(four, window, width);
+        let mut out = vec![Pixel::default(); core.pixels()];
+        for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
+            tile.halves(filtered, by, (core, window, size), &mut out);
+        }
+        for (row, out) in out.chunks_exact(core.width).enumerate() {
+            pixels[row * width + x..][..core.width].copy_from_slice(out);
+        }
+    }
+}
+
+impl Tile {
+    /// Adds what the weights of one half make of the other one.
+    fn halves(
+        &self,
+        filtered: [usize; 2],
+        by: [usize; 2],
+        (core, window, size): (Window, Window, [usize; 2]),
+        out: &mut [Pixel],
+    ) {
+        let places = [GUIDE_REACH, 0].map(|reach| core.grown(reach, size).within(window));
+        let [one, other] = by;
+        // Each of the guiding half by its fellow, the others by both.
+        let limits = by.map(|r| brightest(&self.light[r]));
+        let guides = [0, 1].map(|k: usize| dimmed(&self.light[by[k]], &limits[1 - k]));
+        let limit = Plane::of([&brightest(&guides[0]), &brightest(&guides[1])], |[a, b]| a.max(b));
+        let targets = filtered.map(|r| dimmed(&self.light[r], &limit));
+        let albedo = [&self.albedo[one], &self.albedo[other]];
+        let normal = [&self.normal[one], &self.normal[other]];
+        let floor = mean(albedo).map(|plane| Plane::of([&plane], |[a]| a + LEAST_ALBEDO));
+        let floors = filtered.map(|r| {
+            from_fn(|i| {
+                Plane::of([&self.albedo[r][i], &albedo[0][i], &albedo[1][i]], |[a, b, c]| (a + b + c) / 3.0 + LEAST_ALBEDO)
+            })
+        });
+        let over = |of: &Colour, floor: &Colour| -> Colour { from_fn(|i| Plane::of([&of[i], &floor[i]], |[a, b]| a / b)) };
+        let guides = guides.each_ref().map(|guide| over(guide, &floor));
+        let divided: [Colour; 2] = from_fn(|k| over(&targets[k], &floors[k]));
+        let of_light = features(albedo, normal, &self.depth, false);
+        let light = twice(guides.each_ref(), divided.each_ref(), &of_light, places);
+        let emission = self.flickers().then(|| {
+            let of_emission = features(albedo, normal, &self.depth, true);
+            let targets = filtered.map(|r| &self.emission[r]);
+            twice([&self.emission[one], &self.emission[other]], targets, &of_emission, places)
+        });
+        let core = places[1];
+        for (place, out) in out.iter_mut().enumerate() {
+            let at = (core.y + place / core.width) * window.width + core.x + place % core.width;
+            for k in 0..2 {
+                let partner = filtered[1 - k];
+                for i in 0..3 {
+                    let (dim, floor, own) = (targets[k][i].at[at], floors[k][i].at[at], light.own.at[place]);
+                    let mean = light.means[3 * k + i].at[place];
+                    let own = if own < ALONE { own } else { 0.0 };
+                    let without = (mean - own * divided[k][i].at[at]) / (1.0 - own) * floor;
+                    let seen = self.emission[filtered[k]][i].at[at];
+                    let filtered_emission = emission.as_ref().map_or(seen, |emission| emission.means[3 * k + i].at[place]);
+                    let added = [mean * floor - dim, filtered_emission - seen, dim - self.light[filtered[k]][i].at[at]];
+                    out.base[i] += (without + filtered_emission) / FOUR as f32;
+                    let noise = self.noise[partner][i].at[at];
+                    for ((sum, apart), added) in out.added.iter_mut().zip(&mut out.apart).zip(added) {
+                        sum[i] += added / FOUR as f32;
+                        apart[i] -= added * noise / FOUR as f32;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Light no brighter than what a limit of the brightest channel near it allows, in its own hue.
+fn dimmed(light: &Colour, limit: &Plane) -> Colour {
+    let share = Plane::of([&brightest(light), &limit.largest()], |[own, near]| {
+        ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)
+    });
+    from_fn(|i| Plane::of([&light[i], &share], |[of, share]| of * share))
+}
+
+/// Both passes: of the guides themselves, and of the targets by what comes of that. `places`: where the second guide is wanted, and where
+/// the result is.
+fn twice(guides: [&Colour; 2], targets: [&Colour; 2], features: &[(Plane, Plane)], places: [Window; 2]) -> Filtered {
+    let colour = mean(guides);
+    let noise = smoothed(&variance(guides));
+    let inverse_noise = Plane::of([&noise], |[v]| 1.0 / (v + 1e-8));
+    let both: Vec<&Plane> = guides.into_iter().flatten().collect();
+    let first =
+        Guide { colour: &colour, variance: &noise, noise: &noise, inverse_noise: &inverse_noise, features, strictness: FIRST };
+    let means = pass(&first, &both, places[0], &NEAR).means;
+    let size = [colour[0].width, colour[0].height];
+    let placed: Vec<Plane> = means.iter().map(|mean| spread(mean, places[0], size)).collect();
+    let [one, other] = [0, 3].map(|from: usize| -> Colour { from_fn(|i| placed[from + i].clone()) });
+    let colour = mean([&one, &other]);
+    let own = smoothed(&variance([&one, &other]));
+    let unsure =
+        Plane::of([&own, &colour[0], &colour[1], &colour[2]], |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7);
+    let second =
+        Guide { colour: &colour, variance: &unsure, noise: &noise, inverse_noise: &inverse_noise, features, strictness: SECOND };
+    let targets: Vec<&Plane> = targets.into_iter().flatten().collect();
+    pass(&second, &targets, places[1], &FAR)
+}
+
+fn pass(guide: &Guide<'_>, targets: &[&Plane], core: Window, offsets: &Offsets) -> Filtered {
+    filter(guide, targets, core, offsets)
+}
+
+/// A rectangle of a plane as the whole of it; the rest is not looked at.
+fn spread(of: &Plane, place: Window, [width, height]: [usize; 2]) -> Plane {
+    let mut all = Plane::zero(width, height);
+    for (y, row) in of.at.chunks_exact(place.width).enumerate() {
+        all.at[(place.y + y) * width + place.x..][..place.width].copy_from_slice(row);
+    }
+    all
+}

@@ -1,0 +1,143 @@
+//! Rectangles of a picture with numbers in them.
+
+/// A rectangle of a picture, in its pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Window {
+    pub x: usize,
+    pub y: usize,
+    pub width: usize,
+    pub height: usize,
+}
+
+impl Window {
+    /// With so many more pixels to each side, as far as the picture goes.
+    pub fn grown(self, by: usize, [width, height]: [usize; 2]) -> Self {
+        let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
+        let (right, bottom) = ((self.x + self.width + by).min(width), (self.y + self.height + by).min(height));
+        Self { x, y, width: right - x, height: bottom - y }
+    }
+
+    /// Where it lies in a larger one.
+    pub fn within(self, outer: Self) -> Self {
+        Self { x: self.x - outer.x, y: self.y - outer.y, ..self }
+    }
+
+    pub fn pixels(self) -> usize {
+        self.width * self.height
+    }
+}
+
+/// Numbers of a window's pixels, row by row.
+#[derive(Clone, Debug)]
+pub(super) struct Plane {
+    pub width: usize,
+    pub height: usize,
+    pub at: Vec<f32>,
+}
+
+impl Plane {
+    pub fn zero(width: usize, height: usize) -> Self {
+        Self { width, height, at: vec![0.0; width * height] }
+    }
+
+    pub fn row(&self, y: usize) -> &[f32] {
+        &self.at[y * self.width..][..self.width]
+    }
+
+    /// Made of the numbers at the same places of others.
+    pub fn of<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
+        let (width, height) = (from[0].width, from[0].height);
+        let mut made = Self::zero(width, height);
+        // As long as what is made, so that no place is looked for beyond an end.
+        let from = from.map(|plane| &plane.at[..width * height]);
+        for (i, to) in made.at.iter_mut().enumerate() {
+            *to = make(from.map(|plane| plane[i]));
+        }
+        made
+    }
+
+    /// Each number joined with those up to `reach` to both sides of it, along rows and then along columns.
+    fn joined(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
+        let (width, height) = (self.width, self.height);
+        let into = |to: &mut [f32], from: &[f32]| to.iter_mut().zip(from).for_each(|(to, &of)| *to = join(*to, of));
+        let mut along = self.clone();
+        for (from, to) in self.at.chunks_exact(width).zip(along.at.chunks_exact_mut(width)) {
+            for step in 1..=reach.min(width - 1) {
+                into(&mut to[step..], &from[..width - step]);
+                into(&mut to[..width - step], &from[step..]);
+            }
+        }
+        let mut all = along.clone();
+        for step in (1..=reach.min(height - 1)).map(|step| step * width) {
+            let rest = along.at.len() - step;
+            into(&mut all.at[step..], &along.at[..rest]);
+            into(&mut all.at[..rest], &along.at[step..]);
+        }
+        all
+    }
+
+    /// Means over squares of 2 `reach` + 1 pixels, of those that there are.
+    pub fn boxed(&self, reach: usize) -> Self {
+        let mut sums = self.joined(reach, |a, b| a + b);
+        let count = |at: usize, end: usize| (at + reach + 1).min(end) - at.saturating_sub(reach);
+        for (y, row) in sums.at.chunks_exact_mut(self.width).enumerate() {
+            let rows = count(y, self.height);
+            row.iter_mut().enumerate().for_each(|(x, sum)| *sum /= (rows * count(x, self.width)) as f32);
+        }
+        sums
+    }
+
+    /// The largest number of three by three pixels.
+    pub fn largest(&self) -> Self {
+        self.joined(1, |a, b| if b > a { b } else { a })
+    }
+
+    /// Squares of the smaller one of both differences to neighbours, those along rows and columns added.
+    pub fn slope(&self) -> Self {
+        let at = |x: usize, y: usize| self.at[y * self.width + x];
+        let least = |place: usize, end: usize, other: &dyn Fn(usize) -> f32| {
+            let here = other(place);
+            let before = place.checked_sub(1).map(|near| (here - other(near)).abs());
+            let behind = (place + 1 < end).then(|| (here - other(place + 1)).abs());
+            let least = before.into_iter().chain(behind).fold(f32::INFINITY, f32::min);
+            if least.is_finite() { least * least } else { 0.0 }
+        };
+        let mut slope = Self::zero(self.width, self.height);
+        for (i, to) in slope.at.iter_mut().enumerate() {
+            let (x, y) = (i % self.width, i / self.width);
+            *to = least(x, self.width, &|x| at(x, y)) + least(y, self.height, &|y| at(x, y));
+        }
+        slope
+    }
+}
+
+/// A plane for each channel.
+pub(super) type Colour = [Plane; 3];
+
+/// A colour whose pixels are all black.
+pub(super) fn black(window: Window) -> Colour {
+    [(); 3].map(|()| Plane::zero(window.width, window.height))
+}
+
+/// The brightest channel.
+pub(super) fn brightest(of: &Colour) -> Plane {
+    Plane::of(of.each_ref(), |[r, g, b]| r.max(g).max(b))
+}
+
+/// The variance of the mean of two colours, all channels added.
+pub(super) fn variance([one, other]: [&Colour; 2]) -> Plane {
+    Plane::of([&one[0], &one[1], &one[2], &other[0], &other[1], &other[2]], |[a, b, c, d, e, f]| {
+        ((a - d) * (a - d) + (b - e) * (b - e) + (c - f) * (c - f)) / 4.0
+    })
+}
+
+/// The mean of two colours.
+pub(super) fn mean([one, other]: [&Colour; 2]) -> Colour {
+    [0, 1, 2].map(|i: usize| Plane::of([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
+}
+
+/// Numbers where a variance is known from few: those of the surroundings, and no less than half of the pixel's own.
+pub(super) fn smoothed(variance: &Plane) -> Plane {
+    const REACH: usize = 2;
+    Plane::of([&variance.boxed(REACH), variance], |[near, own]| near.max(own / 2.0))
+}

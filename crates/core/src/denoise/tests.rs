@@ -1,0 +1,200 @@
+//! Denoised pictures whose truth is known.
+
+use super::*;
+use crate::film::tests::{Seen, made};
+use crate::hash::mix;
+use crate::prepare;
+use crate::scene::Scene;
+use crate::settings::{Sampling, Settings};
+
+/// Noise of mean 0 and variance 1, nearly normal: twelve even numbers added, by seed, pixel, replicate and channel.
+fn noise(seed: u64, pixel: usize, replicate: usize, channel: usize) -> f64 {
+    let mut state = mix(seed ^ ((pixel as u64) << 20) ^ ((replicate as u64) << 8) ^ ((channel as u64) << 4));
+    let next = |_| {
+        state = mix(state);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    (0..12).map(next).sum::<f64>() - 6.0
+}
+
+fn grey(radiance: f64) -> Seen {
+    Seen { radiance: [radiance; 3], emission: [0.0; 3], albedo: [0.5; 3] }
+}
+
+fn denoised(film: &Film) -> Denoised {
+    denoise(film, &()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Mean squared distance of a picture from the truth.
+fn error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
+    let square = |(pixel, rgb): (usize, &[f32; 3])| rgb.iter().map(|&c| (f64::from(c) - truth(pixel)).powi(2)).sum::<f64>();
+    picture.rgb.iter().enumerate().map(square).sum::<f64>() / (3 * picture.rgb.len()) as f64
+}
+
+/// Protects: of an even picture with even noise nearly all noise goes, the claim holds, the error of a pixel is told as well, and light is
+/// neither made nor lost.
+#[test]
+fn flat_pictures_lose_their_noise() {
+    let film = made([96, 64], |pixel, replicate| {
+        let mut seen = grey(0.0);
+        seen.radiance = core::array::from_fn(|i| 0.5 + 0.1 * noise(1, pixel, replicate, i));
+        seen
+    });
+    let found = denoised(&film);
+    let [before, after] = [&film.picture(), &found.picture].map(|picture| error(picture, |_| 0.5));
+    assert!(before / after > 20.0, "{before} became {after}");
+    let claimed = found.error.rmse;
+    assert!(claimed.low <= after.sqrt() && after.sqrt() <= claimed.high, "{} and {claimed:?}", after.sqrt());
+    let told = found.standard_error.iter().flatten().map(|&e| f64::from(e * e)).sum::<f64>() / (3 * film.plan().pixels()) as f64;
+    assert!((0.5..3.0).contains(&(told / after)), "{told} for {after}");
+    assert!(found.brightened.abs() < 0.002, "{}", found.brightened);
+}
+
+/// A picture of what no feature shows: a step, a ramp, a fine pattern, a faint lamp and a few bright lines.
+fn drawn(width: usize) -> impl Fn(usize) -> f64 {
+    move |pixel| {
+        let (x, y) = (pixel % width, pixel / width);
+        match (x / 16, y / 16) {
+            (0, _) => 0.2 + 0.6 * f64::from(u8::from(y.is_multiple_of(2))),
+            (1, 0) => x as f64 / 40.0,
+            (1, _) if x == 20 || y == 27 => 2.0,
+            (2, 0) => 0.05,
+            _ => 0.5,
+        }
+    }
+}
+
+/// Protects: what is claimed is right on average, whatever the filter does to a picture: over 60 pictures with things that no feature
+/// shows, and noise that goes with brightness, the mean claimed squared error is the mean true one to three standard errors. (A half that
+/// filters itself claims less than nothing.)
+#[test]
+fn claims_are_right_on_average() {
+    const RUNS: u64 = 60;
+    let truth = drawn(48);
+    let runs: Vec<[f64; 2]> = (0..RUNS)
+        .map(|seed| {
+            let film = made([48, 32], |pixel, replicate| {
+                let mut seen = grey(0.0);
+                let of = truth(pixel);
+                seen.radiance = core::array::from_fn(|i| of + 0.4 * of.sqrt() * noise(seed, pixel, replicate, i));
+                seen
+            });
+            let four = film.four().expect("all that is read");
+            let mut pixels = vec![Pixel::default(); 48 * 32];
+            candidates::of_band(&four, [48, 32], 0, &mut pixels, &());
+            mixture::mix(&four, [48, 32], &mut pixels);
+            let claimed = pixels.iter().flat_map(|pixel| pixel.apart[0]).map(f64::from).sum::<f64>() / (3 * pixels.len()) as f64;
+            [claimed, error(&denoised(&film).picture, &truth)]
+        })
+        .collect();
+    let mean = |of: &dyn Fn(&[f64; 2]) -> f64| runs.iter().map(of).sum::<f64>() / RUNS as f64;
+    let (claimed, true_error) = (mean(&|run| run[0]), mean(&|run| run[1]));
+    let variance = mean(&|run| (run[0] - run[1] - claimed + true_error).powi(2)) / (RUNS - 1) as f64;
+    assert!((claimed - true_error).abs() < 3.0 * variance.sqrt(), "{claimed} for {true_error} ± {}", variance.sqrt());
+    assert!(variance.sqrt() < 0.05 * true_error, "the test tells nothing: ± {}", variance.sqrt());
+}
+
+/// Protects: what there is no noise in stays as it is, black stays black, and nothing is claimed to be wrong with it.
+#[test]
+fn pictures_without_noise_stay() {
+    let truth = drawn(48);
+    for (name, of) in [("drawn", &truth as &dyn Fn(usize) -> f64), ("black", &|_| 0.0), ("bright", &|_| 1e6)] {
+        let found = denoised(&made([48, 40], |pixel, _| grey(of(pixel))));
+        for (pixel, rgb) in found.picture.rgb.iter().enumerate() {
+            let (is, was) = (f64::from(rgb[1]), of(pixel));
+            assert!((is - was).abs() < 2e-3 + 1e-6 * was, "{name}: {was} became {is} in pixel {pixel}");
+        }
+        assert!(found.error.root_relmse.value < 2e-3, "{name}: {:?}", found.error);
+    }
+}
+
+/// Protects: pictures of any size, and numbers that no picture should have, come out as numbers: what is beyond all pictures stays as it is.
+#[test]
+fn odd_pictures_make_no_odd_numbers() {
+    let noisy = |pixel: usize, replicate: usize| grey(0.3 + 0.1 * noise(3, pixel, replicate, 0));
+    for size in [[1, 1], [1, 2], [2, 1], [3, 3], [1, 40], [40, 1], [129, 33], [7, 65]] {
+        let found = denoised(&made(size, noisy));
+        assert!(found.picture.rgb.iter().chain(&found.standard_error).flatten().all(|c| c.is_finite()), "{size:?}");
+        assert!(found.picture.rgb.iter().flatten().all(|&c| (-0.2..0.8).contains(&c)), "{size:?}");
+        let error = found.error.root_relmse;
+        assert!(error.value.is_finite() && error.low <= error.value && error.value <= error.high, "{error:?}");
+    }
+    let found = denoised(&made([1, 1], noisy));
+    assert_eq!(found.error.doubt, Some(crate::film::Doubt::WideInterval), "one pixel has no blocks");
+    let odd = |pixel: usize, replicate: usize| match pixel {
+        5 => grey(1e30),
+        17 => grey(f64::INFINITY),
+        29 => grey(f64::NAN),
+        41 => Seen { albedo: [f64::NAN, f64::INFINITY, -3.0], ..noisy(pixel, replicate) },
+        53 => Seen { emission: [1e20; 3], ..noisy(pixel, replicate) },
+        77 => grey(-4.0),
+        _ => noisy(pixel, replicate),
+    };
+    let film = made([32, 20], odd);
+    let found = denoised(&film);
+    for (pixel, rgb) in found.picture.rgb.iter().enumerate().filter(|(pixel, _)| ![17, 29].contains(pixel)) {
+        assert!(rgb.iter().all(|c| c.is_finite()), "pixel {pixel}: {rgb:?}");
+    }
+    assert_eq!(found.picture.rgb[5], film.picture().rgb[5]);
+    let far = |pixel: &usize| pixel % 32 > 12 && pixel % 32 < 20 && pixel / 32 > 10;
+    for pixel in (0..32 * 20).filter(far) {
+        assert!((0.1..0.5).contains(&found.picture.rgb[pixel][0]), "far from all that: {:?}", found.picture.rgb[pixel]);
+    }
+}
+
+/// Protects: a film that lacks what is read says what it is, and one without chance that it has no noise.
+#[test]
+fn what_is_missing_is_named() {
+    let film = |settings: Settings| prepare(&Scene::default(), &settings, &()).expect("nothing is wrong with it").film("");
+    let base = || Settings { size: [4, 4], sampling: Sampling::General(64), ..Settings::of(&Scene::default()) };
+    let why = |film: &Film| denoise(film, &()).err();
+    assert_eq!(why(&film(base())), Some(DenoiseError::Layer("emission")));
+    assert_eq!(
+        why(&film(Settings { aovs: vec![Aov::Emission, Aov::Normal, Aov::Depth], ..base() })),
+        Some(DenoiseError::Layer("albedo"))
+    );
+    assert_eq!(why(&film(Settings { denoise: true, ..base() })), Some(DenoiseError::Replicates));
+    let pattern = Sampling::Pattern(crate::scene::Pattern::Centre);
+    assert_eq!(why(&film(Settings { denoise: true, sampling: pattern, ..base() })), Some(DenoiseError::NoChance));
+    let film = made([4, 4], |_, _| grey(1.0));
+    struct Stopped;
+    impl Observer for Stopped {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    assert!(matches!(denoise(&film, &Stopped), Err(DenoiseError::Cancelled)));
+}
+
+/// Protects: a denoised picture has the same bits on one thread and on several.
+#[test]
+fn threads_change_no_bit() {
+    let film = made([150, 70], |pixel, replicate| grey(0.3 + 0.1 * noise(7, pixel, replicate, 0)));
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| denoised(&film))
+    };
+    let (one, three) = (on(1), on(3));
+    assert_eq!((one.picture, one.error), (three.picture, three.error));
+    assert_eq!(one.standard_error, three.standard_error);
+}
+
+/// Protects: tiles leave no seams: a part of a picture far from its edges is that of the same picture elsewhere in the tiles.
+#[test]
+fn tiles_leave_no_seams() {
+    let of = |shift: usize| {
+        let film = made([200, 40], |pixel, replicate| {
+            let (x, y) = (pixel % 200 + shift, pixel / 200);
+            grey(0.3 + 0.1 * noise(9, y * 1000 + x, replicate, 0))
+        });
+        let four = film.four().expect("all that is read");
+        let mut pixels = vec![Pixel::default(); 200 * 40];
+        candidates::of_band(&four, [200, 40], 0, &mut pixels, &());
+        pixels
+    };
+    let (one, other) = (of(0), of(45));
+    for (y, x) in (0..20).flat_map(|y| (100..150).map(move |x| (y, x))) {
+        let [a, b] = [one[y * 200 + x], other[y * 200 + x - 45]].map(|pixel| (pixel.base, pixel.added, pixel.apart));
+        assert_eq!(a, b, "{x}, {y}");
+    }
+}
