@@ -8,7 +8,7 @@ use crate::integrator::{Analytic, General, Kernel, Paths};
 use crate::lookup::Lookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
-use crate::prepare::{self, Extent, PrepareError, Prepared, ShutAway, Tables};
+use crate::prepare::{self, ClosedGap, Extent, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
 use crate::scene::{Integrator, MeshSource, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
@@ -223,6 +223,11 @@ impl Ready {
     /// What a film has from a file does not count.
     pub fn shut_away(&self, film: &Film) -> Vec<ShutAway> {
         each!(&self.inner, p => p.shut_away(film.usage()))
+    }
+
+    /// Pairs of objects with a gap between them that this precision closes, as far as straight rays through the picture find them.
+    pub fn closed_gaps(&self) -> Vec<ClosedGap> {
+        each!(&self.inner, p => p.closed_gaps(self.settings.size))
     }
 
     /// What is held in memory.

@@ -58,6 +58,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let prepare = clock.lap();
     tell::tell_effects(&loaded, ready.effects(), verbosity);
     tell::tell_lost(&loaded, &ready, verbosity);
+    tell::tell_closed_gaps(&mut loaded, &ready, &plan.settings, verbosity);
     tell::tell_clamp(&mut loaded, &ready, &plan.settings, verbosity);
     refuse_to_denoise(args, &plan.settings, &ready)?;
 

@@ -2,8 +2,8 @@
 
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
-use raywright_core::prepare::ShutAway;
-use raywright_core::settings::Settings;
+use raywright_core::prepare::{ClosedGap, ShutAway};
+use raywright_core::settings::{PrecisionChoice, Settings};
 use raywright_core::{Ready, Rendered, extent};
 use raywright_io::{Loaded, Warning};
 
@@ -42,15 +42,37 @@ pub(super) fn tell_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings
 /// Objects that vanish without being left out.
 pub(super) fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
     let [first, others @ ..] = ready.lost() else { return };
-    let object = match loaded.scene.objects.get(*first as usize) {
-        Some(object) if !object.name.is_empty() => format!("object `{}`", on_one_line(&object.name)),
-        _ => format!("object {first}"),
-    };
+    let object = object_name(loaded, *first as usize);
     let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
     verbosity.warn(format_args!(
         "nothing is seen of {object}{more}: so far from the origin, single precision takes the corners of such small triangles for \
          one; move the mesh nearer, or add --precision reference"
     ));
+}
+
+/// Bodies so near to each other that light passes from the one to beyond the other.
+pub(super) fn tell_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Settings, verbosity: Verbosity) {
+    let gaps = ready.closed_gaps();
+    let [ClosedGap { object, other, resolved }, others @ ..] = gaps.as_slice() else { return };
+    let object = object_name(loaded, *object);
+    let other = other.map_or_else(|| "what it touches".to_owned(), |other| object_name(loaded, other));
+    let more = if others.is_empty() { String::new() } else { format!(" (and {} more such pairs)", others.len()) };
+    let exact = if settings.precision == PrecisionChoice::Reference { "" } else { ", or add --precision reference" };
+    let message = format!(
+        "the gap between {object} and {other}{more} is closed: light that passes the one starts beyond the other, since they touch or are \
+         nearer than rounding tells apart; leave {} metres or more between them{exact}",
+        significant(*resolved, 2)
+    );
+    verbosity.warn(&message);
+    loaded.warnings.push(Warning { message });
+}
+
+/// An object by its name, or by its place in the scene's list, of which the generated ones are the last.
+fn object_name(loaded: &Loaded, index: usize) -> String {
+    match loaded.scene.objects.get(index) {
+        Some(object) if !object.name.is_empty() => format!("object `{}`", on_one_line(&object.name)),
+        _ => format!("object {}", index + 1),
+    }
 }
 
 /// A picture that shows the background alone is seldom what was meant.
@@ -73,15 +95,12 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
 /// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
 pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, verbosity: Verbosity) {
     let shut = ready.shut_away(film);
-    let named = |what: &str, index: usize, name: Option<&str>| match name {
-        Some(name) if !name.is_empty() => format!("{what} `{}`", on_one_line(name)),
-        _ => format!("{what} {}", index + 1),
-    };
     let light = |shut: &ShutAway| match *shut {
-        ShutAway::Light { index, .. } => named("light", index, loaded.scene.lights.get(index).map(|light| light.name.as_str())),
-        ShutAway::Object { index, .. } => {
-            named("object", index, loaded.scene.objects.get(index).map(|object| object.name.as_str()))
-        }
+        ShutAway::Light { index, .. } => match loaded.scene.lights.get(index) {
+            Some(light) if !light.name.is_empty() => format!("light `{}`", on_one_line(&light.name)),
+            _ => format!("light {}", index + 1),
+        },
+        ShutAway::Object { index, .. } => object_name(loaded, index),
     };
     let rays: u64 = shut.iter().map(|&(ShutAway::Light { rays, .. } | ShutAway::Object { rays, .. })| rays).sum();
     let stopped = format!("all {rays} rays there were stopped");
