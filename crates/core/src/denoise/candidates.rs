@@ -4,9 +4,9 @@
 use core::array::from_fn;
 
 use super::features::features;
-use super::filter::{FAR, Filtered, Guide, NEAR, Offsets, Strictness, filter};
-use super::plane::{Colour, Plane, Window, black, brightest, mean, smoothed, variance};
-use super::{FOUR, Four, Pixel, TILE};
+use super::filter::{FAR, FilterOutput, Guide, NEAR, Strictness, filter};
+use super::plane::{Colour, Plane, Window, black, brightest, mean, smooth_variance, variance};
+use super::{FOUR, Pixel, ReplicateQuad, TILE};
 use crate::observer::Observer;
 
 /// Added to the albedo that light is divided by: black surfaces reflect, too.
@@ -45,7 +45,7 @@ struct Tile {
 }
 
 impl Tile {
-    fn load(four: &Four<'_>, window: Window, width: usize) -> Self {
+    fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
         let all = || -> [Colour; FOUR] { from_fn(|_| black(window)) };
         let depth = Plane::zero(window.width, window.height);
         let mut tile = Self { light: all(), emission: all(), albedo: all(), normal: all(), depth, noise: all() };
@@ -75,7 +75,7 @@ impl Tile {
 }
 
 /// Fills rows of pixels from `top` on, tile by tile.
-pub(super) fn of_band(four: &Four<'_>, size: [usize; 2], top: usize, pixels: &mut [Pixel], observer: &dyn Observer) {
+pub(super) fn fill_band(four: &ReplicateQuad<'_>, size: [usize; 2], top: usize, pixels: &mut [Pixel], observer: &dyn Observer) {
     let [width, _] = size;
     let height = pixels.len() / width;
     for x in (0..width).step_by(TILE[0]) {
@@ -83,11 +83,11 @@ pub(super) fn of_band(four: &Four<'_>, size: [usize; 2], top: usize, pixels: &mu
             return;
         }
         let core = Window { x, y: top, width: TILE[0].min(width - x), height };
-        let window = core.grown(MARGIN, size);
+        let window = core.grow(MARGIN, size);
         let tile = Tile::load(four, window, width);
         let mut out = vec![Pixel::default(); core.pixels()];
         for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
-            tile.halves(filtered, by, (core, window, size), &mut out);
+            tile.cross_filter(filtered, by, (core, window, size), &mut out);
         }
         for (row, out) in out.chunks_exact(core.width).enumerate() {
             pixels[row * width + x..][..core.width].copy_from_slice(out);
@@ -97,20 +97,20 @@ pub(super) fn of_band(four: &Four<'_>, size: [usize; 2], top: usize, pixels: &mu
 
 impl Tile {
     /// Adds what the weights of one half make of the other one.
-    fn halves(
+    fn cross_filter(
         &self,
         filtered: [usize; 2],
         by: [usize; 2],
         (core, window, size): (Window, Window, [usize; 2]),
         out: &mut [Pixel],
     ) {
-        let places = [GUIDE_REACH, 0].map(|reach| core.grown(reach, size).within(window));
+        let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).within(window));
         let [one, other] = by;
         // Each of the guiding half by its fellow, the others by both.
         let limits = by.map(|r| brightest(&self.light[r]));
-        let guides = [0, 1].map(|k: usize| dimmed(&self.light[by[k]], &limits[1 - k]));
+        let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
         let limit = Plane::of([&brightest(&guides[0]), &brightest(&guides[1])], |[a, b]| a.max(b));
-        let targets = filtered.map(|r| dimmed(&self.light[r], &limit));
+        let targets = filtered.map(|r| dim_fireflies(&self.light[r], &limit));
         let albedo = [&self.albedo[one], &self.albedo[other]];
         let normal = [&self.normal[one], &self.normal[other]];
         let floor = mean(albedo).map(|plane| Plane::of([&plane], |[a]| a + LEAST_ALBEDO));
@@ -123,11 +123,11 @@ impl Tile {
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
         let divided: [Colour; 2] = from_fn(|k| over(&targets[k], &floors[k]));
         let of_light = features(albedo, normal, &self.depth, false);
-        let light = twice(guides.each_ref(), divided.each_ref(), &of_light, places);
+        let light = filter_twice(guides.each_ref(), divided.each_ref(), &of_light, places);
         let emission = self.flickers().then(|| {
             let of_emission = features(albedo, normal, &self.depth, true);
             let targets = filtered.map(|r| &self.emission[r]);
-            twice([&self.emission[one], &self.emission[other]], targets, &of_emission, places)
+            filter_twice([&self.emission[one], &self.emission[other]], targets, &of_emission, places)
         });
         let core = places[1];
         for (place, out) in out.iter_mut().enumerate() {
@@ -155,8 +155,8 @@ impl Tile {
 }
 
 /// Light no brighter than what a limit of the brightest channel near it allows, in its own hue.
-fn dimmed(light: &Colour, limit: &Plane) -> Colour {
-    let share = Plane::of([&brightest(light), &limit.largest()], |[own, near]| {
+fn dim_fireflies(light: &Colour, limit: &Plane) -> Colour {
+    let share = Plane::of([&brightest(light), &limit.max_filter()], |[own, near]| {
         ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)
     });
     from_fn(|i| Plane::of([&light[i], &share], |[of, share]| of * share))
@@ -164,33 +164,29 @@ fn dimmed(light: &Colour, limit: &Plane) -> Colour {
 
 /// Both passes: of the guides themselves, and of the targets by what comes of that. `places`: where the second guide is wanted, and where
 /// the result is.
-fn twice(guides: [&Colour; 2], targets: [&Colour; 2], features: &[(Plane, Plane)], places: [Window; 2]) -> Filtered {
+fn filter_twice(guides: [&Colour; 2], targets: [&Colour; 2], features: &[(Plane, Plane)], places: [Window; 2]) -> FilterOutput {
     let colour = mean(guides);
-    let noise = smoothed(&variance(guides));
+    let noise = smooth_variance(&variance(guides));
     let inverse_noise = Plane::of([&noise], |[v]| 1.0 / (v + 1e-8));
     let both: Vec<&Plane> = guides.into_iter().flatten().collect();
     let first =
         Guide { colour: &colour, variance: &noise, noise: &noise, inverse_noise: &inverse_noise, features, strictness: FIRST };
-    let means = pass(&first, &both, places[0], &NEAR).means;
+    let means = filter(&first, &both, places[0], &NEAR).means;
     let size = [colour[0].width, colour[0].height];
-    let placed: Vec<Plane> = means.iter().map(|mean| spread(mean, places[0], size)).collect();
+    let placed: Vec<Plane> = means.iter().map(|mean| expand(mean, places[0], size)).collect();
     let [one, other] = [0, 3].map(|from: usize| -> Colour { from_fn(|i| placed[from + i].clone()) });
     let colour = mean([&one, &other]);
-    let own = smoothed(&variance([&one, &other]));
+    let own = smooth_variance(&variance([&one, &other]));
     let unsure =
         Plane::of([&own, &colour[0], &colour[1], &colour[2]], |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7);
     let second =
         Guide { colour: &colour, variance: &unsure, noise: &noise, inverse_noise: &inverse_noise, features, strictness: SECOND };
     let targets: Vec<&Plane> = targets.into_iter().flatten().collect();
-    pass(&second, &targets, places[1], &FAR)
-}
-
-fn pass(guide: &Guide<'_>, targets: &[&Plane], core: Window, offsets: &Offsets) -> Filtered {
-    filter(guide, targets, core, offsets)
+    filter(&second, &targets, places[1], &FAR)
 }
 
 /// A rectangle of a plane as the whole of it; the rest is not looked at.
-fn spread(of: &Plane, place: Window, [width, height]: [usize; 2]) -> Plane {
+fn expand(of: &Plane, place: Window, [width, height]: [usize; 2]) -> Plane {
     let mut all = Plane::zero(width, height);
     for (y, row) in of.at.chunks_exact(place.width).enumerate() {
         all.at[(place.y + y) * width + place.x..][..place.width].copy_from_slice(row);

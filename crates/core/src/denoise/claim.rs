@@ -10,10 +10,10 @@ use core::array::from_fn;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::mixture::{FLOOR, spread};
+use super::mixture::{FLOOR, replicate_statistics};
 use super::plane::Plane;
 use super::{Denoised, Pixel};
-use crate::film::{BRIGHTEST, Doubt, Estimate, FOUR, Film, Four, Uncertainty};
+use crate::film::{BRIGHTEST, Doubt, Estimate, FOUR, Film, ReplicateQuad, Uncertainty};
 use crate::picture::Picture;
 
 /// Pixels to each side of a block.
@@ -29,8 +29,8 @@ const UNKNOWN: f64 = 0.5;
 const REACH: usize = 10;
 
 /// The sums of a claim over a picture.
-struct Sums {
-    /// Sums over blocks, row by row, and their sum.
+struct ErrorSums {
+    /// ErrorSums over blocks, row by row, and their sum.
     blocks: Vec<f64>,
     columns: usize,
     sum: f64,
@@ -40,7 +40,7 @@ struct Sums {
     whole: [usize; 2],
 }
 
-impl Sums {
+impl ErrorSums {
     fn new([width, height]: [usize; 2]) -> Self {
         let columns = width.div_ceil(BLOCK);
         let whole = [width / BLOCK, height / BLOCK];
@@ -87,13 +87,13 @@ impl Sums {
 }
 
 /// The picture of mixed pixels, with its claim.
-pub(super) fn claimed(film: &Film, four: &Four<'_>, mut picture: Picture, pixels: &[Pixel]) -> Denoised {
+pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Picture, pixels: &[Pixel]) -> Denoised {
     let [width, height] = film.size().map(|edge| edge as usize);
-    let [mut absolute, mut relative, mut by_whole, mut by_base] = [(); 4].map(|()| Sums::new([width, height]));
+    let [mut absolute, mut relative, mut by_whole, mut by_base] = [(); 4].map(|()| ErrorSums::new([width, height]));
     let (mut before, mut change) = (0.0, 0.0);
     for (place, pixel) in pixels.iter().enumerate() {
         let (x, y) = (place % width, place / width);
-        let [mean, ..] = spread(four.radiance(place));
+        let [mean, ..] = replicate_statistics(four.radiance(place));
         let (mut sums, mut colour) = ([0.0; 4], [0.0; 3]);
         for i in 0..3 {
             let (added, error) = (f64::from(pixel.added[0][i]), f64::from(pixel.apart[0][i]));
@@ -123,7 +123,7 @@ pub(super) fn claimed(film: &Film, four: &Four<'_>, mut picture: Picture, pixels
 /// Roots of the squared errors of pixels, by what their neighbours' are, in radiance or relative to theirs, whichever says less: beside a lamp
 /// the one is the lamp's, and of a lamp the other is what is dark beside it, times its own brightness.
 fn errors([width, height]: [usize; 2], pixels: &[Pixel]) -> Vec<[f32; 3]> {
-    let near = |of: &(dyn Fn(&Pixel) -> f32 + Sync)| Plane { width, height, at: pixels.iter().map(of).collect() }.boxed(REACH);
+    let near = |of: &(dyn Fn(&Pixel) -> f32 + Sync)| Plane { width, height, at: pixels.iter().map(of).collect() }.box_mean(REACH);
     let channels: Vec<[Plane; 2]> = (0..3)
         .into_par_iter()
         .map(|i| [near(&|pixel| pixel.apart[0][i]), near(&|pixel| pixel.apart[0][i] / relative_to(pixel, i))])
@@ -150,12 +150,12 @@ mod tests {
     /// and by 0 down, so that eight blocks of four by two have (6/10)/2/8 for the square. A rim that is no whole block is in the mean alone.
     #[test]
     fn blocks_say_how_sure_a_mean_is() {
-        let mut sums = Sums::new([33, 16]);
+        let mut sums = ErrorSums::new([33, 16]);
         for (x, y) in (0..33).flat_map(|x| (0..16).map(move |y| (x, y))) {
             sums.add(x, y, f64::from(u8::from(x / 8 % 2 == 1)) + f64::from(u8::from(x == 32)) * 33.0);
         }
         assert!((sums.mean() - (256.0 + 16.0 * 33.0) / 528.0).abs() < 1e-12);
         assert!((sums.standard_error().expect("blocks") - (0.6_f64 / 16.0).sqrt()).abs() < 1e-12);
-        assert_eq!(Sums::new([15, 9]).standard_error(), None);
+        assert_eq!(ErrorSums::new([15, 9]).standard_error(), None);
     }
 }

@@ -19,7 +19,8 @@ const ENDLESS: f32 = 12.0;
 /// distance. `sharp`: for what is seen by itself, which takes less than lit surfaces do to be something else.
 pub(super) fn features(albedo: [&Colour; 2], normal: [&Colour; 2], depth: &Plane, sharp: bool) -> Vec<(Plane, Plane)> {
     let mut features = Vec::with_capacity(7);
-    let noise = |[one, other]: [&Colour; 2], i: usize| Plane::of([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).boxed(1);
+    let noise =
+        |[one, other]: [&Colour; 2], i: usize| Plane::of([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1);
     let least = if sharp { SHARP_ALBEDO } else { ALBEDO };
     for (i, plane) in mean(albedo).into_iter().enumerate() {
         let tolerance = Plane::of([&noise(albedo, i)], |[noise]| 1.0 / least.max(MORE * noise));

@@ -32,7 +32,7 @@ pub(super) struct Guide<'a> {
 }
 
 /// Means, and the share that pixels have in their own.
-pub(super) struct Filtered {
+pub(super) struct FilterOutput {
     pub means: Vec<Plane>,
     pub own: Plane,
 }
@@ -59,7 +59,7 @@ fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
 
 /// Filters the targets within `core`, a rectangle of their planes, by offsets. Nothing beyond the planes is looked at: where they end
 /// before the picture does, they are to be wider than the core by what offsets reach, and one more.
-pub(super) fn filter(guide: &Guide<'_>, targets: &[&Plane], core: Window, offsets: &Offsets) -> Filtered {
+pub(super) fn filter(guide: &Guide<'_>, targets: &[&Plane], core: Window, offsets: &Offsets) -> FilterOutput {
     widest(Pass { guide, targets, core, offsets })
 }
 
@@ -78,10 +78,10 @@ struct Rows {
 }
 
 impl Loops for Pass<'_> {
-    type Output = Filtered;
+    type Output = FilterOutput;
 
     #[inline(always)]
-    fn run(self) -> Filtered {
+    fn run(self) -> FilterOutput {
         let Self { core, targets, .. } = self;
         let mut means: Vec<Plane> = targets.iter().map(|_| Plane::zero(core.width, core.height)).collect();
         let [mut sums, mut own] = [(); 2].map(|()| Plane::zero(core.width, core.height));
@@ -94,7 +94,7 @@ impl Loops for Pass<'_> {
         for plane in means.iter_mut().chain([&mut own]) {
             plane.at.iter_mut().zip(&sums.at).for_each(|(of, &sum)| *of /= sum);
         }
-        Filtered { means, own }
+        FilterOutput { means, own }
     }
 }
 

@@ -10,7 +10,7 @@ use core::ops::Range;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use super::{CANDIDATES, FOUR, Four, Pixel};
+use super::{CANDIDATES, FOUR, Pixel, ReplicateQuad};
 
 /// Pixels to each side that count as surroundings.
 const REACH: usize = 20;
@@ -45,7 +45,7 @@ pub(super) fn colours(mean: [f64; 3], pixel: &Pixel) -> [[f64; 3]; 2] {
 
 /// What a pixel's replicates are on average, the variance of that, and the squared error of the mean by the products of partners, whose
 /// mean is the variance, too: what is subtracted from it goes with the candidates' noise.
-pub(super) fn spread(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
+pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
     let mean: [f64; 3] = from_fn(|i| radiance.iter().map(|of| of[i]).sum::<f64>() / FOUR as f64);
     let apart = radiance.map(|of| -> [f64; 3] { from_fn(|i| of[i] - mean[i]) });
     let square: [f64; 3] = from_fn(|i| apart.iter().map(|of| of[i] * of[i]).sum::<f64>() / FOUR as f64);
@@ -54,7 +54,7 @@ pub(super) fn spread(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] {
 }
 
 /// Mixes all pixels.
-pub(super) fn mix(four: &Four<'_>, [width, height]: [usize; 2], pixels: &mut [Pixel]) {
+pub(super) fn mix(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels: &mut [Pixel]) {
     let bands = (0..height.div_ceil(BAND)).into_par_iter();
     let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
     let shares: Vec<Vec<[f32; CANDIDATES]>> = bands.map(|band| shares(four, [width, height], pixels, rows(band))).collect();
@@ -67,7 +67,7 @@ pub(super) fn mix(four: &Four<'_>, [width, height]: [usize; 2], pixels: &mut [Pi
 
 /// Leaves of a pixel what is added in all, what its colour is without its own noise, and its squared error.
 fn settle(pixel: &mut Pixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOUR]) {
-    let [mean, _, error] = spread(radiance);
+    let [mean, _, error] = replicate_statistics(radiance);
     let sum = |of: &[[f32; 3]; CANDIDATES], i: usize| {
         of.iter().zip(shares).map(|(of, share)| f64::from(share) * f64::from(of[i])).sum::<f64>()
     };
@@ -82,7 +82,7 @@ fn settle(pixel: &mut Pixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOU
 }
 
 /// Shares of each candidate in the pixels of some rows.
-fn shares(four: &Four<'_>, [width, height]: [usize; 2], pixels: &[Pixel], rows: Range<usize>) -> Vec<[f32; CANDIDATES]> {
+fn shares(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels: &[Pixel], rows: Range<usize>) -> Vec<[f32; CANDIDATES]> {
     let first = rows.start.saturating_sub(REACH);
     let wide = first..(rows.end + REACH).min(height);
     let moments: Vec<Moments> =
@@ -105,7 +105,7 @@ fn shares(four: &Four<'_>, [width, height]: [usize; 2], pixels: &[Pixel], rows: 
             let own = &moments[(y - first) * width + x];
             let mut sum = own.map(|own| -own);
             columns[beside].iter().for_each(|of| add(&mut sum, of));
-            out.push(if others > 0.0 { solved(&sum.map(|sum| sum / others)) } else { [0.0; CANDIDATES] });
+            out.push(if others > 0.0 { solve(&sum.map(|sum| sum / others)) } else { [0.0; CANDIDATES] });
         }
     }
     out
@@ -113,7 +113,7 @@ fn shares(four: &Four<'_>, [width, height]: [usize; 2], pixels: &[Pixel], rows: 
 
 /// What a pixel says of the candidates, relative to its colour and its noise.
 fn moments(radiance: [[f64; 3]; FOUR], pixel: &Pixel) -> Moments {
-    let [mean, variance, _] = spread(radiance);
+    let [mean, variance, _] = replicate_statistics(radiance);
     let [_, base] = colours(mean, pixel);
     let over =
         |of: [f64; 3]| -> f64 { (0..3).map(|i| of[i] / (base[i].max(0.0) * base[i].max(0.0) + FLOOR + variance[i])).sum() };
@@ -128,7 +128,7 @@ fn moments(radiance: [[f64; 3]; FOUR], pixel: &Pixel) -> Moments {
 }
 
 /// Shares from 0 to 1 that make 2 Σ αb + Σ ααQ least, one after the other, from all on.
-fn solved(moments: &Moments) -> [f32; CANDIDATES] {
+fn solve(moments: &Moments) -> [f32; CANDIDATES] {
     let product = |a: usize, b: usize| {
         let pair = PAIRS.iter().position(|pair| *pair == [a.min(b), a.max(b)]).unwrap_or_default();
         moments[CANDIDATES + pair]
@@ -151,23 +151,23 @@ mod tests {
     /// and none of what makes it larger.
     #[test]
     fn shares_make_the_error_least() {
-        assert_eq!(solved(&[-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.25);
-        assert_eq!(solved(&[0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.0);
-        let [a, b, _] = solved(&[-1.0, -1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
+        assert_eq!(solve(&[-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.25);
+        assert_eq!(solve(&[0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.0);
+        let [a, b, _] = solve(&[-1.0, -1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
         assert_eq!(a + b, 1.0);
-        assert!(solved(&[f64::NAN; 9]).iter().all(|&share| share == 0.0));
+        assert!(solve(&[f64::NAN; 9]).iter().all(|&share| share == 0.0));
     }
 
     /// Protects: a pixel does not choose its own shares: what it says itself changes its neighbours' and not its own.
     #[test]
     fn a_pixel_does_not_choose_for_itself() {
-        use crate::film::tests::{Seen, made};
-        let film = made([12, 9], |pixel, replicate| Seen {
+        use crate::film::tests::{ReplicateSample, film_of};
+        let film = film_of([12, 9], |pixel, replicate| ReplicateSample {
             radiance: [0.5 + 0.01 * ((pixel * 7 + replicate * 3) % 11) as f64; 3],
             emission: [0.0; 3],
             albedo: [0.5; 3],
         });
-        let four = film.four().expect("all that is read");
+        let four = film.replicate_quad().expect("all that is read");
         let of = |k: usize| 0.02 * ((k * 5) % 7) as f32 - 0.06;
         let pixel = |k: usize| Pixel { base: [0.5; 3], added: [[of(k); 3]; 3], apart: [[-of(k + 3) * 0.02; 3]; 3] };
         let mut pixels: Vec<Pixel> = (0..12 * 9).map(pixel).collect();
@@ -183,8 +183,8 @@ mod tests {
     /// Protects: what is known of a pixel by hand: of 1, 2, 3 and 6 the mean is 3, its variance 14/12, and the error by partners
     /// −14/12 − 2·(2·1 + 0·3)/2 = −3.1667.
     #[test]
-    fn spreads_by_hand() {
-        let [mean, variance, error] = spread([1.0, 2.0, 3.0, 6.0].map(|x| [x; 3]));
+    fn statistics_by_hand() {
+        let [mean, variance, error] = replicate_statistics([1.0, 2.0, 3.0, 6.0].map(|x| [x; 3]));
         assert_eq!((mean[0], variance[1]), (3.0, 14.0 / 12.0));
         assert!((error[2] + 14.0 / 12.0 + 2.0).abs() < 1e-12, "{error:?}");
     }

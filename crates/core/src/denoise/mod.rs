@@ -28,7 +28,7 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use crate::film::{FOUR, Film, Four, Missing, Uncertainty};
+use crate::film::{FOUR, Film, QuadError, ReplicateQuad, Uncertainty};
 use crate::observer::Observer;
 use crate::picture::{Layer, Picture};
 use crate::settings::{Aov, Sampling};
@@ -70,11 +70,11 @@ pub enum DenoiseError {
     Cancelled,
 }
 
-impl From<Missing> for DenoiseError {
-    fn from(missing: Missing) -> Self {
+impl From<QuadError> for DenoiseError {
+    fn from(missing: QuadError) -> Self {
         match missing {
-            Missing::Layer(aov) => Self::Layer(Aov::ALL.iter().find(|(_, known)| *known == aov).map_or("", |(name, _)| name)),
-            Missing::Replicates => Self::Replicates,
+            QuadError::Layer(aov) => Self::Layer(Aov::ALL.iter().find(|(_, known)| *known == aov).map_or("", |(name, _)| name)),
+            QuadError::Replicates => Self::Replicates,
         }
     }
 }
@@ -134,13 +134,13 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<Denoised, Denoise
     if !film.plan().random {
         return Err(DenoiseError::NoChance);
     }
-    let four = film.four()?;
+    let four = film.replicate_quad()?;
     let [width, height] = film.size().map(|edge| edge as usize);
     let mut pixels = vec![Pixel::default(); width * height];
     let (bands, done) = (pixels.par_chunks_mut(width * TILE[1]).enumerate(), AtomicU64::new(0));
     bands.for_each(|(band, pixels)| {
         let count = pixels.len() as u64;
-        candidates::of_band(&four, [width, height], band * TILE[1], pixels, observer);
+        candidates::fill_band(&four, [width, height], band * TILE[1], pixels, observer);
         observer.progress(done.fetch_add(count, Ordering::Relaxed) + count, (width * height) as u64);
     });
     if observer.cancelled() {
@@ -148,5 +148,5 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<Denoised, Denoise
     }
     mixture::mix(&four, [width, height], &mut pixels);
     let picture = Picture { layers: Vec::new(), ..film.picture() };
-    Ok(claim::claimed(film, &four, picture, &pixels))
+    Ok(claim::estimate(film, &four, picture, &pixels))
 }

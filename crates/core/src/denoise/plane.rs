@@ -11,7 +11,7 @@ pub(super) struct Window {
 
 impl Window {
     /// With so many more pixels to each side, as far as the picture goes.
-    pub fn grown(self, by: usize, [width, height]: [usize; 2]) -> Self {
+    pub fn grow(self, by: usize, [width, height]: [usize; 2]) -> Self {
         let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
         let (right, bottom) = ((self.x + self.width + by).min(width), (self.y + self.height + by).min(height));
         Self { x, y, width: right - x, height: bottom - y }
@@ -48,7 +48,7 @@ impl Plane {
     pub fn of<const N: usize>(from: [&Self; N], make: impl Fn([f32; N]) -> f32) -> Self {
         let (width, height) = (from[0].width, from[0].height);
         let mut made = Self::zero(width, height);
-        // As long as what is made, so that no place is looked for beyond an end.
+        // As long as what is film_of, so that no place is looked for beyond an end.
         let from = from.map(|plane| &plane.at[..width * height]);
         for (i, to) in made.at.iter_mut().enumerate() {
             *to = make(from.map(|plane| plane[i]));
@@ -57,7 +57,7 @@ impl Plane {
     }
 
     /// Each number joined with those up to `reach` to both sides of it, along rows and then along columns.
-    fn joined(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
+    fn combine(&self, reach: usize, join: impl Fn(f32, f32) -> f32) -> Self {
         let (width, height) = (self.width, self.height);
         let into = |to: &mut [f32], from: &[f32]| to.iter_mut().zip(from).for_each(|(to, &of)| *to = join(*to, of));
         let mut along = self.clone();
@@ -77,8 +77,8 @@ impl Plane {
     }
 
     /// Means over squares of 2 `reach` + 1 pixels, of those that there are.
-    pub fn boxed(&self, reach: usize) -> Self {
-        let mut sums = self.joined(reach, |a, b| a + b);
+    pub fn box_mean(&self, reach: usize) -> Self {
+        let mut sums = self.combine(reach, |a, b| a + b);
         let count = |at: usize, end: usize| (at + reach + 1).min(end) - at.saturating_sub(reach);
         for (y, row) in sums.at.chunks_exact_mut(self.width).enumerate() {
             let rows = count(y, self.height);
@@ -88,8 +88,8 @@ impl Plane {
     }
 
     /// The largest number of three by three pixels.
-    pub fn largest(&self) -> Self {
-        self.joined(1, |a, b| if b > a { b } else { a })
+    pub fn max_filter(&self) -> Self {
+        self.combine(1, |a, b| if b > a { b } else { a })
     }
 
     /// Squares of the smaller one of both differences to neighbours, those along rows and columns added.
@@ -137,7 +137,7 @@ pub(super) fn mean([one, other]: [&Colour; 2]) -> Colour {
 }
 
 /// Numbers where a variance is known from few: those of the surroundings, and no less than half of the pixel's own.
-pub(super) fn smoothed(variance: &Plane) -> Plane {
+pub(super) fn smooth_variance(variance: &Plane) -> Plane {
     const REACH: usize = 2;
-    Plane::of([&variance.boxed(REACH), variance], |[near, own]| near.max(own / 2.0))
+    Plane::of([&variance.box_mean(REACH), variance], |[near, own]| near.max(own / 2.0))
 }

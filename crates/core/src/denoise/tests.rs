@@ -1,7 +1,7 @@
 //! Denoised pictures whose truth is known.
 
 use super::*;
-use crate::film::tests::{Seen, made};
+use crate::film::tests::{ReplicateSample, film_of};
 use crate::hash::mix;
 use crate::prepare;
 use crate::scene::Scene;
@@ -17,8 +17,8 @@ fn noise(seed: u64, pixel: usize, replicate: usize, channel: usize) -> f64 {
     (0..12).map(next).sum::<f64>() - 6.0
 }
 
-fn grey(radiance: f64) -> Seen {
-    Seen { radiance: [radiance; 3], emission: [0.0; 3], albedo: [0.5; 3] }
+fn grey(radiance: f64) -> ReplicateSample {
+    ReplicateSample { radiance: [radiance; 3], emission: [0.0; 3], albedo: [0.5; 3] }
 }
 
 fn denoised(film: &Film) -> Denoised {
@@ -35,7 +35,7 @@ fn error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
 /// neither made nor lost.
 #[test]
 fn flat_pictures_lose_their_noise() {
-    let film = made([96, 64], |pixel, replicate| {
+    let film = film_of([96, 64], |pixel, replicate| {
         let mut seen = grey(0.0);
         seen.radiance = core::array::from_fn(|i| 0.5 + 0.1 * noise(1, pixel, replicate, i));
         seen
@@ -73,15 +73,15 @@ fn claims_are_right_on_average() {
     let truth = drawn(48);
     let runs: Vec<[f64; 2]> = (0..RUNS)
         .map(|seed| {
-            let film = made([48, 32], |pixel, replicate| {
+            let film = film_of([48, 32], |pixel, replicate| {
                 let mut seen = grey(0.0);
                 let of = truth(pixel);
                 seen.radiance = core::array::from_fn(|i| of + 0.4 * of.sqrt() * noise(seed, pixel, replicate, i));
                 seen
             });
-            let four = film.four().expect("all that is read");
+            let four = film.replicate_quad().expect("all that is read");
             let mut pixels = vec![Pixel::default(); 48 * 32];
-            candidates::of_band(&four, [48, 32], 0, &mut pixels, &());
+            candidates::fill_band(&four, [48, 32], 0, &mut pixels, &());
             mixture::mix(&four, [48, 32], &mut pixels);
             let claimed = pixels.iter().flat_map(|pixel| pixel.apart[0]).map(f64::from).sum::<f64>() / (3 * pixels.len()) as f64;
             [claimed, error(&denoised(&film).picture, &truth)]
@@ -99,7 +99,7 @@ fn claims_are_right_on_average() {
 fn pictures_without_noise_stay() {
     let truth = drawn(48);
     for (name, of) in [("drawn", &truth as &dyn Fn(usize) -> f64), ("black", &|_| 0.0), ("bright", &|_| 1e6)] {
-        let found = denoised(&made([48, 40], |pixel, _| grey(of(pixel))));
+        let found = denoised(&film_of([48, 40], |pixel, _| grey(of(pixel))));
         for (pixel, rgb) in found.picture.rgb.iter().enumerate() {
             let (is, was) = (f64::from(rgb[1]), of(pixel));
             assert!((is - was).abs() < 2e-3 + 1e-6 * was, "{name}: {was} became {is} in pixel {pixel}");
@@ -113,24 +113,24 @@ fn pictures_without_noise_stay() {
 fn odd_pictures_make_no_odd_numbers() {
     let noisy = |pixel: usize, replicate: usize| grey(0.3 + 0.1 * noise(3, pixel, replicate, 0));
     for size in [[1, 1], [1, 2], [2, 1], [3, 3], [1, 40], [40, 1], [129, 33], [7, 65]] {
-        let found = denoised(&made(size, noisy));
+        let found = denoised(&film_of(size, noisy));
         assert!(found.picture.rgb.iter().chain(&found.standard_error).flatten().all(|c| c.is_finite()), "{size:?}");
         assert!(found.picture.rgb.iter().flatten().all(|&c| (-0.2..0.8).contains(&c)), "{size:?}");
         let error = found.error.root_relmse;
         assert!(error.value.is_finite() && error.low <= error.value && error.value <= error.high, "{error:?}");
     }
-    let found = denoised(&made([1, 1], noisy));
+    let found = denoised(&film_of([1, 1], noisy));
     assert_eq!(found.error.doubt, Some(crate::film::Doubt::WideInterval), "one pixel has no blocks");
     let odd = |pixel: usize, replicate: usize| match pixel {
         5 => grey(1e30),
         17 => grey(f64::INFINITY),
         29 => grey(f64::NAN),
-        41 => Seen { albedo: [f64::NAN, f64::INFINITY, -3.0], ..noisy(pixel, replicate) },
-        53 => Seen { emission: [1e20; 3], ..noisy(pixel, replicate) },
+        41 => ReplicateSample { albedo: [f64::NAN, f64::INFINITY, -3.0], ..noisy(pixel, replicate) },
+        53 => ReplicateSample { emission: [1e20; 3], ..noisy(pixel, replicate) },
         77 => grey(-4.0),
         _ => noisy(pixel, replicate),
     };
-    let film = made([32, 20], odd);
+    let film = film_of([32, 20], odd);
     let found = denoised(&film);
     for (pixel, rgb) in found.picture.rgb.iter().enumerate().filter(|(pixel, _)| ![17, 29].contains(pixel)) {
         assert!(rgb.iter().all(|c| c.is_finite()), "pixel {pixel}: {rgb:?}");
@@ -156,7 +156,7 @@ fn what_is_missing_is_named() {
     assert_eq!(why(&film(Settings { denoise: true, ..base() })), Some(DenoiseError::Replicates));
     let pattern = Sampling::Pattern(crate::scene::Pattern::Centre);
     assert_eq!(why(&film(Settings { denoise: true, sampling: pattern, ..base() })), Some(DenoiseError::NoChance));
-    let film = made([4, 4], |_, _| grey(1.0));
+    let film = film_of([4, 4], |_, _| grey(1.0));
     struct Stopped;
     impl Observer for Stopped {
         fn cancelled(&self) -> bool {
@@ -169,7 +169,7 @@ fn what_is_missing_is_named() {
 /// Protects: a denoised picture has the same bits on one thread and on several.
 #[test]
 fn threads_change_no_bit() {
-    let film = made([150, 70], |pixel, replicate| grey(0.3 + 0.1 * noise(7, pixel, replicate, 0)));
+    let film = film_of([150, 70], |pixel, replicate| grey(0.3 + 0.1 * noise(7, pixel, replicate, 0)));
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         pool.install(|| denoised(&film))
@@ -183,13 +183,13 @@ fn threads_change_no_bit() {
 #[test]
 fn tiles_leave_no_seams() {
     let of = |shift: usize| {
-        let film = made([200, 40], |pixel, replicate| {
+        let film = film_of([200, 40], |pixel, replicate| {
             let (x, y) = (pixel % 200 + shift, pixel / 200);
             grey(0.3 + 0.1 * noise(9, y * 1000 + x, replicate, 0))
         });
-        let four = film.four().expect("all that is read");
+        let four = film.replicate_quad().expect("all that is read");
         let mut pixels = vec![Pixel::default(); 200 * 40];
-        candidates::of_band(&four, [200, 40], 0, &mut pixels, &());
+        candidates::fill_band(&four, [200, 40], 0, &mut pixels, &());
         pixels
     };
     let (one, other) = (of(0), of(45));

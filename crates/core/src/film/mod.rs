@@ -17,7 +17,6 @@
 mod adaptive;
 mod again;
 mod estimate;
-mod four;
 mod identity;
 mod merge;
 mod pixel;
@@ -25,6 +24,7 @@ mod plan;
 mod plane;
 mod record;
 mod relative;
+mod replicate_quad;
 mod sums;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -32,12 +32,12 @@ mod uncertainty;
 
 pub(crate) use adaptive::Aim;
 use estimate::There;
-pub(crate) use four::{BRIGHTEST, FOUR, Four, Missing};
 use identity::Identity;
 pub use merge::PartError;
 pub(crate) use plan::Plan;
 pub(crate) use plane::{Plane, Rect};
 pub use record::{FilmHeader, HeaderError, Numbers};
+pub(crate) use replicate_quad::{BRIGHTEST, FOUR, QuadError, ReplicateQuad};
 pub(crate) use sums::{Block, Gather, Moments, Plain, Single, Sums, parts};
 pub use uncertainty::{Doubt, Estimate, Uncertainty};
 

@@ -50,23 +50,23 @@ pub(super) fn layers() -> Vec<Aov> {
 
 /// What one replicate of a pixel saw, for films that are made by hand.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct ReplicateSample {
     pub radiance: [f64; 3],
     pub emission: [f64; 3],
     pub albedo: [f64; 3],
 }
 
 /// A film of four replicates with two samples each that saw this, all of it facing the camera at the same distance.
-pub(crate) fn made(size: [u32; 2], seen: impl Fn(usize, usize) -> Seen) -> Film {
+pub(crate) fn film_of(size: [u32; 2], seen: impl Fn(usize, usize) -> ReplicateSample) -> Film {
     let settings = Settings { size, sampling: Sampling::General(8), denoise: true, ..Settings::of(&Scene::default()) };
     let ready = prepare(&Scene::default(), &settings, &()).unwrap_or_else(|e| panic!("{e}"));
     let mut film = ready.film("");
     let count = film.plan.pixels();
     for replicate in 0..4 {
         let twice = |of: [f64; 3]| of.map(|x| 2.0 * x);
-        let all: Vec<Seen> = (0..count).map(|pixel| seen(pixel, replicate)).collect();
+        let all: Vec<ReplicateSample> = (0..count).map(|pixel| seen(pixel, replicate)).collect();
         let layer = |(aov, _): &(Aov, _)| {
-            let of = |seen: &Seen| match aov {
+            let of = |seen: &ReplicateSample| match aov {
                 Aov::Albedo => twice(seen.albedo),
                 Aov::Emission => twice(seen.emission),
                 _ => [0.0, 0.0, 2.0],

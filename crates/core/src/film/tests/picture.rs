@@ -284,7 +284,7 @@ fn one_sample(scene: &Scene) -> Vec<[f32; 3]> {
     .rgb
 }
 
-/// Protects: two branches of one path share no numbers. Seen in the mirror and through it, floor and ceiling are alike to the
+/// Protects: two branches of one path share no numbers. ReplicateSample in the mirror and through it, floor and ceiling are alike to the
 /// point, so with shared numbers both would be lit from the same points of the lamp and be equal in every pixel.
 #[test]
 fn branches_of_a_path_draw_different_numbers() {

@@ -11,7 +11,7 @@ pub(crate) const BRIGHTEST: f64 = 1e15;
 
 /// What is missing in a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Missing {
+pub(crate) enum QuadError {
     /// A layer.
     Layer(Aov),
     /// Replicates of some pixels.
@@ -19,7 +19,7 @@ pub(crate) enum Missing {
 }
 
 /// The four replicates of a film's pixels. Where a film has more, every fourth one is of the same.
-pub(crate) struct Four<'a> {
+pub(crate) struct ReplicateQuad<'a> {
     film: &'a Film,
     planes: Vec<&'a Plane>,
     emission: usize,
@@ -29,27 +29,27 @@ pub(crate) struct Four<'a> {
 }
 
 /// Finite, and no brighter than a picture can be.
-fn sane(number: f64) -> f64 {
+fn clamp_to_picture(number: f64) -> f64 {
     if number.is_nan() { 0.0 } else { number.clamp(-BRIGHTEST, BRIGHTEST) }
 }
 
 impl Film {
     /// Its replicates as four, if there are as many and all layers.
-    pub(crate) fn four(&self) -> Result<Four<'_>, Missing> {
+    pub(crate) fn replicate_quad(&self) -> Result<ReplicateQuad<'_>, QuadError> {
         let layers = &self.plan.layers;
-        let mean = |aov| layers.mean.iter().position(|(layer, _)| *layer == aov).ok_or(Missing::Layer(aov));
+        let mean = |aov| layers.mean.iter().position(|(layer, _)| *layer == aov).ok_or(QuadError::Layer(aov));
         let (emission, albedo, normal) = (mean(Aov::Emission)?, mean(Aov::Albedo)?, mean(Aov::Normal)?);
-        let depth = layers.centre.iter().position(|(layer, _)| *layer == Aov::Depth).ok_or(Missing::Layer(Aov::Depth))?;
+        let depth = layers.centre.iter().position(|(layer, _)| *layer == Aov::Depth).ok_or(QuadError::Layer(Aov::Depth))?;
         let planes: Vec<&Plane> = self.planes.iter().flatten().collect();
         let each = || (0..self.plan.tiles()).flat_map(|tile| (0..self.plan.replicates).map(move |r| (tile, r)));
         if planes.len() < FOUR || each().any(|(tile, replicate)| self.drawn(tile, replicate) == 0) {
-            return Err(Missing::Replicates);
+            return Err(QuadError::Replicates);
         }
-        Ok(Four { film: self, planes, emission, albedo, normal, depth })
+        Ok(ReplicateQuad { film: self, planes, emission, albedo, normal, depth })
     }
 }
 
-impl Four<'_> {
+impl ReplicateQuad<'_> {
     /// Means of a pixel in each of the four, by sums and how many are in them. One of which nothing is there has the mean of the others.
     fn means(&self, sums: impl Fn(usize, &Plane) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
         let (mut total, mut count) = ([[0.0; 3]; FOUR], [0.0; FOUR]);
@@ -61,7 +61,9 @@ impl Four<'_> {
         }
         let all = count.iter().sum::<f64>().max(1.0);
         let mean: [f64; 3] = core::array::from_fn(|i| total.iter().map(|sum| sum[i]).sum::<f64>() / all);
-        core::array::from_fn(|r| if count[r] > 0.0 { total[r].map(|sum| sane(sum / count[r])) } else { mean.map(sane) })
+        core::array::from_fn(|r| {
+            if count[r] > 0.0 { total[r].map(|sum| clamp_to_picture(sum / count[r])) } else { mean.map(clamp_to_picture) }
+        })
     }
 
     /// Radiance.
