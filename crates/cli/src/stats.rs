@@ -28,6 +28,7 @@ pub struct Stats<'a> {
     effects: &'a [Finding],
     memory: Memory,
     accelerator: &'static str,
+    warnings: Vec<Message<'a>>,
     /// Absent where it can't be told.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Uncertainty>,
@@ -43,6 +44,12 @@ struct Claim {
     error: Uncertainty,
     /// What denoising did to the picture's light, as a share of it: below zero where it is darker.
     brightened: f64,
+}
+
+/// A warning about the scene, its files or the picture.
+#[derive(Debug, Serialize)]
+struct Message<'a> {
+    message: &'a str,
 }
 
 /// Rays by kind.
@@ -86,6 +93,7 @@ impl<'a> Stats<'a> {
             effects: &ready.effects().effects,
             memory: Memory { peak_bytes: memory::peak_bytes(), geometry_bytes: held.geometry, texture_bytes: held.textures },
             accelerator: origin::accelerator(ready.settings().accelerator),
+            warnings: loaded.warnings.iter().map(|warning| Message { message: &warning.message }).collect(),
             error,
             denoised: rendered.denoised().map(|&Denoised { error, brightened, .. }| Claim { error, brightened }),
         }

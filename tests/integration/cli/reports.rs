@@ -116,6 +116,32 @@ fn what_vanishes_is_a_warning() {
     assert!(warning(&["render", "one.scene.toml", "--precision", "reference"]).is_empty());
 }
 
+/// Protects: a gap beside glass that single precision closes is a warning with both names, a distance that is seen and the way to see it, also in the
+/// statistics; in f64 there is nothing to say.
+#[test]
+fn closed_gaps_are_a_warning() {
+    let desk = Desk::new();
+    let ball = |name: &str, radius: &str| {
+        format!(
+            "[[objects]]\nname = \"{name}\"\nshape.sphere = {{ centre = [0, 0, 0], radius = {radius} }}\nmaterial = \"{name}\"\n"
+        )
+    };
+    let head = "format = 1\n[render]\nsize = [8, 8]\nsamples = 1\n[sky]\nconstant = 1\n\
+                [[materials]]\nname = \"shell\"\nmodel.physical = { transmission = 1, roughness = 0 }\n\
+                [[materials]]\nname = \"core\"\nmodel.physical = {}\n";
+    desk.write("a.scene.toml", head.to_owned() + &ball("shell", "1.00000012") + &ball("core", "1"));
+    let run = desk.run(&["render", "a.scene.toml", "--stats", "a.json"]);
+    let message = "the gap between object `shell` and object `core` is closed: light that passes the one starts beyond the other, since they \
+                   touch or are nearer than rounding tells apart; leave ";
+    let warning =
+        run.exits_with(0).stderr.lines().find(|line| line.contains(message)).unwrap_or_else(|| panic!("{}", run.stderr));
+    assert!(warning.starts_with("warning: ") && warning.ends_with(" metres or more between them, or add --precision reference"));
+    let stats: Value = serde_json::from_slice(&std::fs::read(desk.path("a.json")).expect("statistics")).expect("JSON");
+    assert!(stats["warnings"].to_string().contains("the gap between object `shell` and object `core`"), "{}", stats["warnings"]);
+    let exact = desk.run(&["render", "a.scene.toml", "--precision", "reference"]);
+    assert!(!exact.exits_with(0).stderr.contains("the gap between"), "{}", exact.stderr);
+}
+
 /// `--stats` has the fields that scripts rely on, and its figures are those of the render.
 #[test]
 fn stats_have_their_fields() {
@@ -129,8 +155,19 @@ fn stats_have_their_fields() {
     let text = std::fs::read_to_string(desk.path("s.json")).expect("a file");
     let stats = json(&text);
     let names: Vec<&String> = stats.as_object().expect("an object").keys().collect();
-    let expected =
-        ["format", "version", "command", "scene_hash", "seconds", "rays", "samples", "effects", "memory", "accelerator"];
+    let expected = [
+        "format",
+        "version",
+        "command",
+        "scene_hash",
+        "seconds",
+        "rays",
+        "samples",
+        "effects",
+        "memory",
+        "accelerator",
+        "warnings",
+    ];
     assert_eq!(names, expected);
     assert_eq!((&stats["format"], &stats["accelerator"]), (&1.into(), &"bvh".into()));
     assert_eq!(stats["command"], "raywright render preset:whitted --size 40x30 --spp 1 --stats s.json -o a.png -q");
