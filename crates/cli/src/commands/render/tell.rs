@@ -54,8 +54,7 @@ pub(super) fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
 pub(super) fn tell_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Settings, verbosity: Verbosity) {
     let gaps = ready.closed_gaps();
     let [ClosedGap { object, other, resolved }, others @ ..] = gaps.as_slice() else { return };
-    let object = object_name(loaded, *object);
-    let other = other.map_or_else(|| "what it touches".to_owned(), |other| object_name(loaded, other));
+    let [object, other] = [object, other].map(|&index| object_name(loaded, index));
     let more = if others.is_empty() { String::new() } else { format!(" (and {} more such pairs)", others.len()) };
     let exact = if settings.precision == PrecisionChoice::Reference { "" } else { ", or add --precision reference" };
     let message = format!(
