@@ -40,7 +40,7 @@
 //!
 //! A scene is shaded by Whitted's integrator where that is all it calls for, and by the path tracer otherwise.
 //!
-//! What is not done yet: caustics of lights without size, subsurface scattering, lights that move, denoising. A render says what a
+//! What is not done yet: caustics of lights without size, subsurface scattering, lights that move. A render says what a
 //! scene calls for and does not get ([`core::effects`]).
 #![forbid(unsafe_code)]
 
