@@ -114,11 +114,11 @@ pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observ
             let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
             let folder = folder.allowing_outside(options.allow_outside);
             folder.note_file(path);
-            content(path, bytes, &folder, options, observer)
+            content(path, &stem(path), bytes, &folder, options, observer)
         }
         Input::Bytes { name, bytes } => {
             let folder = Folder::nowhere(options.limits.file_bytes);
-            content(Path::new(name), bytes.clone(), &folder, options, observer)
+            content(Path::new(name), &name.replace(' ', "-"), bytes.clone(), &folder, options, observer)
         }
     }
 }
@@ -126,6 +126,7 @@ pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observ
 /// A scene or model, by its bytes.
 fn content(
     path: &Path,
+    stem: &str,
     bytes: Vec<u8>,
     folder: &Folder,
     options: &LoadOptions,
@@ -136,9 +137,9 @@ fn content(
         Format::Native(notation) => {
             refuse_choice(&name, &options.model)?;
             let text = native::text(&name, bytes, options.limits.text_bytes)?;
-            native_scene(&name, &stem(path), &text, notation, folder, options)
+            native_scene(&name, stem, &text, notation, folder, options)
         }
-        format => model(path, bytes, format, folder, options, observer),
+        format => model(path, stem, bytes, format, folder, options, observer),
     }
 }
 
@@ -156,6 +157,7 @@ fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
 /// A model becomes a whole scene.
 fn model(
     path: &Path,
+    stem: &str,
     bytes: Vec<u8>,
     format: Format,
     folder: &Folder,
@@ -181,7 +183,7 @@ fn model(
         model_file::load(format, path, &bytes, (folder, &options.limits), &choice, observer)?;
     within_limits(&name, &scene, &options.limits)?;
     let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits)?;
-    let source = SourceInfo::new(name, stem(path), format, None);
+    let source = SourceInfo::new(name, stem, format, None);
     Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })
 }
 

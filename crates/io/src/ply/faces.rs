@@ -79,6 +79,7 @@ impl Faces {
         if let Some((red, _)) = red.filter(|_| coloured) {
             (self.coloured, self.colours) = (true, Colours::of(red.number));
         }
+        self.pad(mapped);
         let each = 8 + 28 * usize::from(coloured);
         budget.memory(if element.properties.is_empty() { 0 } else { element.count as usize }, each)?;
         let mut row = Row::default();
@@ -106,6 +107,16 @@ impl Faces {
         Ok(())
     }
 
+    /// Gives what strips have not to those so far, where faces have it.
+    fn pad(&mut self, mapped: bool) {
+        if self.coloured {
+            self.colours.pad(self.arities.len());
+        }
+        if mapped {
+            self.uvs.resize(self.corners.len(), [0.0; 2]);
+        }
+    }
+
     /// Adds the triangles of a strip, which −1 cuts; every other one is turned round, so that all face one way.
     fn strip(&mut self, corners: &[i64], budget: &mut Budget) -> Outcome<()> {
         budget.memory(corners.len(), 32)?;
@@ -129,12 +140,13 @@ impl Faces {
     ///
     /// # Errors
     /// A fault of kind input for a vertex that there is not, of kind limit for more than is allowed.
-    pub fn mesh(self, vertices: Vertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
+    pub fn mesh(mut self, vertices: Vertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
+        self.pad(self.has_uvs());
         let count = vertices.positions.len();
         if let Some(vertex) = self.corners.iter().find(|&&corner| corner as usize >= count) {
             return Err(Fault::input(format!("a face has vertex {vertex} of {count}; they are counted from 0")));
         }
-        let apart = self.coloured || !self.uvs.is_empty();
+        let apart = self.coloured || self.has_uvs();
         let mut clipper = Clipper::default();
         let (mut points, mut triangles, mut indices) = (Vec::new(), Vec::new(), Vec::new());
         let mut start = 0;

@@ -46,6 +46,11 @@ impl Colours {
         Self { written: Vec::new(), scale: number.whole().map(|whole| 1.0 / whole) }
     }
 
+    /// White for what has none, until there are so many.
+    pub fn pad(&mut self, count: usize) {
+        self.written.resize(count, [f32::NAN; 3]);
+    }
+
     pub fn push(&mut self, colour: [f32; 3]) {
         self.written.push(colour);
     }

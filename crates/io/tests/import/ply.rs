@@ -189,6 +189,21 @@ fn faces_have_their_own() {
     assert_eq!((data.colours[1], data.colours[4]), ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]));
 }
 
+/// Protects: strips beside faces that have colours and coordinates of their own are white and at (0, 0), before and after them.
+#[test]
+fn strips_beside_faces() {
+    let faces = "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty uchar red\n\
+        property uchar green\nproperty uchar blue\n";
+    let strips = "element tristrips 1\nproperty list uchar int vertex_indices\n";
+    let (face, strip) = ("3 0 1 2 6 0.5 0.5 0.5 0.5 0.5 0.5 255 0 0\n", "3 0 1 2\n");
+    for (headers, bodies, at) in [([faces, strips], [face, strip], 0), ([strips, faces], [strip, face], 3)] {
+        let data = mesh(&triangle(&format!("{XYZ}{}", headers.concat()), PLACES, &bodies.concat()));
+        assert_eq!((data.positions.len(), data.indices.len()), (6, 2));
+        assert_eq!((data.colours[at], data.uvs[0][at]), ([1.0, 0.0, 0.0, 1.0], [0.5; 2]));
+        assert_eq!((data.colours[3 - at], data.uvs[0][3 - at]), ([1.0; 4], [0.0; 2]));
+    }
+}
+
 /// Protects: fractions that count to 255 are told by one above 1, and codes of sixteen bits by their type.
 #[test]
 fn colours_of_every_type() {
