@@ -1,4 +1,4 @@
-//! Raywright is a data-driven scene engine: one file in - a scene, a glTF or an OBJ model - and one honest picture out.
+//! Raywright is a data-driven scene engine: one file in - a scene, a glTF, OBJ, STL or PLY model - and one honest picture out.
 //!
 //! This crate only re-exports. [`bvh`] knows rays, shapes and acceleration; [`core`] knows scenes, effects and light; [`io`]
 //! knows files; [`cli`] is the program. The way of the data, from a scene that the program carries to a picture:

@@ -1,6 +1,7 @@
 //! Reading the scene that a command names, for every command that reads one.
 
 use std::ffi::{OsStr, OsString};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -30,7 +31,7 @@ pub fn watched(
 ) -> Result<Loaded, Failure> {
     let overrides = Overrides { at: changes.at, set: changes.set.clone() };
     let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
-    let input = named(name);
+    let input = named(name, &limits)?;
     let environment = Environment { source: changes.env.clone(), rotation: changes.env_rotation, strength: changes.env_strength };
     let options = LoadOptions { overrides, model, environment, allow_outside: changes.allow_outside, limits };
     let progress = Progress::start("loading", style, verbosity);
@@ -75,12 +76,25 @@ pub fn tell_completed(loaded: &Loaded, verbosity: Verbosity) {
     }
 }
 
-/// A path, or `preset:NAME`.
-fn named(name: &OsStr) -> Input {
-    match name.to_str().and_then(|name| name.strip_prefix("preset:")) {
+/// A path, `preset:NAME`, or `-` for what comes through standard input.
+fn named(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
+    if name == "-" {
+        return piped(limits);
+    }
+    Ok(match name.to_str().and_then(|name| name.strip_prefix("preset:")) {
         Some(preset) => Input::Preset(preset.to_owned()),
         None => Input::Path(PathBuf::from(name)),
+    })
+}
+
+/// What comes through standard input. A terminal would be waited for without a word.
+fn piped(limits: &Limits) -> Result<Input, Error> {
+    let source = std::io::stdin();
+    if source.is_terminal() {
+        let hint = "pipe one into it: raywright render - < model.stl";
+        return Err(Error::usage("`-` reads a scene or model from standard input, which is a terminal here").with_hint(hint));
     }
+    Input::from_reader("standard input", source.lock(), limits)
 }
 
 /// A file that does not exist is sometimes a preset without its prefix.

@@ -11,7 +11,7 @@ use raywright_core::effects::{has_light, is_lit, neutral_sky};
 use raywright_core::scene::{Colour, Image, Sky, SkyMap};
 
 use crate::error::Error;
-use crate::folder::{Folder, read_limited};
+use crate::folder::{Folder, read_file};
 use crate::image_file;
 use crate::import::FaultKind;
 use crate::limits::{Limits, human_bytes};
@@ -103,7 +103,7 @@ fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits) -> 
     if path.exists() && !path.is_file() {
         return Err(Error::input(path.display(), "is not a regular file"));
     }
-    let bytes = read_limited(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
+    let bytes = read_file(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
     let larger =
         || Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limits.file_bytes)));
     let bytes = bytes.ok_or_else(larger)?;

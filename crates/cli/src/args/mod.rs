@@ -47,7 +47,7 @@ For TOML, the first line of a scene may name it:
 
   #:schema ./scene.schema.json";
 
-/// Render a scene - a text file, a glTF or an OBJ model - to a picture.
+/// Render a scene - a text file, a glTF, OBJ, STL or PLY model - to a picture.
 #[derive(Debug, Parser)]
 #[command(name = "raywright", version, propagate_version = false, after_help = examples(), max_term_width = 100)]
 #[command(subcommand_value_name = "COMMAND")]

@@ -42,7 +42,7 @@ Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read o
 pub struct RenderArgs {
     /// What is rendered.
     #[arg(value_name = "SCENE", help = format!(
-        "Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME [default: preset:{DEFAULT_PRESET}]"
+        "Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input [default: preset:{DEFAULT_PRESET}]"
     ))]
     pub scene: Option<OsString>,
 

@@ -66,7 +66,7 @@ pub struct ChoiceArgs {
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
 pub struct ExplainArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
     #[arg(value_name = "SCENE")]
     pub scene: OsString,
 
@@ -95,7 +95,7 @@ pub struct ExplainArgs {
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
@@ -112,7 +112,7 @@ pub struct InfoArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Exit code: 0 the file can be rendered, 3 it cannot, 4 it cannot be read, 5 it is over a limit.")]
 pub struct CheckArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 

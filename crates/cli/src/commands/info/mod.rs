@@ -71,6 +71,8 @@ fn format(format: Format) -> &'static str {
         Format::Gltf => "glTF 2.0",
         Format::Glb => "glTF 2.0 (binary)",
         Format::Obj => "Wavefront OBJ",
+        Format::Stl => "STL",
+        Format::Ply => "PLY",
     }
 }
 

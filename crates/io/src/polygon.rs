@@ -8,27 +8,30 @@ use crate::import::{Fault, Outcome};
 const MOST_WORK: u64 = 300_000_000;
 
 /// Cuts polygons into triangles, with bounded work.
-pub(super) struct Clipper {
+pub(crate) struct Clipper {
     work: u64,
 }
 
-impl Clipper {
+impl Default for Clipper {
     /// A fresh allowance of work.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self { work: MOST_WORK }
     }
+}
 
+impl Clipper {
     /// Adds three corners (as places in `points`) a triangle, facing as the polygon does.
     ///
     /// # Errors
     /// A fault of kind limit when the file's concave polygons take too much work.
     pub fn triangulate(&mut self, points: &[DVec3], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
-        if points.len() < 3 {
+        if points.len() <= 3 {
+            out.extend((points.len() == 3).then_some([0, 1, 2]));
             return Ok(());
         }
         let normal = normal(points);
         let flat: Vec<DVec2> = points.iter().map(|p| project(*p, normal)).collect();
-        if points.len() == 3 || is_convex(&flat) || !normal.is_finite() {
+        if is_convex(&flat) || !normal.is_finite() {
             out.extend((2..points.len()).map(|i| [0, i - 1, i]));
             return Ok(());
         }
@@ -61,7 +64,7 @@ impl Clipper {
 }
 
 /// Twice the polygon's area, as a vector along its normal (Newell's method; Sutherland, Sproull, Schumacker 1974).
-pub(super) fn normal(points: &[DVec3]) -> DVec3 {
+pub(crate) fn normal(points: &[DVec3]) -> DVec3 {
     let Some(&first) = points.first() else { return DVec3::ZERO };
     points.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum()
 }
@@ -114,7 +117,7 @@ mod tests {
 
     fn triangulated(points: &[DVec3]) -> Vec<[usize; 3]> {
         let mut out = Vec::new();
-        Clipper::new().triangulate(points, &mut out).unwrap();
+        Clipper::default().triangulate(points, &mut out).unwrap();
         out
     }
 
@@ -172,7 +175,7 @@ mod tests {
         let tooth = |i: i32| DVec3::new(f64::from(i), f64::from(i % 2) * (1.0 + f64::from(i % 7)), 0.0);
         let points: Vec<_> = (0..200_000).map(tooth).collect();
         let mut out = Vec::new();
-        assert!(Clipper::new().triangulate(&points, &mut out).is_err());
+        assert!(Clipper::default().triangulate(&points, &mut out).is_err());
     }
 
     proptest! {
