@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::import::{Fault, Outcome};
+use crate::import::{Budget, Fault, Outcome};
 
 /// Comparisons that the concave polygons of one file may take: about a second.
 const MOST_WORK: u64 = 300_000_000;
@@ -10,16 +10,32 @@ const MOST_WORK: u64 = 300_000_000;
 /// Cuts polygons into triangles, with bounded work.
 pub(crate) struct Clipper {
     work: u64,
+    /// Corners of the largest polygon whose memory was claimed.
+    largest: usize,
 }
+
+/// Memory for each corner while a polygon is cut: as a point in space and in its plane, as a part of the outline and of a triangle, in lists
+/// that may be twice as long as they are full.
+const BYTES_A_CORNER: usize = 160;
 
 impl Default for Clipper {
     /// A fresh allowance of work.
     fn default() -> Self {
-        Self { work: MOST_WORK }
+        Self { work: MOST_WORK, largest: 0 }
     }
 }
 
 impl Clipper {
+    /// Claims the memory that cutting a polygon takes, which the next one takes again.
+    ///
+    /// # Errors
+    /// A fault of kind limit when more is asked for than is left.
+    pub fn claim(&mut self, corners: usize, budget: &mut Budget) -> Outcome<()> {
+        budget.memory(corners.saturating_sub(self.largest), BYTES_A_CORNER)?;
+        self.largest = self.largest.max(corners);
+        Ok(())
+    }
+
     /// Adds three corners (as places in `points`) a triangle, facing as the polygon does.
     ///
     /// # Errors

@@ -155,6 +155,7 @@ impl Faces {
             if corners.len() < 3 {
                 warnings.add("faces with fewer than three corners are ignored");
             }
+            clipper.claim(corners.len(), budget)?;
             budget.triangles(corners.len().saturating_sub(2))?;
             points.clear();
             points.extend(corners.iter().map(|&corner| point(&vertices, corner)));

@@ -99,10 +99,11 @@ impl Reader {
         if self.corners.len() < 3 {
             warnings.add("facets with fewer than three corners are ignored");
         } else {
+            self.clipper.claim(self.corners.len(), budget)?;
+            budget.triangles(self.corners.len() - 2)?;
             let points: Vec<DVec3> = self.corners.iter().map(|&corner| Vec3::from_array(corner).as_dvec3()).collect();
             self.triangles.clear();
             self.clipper.triangulate(&points, &mut self.triangles)?;
-            budget.triangles(self.triangles.len())?;
             if u32::try_from(before + points.len()).is_err() {
                 return Err(Fault::limit("has more than 4294967295 corners"));
             }

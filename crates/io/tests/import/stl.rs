@@ -126,6 +126,15 @@ fn counts_that_lie() {
     }
 }
 
+/// Protects: a loop of very many corners takes no more memory than is allowed, on its way to triangles, too.
+#[test]
+fn huge_loops_are_counted() {
+    let text = format!("solid\nfacet\nouter loop\n{}endloop\nendfacet\n", "vertex 0 0 0\n".repeat(10_000));
+    let limits = |memory_bytes| Limits { memory_bytes, ..Limits::default() };
+    assert_eq!(with(text.as_bytes(), limits(1_500_000)).expect_err("too large").kind(), ErrorKind::Limit);
+    assert_eq!(triangle_count(&with(text.as_bytes(), limits(3_000_000)).expect("a mesh")), 9_998);
+}
+
 /// Protects: facets without area stay and do no harm, facets of what is no number go with a warning, in both kinds.
 #[test]
 fn odd_facets() {
