@@ -192,7 +192,8 @@ mod tests {
     /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk takes the other ladders' steps.
     #[test]
     fn walks_go_around_what_is_impossible() {
-        let is_possible = |setting: &Setting| setting.rung(Ladder::Samples).is_none_or(|samples| !["1", "256"].contains(&samples.rung()));
+        let is_possible =
+            |setting: &Setting| setting.rung(Ladder::Samples).is_none_or(|samples| !["1", "256"].contains(&samples.rung()));
         let mut asked = Vec::new();
         walk(&steps(), point(16.0, 0.0635), &is_possible, &mut |setting| {
             asked.push(setting.to_string());
