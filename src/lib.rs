@@ -20,7 +20,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Loading completes a scene as the command line does: a model without lights stands under the neutral sky, and one without a camera is
+//! Loading completes a scene as the command line does: a model without lights stands in the default studio, and one without a camera is
 //! shown whole. Ask for [`EnvironmentSource::None`](io::EnvironmentSource) and it stays dark.
 //!
 //! ```

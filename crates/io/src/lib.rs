@@ -53,7 +53,7 @@ mod waiting;
 mod work;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
-pub use environment::{Environment, EnvironmentSource, LightShortage};
+pub use environment::{Environment, EnvironmentSource, GroundRule, LightShortage};
 pub use error::{Error, Warning};
 pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError};

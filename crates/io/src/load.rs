@@ -84,12 +84,12 @@ pub struct Loaded {
     pub inputs: Inputs,
     /// What a glTF file holds besides; empty for every other.
     pub contents: Contents,
-    /// Why the neutral sky was added to it; none: it has light, or [`EnvironmentSource::None`](crate::EnvironmentSource::None) was asked for.
+    /// Why the neutral sky was added to it or, of a model, the default studio; none: it has light, or an environment was asked for.
     pub added_sky: Option<LightShortage>,
 }
 
-/// Reads and checks a scene, and completes it: one without light, and a model with too little to be seen by, gets the neutral sky
-/// ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
+/// Reads and checks a scene, and completes it: one without light gets the neutral sky, and a model whose own lights are none or too faint to
+/// be seen by stands in the default studio ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
 ///
 /// # Errors
 /// [`Error`] says which kind: content, file, limit, or a preset or parameter that does not exist.

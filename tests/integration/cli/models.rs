@@ -149,8 +149,8 @@ fn files_outside_are_read_where_allowed() {
     desk.run(&["check", "sub/b.scene.toml", "--allow-outside"]).exits_with(0);
 }
 
-/// Protects: a picture in which nothing was met says where the scene is; one in which something was says nothing. A model that its
-/// own lights do not reach gets the neutral sky, and is told so; a scene that is dark on purpose stays dark.
+/// Protects: a picture in which nothing was met says where the scene is; one in which something was says nothing. A model that brings no
+/// lights stands in the studio, whatever glows in it, and is told so; a scene that is dark on purpose stays dark.
 #[test]
 fn nothing_to_be_seen_is_told() {
     let desk = Desk::new();
@@ -164,7 +164,7 @@ fn nothing_to_be_seen_is_told() {
     };
     let there = render("a.obj", "0.2,0.2,0");
     assert!(
-        !there.contains("no camera ray") && there.contains("has too little light to be seen by; a neutral grey sky"),
+        !there.contains("no camera ray") && there.contains("a.obj brings no lights; it stands in the default studio"),
         "{there}"
     );
     let away = render("a.obj", "0.2,0.2,9");
@@ -173,7 +173,7 @@ fn nothing_to_be_seen_is_told() {
     assert!(away.contains(said), "{away}");
     desk.write("dim.scene.toml", "format = 1\n[[models]]\nfile = \"a.obj\"\n");
     let dim = render("dim.scene.toml", "0.2,0.2,0");
-    assert!(!dim.contains("sky"), "{dim}");
+    assert!(!dim.contains("sky") && !dim.contains("studio"), "{dim}");
 }
 
 /// Protects: a library that loads, prepares and renders gets the command line's picture, bit for bit, of models and scenes without light

@@ -178,7 +178,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     fn escaped(&mut self, walk: &Walk<P::Real>, seen: &Seen<P::Real>) -> Vec3Of<P> {
         if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
-            return backdrop;
+            return backdrop.seen(walk.leg.ray.direction) * self.light_on_ground(&walk.leg, &walk.address);
         }
         let direction = walk.leg.ray.direction;
         let lights = &self.scene.lights;

@@ -100,7 +100,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Traces towards a light.
     #[inline]
-    fn between(
+    pub(super) fn between(
         &mut self,
         (ray, range): (&Ray<P::Real>, Interval<P::Real>),
         target: &Target<P::Real>,

@@ -169,6 +169,7 @@ fn sky_kind(sky: &Sky) -> &'static str {
         Sky::Gradient { .. } => "gradient",
         Sky::Expression(_) => "expression",
         Sky::Map(_) => "environment picture",
+        Sky::Studio(_) => "studio",
     }
 }
 
