@@ -105,8 +105,7 @@ pub(super) fn read(bytes: &[u8]) -> Outcome<Header> {
     let mut format = None;
     // Binary data begins right behind the last line's end, and its first byte may be a line feed, so lines end as the first one does.
     let end: &[u8] = match bytes.get(3..5) {
-        Some(b"\r\n") => b"\r\n",
-        Some([b'\r', _]) => b"\r",
+        Some([b'\r', next]) if *next != b'\n' => b"\r",
         _ => b"\n",
     };
     loop {

@@ -29,7 +29,8 @@ fn mesh(loaded: &Loaded) -> &MeshData {
 fn facets_are_triangles() {
     for (n, triangles) in [(0, 0), (1, 2), (224, 100_352)] {
         let sheet = Written::sheet(n);
-        for bytes in [sheet.stl("", |_| 0), sheet.stl_text()] {
+        let solid = sheet.stl(&format!("{:80}", "solid of words, and binary all the same"), |_| 0);
+        for bytes in [sheet.stl("", |_| 0), solid, sheet.stl_text()] {
             let loaded = read(&bytes).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(triangle_count(&loaded), triangles);
             if triangles == 0 {
