@@ -1,7 +1,6 @@
 //! Scenes without any light, which models often are: how to tell, and what to put there.
 
 use glam::DVec3;
-use raywright_bvh::Fast;
 
 use super::facts::Facts;
 use crate::affine::affine;
@@ -36,7 +35,7 @@ pub fn is_lit(scene: &Scene) -> bool {
     if !scene.objects.is_empty() && scene.objects.iter().all(|object| glow(object).is_some()) {
         return true;
     }
-    let bounds = extent::<Fast>(scene, &lookup).bounds;
+    let bounds = extent::<f32>(scene, &lookup).bounds;
     let (centre, radius) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
         false => ((bounds.min + bounds.max) * 0.5, (bounds.max - bounds.min).length() * 0.5),

@@ -14,7 +14,7 @@ use crate::support::{ball, classic, near, rendered, scene, sun};
 /// Columns of the picture; each shows a quarter of a metre, the first from x = 0 on.
 const COLUMNS: u32 = 32;
 const SAMPLES: u32 = 1024;
-const PRECISIONS: [PrecisionChoice; 3] = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference];
+const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
 fn translated(offset: [f64; 3]) -> Value {
     json!([{ "translate": offset }])

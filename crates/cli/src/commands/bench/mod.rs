@@ -128,7 +128,6 @@ mod tests {
     #[test]
     fn a_disagreement_is_not_the_files_fault() {
         let disagreement = raywright_core::bench::Disagreement {
-            which: "scan",
             ray: 1,
             primitives: 2,
             scan: String::new(),
