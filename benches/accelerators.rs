@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
-use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray, Robust};
+use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray};
 use raywright::core::bench::{Kind, group, rays};
 
 const SEED: u64 = 1;
@@ -18,11 +18,11 @@ fn main() {
     criterion.final_summary();
 }
 
-fn scene(kind: Kind, count: u32) -> Group<Robust> {
+fn scene(kind: Kind, count: u32) -> Group<f32> {
     group(kind, count, SEED).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn geometry(kind: Kind, count: u32, accelerator: AcceleratorKind) -> Geometry<Robust> {
+fn geometry(kind: Kind, count: u32, accelerator: AcceleratorKind) -> Geometry<f32> {
     Geometry::new(scene(kind, count), accelerator)
 }
 

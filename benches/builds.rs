@@ -7,7 +7,7 @@ mod families;
 #[path = "../crates/bvh/tests/split_mix.rs"]
 mod split_mix;
 
-use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Robust, Visits};
+use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Visits};
 use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 
@@ -32,7 +32,7 @@ fn main() {
 }
 
 /// Seconds of CPU that a build takes, and what it built.
-fn build(items: &[Item], quality: BuildQuality) -> (f64, Geometry<Robust>) {
+fn build(items: &[Item], quality: BuildQuality) -> (f64, Geometry<f32>) {
     let group = group(items);
     let start = process_seconds();
     let geometry = Geometry::new(group, AcceleratorKind::Tree(quality));
@@ -55,7 +55,7 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
 }
 
 /// Nodes and primitives that a ray visits which is aimed at one of them from a few of its sizes away.
-fn visits(geometry: &Geometry<Robust>, items: &[Item]) -> [f64; 2] {
+fn visits(geometry: &Geometry<f32>, items: &[Item]) -> [f64; 2] {
     const RAYS: usize = 400;
     let (random, mut visits) = (&mut Random(9), Visits::default());
     for i in 0..RAYS {

@@ -93,10 +93,7 @@ fn precisions(scene: &Scene, name: &str, size: [u32; 2]) {
             }
         }
     };
-    let variants: [Variant<'_>; 3] = [
-        ("robust", &with(PrecisionChoice::Robust)),
-        ("fast", &with(PrecisionChoice::Fast)),
-        ("reference", &with(PrecisionChoice::Reference)),
-    ];
+    let variants: [Variant<'_>; 2] =
+        [("robust", &with(PrecisionChoice::Robust)), ("reference", &with(PrecisionChoice::Reference))];
     compare(&format!("{name} at {}x{}, by precision", size[0], size[1]), scene, size, &variants);
 }

@@ -25,9 +25,7 @@ fn main() {
         let Some(scene) = scene else { continue };
         let mut group = criterion.benchmark_group(name);
         group.sample_size(20).throughput(Throughput::Elements(u64::from(SIZE[0]) * u64::from(SIZE[1])));
-        for (precision_name, precision) in
-            [("fast", PrecisionChoice::Fast), ("robust", PrecisionChoice::Robust), ("reference", PrecisionChoice::Reference)]
-        {
+        for (precision_name, precision) in [("robust", PrecisionChoice::Robust), ("reference", PrecisionChoice::Reference)] {
             for (kernel_name, kernel) in [("fitting", KernelChoice::Fitting), ("general", KernelChoice::General)] {
                 let ready = ready(&scene, SIZE, |s| {
                     s.precision = precision;

@@ -13,7 +13,7 @@ use std::hint::black_box;
 
 use glam::Vec3;
 use raywright::bvh::shapes::{Cuboid, Quad, Sphere};
-use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Robust, Visibility};
+use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Visibility};
 
 use random::Random;
 use turns::{Contestant, interleaved, measuring};
@@ -25,33 +25,33 @@ const ROUNDS: usize = 9;
 const SCANNED: usize = 1000;
 
 /// Asks a tree all rays of a kind.
-type Ask<'a> = &'a dyn Fn(&Geometry<Robust>);
+type Ask<'a> = &'a dyn Fn(&Geometry<f32>);
 
 /// Puts a primitive of about a size somewhere into the cube.
-type Put = fn(&mut Group<Robust>, &mut Random, f64);
+type Put = fn(&mut Group<f32>, &mut Random, f64);
 
-fn sphere(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+fn sphere(group: &mut Group<f32>, random: &mut Random, size: f64) {
     let sphere = Sphere { centre: random.cube().as_vec3(), radius: (size * (0.5 + random.unit())) as f32 };
     group.sphere(sphere, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn quad(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+fn quad(group: &mut Group<f32>, random: &mut Random, size: f64) {
     let (corner, u, v) = (random.cube(), random.cube() * size * 2.0, random.cube() * size * 2.0);
     group.shape(Quad::new(corner, u, v).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn cuboid(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+fn cuboid(group: &mut Group<f32>, random: &mut Random, size: f64) {
     let (middle, half) = (random.cube(), (random.cube().abs() + 0.5) * size);
     group.shape(Cuboid::new(middle - half, middle + half).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn any_kind(group: &mut Group<Robust>, random: &mut Random, size: f64) {
+fn any_kind(group: &mut Group<f32>, random: &mut Random, size: f64) {
     let kinds: [Put; 3] = [sphere, quad, cuboid];
     kinds[(random.unit() * 3.0) as usize % 3](group, random, size);
 }
 
 /// So many of a kind, 1 % of the cube each where there are a hundred.
-fn geometry(put: Put, count: usize, kind: AcceleratorKind) -> Geometry<Robust> {
+fn geometry(put: Put, count: usize, kind: AcceleratorKind) -> Geometry<f32> {
     let (mut group, mut random) = (Group::default(), Random(count as u64));
     let size = 0.5 * (count as f64).powf(-1.0 / 3.0);
     (0..count).for_each(|_| put(&mut group, &mut random, size));
@@ -75,7 +75,7 @@ fn main() {
 }
 
 fn table(name: &str, put: Put, count: usize) {
-    let mut trees: Vec<(String, Geometry<Robust>)> = Vec::new();
+    let mut trees: Vec<(String, Geometry<f32>)> = Vec::new();
     for kernel in Kernel::available() {
         let mut tree = geometry(put, count, AcceleratorKind::default());
         tree.set_kernel(kernel);
@@ -99,22 +99,22 @@ fn table(name: &str, put: Put, count: usize) {
         culls: false,
         range: Interval::positive(),
     };
-    let closest = |tree: &Geometry<Robust>| {
+    let closest = |tree: &Geometry<f32>| {
         for ray in &rays {
             black_box(tree.closest(ray, Interval::positive(), &mut ()));
         }
     };
-    let any = |tree: &Geometry<Robust>| {
+    let any = |tree: &Geometry<f32>| {
         for ray in &rays {
             black_box(tree.any(ray, Interval::positive(), &mut |_| true, &mut ()));
         }
     };
-    let camera = |tree: &Geometry<Robust>| {
+    let camera = |tree: &Geometry<f32>| {
         for &direction in &directions {
             black_box(tree.closest(&Ray::new(from.origin, direction), Interval::positive(), &mut ()));
         }
     };
-    let together = |tree: &Geometry<Robust>| {
+    let together = |tree: &Geometry<f32>| {
         let mut hits = Vec::new();
         tree.closest_from(&from, &mut Patience::default(), &mut hits);
         black_box(&hits);

@@ -13,7 +13,7 @@ use raywright::core::{Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 use sha2::{Digest, Sha256};
 
-const PRECISIONS: [PrecisionChoice; 3] = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference];
+const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
 
 /// Files that `raywright render` takes, below the shared assets, in order.
 fn imports() -> Vec<(String, PathBuf)> {
@@ -54,7 +54,7 @@ fn hash(picture: &Picture) -> String {
     })
 }
 
-/// Hashes of a scene in the three precisions, on one line.
+/// Hashes of a scene in both precisions, on one line.
 fn hashes(name: &str, scene: Scene, size: [u32; 2]) -> String {
     let spp = if scene.render.pattern.is_none() { Some(2) } else { None };
     let of = |precision| {
@@ -69,7 +69,7 @@ fn hashes(name: &str, scene: Scene, size: [u32; 2]) -> String {
 }
 
 /// Protects: while the code behind them is moved about, every preset and every model of the shared assets that loads keeps
-/// each bit of its picture and layers, in all three precisions.
+/// each bit of its picture and layers, in both precisions.
 #[test]
 fn pictures_keep_their_bits() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/integration/kept.txt");

@@ -9,20 +9,17 @@ use raywright::core::{Memory, Scene, Settings, estimate, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 use serde_json::{Value, json};
 
-const PRECISIONS: [PrecisionChoice; 3] = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference];
-const ACCELERATORS: [AcceleratorKind; 3] =
-    [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(BuildQuality::Fast)];
+const PRECISIONS: [PrecisionChoice; 2] = [PrecisionChoice::Robust, PrecisionChoice::Reference];
+const ACCELERATORS: [AcceleratorKind; 2] = [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::Fast)];
 
-/// Each part is at least what is there and at most twice of it; what is hit, in the tree of `robust`, up to five times and some
+/// Each part is at least what is there and at most twice of it; what is hit, in a tree, up to five times and some
 /// kilobytes: how full its nodes and blocks will be is not known. Returns both.
 #[track_caller]
 fn told(what: &str, scene: &Scene, settings: &Settings) -> [Memory; 2] {
     let before = estimate(scene, settings);
     let after = prepare(scene, settings, &()).unwrap_or_else(|e| panic!("{what}: {e}")).memory();
     for ((name, told), (_, real)) in before.parts().into_iter().zip(after.parts()) {
-        let wide = name == "geometry"
-            && settings.precision == PrecisionChoice::Robust
-            && matches!(settings.accelerator, AcceleratorKind::Tree(_));
+        let wide = name == "geometry" && matches!(settings.accelerator, AcceleratorKind::Tree(_));
         let most = if wide { 5 * real + 8192 } else { 2 * real };
         assert!(real <= told && told <= most, "{what}: {name} {real} bytes, told {told}");
     }

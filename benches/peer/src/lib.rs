@@ -1,7 +1,7 @@
 //! Raywright's tree as one of the peers of a harness that traces the same rays with several kernels: the four functions that such a
 //! harness loads from a shared library. `benches/README.md` says how to run it.
 //!
-//! A variant is a precision, `robust` or `fast`, and after a colon the name of a kernel or of a build preset, in any order. With
+//! A variant is a precision, `robust` or `reference`, and after a colon the name of a kernel or of a build preset, in any order. With
 //! `together` those rays that follow one another from one point, with one range, are asked together.
 #![expect(unsafe_code, reason = "a C interface: pointers come from the harness")]
 
@@ -9,8 +9,7 @@ use std::ffi::{CStr, c_char};
 
 use glam::Vec3;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Fast, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Precision, Ray, Real, Robust,
-    Vector, Visibility,
+    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Real, Vector, Visibility,
 };
 
 /// A ray of the harness.
@@ -36,16 +35,16 @@ trait Peer {
     fn any(&self, rays: &[RayIn], hits: &mut [u8]);
 }
 
-fn ray<P: Precision>(ray: &RayIn) -> (Ray<P::Real>, Interval<P::Real>) {
+fn ray<R: Real>(ray: &RayIn) -> (Ray<R>, Interval<R>) {
     let wide = |v: [f32; 3]| Vector::from_f64(Vec3::from_array(v).as_dvec3());
-    let range = Interval { min: P::Real::from_f32(ray.min), max: P::Real::from_f32(ray.max) };
+    let range = Interval { min: R::from_f32(ray.min), max: R::from_f32(ray.max) };
     (Ray::new(wide(ray.origin), wide(ray.direction)), range)
 }
 
-impl<P: Precision> Peer for Geometry<P> {
+impl<R: Real> Peer for Geometry<R> {
     fn closest(&self, rays: &[RayIn], hits: &mut [HitOut]) {
         for (asked, hit) in rays.iter().zip(hits) {
-            let (ray, range) = ray::<P>(asked);
+            let (ray, range) = ray::<R>(asked);
             let found = self.closest(&ray, range, &mut ());
             *hit = found.map_or(HitOut { t: 0.0, primitive: u32::MAX }, |h| HitOut { t: h.t.to_f32(), primitive: h.primitive });
         }
@@ -53,23 +52,23 @@ impl<P: Precision> Peer for Geometry<P> {
 
     fn any(&self, rays: &[RayIn], hits: &mut [u8]) {
         for (asked, hit) in rays.iter().zip(hits) {
-            let (ray, range) = ray::<P>(asked);
+            let (ray, range) = ray::<R>(asked);
             *hit = self.any(&ray, range, &mut |_| true, &mut ()).into();
         }
     }
 }
 
 /// Asks rays from one point together.
-struct Together<P: Precision>(Geometry<P>);
+struct Together<R: Real>(Geometry<R>);
 
-impl<P: Precision> Peer for Together<P> {
+impl<R: Real> Peer for Together<R> {
     fn closest(&self, rays: &[RayIn], mut hits: &mut [HitOut]) {
         let alike = |a: &RayIn, b: &RayIn| (a.origin, a.min, a.max) == (b.origin, b.min, b.max);
         let (mut directions, mut found, mut patience) = (Vec::new(), Vec::new(), Patience::default());
         for rays in rays.chunk_by(alike) {
-            let (first, range) = ray::<P>(&rays[0]);
+            let (first, range) = ray::<R>(&rays[0]);
             directions.clear();
-            directions.extend(rays.iter().map(|asked| ray::<P>(asked).0.direction));
+            directions.extend(rays.iter().map(|asked| ray::<R>(asked).0.direction));
             let asked = FromOnePoint { origin: first.origin, directions: &directions, time: first.time, culls: false, range };
             self.0.closest_from(&asked, &mut patience, &mut found);
             let (these, rest) = hits.split_at_mut(rays.len());
@@ -86,12 +85,8 @@ impl<P: Precision> Peer for Together<P> {
     }
 }
 
-fn build<P: Precision + 'static>(
-    triangles: impl Iterator<Item = [Vec3; 3]>,
-    variant: &str,
-    bytes: &mut u64,
-) -> Option<Box<dyn Peer>> {
-    let mut group = Group::<P>::default();
+fn build<R: Real + 'static>(triangles: impl Iterator<Item = [Vec3; 3]>, variant: &str, bytes: &mut u64) -> Option<Box<dyn Peer>> {
+    let mut group = Group::<R>::default();
     let corners = triangles.map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
     group.mesh(corners, Visibility::default()).ok()?;
     let named = |name: &str| variant.split(':').any(|part| part.eq_ignore_ascii_case(name));
@@ -132,10 +127,10 @@ pub unsafe extern "C" fn peer_build(
         )
     };
     let corners = indices.iter().map(|corners| corners.map(|i| Vec3::from_array(places[i as usize])));
-    let peer = if variant.contains("fast:") || variant == "fast" {
-        build::<Fast>(corners, &variant, bytes)
+    let peer = if variant.split(':').any(|part| part == "reference") {
+        build::<f64>(corners, &variant, bytes)
     } else {
-        build::<Robust>(corners, &variant, bytes)
+        build::<f32>(corners, &variant, bytes)
     };
     peer.map_or(std::ptr::null_mut(), |peer| Box::into_raw(Box::new(peer)).cast())
 }

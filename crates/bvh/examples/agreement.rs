@@ -26,8 +26,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use raywright_bvh::shapes::Triangle;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Precision, Probe, Ray, Real, Reference, Robust, Shape,
-    Side, Vector, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, PreparedRay, Ray, Real, Shape, Side, Vector,
+    Visibility,
 };
 
 use meshes::{Mesh, Random, families, range, ray};
@@ -63,8 +63,8 @@ fn named(files: &[String]) -> Vec<(String, Mesh)> {
     files.iter().map(|file| (file.clone(), files::mesh(file))).collect()
 }
 
-fn built<P: Precision>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<P> {
-    let mut group = Group::<P>::default();
+fn built<R: Real>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<R> {
+    let mut group = Group::<R>::default();
     let corners = mesh.iter().map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
     group.mesh(corners, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
     Geometry::new(group, kind)
@@ -97,10 +97,10 @@ fn ranges(random: &mut Random, first: Option<Hit<f32>>) -> Interval<f32> {
 /// Every build in every kernel against the tree in f64, whose distances are rounded here: a hit of another triangle at the same rounded
 /// distance is none that differs. Between kernels and builds every bit counts.
 fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
-    let exact = built::<Reference>(mesh, AcceleratorKind::default());
-    let mut all: Vec<(BuildQuality, Kernel, Geometry<Robust>)> = Vec::new();
+    let exact = built::<f64>(mesh, AcceleratorKind::default());
+    let mut all: Vec<(BuildQuality, Kernel, Geometry<f32>)> = Vec::new();
     for quality in BuildQuality::ALL {
-        let tree = built::<Robust>(mesh, AcceleratorKind::Tree(quality));
+        let tree = built::<f32>(mesh, AcceleratorKind::Tree(quality));
         for kernel in Kernel::available() {
             let mut tree = tree.clone();
             tree.set_kernel(kernel);
@@ -115,7 +115,7 @@ fn trees(name: &str, mesh: &Mesh, count: u64) -> u64 {
         let closest = exact.closest(&wide, Interval { min: 0.0, max: f64::INFINITY }, &mut ());
         let differs = first.map(|hit| hit.t) != closest.map(|hit| hit.t.to_f32());
         let part = ranges(random, first);
-        let ended = |tree: &Geometry<Robust>| tree.any(&ray, part, &mut |_| true, &mut ());
+        let ended = |tree: &Geometry<f32>| tree.any(&ray, part, &mut |_| true, &mut ());
         let expected = (bits(first), bits(all[0].2.closest(&ray, part, &mut ())));
         let (mut between, mut any) = (0, 0);
         for (_, _, tree) in &all {
@@ -194,10 +194,10 @@ thread_local! {
 /// The default tree against a scan in f64: whatever that can't tell to be missed is tested by the exact test of single triangles.
 /// [`Corners::met`] makes the scan affordable and shares nothing with the tree but that test.
 fn scan(name: &str, mesh: &Mesh, count: u64) -> u64 {
-    let (tree, corners) = (built::<Robust>(mesh, AcceleratorKind::default()), Corners::new(mesh));
+    let (tree, corners) = (built::<f32>(mesh, AcceleratorKind::default()), Corners::new(mesh));
     let scanned = |ray: &Ray<f32>, room: &mut [Vec<f64>; 2], found: &mut Vec<u32>| {
         corners.met(ray, room, found);
-        let (probe, mut range, mut best) = (Probe::<Robust>::new(*ray), Interval { min: 0.0, max: f32::INFINITY }, None);
+        let (probe, mut range, mut best) = (PreparedRay::new(*ray), Interval { min: 0.0, max: f32::INFINITY }, None);
         for &number in &*found {
             let triangle = Triangle::<f32>::new(mesh[number as usize]);
             // Of the same distance the first one stays.
@@ -269,7 +269,7 @@ fn leaks(count: u64) -> u64 {
     for (name, place, scale) in rooms {
         let mesh = room(16, place, scale);
         for quality in BuildQuality::ALL {
-            let tree = built::<Robust>(&mesh, AcceleratorKind::Tree(quality));
+            let tree = built::<f32>(&mesh, AcceleratorKind::Tree(quality));
             for kernel in Kernel::available() {
                 let mut tree = tree.clone();
                 tree.set_kernel(kernel);

@@ -1,4 +1,4 @@
-//! Building: sanitised boxes in, a wide tree out. Our own builder splits from the top; `obvhs` clusters from the bottom what is of very
+//! Building: sanitised boxes in, a tree of eight-wide nodes out. Our own builder splits from the top; `obvhs` clusters from the bottom what is of very
 //! different sizes, and improves trees by moving their parts.
 
 mod binned;
@@ -18,7 +18,6 @@ use self::improved::improved;
 use self::presplit::{Shares, presplit};
 use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
-use crate::tree::Tree;
 use crate::wide::{Wide, cost};
 
 /// How long a build may take for how good a tree, and how large it may be. Pictures do not depend on it.
@@ -32,8 +31,8 @@ pub enum BuildQuality {
     /// Several times the build time and, where long triangles lie across the axes, half as many references again: more is improved, and such
     /// triangles are split.
     High,
-    /// Least memory: split as in medium quality, but the triangles of a block share their corners, which [`crate::Robust`] gathers wherever a
-    /// ray meets the block. In the other precisions it is as medium.
+    /// Least memory: split as in medium quality, but the triangles of a block share their corners, which are gathered wherever a
+    /// ray meets the block. In f64 it is as medium.
     Compact,
 }
 
@@ -80,17 +79,10 @@ pub struct BuildWork {
     pub depth: u32,
 }
 
-/// What rays walk.
-pub(crate) enum Collapsed {
-    Narrow(Tree),
-    /// Its blocks are still to be filled.
-    Wide(Wide),
-}
-
 /// A tree, the order in which its leaves name the boxes, and how it came about.
 pub(crate) struct Build {
-    pub tree: Collapsed,
-    pub order: Vec<u32>,
+    /// Its leaves are still to be filled. None where no tree is shallow enough for the stack of a traversal, which no builder leaves.
+    pub tree: Option<(Wide, Vec<u32>)>,
     pub work: BuildWork,
 }
 
@@ -119,16 +111,6 @@ pub(crate) struct Triangles<'a> {
 
 /// Boxes that a thread looks at in one piece. Nothing depends on it.
 const PIECE: usize = 4096;
-
-/// What rays walk from a binary tree; none where that is too deep for their stack.
-fn collapse(binary: Binary, triangles: Option<Triangles<'_>>) -> Option<(Collapsed, Vec<u32>, u32)> {
-    match triangles {
-        Some(triangles) => {
-            Wide::collapse(&binary, triangles.company).map(|(wide, order, depth)| (Collapsed::Wide(wide), order, depth))
-        }
-        None => Tree::collapse(&binary).map(|(tree, depth)| (Collapsed::Narrow(tree), binary.order, depth)),
-    }
-}
 
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
@@ -163,31 +145,22 @@ fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
     [sum / boxes.len() as f64, boxes.len() as f64 * squares / (sum * sum)]
 }
 
-/// Builds the tree over `boxes`; none where `stop` said so. Up to `few` boxes are a single leaf.
-pub(crate) fn build(
-    boxes: &[PaddedBox],
-    quality: BuildQuality,
-    few: usize,
-    triangles: Option<Triangles<'_>>,
-    stop: Stop<'_>,
-) -> Option<Build> {
-    let leaf = || (Collapsed::Narrow(Tree::leaf(boxes.len())), (0..boxes.len() as u32).collect(), 0);
-    if boxes.len() <= few {
-        let (tree, order, _) = leaf();
-        return Some(Build { tree, order, work: BuildWork::default() });
-    }
+/// Builds the tree over two boxes or more; none where `stop` said so.
+pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, kinds: Triangles<'_>, stop: Stop<'_>) -> Option<Build> {
     let shares = Shares { more: MORE, least: 1e-8 };
-    let split = triangles.filter(|_| quality.splits()).and_then(|triangles| presplit(boxes, triangles.corners, shares));
+    let split = if quality.splits() { presplit(boxes, kinds.corners, shares) } else { None };
     let (all, owners) = split.as_ref().map_or((boxes, &[][..]), |(all, owners)| (all, owners));
-    let (better, mut work) = binary(all, owners, quality, triangles, stop)?;
-    if let Some((tree, order, depth)) = collapse(better, triangles) {
-        return Some(Build { tree, order, work: BuildWork { depth, ..work } });
+    let (better, mut work) = binary(all, owners, quality, kinds.company, stop)?;
+    if let Some((tree, order, depth)) = Wide::collapse(&better, kinds.company) {
+        return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
     }
-    // Clustered or improved it may be too deep, and split from the top it is not. Were that wrong, the tree would be slow, not empty.
-    let (plain, again) = binary(all, owners, BuildQuality::Fast, triangles, stop)?;
+    // Clustered or improved it may be too deep, and split from the top it is not.
+    let (plain, again) = binary(all, owners, BuildQuality::Fast, kinds.company, stop)?;
     work.looks += again.looks;
-    let (tree, order, depth) = collapse(plain, triangles).unwrap_or_else(leaf);
-    Some(Build { tree, order, work: BuildWork { depth, clustered: false, ..work } })
+    let collapsed = Wide::collapse(&plain, kinds.company);
+    let depth = collapsed.as_ref().map_or(0, |(_, _, depth)| *depth);
+    let tree = collapsed.map(|(tree, order, _)| (tree, order));
+    Some(Build { tree, work: BuildWork { depth, clustered: false, ..work } })
 }
 
 /// The binary tree over boxes, the last of them of parts, as in [`presplit`]; what it took, but for its depth.
@@ -195,15 +168,14 @@ fn binary(
     boxes: &[PaddedBox],
     owners: &[u32],
     quality: BuildQuality,
-    triangles: Option<Triangles<'_>>,
+    company: CompanyOf<'_>,
     stop: Stop<'_>,
 ) -> Option<(Binary, BuildWork)> {
-    let company = triangles.map_or(&(|_| Company::None) as CompanyOf<'_>, |triangles| triangles.company);
     let improves = quality != BuildQuality::Fast;
     // In least time all are taken to be alike.
     let [mean, unevenness] = if improves { sizes(boxes) } else { [0.0, 1.0] };
     let manner = Manner {
-        leaf: if triangles.is_some() { crate::wide::WIDTH } else { 1 },
+        leaf: crate::wide::WIDTH,
         sample: if improves { usize::MAX } else { SAMPLE },
         widest: if unevenness > ALIKE { (WIDEST_LEAF * mean) as f32 } else { f32::INFINITY },
     };
@@ -241,7 +213,7 @@ mod tests {
         (0..8000).map(|i| cube(at(i), if i % every == 0 { larger * edge } else { edge })).collect()
     }
 
-    const TRIANGLES: Triangles<'static> = Triangles { company: &|_| Company::Triangles, corners: &|_| None };
+    const TRIANGLES: CompanyOf<'static> = &|_| Company::Triangles;
 
     /// Protects: the measures of sizes, by hand: cubes of edge 1, half of whose surface is 3, and one of edge 3.
     #[test]
@@ -256,7 +228,7 @@ mod tests {
     #[test]
     fn large_triangles_are_in_leaves_of_their_own() {
         let widest = |boxes: &[PaddedBox], quality: BuildQuality| {
-            let (binary, _) = binary(boxes, &[], quality, Some(TRIANGLES), &|| false).unwrap();
+            let (binary, _) = binary(boxes, &[], quality, TRIANGLES, &|| false).unwrap();
             let shared = binary.nodes.iter().filter(|node| node.count > 1);
             shared.map(|node| exact_half_area(&node.bounds)).fold(0.0, f64::max) / sizes(boxes)[0]
         };
@@ -276,7 +248,7 @@ mod tests {
     fn clustered_trees_are_kept_unless_they_cost_more() {
         let kept = |boxes: &[PaddedBox]| {
             assert!(sizes(boxes)[1] > UNEVEN);
-            binary(boxes, &[], BuildQuality::Medium, Some(TRIANGLES), &|| false).unwrap().1.clustered
+            binary(boxes, &[], BuildQuality::Medium, TRIANGLES, &|| false).unwrap().1.clustered
         };
         assert_eq!(
             [mixed(800, 20.0, 2.0), mixed(100, 30.0, 0.2), mixed(50, 20.0, 1.0)].map(|boxes| kept(&boxes)),

@@ -1,6 +1,6 @@
 //! Why a primitive is refused.
 
-use crate::tree::MAX_PRIMITIVES;
+use crate::wide::MAX_PRIMITIVES;
 
 /// Why a primitive was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

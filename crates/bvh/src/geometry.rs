@@ -9,23 +9,24 @@ use rayon::prelude::*;
 
 use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
-use crate::build::{BuildWork, Triangles};
+use crate::build::{Build, BuildWork, Stop, Triangles, build};
 use crate::group::{Group, Kind, Slot};
 use crate::memory::{filled, roomy};
-use crate::scalar::{Precision, Vector};
+use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
 use crate::wide::{Kernel, Wide};
 
 /// A group with its accelerator.
 #[derive(Clone, Debug)]
-pub struct Geometry<P: Precision> {
+pub struct Geometry<R: Real> {
     /// Its slots: first those without bounds, which every query tests, then the others in the accelerator's order, then
     /// instances of nothing, which none does.
-    pub(crate) group: Group<P>,
+    pub(crate) group: Group<R>,
     pub(crate) unbounded: usize,
     /// How many of the first are planes in rows of the accelerator.
     pub(crate) planes: usize,
     pub(crate) accelerator: Accelerator,
+    work: Option<BuildWork>,
     /// Whether some primitive is tested in the plane across the ray.
     pub(crate) faces: bool,
     bounds: Aabb,
@@ -50,7 +51,7 @@ struct Sorted {
 impl Sorted {
     /// An instance of an empty geometry has an empty box: nothing to test. What has a box that no tree can hold is tested by every
     /// query, since nothing may vanish from a scene without a word.
-    fn new<P: Precision>(group: &mut Group<P>) -> Self {
+    fn new<R: Real>(group: &mut Group<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = filled(all.len(), PaddedBox::NOTHING);
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
@@ -99,53 +100,88 @@ struct Flat {
 }
 
 impl Flat {
-    /// None where there are more.
-    fn of(bounded: &[Slot]) -> Option<Self> {
-        let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
-        if !Wide::may_be_flat(bounded.len()) {
-            return None;
-        }
-        let (spheres, triangles) = (count(Kind::Sphere), count(Kind::Triangle));
-        let others = bounded.len() - spheres - triangles;
-        Wide::is_flat(spheres as u64, triangles as u64, others as u64).then_some(Self { spheres, triangles, others })
+    /// None where there are more; so `few` never make a tree.
+    fn of<R: Real>(bounded: &[Slot], few: usize) -> Option<Self> {
+        let is_few = bounded.len() <= few;
+        let (spheres, triangles) = if R::IS_SINGLE && (is_few || Wide::may_be_flat(bounded.len())) {
+            let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
+            (count(Kind::Sphere), count(Kind::Triangle))
+        } else {
+            (0, 0)
+        };
+        let flat = Self { spheres, triangles, others: bounded.len() - spheres - triangles };
+        let is_flat = R::IS_SINGLE && Wide::is_flat(spheres as u64, triangles as u64, flat.others as u64);
+        (is_few || is_flat).then_some(flat)
     }
 }
 
-impl<P: Precision> Geometry<P> {
+/// An accelerator with the order in which its places name what is bounded, where that is not its own, and what building it took.
+struct Structure {
+    accelerator: Accelerator,
+    order: Option<Vec<u32>>,
+    work: Option<BuildWork>,
+    flat: Option<Flat>,
+}
+
+impl Structure {
+    /// Builds it; none where `stop` gave the build up. What few things there are is sorted by kind.
+    fn build<R: Real>(
+        group: &Group<R>,
+        kind: AcceleratorKind,
+        bounded: &mut [Slot],
+        few: usize,
+        boxes: &[PaddedBox],
+        stop: Stop<'_>,
+    ) -> Option<Self> {
+        let linear = |work| Self { accelerator: Accelerator::Linear(boxes.len()), order: None, work, flat: None };
+        let AcceleratorKind::Tree(quality) = kind else { return Some(linear(None)) };
+        if let Some(flat @ Flat { spheres, triangles, others }) = Flat::of::<R>(bounded, few) {
+            if spheres + triangles > 0 {
+                let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
+                bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
+            }
+            let accelerator = Accelerator::Wide(Wide::flat(spheres, triangles, others));
+            return Some(Self { accelerator, order: None, work: Some(BuildWork::default()), flat: Some(flat) });
+        }
+        let bounded = &*bounded;
+        let company = |place: u32| group.company(&bounded[place as usize]);
+        let corners = |place: u32| {
+            let slot = &bounded[place as usize];
+            let vertices = || group.triangles[slot.index as usize].vertices.map(Vector::to_f32);
+            (R::IS_SINGLE && slot.kind == Kind::Triangle).then(vertices)
+        };
+        let Build { tree, work } = build(boxes, quality, Triangles { company: &company, corners: &corners }, stop)?;
+        Some(match tree {
+            Some((tree, order)) => {
+                Self { accelerator: Accelerator::Wide(tree), order: Some(order), work: Some(work), flat: None }
+            }
+            // Were the builders wrong, queries would be slow, and right.
+            None => linear(Some(work)),
+        })
+    }
+}
+
+impl<R: Real> Geometry<R> {
     /// Builds the accelerator. Every primitive was checked when it was added, so this can't fail.
     ///
     /// # Panics
     /// Never: nothing gives the build up.
-    pub fn new(group: Group<P>, kind: AcceleratorKind) -> Self {
+    pub fn new(group: Group<R>, kind: AcceleratorKind) -> Self {
         Self::unless(group, kind, &|| false).expect("no one gave the build up")
     }
 
     /// The same, given up where `stop` says so: none. It is asked between the passes of a build, from any thread of the pool; a
     /// pass of clustering or of reinsertion, once begun, goes to its end.
-    pub fn unless(mut group: Group<P>, kind: AcceleratorKind, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+    pub fn unless(mut group: Group<R>, kind: AcceleratorKind, stop: Stop<'_>) -> Option<Self> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
-        let is_wide = P::WIDE && matches!(kind, AcceleratorKind::Tree(_));
-        let flat = if is_wide { Flat::of(&bounded) } else { None };
-        let (mut accelerator, mut order) = if let Some(Flat { spheres, triangles, others }) = flat {
-            bounded.sort_by_key(|slot| {
-                [Kind::Triangle, Kind::Sphere].iter().position(|&kind| kind == slot.kind).map_or(2, |i| 1 - i)
-            });
-            (Accelerator::Wide(Wide::flat(spheres, triangles, others), BuildWork::default()), None)
-        } else {
-            let few = group.few(unbounded + bounded.len() + nothing.len());
-            let company = |place: u32| group.company(&bounded[place as usize]);
-            let corners = |place: u32| {
-                let slot = &bounded[place as usize];
-                let vertices = || group.triangles[slot.index as usize].vertices.map(Vector::to_f32);
-                (slot.kind == Kind::Triangle).then(vertices)
-            };
-            let triangles = Triangles { company: &company, corners: &corners };
-            Accelerator::new(kind, &boxes, few, P::WIDE.then_some(triangles), stop)?
-        };
+        let few = group.few(unbounded + bounded.len() + nothing.len());
+        let Structure { mut accelerator, mut order, work, flat } =
+            Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
         drop(boxes);
-        let planes = if matches!(accelerator, Accelerator::Wide(..)) { planes_first(&mut slots) } else { 0 };
-        if let Accelerator::Wide(wide, _) = &mut accelerator
+        let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Wide(_));
+        let planes = if is_wide { planes_first(&mut slots) } else { 0 };
+        if let Accelerator::Wide(wide) = &mut accelerator
             && order.as_ref().is_some_and(|order| order.len() > bounded.len())
         {
             order = order.map(|order| wide.name(order, bounded.len(), unbounded));
@@ -161,7 +197,9 @@ impl<P: Precision> Geometry<P> {
         slots.append(&mut nothing);
         let faces = group.has_faces();
         group.slots = slots;
-        if let Accelerator::Wide(wide, _) = &mut accelerator {
+        if R::IS_SINGLE
+            && let Accelerator::Wide(wide) = &mut accelerator
+        {
             group.move_triangles(wide, unbounded);
             let spheres = flat.map_or(0, |flat| flat.spheres);
             if flat.is_none() && matches!(kind, AcceleratorKind::Tree(quality) if quality.packs()) {
@@ -171,7 +209,7 @@ impl<P: Precision> Geometry<P> {
             group.fill_leaves(wide, unbounded);
         }
         group.follow();
-        Some(Self { faces, group, unbounded, planes, accelerator, bounds })
+        Some(Self { faces, group, unbounded, planes, accelerator, work, bounds })
     }
 
     /// The box around everything bounded; none when something is without bounds.
@@ -211,9 +249,9 @@ impl<P: Precision> Geometry<P> {
 
     /// A triangle by its place in its array, wherever that is.
     #[inline(always)]
-    pub(crate) fn triangle(&self, index: usize) -> Triangle<P::Real> {
+    pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
         match &self.accelerator {
-            Accelerator::Wide(wide, _) => {
+            Accelerator::Wide(wide) if R::IS_SINGLE => {
                 Triangle { vertices: wide.triangle(index as u32).vertices.map(|v| Vector::from_f64(v.as_dvec3())) }
             }
             _ => self.group.triangles[index],
@@ -223,7 +261,7 @@ impl<P: Precision> Geometry<P> {
     /// Which code walks the tree; none where there is no wide one.
     pub fn kernel(&self) -> Option<Kernel> {
         match &self.accelerator {
-            Accelerator::Wide(wide, _) => Some(wide.kernel()),
+            Accelerator::Wide(wide) => Some(wide.kernel()),
             _ => None,
         }
     }
@@ -231,7 +269,7 @@ impl<P: Precision> Geometry<P> {
     /// Lets other code walk the tree, here and in what instances show: for comparisons, since hits are the same. One that the
     /// processor can't run is as [`Kernel::Portable`].
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        if let Accelerator::Wide(wide, _) = &mut self.accelerator {
+        if let Accelerator::Wide(wide) = &mut self.accelerator {
             wide.set_kernel(kernel);
         }
         self.group.parts.iter_mut().for_each(|part| part.set_kernel(kernel));
@@ -239,7 +277,7 @@ impl<P: Precision> Geometry<P> {
 
     /// What building the tree took; none for a scan.
     pub fn build_work(&self) -> Option<BuildWork> {
-        self.accelerator.work()
+        self.work
     }
 }
 

@@ -13,9 +13,9 @@ use crate::instance::Instance;
 use crate::memory::roomy;
 use crate::motion::Motion;
 use crate::ray::Visibility;
-use crate::scalar::{Precision, Real, Vec3Of, Vector};
+use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
-use crate::tree::MAX_PRIMITIVES;
+use crate::wide::MAX_PRIMITIVES;
 use crate::wide::{Row, WIDTH, Wide};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,24 +49,24 @@ impl Slot {
 
 /// Primitives by kind, and what shows them. An object is a shape, a mesh or an instance.
 #[derive(Clone, Debug)]
-pub struct Group<P: Precision> {
+pub struct Group<R: Real> {
     /// As they were added; once there is an accelerator, in its order.
     pub(crate) slots: Vec<Slot>,
     objects: u32,
-    pub(crate) spheres: Vec<Sphere<P::Real>>,
-    pub(crate) triangles: Vec<Triangle<P::Real>>,
-    pub(crate) planes: Vec<Plane<P::Real>>,
+    pub(crate) spheres: Vec<Sphere<R>>,
+    pub(crate) triangles: Vec<Triangle<R>>,
+    pub(crate) planes: Vec<Plane<R>>,
     /// The rarer shapes.
-    pub(crate) shapes: Vec<AnyShape<P::Real>>,
-    pub(crate) placed: Vec<Placed<P>>,
-    pub(crate) instances: Vec<Instance<P>>,
+    pub(crate) shapes: Vec<AnyShape<R>>,
+    pub(crate) placed: Vec<Placed<R>>,
+    pub(crate) instances: Vec<Instance>,
     /// Of the instances that move: nothing where none does.
     pub(crate) motions: Vec<Motion>,
     /// What instances show.
-    pub(crate) parts: Vec<Geometry<P>>,
+    pub(crate) parts: Vec<Geometry<R>>,
 }
 
-impl<P: Precision> Default for Group<P> {
+impl<R: Real> Default for Group<R> {
     fn default() -> Self {
         let (slots, spheres, triangles, planes) = Default::default();
         let (shapes, placed, instances, motions, parts) = Default::default();
@@ -74,7 +74,7 @@ impl<P: Precision> Default for Group<P> {
     }
 }
 
-impl<P: Precision> Group<P> {
+impl<R: Real> Group<R> {
     /// Bytes of a primitive of any kind, besides its data.
     pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
 
@@ -109,14 +109,14 @@ impl<P: Precision> Group<P> {
     }
 
     /// Adds a sphere and returns its id, as of any object.
-    pub fn sphere(&mut self, sphere: Sphere<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn sphere(&mut self, sphere: Sphere<R>, visibility: Visibility) -> Result<u32, GeometryError> {
         check_bounds(sphere.bounds())?;
         self.spheres.push(sphere);
         self.single(Kind::Sphere, visibility, self.spheres.len() - 1)
     }
 
     /// Adds a plane and returns its id.
-    pub fn plane(&mut self, plane: Plane<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn plane(&mut self, plane: Plane<R>, visibility: Visibility) -> Result<u32, GeometryError> {
         if !(plane.point.is_finite() && plane.normal.is_finite()) {
             return Err(GeometryError::NotFinite);
         }
@@ -125,7 +125,7 @@ impl<P: Precision> Group<P> {
     }
 
     /// Adds a single triangle and returns its id.
-    pub fn triangle(&mut self, vertices: [Vec3Of<P>; 3], visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn triangle(&mut self, vertices: [R::Vec3; 3], visibility: Visibility) -> Result<u32, GeometryError> {
         self.mesh([vertices], visibility)
     }
 
@@ -148,7 +148,7 @@ impl<P: Precision> Group<P> {
     /// Where one is refused, none of them is added.
     pub fn mesh(
         &mut self,
-        triangles: impl IntoIterator<Item = [Vec3Of<P>; 3]>,
+        triangles: impl IntoIterator<Item = [R::Vec3; 3]>,
         visibility: Visibility,
     ) -> Result<u32, GeometryError> {
         let before = (self.slots.len(), self.triangles.len());
@@ -170,12 +170,12 @@ impl<P: Precision> Group<P> {
     }
 
     /// The triangles of meshes, in the order in which they were added.
-    pub fn triangles(&self) -> &[Triangle<P::Real>] {
+    pub fn triangles(&self) -> &[Triangle<R>] {
         &self.triangles
     }
 
     /// Adds any shape and returns its id.
-    pub fn shape(&mut self, shape: AnyShape<P::Real>, visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn shape(&mut self, shape: AnyShape<R>, visibility: Visibility) -> Result<u32, GeometryError> {
         match shape {
             AnyShape::Sphere(sphere) => self.sphere(sphere, visibility),
             AnyShape::Triangle(triangle) => self.triangle(triangle.vertices, visibility),
@@ -189,7 +189,7 @@ impl<P: Precision> Group<P> {
     }
 
     /// Adds any shape under an affine map and returns its id.
-    pub fn placed(&mut self, shape: AnyShape<P::Real>, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
+    pub fn placed(&mut self, shape: AnyShape<R>, to_world: DAffine3, visibility: Visibility) -> Result<u32, GeometryError> {
         if to_world == DAffine3::IDENTITY {
             return self.shape(shape, visibility);
         }
@@ -207,7 +207,7 @@ impl<P: Precision> Group<P> {
     /// # Errors
     /// [`GeometryError::Nested`] where it holds instances itself: a hit names one instance, so there would be no way back to
     /// what was hit.
-    pub fn part(&mut self, geometry: Geometry<P>) -> Result<u32, GeometryError> {
+    pub fn part(&mut self, geometry: Geometry<R>) -> Result<u32, GeometryError> {
         if geometry.instance_count() > 0 {
             return Err(GeometryError::Nested);
         }
@@ -252,7 +252,7 @@ impl<P: Precision> Group<P> {
             + size_of_val(self.placed.as_slice())
             + size_of_val(self.instances.as_slice())
             + size_of_val(self.motions.as_slice())
-            + self.parts.iter().map(|part| size_of::<Geometry<P>>() + part.bytes()).sum::<usize>()
+            + self.parts.iter().map(|part| size_of::<Geometry<R>>() + part.bytes()).sum::<usize>()
     }
 
     /// The box of a primitive; none where it has no bounds.
@@ -272,6 +272,8 @@ impl<P: Precision> Group<P> {
     /// faces, and what is left of those is nearly always hit.
     pub(crate) fn company(&self, slot: &Slot) -> Company {
         match slot.kind {
+            // The lanes of leaves are f32.
+            _ if !R::IS_SINGLE => Company::None,
             Kind::Triangle => Company::Triangles,
             Kind::Sphere => Company::Spheres,
             Kind::Shape if matches!(self.shapes[slot.index as usize], AnyShape::Quad(_)) => Company::Quads,
@@ -281,7 +283,7 @@ impl<P: Precision> Group<P> {
 
     /// Whether there is a face whose test asks for the plane across the ray.
     pub(crate) fn has_faces(&self) -> bool {
-        let is_face = |shape: &AnyShape<P::Real>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
+        let is_face = |shape: &AnyShape<R>| matches!(shape, AnyShape::Quad(_) | AnyShape::Triangle(_));
         !self.triangles.is_empty() || self.shapes.iter().any(is_face) || self.placed.iter().any(|p| is_face(p.shape()))
     }
 

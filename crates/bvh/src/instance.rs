@@ -4,7 +4,6 @@ use glam::DAffine3;
 
 use crate::aabb::Aabb;
 use crate::error::GeometryError;
-use crate::scalar::Precision;
 use crate::shapes::{Transform, transform_bounds};
 
 /// No motion: beyond the end of any list of them.
@@ -12,18 +11,18 @@ const STILL: u32 = u32::MAX;
 
 /// A part of a group under an affine map.
 #[derive(Clone, Debug)]
-pub(crate) struct Instance<P: Precision> {
+pub(crate) struct Instance {
     /// Which part.
     pub part: u32,
     /// Which of the group's motions; none of them for one that stands still. It lies where the map's alignment left room, so
     /// that those take nothing for it.
     pub motion: u32,
     /// Where it stands, or where its motion starts.
-    pub transform: Transform<P::Core>,
+    pub transform: Transform,
     bounds: Option<Aabb>,
 }
 
-impl<P: Precision> Instance<P> {
+impl Instance {
     /// `bounds`: the part's own, none where something in it has no end.
     pub fn new(part: u32, bounds: Option<Aabb>, to_world: DAffine3) -> Result<Self, GeometryError> {
         let transform = Transform::new(to_world).ok_or(GeometryError::Singular)?;

@@ -1,14 +1,14 @@
 //! Rays, boxes, shapes and acceleration structures: what is hit, and where. Light, materials and files are unknown here.
 //!
 //! A [`Group`] collects primitives, [`Geometry`] answers for them: the closest hit, or any hit that a filter accepts, by a
-//! linear scan or by a tree, with the same bits. [`Precision`] says what arithmetic that is.
+//! linear scan or by a tree, with the same bits. What is stored is f32 or f64; intersections compute in f64.
 //!
 //! ```
 //! use glam::{DVec3, Vec3};
 //! use raywright_bvh::shapes::{AnyShape, Disk, Sphere};
-//! use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Robust, Visibility};
+//! use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Visibility};
 //!
-//! let mut group = Group::<Robust>::default();
+//! let mut group = Group::<f32>::default();
 //! group.shape(AnyShape::Disk(Disk::new(DVec3::ZERO, DVec3::Y, 10.0)), Visibility::default())?;
 //! let ball = group.sphere(Sphere { centre: Vec3::new(0.0, 1.0, 0.0), radius: 1.0 }, Visibility::default())?;
 //! let geometry = Geometry::new(group, AcceleratorKind::default());
@@ -23,8 +23,8 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! [`Robust`] has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
-//! run; the other precisions have one of four-wide nodes.
+//! What is stored in f32 has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
+//! run; what is stored in f64 has one of four-wide nodes.
 //!
 //! [`Geometry::closest_from`] asks rays that leave one point together.
 //!
@@ -34,9 +34,7 @@
 
 pub mod aabb;
 mod accelerator;
-mod admission;
 mod binary;
-mod boxes;
 mod build;
 mod error;
 mod geometry;
@@ -52,9 +50,7 @@ mod query;
 pub mod ray;
 pub mod scalar;
 pub mod shapes;
-mod slabs;
 mod tally;
-mod tree;
 mod twice;
 mod wide;
 pub use aabb::{Aabb, PaddedBox};
@@ -69,7 +65,7 @@ pub use motion::Motion;
 pub use processor::{Loops, prefetch, widest};
 pub use query::{FromOnePoint, Patience};
 pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
-pub use scalar::{Fast, Precision, Real, Reference, Robust, Vec3Of, Vector};
-pub use shapes::{Located, Parameters, Probe, Shape, ShapeHit, Surface, Transform};
+pub use scalar::{Real, Vector};
+pub use shapes::{Located, Parameters, PreparedRay, Shape, ShapeHit, Surface, Transform};
 pub use tally::{Tally, Visits};
 pub use wide::Kernel;

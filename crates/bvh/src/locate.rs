@@ -3,49 +3,49 @@
 use crate::geometry::Geometry;
 use crate::group::Kind;
 use crate::ray::{Hit, Ray};
-use crate::scalar::{Precision, Vec3Of, convert_vec};
-use crate::shapes::{Located, Maps, Parameters, Probe, Shape, ShapeHit, Surface, Under};
+use crate::scalar::{Real, Vector};
+use crate::shapes::{Located, Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, Under};
 
-impl<P: Precision> Geometry<P> {
+impl<R: Real> Geometry<R> {
     /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
     #[inline]
-    pub fn located(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Located<P::Core> {
+    pub fn located(&self, ray: &Ray<R>, hit: &Hit<R>) -> Located {
         // Spheres and planes are asked here, where what their answer does not need of a probe is not made.
         let slot = &self.group.slots[hit.slots[0] as usize];
         match slot.kind {
-            Kind::Sphere => self.group.spheres[slot.index as usize].locate(&self.probe(*ray), own(hit)),
-            Kind::Plane => self.group.planes[slot.index as usize].locate(&self.probe(*ray), own(hit)),
-            _ => self.locate(&self.probe(*ray), own(hit), hit.slots, None),
+            Kind::Sphere => self.group.spheres[slot.index as usize].locate(&self.prepare(*ray), own(hit)),
+            Kind::Plane => self.group.planes[slot.index as usize].locate(&self.prepare(*ray), own(hit)),
+            _ => self.locate(&self.prepare(*ray), own(hit), hit.slots, None),
         }
     }
 
     /// The surface at a hit that this geometry returned for the same ray.
     #[inline]
-    pub fn surface(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Surface<P::Real> {
-        self.located(ray, hit).stored::<P>()
+    pub fn surface(&self, ray: &Ray<R>, hit: &Hit<R>) -> Surface<R> {
+        self.located(ray, hit).stored()
     }
 
     /// Texture coordinates at a hit that this geometry returned for the same ray.
     #[inline]
-    pub fn parameters(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> Parameters<P::Real> {
-        self.parameters_at(&self.probe(*ray), own(hit), hit.slots)
+    pub fn parameters(&self, ray: &Ray<R>, hit: &Hit<R>) -> Parameters<R> {
+        self.parameters_at(&self.prepare(*ray), own(hit), hit.slots)
     }
 
     /// A normal of the space of the instance that a hit names, in the world at the ray's time, not brought to unit length: what
     /// whoever keeps the normals of a mesh asks where a constant map would not do. Without an instance it is the world's own.
-    pub fn normal(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>, normal: Vec3Of<P>) -> Vec3Of<P> {
+    pub fn normal(&self, ray: &Ray<R>, hit: &Hit<R>, normal: R::Vec3) -> R::Vec3 {
         let (group, slot) = (&self.group, &self.group.slots[hit.slots[0] as usize]);
         if slot.kind != Kind::Instance {
             return normal;
         }
         let mut room = None;
-        let transform = group.transform(&group.instances[slot.index as usize], ray.time, &mut room);
-        convert_vec::<P::Core, P::Real>(transform.normal_to_world(convert_vec::<P::Real, P::Core>(normal)))
+        let transform = group.transform(&group.instances[slot.index as usize], ray.time.to_f64(), &mut room);
+        R::Vec3::from_f64(transform.normal_to_world(normal.to_f64()))
     }
 
     /// For a probe of this geometry's own space, which is under these maps.
     #[inline(never)]
-    fn locate(&self, probe: &Probe<P>, hit: ShapeHit<P::Real>, [slot, inner]: [u32; 2], maps: Under<'_, P>) -> Located<P::Core> {
+    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>, [slot, inner]: [u32; 2], maps: Under<'_>) -> Located {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
@@ -56,7 +56,7 @@ impl<P: Precision> Geometry<P> {
             Kind::Placed => group.placed[index].locate_under(probe, hit, maps),
             Kind::Instance => {
                 let (instance, mut room) = (&group.instances[index], None);
-                let transform = group.transform(instance, probe.ray.time, &mut room);
+                let transform = group.transform(instance, probe.time, &mut room);
                 let part = &group.parts[instance.part as usize];
                 let maps = Maps::new(transform, None);
                 transform.located_to_world(&part.locate(&transform.probe_to_object(probe), hit, [inner, inner], Some(maps)))
@@ -64,7 +64,7 @@ impl<P: Precision> Geometry<P> {
         }
     }
 
-    fn parameters_at(&self, probe: &Probe<P>, hit: ShapeHit<P::Real>, [slot, inner]: [u32; 2]) -> Parameters<P::Real> {
+    fn parameters_at(&self, probe: &PreparedRay, hit: ShapeHit<R>, [slot, inner]: [u32; 2]) -> Parameters<R> {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
@@ -75,7 +75,7 @@ impl<P: Precision> Geometry<P> {
             Kind::Placed => group.placed[index].parameters(probe, hit),
             Kind::Instance => {
                 let (instance, mut room) = (&group.instances[index], None);
-                let transform = group.transform(instance, probe.ray.time, &mut room);
+                let transform = group.transform(instance, probe.time, &mut room);
                 let part = &group.parts[instance.part as usize];
                 let there = part.parameters_at(&transform.probe_to_object(probe), hit, [inner, inner]);
                 transform.parameters_to_world(&there)
@@ -86,6 +86,6 @@ impl<P: Precision> Geometry<P> {
 
 /// The hit as a shape knows it.
 #[inline(always)]
-fn own<R: crate::scalar::Real>(hit: &Hit<R>) -> ShapeHit<R> {
+fn own<R: Real>(hit: &Hit<R>) -> ShapeHit<R> {
     ShapeHit { t: hit.t, u: hit.u, v: hit.v }
 }

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::error::GeometryError;
 use crate::group::Group;
 use crate::instance::Instance;
-use crate::scalar::{Precision, Real};
+use crate::scalar::Real;
 use crate::shapes::Transform;
 use crate::twice::Twice;
 
@@ -31,10 +31,10 @@ impl Motion {
         invertible.then_some(motion).ok_or(GeometryError::SingularOnTheWay)
     }
 
-    /// The map at a time, before 0 as at 0, after 1 as at 1. In f64 and with an accurate inverse, whatever the core's scalar, as
+    /// The map at a time, before 0 as at 0, after 1 as at 1. With an accurate inverse, as
     /// the map of an instance that stands there: both are hit with the same bits.
     #[inline(never)]
-    pub(crate) fn at<C: Real>(&self, time: f64) -> Transform<C> {
+    pub(crate) fn at(&self, time: f64) -> Transform {
         Transform::of_invertible(self.map(time.clamp(0.0, 1.0)))
     }
 
@@ -48,18 +48,13 @@ impl Motion {
     }
 }
 
-impl<P: Precision> Group<P> {
+impl<R: Real> Group<R> {
     /// The map of an instance at a ray's time: its own, or where it moves one that is put into `room`.
     #[inline(always)]
-    pub(crate) fn transform<'a>(
-        &'a self,
-        instance: &'a Instance<P>,
-        time: P::Real,
-        room: &'a mut Option<Transform<P::Core>>,
-    ) -> &'a Transform<P::Core> {
+    pub(crate) fn transform<'a>(&'a self, instance: &'a Instance, time: f64, room: &'a mut Option<Transform>) -> &'a Transform {
         match self.motions.get(instance.motion as usize) {
             None => &instance.transform,
-            Some(motion) => room.insert(motion.at(time.to_f64())),
+            Some(motion) => room.insert(motion.at(time)),
         }
     }
 }

@@ -1,8 +1,7 @@
-//! The scalar type as a parameter: one source serves f32 and f64, and each of the three precisions of `--precision`.
+//! What is stored as a parameter: one source serves f32 and f64, the two rungs of `--precision`. Intersections compute in f64 in both.
 //!
 //! glam has no generics, so [`Real`] names the vector family that belongs to a scalar and [`Vector`] names the few
-//! operations that geometry and shading need. [`Precision`] then says which scalar is *stored* and which one the
-//! *core of an intersection* computes with. Both traits are sealed: the set of precisions is closed on purpose.
+//! operations that geometry and shading need. Both traits are sealed: the set of scalars is closed on purpose.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -16,9 +15,6 @@ mod sealed {
     impl Sealed for f64 {}
     impl Sealed for glam::Vec3 {}
     impl Sealed for glam::DVec3 {}
-    impl Sealed for super::Fast {}
-    impl Sealed for super::Robust {}
-    impl Sealed for super::Reference {}
 }
 
 /// A floating-point scalar with its glam vector: `f32` with [`Vec3`], `f64` with [`DVec3`].
@@ -54,6 +50,8 @@ pub trait Real:
     const INFINITY: Self;
     /// Unit roundoff u: half the spacing of the numbers just above one (2⁻²⁴ for f32, 2⁻⁵³ for f64).
     const ROUNDOFF: Self;
+    /// Whether this is f32: then f64, in which intersections compute, has as many digits again to spare.
+    const IS_SINGLE: bool;
     /// Nearest value to `x`.
     fn from_f64(x: f64) -> Self;
     /// Nearest value to `x`; exact for both families.
@@ -219,6 +217,7 @@ macro_rules! real {
             const ONE: Self = 1.0;
             const INFINITY: Self = $t::INFINITY;
             const ROUNDOFF: Self = $u;
+            const IS_SINGLE: bool = size_of::<$t>() == 4;
             #[inline(always)]
             fn from_f64(x: f64) -> Self { x as $t }
             #[inline(always)]
@@ -346,61 +345,3 @@ fn turned(share: f32) -> [f32; 2] {
 
 real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, sincosf => turned, expf => exp, logf => ln, powf => powf);
 real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, sincos => turned, exp => exp, log => ln, pow => powf);
-
-/// A rung of the intersection-arithmetic ladder: what is stored, and what an intersection computes with.
-pub trait Precision: sealed::Sealed + Copy + Debug + Default + Send + Sync + 'static {
-    /// Stored coordinates, rays, hits, radiance.
-    type Real: Real;
-    /// The few scalars inside an intersection test on which a hit or a miss depends.
-    type Core: Real;
-    /// Cancellation-free formulas; `false` selects the textbook ones.
-    const ROBUST: bool;
-    /// Whether the tree of this rung is the wide one, whose filter knows f32 and the test of the robust rung.
-    const WIDE: bool;
-}
-
-/// Textbook formulas in f32: the fast rung, with the failures that the numerics tests list for it.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Fast;
-
-/// f32 storage, cancellation-free formulas with an f64 core: the default.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Robust;
-
-/// f64 throughout; only random numbers stay those of the other rungs, so that pictures can be compared sample by sample.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Reference;
-
-impl Precision for Fast {
-    type Real = f32;
-    type Core = f32;
-    const ROBUST: bool = false;
-    const WIDE: bool = false;
-}
-impl Precision for Robust {
-    type Real = f32;
-    type Core = f64;
-    const ROBUST: bool = true;
-    const WIDE: bool = true;
-}
-impl Precision for Reference {
-    type Real = f64;
-    type Core = f64;
-    const ROBUST: bool = true;
-    const WIDE: bool = false;
-}
-
-/// The vector of a precision's stored scalar.
-pub type Vec3Of<P> = <<P as Precision>::Real as Real>::Vec3;
-
-/// The same number in another scalar type; exact when widening.
-#[inline(always)]
-pub fn convert<A: Real, B: Real>(a: A) -> B {
-    B::from_f64(a.to_f64())
-}
-
-/// The same vector in another scalar type; exact when widening.
-#[inline(always)]
-pub fn convert_vec<A: Real, B: Real>(a: A::Vec3) -> B::Vec3 {
-    B::Vec3::from_f64(a.to_f64())
-}

@@ -53,6 +53,8 @@ pub(crate) use self::setup::Setup;
 pub(crate) use self::sight::Met;
 pub(crate) use self::walk::Answer;
 
+/// The most primitives that one tree can address.
+pub const MAX_PRIMITIVES: usize = (1 << 27) - 1;
 /// Children of a node, triangles of a block.
 pub(crate) const WIDTH: usize = 8;
 /// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.

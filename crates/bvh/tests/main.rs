@@ -2,6 +2,7 @@
 //! protects is told where it begins.
 
 mod builds;
+mod hard_cases;
 mod kernels;
 mod numerics;
 mod queries;

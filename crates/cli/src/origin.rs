@@ -105,7 +105,6 @@ pub fn name<T: Serialize>(variant: &T) -> String {
 /// The name of a precision on the command line.
 pub fn precision(precision: PrecisionChoice) -> &'static str {
     match precision {
-        PrecisionChoice::Fast => "fast",
         PrecisionChoice::Robust => "robust",
         PrecisionChoice::Reference => "reference",
     }
@@ -115,7 +114,6 @@ pub fn precision(precision: PrecisionChoice) -> &'static str {
 pub fn accelerator(kind: AcceleratorKind) -> &'static str {
     match kind {
         AcceleratorKind::Linear => "linear",
-        AcceleratorKind::LinearBoxes => "linear boxes",
         AcceleratorKind::Tree(_) => "bvh",
     }
 }
@@ -145,10 +143,10 @@ mod tests {
     #[test]
     fn choices_have_their_own_words() {
         use raywright_core::bvh::BuildQuality;
-        let kinds = [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(BuildQuality::High)];
-        assert_eq!(kinds.map(accelerator), ["linear", "linear boxes", "bvh"]);
-        let precisions = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference];
-        assert_eq!(precisions.map(precision), ["fast", "robust", "reference"]);
+        let kinds = [AcceleratorKind::Linear, AcceleratorKind::Tree(BuildQuality::High)];
+        assert_eq!(kinds.map(accelerator), ["linear", "bvh"]);
+        let precisions = [PrecisionChoice::Robust, PrecisionChoice::Reference];
+        assert_eq!(precisions.map(precision), ["robust", "reference"]);
         let rung = raywright_core::ladder::Choice::parse("samples=16").expect("a rung");
         let without = vec![raywright_core::effects::Effect::MirrorReflection, raywright_core::effects::Effect::Sky];
         assert_eq!(chosen(&ChoiceArgs { rungs: vec![rung], without }), " rung:samples=16 without=mirror-reflection without=sky");

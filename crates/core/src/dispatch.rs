@@ -1,6 +1,6 @@
 //! The one place where run-time choices become types: precision and kernel.
 
-use raywright_bvh::{Fast, Precision, Reference, Robust};
+use raywright_bvh::Real;
 
 use crate::effects::{EffectReport, EffectSet, chosen, detect, switched_off};
 use crate::film::{Aim, Film, Part, PartError, Plan};
@@ -23,16 +23,14 @@ pub struct Ready {
 }
 
 enum AnyPrepared {
-    Fast(Box<Prepared<Fast>>),
-    Robust(Box<Prepared<Robust>>),
-    Reference(Box<Prepared<Reference>>),
+    Robust(Box<Prepared<f32>>),
+    Reference(Box<Prepared<f64>>),
 }
 
 /// Evaluates an expression for whichever precision was prepared.
 macro_rules! each {
     ($ready:expr, $prepared:ident => $value:expr) => {
         match $ready {
-            AnyPrepared::Fast($prepared) => $value,
             AnyPrepared::Robust($prepared) => $value,
             AnyPrepared::Reference($prepared) => $value,
         }
@@ -85,9 +83,8 @@ pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
 
 fn reckon(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
     match settings.precision {
-        PrecisionChoice::Fast => prepare::estimate::<Fast>(scene, settings, simulated),
-        PrecisionChoice::Robust => prepare::estimate::<Robust>(scene, settings, simulated),
-        PrecisionChoice::Reference => prepare::estimate::<Reference>(scene, settings, simulated),
+        PrecisionChoice::Robust => prepare::estimate::<f32>(scene, settings, simulated),
+        PrecisionChoice::Reference => prepare::estimate::<f64>(scene, settings, simulated),
     }
 }
 
@@ -95,9 +92,8 @@ fn reckon(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
 pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
     let lookup = Lookup::new(scene);
     match precision {
-        PrecisionChoice::Fast => prepare::extent::<Fast>(scene, &lookup),
-        PrecisionChoice::Robust => prepare::extent::<Robust>(scene, &lookup),
-        PrecisionChoice::Reference => prepare::extent::<Reference>(scene, &lookup),
+        PrecisionChoice::Robust => prepare::extent::<f32>(scene, &lookup),
+        PrecisionChoice::Reference => prepare::extent::<f64>(scene, &lookup),
     }
 }
 
@@ -105,16 +101,14 @@ pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
 /// the same problems. Every listed object and the first one of every generator, at most a hundred.
 pub fn collapsed(scene: &Scene, precision: PrecisionChoice) -> Vec<Problem> {
     match precision {
-        PrecisionChoice::Fast => prepare::collapsed::<<Fast as Precision>::Real>(scene),
-        PrecisionChoice::Robust => prepare::collapsed::<<Robust as Precision>::Real>(scene),
-        PrecisionChoice::Reference => prepare::collapsed::<<Reference as Precision>::Real>(scene),
+        PrecisionChoice::Robust => prepare::collapsed::<f32>(scene),
+        PrecisionChoice::Reference => prepare::collapsed::<f64>(scene),
     }
 }
 
 impl AnyPrepared {
     fn new(scene: &Scene, settings: &Settings, simulated: EffectSet, observer: &dyn Observer) -> Result<Self, PrepareError> {
         Ok(match settings.precision {
-            PrecisionChoice::Fast => Self::Fast(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
             PrecisionChoice::Robust => Self::Robust(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
             PrecisionChoice::Reference => Self::Reference(Box::new(Prepared::new(scene, settings, simulated, observer)?)),
         })
@@ -202,11 +196,11 @@ impl Ready {
         each!(&self.inner, prepared => self.with_kernel(prepared, film, part, observer));
     }
 
-    fn with_kernel<P: Precision>(&self, prepared: &Prepared<P>, film: &mut Film, part: &Part, observer: &dyn Observer) {
+    fn with_kernel<R: Real>(&self, prepared: &Prepared<R>, film: &mut Film, part: &Part, observer: &dyn Observer) {
         match self.kernel {
-            KernelName::General => render::<P, General>(prepared, &self.settings, film, part, observer),
-            KernelName::Analytic => render::<P, Analytic>(prepared, &self.settings, film, part, observer),
-            KernelName::Paths => render::<P, Paths>(prepared, &self.settings, film, part, observer),
+            KernelName::General => render::<R, General>(prepared, &self.settings, film, part, observer),
+            KernelName::Analytic => render::<R, Analytic>(prepared, &self.settings, film, part, observer),
+            KernelName::Paths => render::<R, Paths>(prepared, &self.settings, film, part, observer),
         }
     }
 

@@ -8,7 +8,7 @@ use core::marker::PhantomData;
 use core::ops::Range;
 use std::sync::{Mutex, MutexGuard};
 
-use raywright_bvh::{Precision, Ray, Real, Vec3Of};
+use raywright_bvh::{Ray, Real};
 
 use self::ahead::{Ahead, Samples};
 use self::first_hits::FirstHits;
@@ -68,8 +68,8 @@ impl Rendered {
 
 /// Renders what `part` names and the film lacks on the current thread pool, in passes over the picture that each add some samples
 /// of one replicate, so that a render that is stopped has something everywhere, and nearly the same of it.
-pub(crate) fn render<P: Precision, K: Kernel>(
-    scene: &Prepared<P>,
+pub(crate) fn render<R: Real, K: Kernel>(
+    scene: &Prepared<R>,
     settings: &Settings,
     film: &mut Film,
     part: &Part,
@@ -87,7 +87,7 @@ pub(crate) fn render<P: Precision, K: Kernel>(
         {
             let Next { tile, replicate, samples, start } = next;
             let area = plan.tile(tile);
-            let job = UnitJob::<P, K> {
+            let job = UnitJob::<R, K> {
                 scene,
                 settings,
                 plan: &plan,
@@ -114,8 +114,8 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 }
 
 /// Some samples of one tile in one replicate.
-struct UnitJob<'a, P: Precision, K: Kernel> {
-    scene: &'a Prepared<P>,
+struct UnitJob<'a, R: Real, K: Kernel> {
+    scene: &'a Prepared<R>,
     settings: &'a Settings,
     plan: &'a Plan,
     draws: &'a Draws,
@@ -128,20 +128,20 @@ struct UnitJob<'a, P: Precision, K: Kernel> {
     kernel: PhantomData<K>,
 }
 
-impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
+impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
     /// None where the observer stopped it halfway.
     fn run(&self, start: &Plane, usage: &mut LightUsage) -> Option<Unit> {
         match self.plan.random {
             true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start, usage),
             true => self.gather::<Moments>(start, usage),
-            false => self.gather::<Plain<P::Real>>(start, usage),
+            false => self.gather::<Plain<R>>(start, usage),
         }
     }
 
-    fn gather<B: Block<P::Real>>(&self, start: &Plane, usage: &mut LightUsage) -> Option<Unit> {
+    fn gather<B: Block<R>>(&self, start: &Plane, usage: &mut LightUsage) -> Option<Unit> {
         let pixels = self.area.width as usize * self.area.height as usize;
         let keeps_first = !self.plan.layers.mean.is_empty();
-        let mut tracer = Tracer::<P, K>::new(self.scene, usage, self.settings.max_depth, keeps_first, self.observer);
+        let mut tracer = Tracer::<R, K>::new(self.scene, usage, self.settings.max_depth, keeps_first, self.observer);
         let mut plane = Plane::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
         let (mut dropped, met);
@@ -156,7 +156,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 dropped = 0;
                 let mut firsts = FirstHits::new(self.plan);
-                let (mut pixel, mut ahead) = (Gather::<P::Real, B>::default(), Ahead::default());
+                let (mut pixel, mut ahead) = (Gather::<R, B>::default(), Ahead::default());
                 let mut place = 0;
                 for y in self.rows() {
                     // A tile of many samples may take seconds.
@@ -208,9 +208,9 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     }
 
     /// Pixels that are the means of their corners; how many samples were dropped, and how many met something.
-    fn corners<B: Block<P::Real>>(
+    fn corners<B: Block<R>>(
         &self,
-        tracer: &mut Tracer<'_, P, K>,
+        tracer: &mut Tracer<'_, R, K>,
         plane: &mut Plane,
         mut finish: impl FnMut(&mut Plane, Sums),
     ) -> (u64, u64) {
@@ -218,7 +218,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let row = self.area.width as usize + 1;
         let mut dropped = 0;
         let mut firsts = FirstHits::new(self.plan);
-        let mut pixel = Gather::<P::Real, B>::default();
+        let mut pixel = Gather::<R, B>::default();
         for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
             let lower = &lattice[(y + 1) * row..][..row];
             for (x, (top, bottom)) in upper.windows(2).zip(lower.windows(2)).enumerate() {
@@ -240,7 +240,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
     /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to four pixels that share it, and their first
     /// hits and what was seen without light from elsewhere, where layers ask for them.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
-    fn lattice(&self, tracer: &mut Tracer<'_, P, K>) -> (Vec<(Vec3Of<P>, u32)>, Vec<(Option<FirstHit>, [f64; 3])>) {
+    fn lattice(&self, tracer: &mut Tracer<'_, R, K>) -> (Vec<(R::Vec3, u32)>, Vec<(Option<FirstHit>, [f64; 3])>) {
         // One more each way than there are pixels.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
@@ -250,7 +250,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
         let mut ahead = Ahead::default();
         for y in rows {
             for x in columns.clone() {
-                let at = |v: u32| P::Real::from_f64(f64::from(v));
+                let at = |v: u32| R::from_f64(f64::from(v));
                 let make = |most, samples: &mut Samples<_>| {
                     samples.addresses.extend((x..columns.end).take(most).map(|x| self.address(x, y, 0)));
                     samples.rays.extend((x..columns.end).take(most).map(|x| self.scene.camera.ray(at(x), at(y), [0.5; 2])));
@@ -273,7 +273,7 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
 
     /// Makes at most so many samples from one of a pixel on: those of this pixel, then of the next ones; of paths those of the next rows
     /// too.
-    fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Samples<P::Real>) {
+    fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Samples<R>) {
         let end = if K::PATHS { self.rows().end } else { y + 1 };
         let pixels =
             (y..end).flat_map(|row| (if row == y { x } else { self.columns().start }..self.columns().end).map(move |x| [x, row]));
@@ -306,24 +306,24 @@ impl<P: Precision, K: Kernel> UnitJob<'_, P, K> {
 
     /// The camera ray of a sample, through a place in its pixel.
     #[inline]
-    fn sample_ray(&self, address: Address, [u, v]: [f32; 2]) -> Ray<P::Real> {
+    fn sample_ray(&self, address: Address, [u, v]: [f32; 2]) -> Ray<R> {
         let [x, y] = address.pixel;
         let camera = &self.scene.camera;
         let lens = if camera.has_lens() { pair(address, Purpose::Lens) } else { [0.5; 2] };
         let share = if camera.has_shutter() { pair(address, Purpose::Time)[0] } else { 0.0 };
-        let at = |v: u32, offset: f32| P::Real::from_f64(f64::from(v)) + P::Real::from_f32(offset);
+        let at = |v: u32, offset: f32| R::from_f64(f64::from(v)) + R::from_f32(offset);
         camera.ray_during(at(x, u), at(y, v), lens, share)
     }
 
     /// The layers that show what the rays through the middles of pixels hit first. Those rays are traced for them alone.
-    fn centre_layers(&self, tracer: &mut Tracer<'_, P, K>) -> Vec<Vec<f32>> {
+    fn centre_layers(&self, tracer: &mut Tracer<'_, R, K>) -> Vec<Vec<f32>> {
         let layers = &self.plan.layers.centre;
         let mut buffers = vec![Vec::new(); layers.len()];
         if layers.is_empty() {
             return buffers;
         }
         for (x, y) in self.rows().flat_map(|y| self.columns().map(move |x| (x, y))) {
-            let at = |v: u32| P::Real::from_f64(f64::from(v) + 0.5);
+            let at = |v: u32| R::from_f64(f64::from(v) + 0.5);
             let first = tracer.first_hit(self.scene.camera.ray_during(at(x), at(y), [0.5; 2], 0.0));
             for (buffer, (aov, _)) in buffers.iter_mut().zip(layers) {
                 buffer.push(first.as_ref().map_or(-1.0, |f| match aov {

@@ -173,7 +173,7 @@ fn another_picture_is_not_gone_on_from() {
     refused("--spp 80 --env default", "scene");
     refused("--spp 80 --without shadows", "list of effects switched off");
     refused("--spp 80 --aov depth --checkpoint b.film", "list of layers");
-    refused("--spp 80 --precision fast", "precision");
+    refused("--spp 80 --precision reference", "precision");
     render(&desk, "--spp 64 --resume a.film -o b.png")
         .exits_with(2)
         .says_like("its 40 samples a pixel cannot become 64\nhelp: --spp 78, or more");

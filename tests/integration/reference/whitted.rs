@@ -61,11 +61,6 @@ fn every_view_robust() {
 }
 
 #[test]
-fn every_view_fast() {
-    views(PrecisionChoice::Fast);
-}
-
-#[test]
 fn every_view_reference() {
     views(PrecisionChoice::Reference);
 }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::{Corners, PIECE};
 use crate::aabb::{Aabb, PaddedBox, exact_half_area};
-use crate::tree::MAX_PRIMITIVES;
+use crate::wide::MAX_PRIMITIVES;
 
 /// Steps an axis has that a plane may lie at.
 const STEPS: f64 = (1 << 20) as f64;

@@ -4,8 +4,8 @@ use super::Found;
 use crate::accelerator::Accelerator;
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
-use crate::scalar::{Precision, Real, Vec3Of, Vector};
-use crate::shapes::Probe;
+use crate::scalar::{Real, Vector};
+use crate::shapes::PreparedRay;
 use crate::wide::{Asked, Meets, Pencil, RAYS};
 
 /// Fewer rays are asked one by one.
@@ -66,10 +66,10 @@ impl Patience {
     }
 }
 
-impl<P: Precision> Geometry<P> {
+impl<R: Real> Geometry<R> {
     /// The nearest hit of each ray, in their order, in place of what `hits` held: those of [`Geometry::closest`], bit for bit. `patience` is to
     /// be handed from one call to the next where their rays are near one another.
-    pub fn closest_from(&self, rays: &FromOnePoint<'_, P::Real>, patience: &mut Patience, hits: &mut Vec<Option<Hit<P::Real>>>) {
+    pub fn closest_from(&self, rays: &FromOnePoint<'_, R>, patience: &mut Patience, hits: &mut Vec<Option<Hit<R>>>) {
         hits.clear();
         hits.reserve(rays.directions.len());
         for some in rays.directions.chunks(RAYS) {
@@ -83,13 +83,11 @@ impl<P: Precision> Geometry<P> {
 
     /// Up to [`RAYS`] of them at once. Only where that has gone to its end are there more hits than before.
     #[inline(never)]
-    fn together(
-        &self,
-        rays: &FromOnePoint<'_, P::Real>,
-        directions: &[Vec3Of<P>],
-        hits: &mut Vec<Option<Hit<P::Real>>>,
-    ) -> Asked {
-        let Accelerator::Wide(wide, _) = &self.accelerator else { return Asked::Unfit };
+    fn together(&self, rays: &FromOnePoint<'_, R>, directions: &[R::Vec3], hits: &mut Vec<Option<Hit<R>>>) -> Asked {
+        let Accelerator::Wide(wide) = &self.accelerator else { return Asked::Unfit };
+        if !R::IS_SINGLE {
+            return Asked::Unfit;
+        }
         let mut stored = [glam::Vec3::ZERO; RAYS];
         stored.iter_mut().zip(directions).for_each(|(to, from)| *to = from.to_f32());
         let last = rays.range.max.next_down().to_f32();
@@ -103,7 +101,7 @@ impl<P: Precision> Geometry<P> {
         for slot in self.planes..self.unbounded {
             asking.one_by_one(slot, u32::MAX, &mut pencil);
         }
-        let number = P::Real::from_f32;
+        let number = R::from_f32;
         hits.extend((0..pencil.count()).map(|ray| {
             let ([t, u, v], [slot, inner]) = pencil.hit(ray)?;
             Some(self.named(&Found { t: number(t), u: number(u), v: number(v), slot, inner }))
@@ -113,29 +111,29 @@ impl<P: Precision> Geometry<P> {
 }
 
 /// What a pencil asks of a geometry.
-struct Asking<'a, 'r, P: Precision> {
-    geometry: &'a Geometry<P>,
-    rays: &'a FromOnePoint<'r, P::Real>,
-    directions: &'a [Vec3Of<P>],
+struct Asking<'a, 'r, R: Real> {
+    geometry: &'a Geometry<R>,
+    rays: &'a FromOnePoint<'r, R>,
+    directions: &'a [R::Vec3],
 }
 
-impl<P: Precision> Asking<'_, '_, P> {
+impl<R: Real> Asking<'_, '_, R> {
     /// What has no test for several rays, for those of a mask.
     #[inline(never)]
     fn one_by_one(&self, slot: usize, asked: u32, pencil: &mut Pencil) {
         let geometry = self.geometry;
         for (ray, &direction) in self.directions.iter().enumerate().filter(|(ray, _)| asked >> ray & 1 != 0) {
-            let probe: Probe<P> = geometry.probe(self.rays.ray(direction));
-            let range = Interval { min: self.rays.range.min, max: P::Real::from_f32(pencil.far(ray)).next_up() };
+            let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
+            let range = Interval { min: self.rays.range.min, max: R::from_f32(pencil.far(ray)).next_up() };
             let own = (slot as u32, &geometry.group.slots[slot]);
-            if let Some(Found { t, u, v, slot, inner }) = geometry.test::<(), false>(own, &probe, range, &mut ()) {
+            if let Some(Found { t, u, v, slot, inner }) = geometry.test(own, &probe, range, &mut ()) {
                 pencil.consider(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| self.lower(a, b));
             }
         }
     }
 }
 
-impl<P: Precision> Meets for Asking<'_, '_, P> {
+impl<R: Real> Meets for Asking<'_, '_, R> {
     #[inline(always)]
     fn lower(&self, slot: u32, than: u32) -> bool {
         let order = |slot: u32| self.geometry.group.slots[slot as usize].order();
@@ -155,7 +153,6 @@ mod tests {
     use crate::Visibility;
     use crate::accelerator::AcceleratorKind;
     use crate::group::Group;
-    use crate::scalar::Robust;
 
     /// Protects: each time that rays part twice as many turns are taken one by one, up to 64; one that stays together ends that, and one that
     /// can't be asked changes nothing.
@@ -190,7 +187,7 @@ mod tests {
             let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
             [[a, c, b], [a, d, c]]
         };
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         group.mesh((0..SIDE * SIDE).flat_map(faces), Visibility::default()).unwrap();
         let ground = Geometry::new(group, AcceleratorKind::default());
         let origin = Vec3::new(-20.0, 500.0, -30.0);

@@ -4,12 +4,12 @@ use glam::DVec3;
 
 use super::cylinder::Ends;
 use super::{
-    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Paraboloid, Parameters, Plane, Probe, Quad, SampleArea, Shape,
-    ShapeHit, Sphere, Torus, Triangle, Under,
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Paraboloid, Parameters, Plane, PreparedRay, Quad, SampleArea,
+    Shape, ShapeHit, Sphere, Torus, Triangle, Under,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector};
+use crate::scalar::{Real, Vector};
 
 /// Any shape.
 #[derive(Clone, Copy, Debug)]
@@ -89,15 +89,15 @@ impl<R: Real> Shape<R> for AnyShape<R> {
     }
 
     #[inline]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         each!(self, shape => shape.intersect(probe, range, side))
     }
 
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
         each!(self, shape => shape.locate_under(probe, hit, maps))
     }
 
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         each!(self, shape => shape.parameters(probe, hit))
     }
 }
@@ -120,13 +120,13 @@ impl<R: Real> AnyShape<R> {
     }
 
     /// [`SampleArea::sample_area`]; none for a shape of infinite area.
-    pub fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> Option<(Located<P::Core>, P::Core)> {
-        each_finite!(self, shape => shape.sample_area::<P>(u, v))
+    pub fn sample_area(&self, u: R, v: R) -> Option<(Located, f64)> {
+        each_finite!(self, shape => shape.sample_area(u, v))
     }
 
     /// [`SampleArea::density`]; none for a shape of infinite area.
-    pub fn density<P: Precision<Real = R>>(&self, point: &Located<P::Core>) -> Option<P::Core> {
-        each_finite!(self, shape => shape.density::<P>(point))
+    pub fn density(&self, point: &Located) -> Option<f64> {
+        each_finite!(self, shape => shape.density(point))
     }
 }
 

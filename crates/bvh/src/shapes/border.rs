@@ -6,8 +6,9 @@
 //! is smaller than its points are exact has no such place, and they stay.
 
 use super::drift::Drift;
-use super::{CoreVec, Located, Maps, num};
-use crate::scalar::{Precision, Real, Vector};
+use super::{Located, Maps};
+use crate::scalar::Real;
+use glam::DVec3;
 
 /// What is spanned by two edges.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -18,29 +19,22 @@ pub(super) enum Face {
 
 /// The shares of the two edges at a point, their gradients in the world, and the least that a share may be at a start, that of
 /// the third corner last.
-struct Shares<C: Real> {
-    at: [C; 2],
-    gradients: [C::Vec3; 2],
-    least: [C; 3],
+struct Shares {
+    at: [f64; 2],
+    gradients: [DVec3; 2],
+    least: [f64; 3],
 }
 
 /// A face spanned by two edges, met at their shares `at`, with its starts away from the border.
 #[inline(never)]
-pub(super) fn off_border<P: Precision>(
-    located: Located<P::Core>,
-    face: Face,
-    [ab, ac]: [CoreVec<P>; 2],
-    at: [P::Core; 2],
-    maps: Maps<'_, P::Core>,
-) -> Located<P::Core> {
-    let ([u, v], one, normal) = (at, P::Core::ONE, ab.cross(ac));
+pub(super) fn off_border<R: Real>(located: Located, face: Face, [ab, ac]: [DVec3; 2], at: [f64; 2], maps: Maps<'_>) -> Located {
+    let ([u, v], one, normal) = (at, 1.0, ab.cross(ac));
     let inverse = one / normal.dot(normal);
     let (by_u, by_v) = (ac.cross(normal) * inverse, normal.cross(ab) * inverse);
     let by_both = by_u + by_v;
-    let drift = Drift::around::<P>(Some(maps), located.point, located.error);
-    let reach = drift.reach() * num(2.0);
-    let is_far =
-        |share: P::Core, gradient: CoreVec<P>| share > P::Core::ZERO && share * share > reach * reach * gradient.dot(gradient);
+    let drift = Drift::around::<R>(Some(maps), located.point, located.error);
+    let reach = drift.reach() * 2.0;
+    let is_far = |share: f64, gradient: DVec3| share > 0.0 && share * share > reach * reach * gradient.dot(gradient);
     let opposite =
         if face == Face::Triangle { is_far(one - u - v, by_both) } else { is_far(one - u, by_u) && is_far(one - v, by_v) };
     if is_far(u, by_u) && is_far(v, by_v) && opposite {
@@ -55,20 +49,20 @@ pub(super) fn off_border<P: Precision>(
     Located { above: start, below: start, ..located }
 }
 
-impl<C: Real> Shares<C> {
+impl Shares {
     /// The nearest ones in the world that are not below the least.
-    fn within_triangle(&self) -> [C; 2] {
+    fn within_triangle(&self) -> [f64; 2] {
         let ([u, v], [by_u, by_v], least) = (self.at, self.gradients, self.least);
         let gradients = [by_u, by_v, -(by_u + by_v)];
-        let mut shares = [u, v, C::ONE - u - v];
-        let lack = |shares: &[C; 3], i: usize| least[i] - shares[i];
+        let mut shares = [u, v, 1.0 - u - v];
+        let lack = |shares: &[f64; 3], i: usize| least[i] - shares[i];
         let mut near = 0;
         for i in 1..3 {
             near = if lack(&shares, i) > lack(&shares, near) { i } else { near };
         }
         let lacks = lack(&shares, near);
-        let has_room = least[0] + least[1] + least[2] < C::ONE;
-        if !has_room || lacks <= C::ZERO {
+        let has_room = least[0] + least[1] + least[2] < 1.0;
+        if !has_room || lacks <= 0.0 {
             return self.at;
         }
         // Straight away from that edge.
@@ -77,10 +71,10 @@ impl<C: Real> Shares<C> {
             shares[i] += gradients[i].dot(gradients[near]) * step;
         }
         for i in (0..3).filter(|&i| i != near) {
-            if lack(&shares, i) > C::ZERO {
+            if lack(&shares, i) > 0.0 {
                 // Beside a corner: as far as it has to be from both edges there.
                 (shares[near], shares[i]) = (least[near], least[i]);
-                shares[3 - near - i] = C::ONE - least[near] - least[i];
+                shares[3 - near - i] = 1.0 - least[near] - least[i];
                 break;
             }
         }
@@ -88,19 +82,19 @@ impl<C: Real> Shares<C> {
     }
 
     /// The same with the sides opposite each edge.
-    fn within_parallelogram(&self) -> [C; 2] {
+    fn within_parallelogram(&self) -> [f64; 2] {
         let ([u, v], [by_u, by_v], [least_u, least_v, _]) = (self.at, self.gradients, self.least);
-        let half: C = num(0.5);
+        let half: f64 = 0.5;
         let has_room = least_u < half && least_v < half;
         if !has_room {
             return self.at;
         }
-        let kept = |share: C, least: C| share.max(least).min(C::ONE - least);
+        let kept = |share: f64, least: f64| share.max(least).min(1.0 - least);
         let (to_u, to_v) = (kept(u, least_u) - u, kept(v, least_v) - v);
         // Straight away from one side the other share changes with it.
         let both = by_u.dot(by_v);
-        let with_u = if to_v == C::ZERO { to_u * (both / by_u.dot(by_u)) } else { to_v };
-        let with_v = if to_u == C::ZERO { to_v * (both / by_v.dot(by_v)) } else { to_u };
+        let with_u = if to_v == 0.0 { to_u * (both / by_u.dot(by_u)) } else { to_v };
+        let with_v = if to_u == 0.0 { to_v * (both / by_v.dot(by_v)) } else { to_u };
         [kept(u + with_v, least_u), kept(v + with_u, least_v)]
     }
 }

@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::drift::Drift;
 use super::quadratic::Span;
-use super::{CoreVec, Located, Maps, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
+use super::{Located, Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+use crate::scalar::{Real, Vector};
 
 /// A solid box with faces across the axes. A hit's first number is its face: 2·axis, plus one at the greater side.
 #[derive(Clone, Copy, Debug)]
@@ -33,22 +33,22 @@ impl<R: Real> Cuboid<R> {
 
     /// The distances that the ray spends between all pairs of faces.
     #[inline(always)]
-    fn span<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Span<P::Core>> {
-        let (below, above) = (wide::<P>(self.min) - probe.origin, wide::<P>(self.max) - probe.origin);
-        let mut span = Span::of(-P::Core::INFINITY, P::Core::INFINITY, 0);
+    fn span(&self, probe: &PreparedRay) -> Option<Span> {
+        let (below, above) = (self.min.to_f64() - probe.origin, self.max.to_f64() - probe.origin);
+        let mut span = Span::of(-f64::INFINITY, f64::INFINITY, 0);
         for axis in 0..3_u8 {
             let at = usize::from(axis);
             let (low, high, slope) = (below.axis(at), above.axis(at), probe.direction.axis(at));
             // A ray across this axis is between its faces always or never; no sign of zero matters.
-            if slope == P::Core::ZERO {
-                let between = low <= P::Core::ZERO && P::Core::ZERO <= high;
+            if slope == 0.0 {
+                let between = low <= 0.0 && 0.0 <= high;
                 if !between {
                     return None;
                 }
                 continue;
             }
             let (low, high) = (low / slope, high / slope);
-            span = span.cut(if slope > P::Core::ZERO {
+            span = span.cut(if slope > 0.0 {
                 Span { near: low, far: high, near_part: 2 * axis, far_part: 2 * axis + 1 }
             } else {
                 Span { near: high, far: low, near_part: 2 * axis + 1, far_part: 2 * axis }
@@ -59,47 +59,34 @@ impl<R: Real> Cuboid<R> {
 
     /// The point, kept on its face and within its border by the rounding to storage.
     #[inline(always)]
-    fn on_face<P: Precision<Real = R>>(&self, raw: CoreVec<P>, axis: usize, greater: bool) -> CoreVec<P> {
+    fn on_face(&self, raw: DVec3, axis: usize, greater: bool) -> DVec3 {
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i), self.max.axis(i));
             if i == axis {
-                return convert::<R, P::Core>(if greater { max } else { min });
+                return (if greater { max } else { min }).to_f64();
             }
-            raw.axis(i).min(convert(max.next_down())).max(convert(min.next_up()))
+            raw[i].min(max.next_down().to_f64()).max(min.next_up().to_f64())
         };
-        CoreVec::<P>::new(at(0), at(1), at(2))
+        DVec3::new(at(0), at(1), at(2))
     }
 
-    /// The surface at a point near a face that came from numbers up to `scale`.
+    /// The surface at a point near a face.
     #[inline(always)]
-    fn located<P: Precision<Real = R>>(
-        &self,
-        raw: CoreVec<P>,
-        scale: P::Core,
-        (axis, greater): (usize, bool),
-    ) -> Located<P::Core> {
-        let size = wide::<P>(self.min.abs().max(self.max.abs())).max_element();
-        let sign = if greater { P::Core::ONE } else { -P::Core::ONE };
-        let normal = Self::face::<CoreVec<P>, P::Core>(axis, sign);
-        if P::ROBUST {
-            return Located::new(self.on_face::<P>(raw, axis, greater), normal, slack(size));
-        }
-        Located::new(raw, normal, slack(size + scale))
+    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> Located {
+        let size = self.min.abs().max(self.max.abs()).to_f64().max_element();
+        let sign = if greater { 1.0 } else { -1.0 };
+        let normal = Self::face::<DVec3, f64>(axis, sign);
+        Located::new(self.on_face(raw, axis, greater), normal, slack(size))
     }
 
     /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it may drift against each. What
     /// lies above the face is outside anyway; without maps faces are at right angles, and the point is far enough from the others.
     #[inline(never)]
-    fn inwards<P: Precision<Real = R>>(
-        &self,
-        located: &Located<P::Core>,
-        (axis, greater): (usize, bool),
-        maps: Maps<'_, P::Core>,
-    ) -> CoreVec<P> {
-        let drift = Drift::around::<P>(Some(maps), located.point, located.error);
+    fn inwards(&self, located: &Located, (axis, greater): (usize, bool), maps: Maps<'_>) -> DVec3 {
+        let drift = Drift::around::<R>(Some(maps), located.point, located.error);
         let at = |i: usize| {
-            let (min, max) = (convert::<R, P::Core>(self.min.axis(i)), convert::<R, P::Core>(self.max.axis(i)));
-            let (x, margin) = (located.point.axis(i), drift.along(Self::face(i, P::Core::ONE)));
+            let (min, max) = (self.min.axis(i).to_f64(), self.max.axis(i).to_f64());
+            let (x, margin) = (located.point.axis(i), drift.along(Self::face(i, 1.0)));
             let (low, high) = (min + margin, max - margin);
             // What is thinner than its points are exact has no inside.
             if low < high {
@@ -110,7 +97,7 @@ impl<R: Real> Cuboid<R> {
             }
             x
         };
-        CoreVec::<P>::new(at(0), at(1), at(2))
+        DVec3::new(at(0), at(1), at(2))
     }
 }
 
@@ -131,27 +118,26 @@ impl<R: Real> Shape<R> for Cuboid<R> {
     }
 
     #[inline]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         self.span(probe)?.nearest(range, side)
     }
 
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
         let (axis, greater) = face_of(hit.u);
-        let span = if P::ROBUST && probe.mapped { self.span(probe) } else { None };
-        let t = span.map_or_else(|| convert(hit.t), |span| span.unrounded(hit));
-        let scale = probe.origin.abs().max_element() + t * probe.length_squared.sqrt();
-        let located = self.located::<P>(probe.origin + probe.direction * t, scale, (axis, greater));
+        let span = if probe.mapped { self.span(probe) } else { None };
+        let t = span.map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
+        let located = self.located(probe.origin + probe.direction * t, (axis, greater));
         match maps {
-            Some(maps) if P::ROBUST => Located { below: self.inwards::<P>(&located, (axis, greater), maps), ..located },
-            _ => located,
+            Some(maps) => Located { below: self.inwards(&located, (axis, greater), maps), ..located },
+            None => located,
         }
     }
 
     /// Each face has u and v in [0, 1], u to the right and v down as it is seen from outside: upright ones with +y up, the top
     /// from above and the bottom from below with x to the right.
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let point = self.surface(probe, hit).point;
-        let size: Vec3Of<P> = self.max - self.min;
+        let size: R::Vec3 = self.max - self.min;
         let (axis, greater) = face_of(hit.u);
         // Along which axes u and v run, and whether they fall as its coordinate grows.
         let (along_u, u_falls, along_v, v_falls) = [(2, greater, 1, true), (0, false, 2, !greater), (0, !greater, 1, true)][axis];
@@ -173,7 +159,7 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
     }
 
     /// The first number picks the pair of faces and the place along it, the half of its range picks the side.
-    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];
         let total = pairs[0] + pairs[1] + pairs[2];
@@ -190,13 +176,13 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         let mut place = self.min.to_f64();
         place[along_u] += s[along_u] * (twice - f64::from(u8::from(greater)));
         place[along_v] += s[along_v] * v.to_f64();
-        let raw = CoreVec::<P>::from_f64(place);
-        let located = self.located::<P>(raw, P::Core::ZERO, (axis, greater));
-        (Located::new(self.on_face::<P>(raw, axis, greater), located.normal, located.error), num(1.0 / self.area()))
+        let raw = DVec3::from_f64(place);
+        let located = self.located(raw, (axis, greater));
+        (Located::new(self.on_face(raw, axis, greater), located.normal, located.error), 1.0 / self.area())
     }
 
-    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
-        num(1.0 / self.area())
+    fn density(&self, _: &Located) -> f64 {
+        1.0 / self.area()
     }
 }
 
@@ -204,7 +190,6 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
 mod tests {
     use super::*;
     use crate::ray::Ray;
-    use crate::scalar::Robust;
     use glam::Vec3;
 
     /// Protects: texture coordinates are numbers also on a face that rounding made a line.
@@ -212,7 +197,7 @@ mod tests {
     fn a_face_without_width_has_coordinates() {
         let plate = Cuboid::<f32>::new(DVec3::new(1e8, 0.0, 0.0), DVec3::new(1e8 + 1.0, 2.0, 2.0));
         assert_eq!(plate.min.x, plate.max.x);
-        let probe = Probe::<Robust>::new(Ray::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
+        let probe = PreparedRay::new(Ray::<f32>::new(Vec3::new(1e8, 0.5, -1.0), Vec3::Z));
         let found = plate.parameters(&probe, ShapeHit { t: 1.0, u: 4.0, v: 0.0 });
         assert_eq!((found.u, found.v), (0.0, 0.75));
     }

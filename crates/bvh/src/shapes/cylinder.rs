@@ -6,10 +6,9 @@ use super::drift::{Drift, off_bends};
 use super::frame::{disk_support, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab, tests_close};
 use super::turned::{BASE, TOP, Turned, WALL};
-use super::unit::unit_of;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
+use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert};
+use crate::scalar::{Real, Vector};
 
 /// What bounds a cylinder along its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,45 +53,39 @@ impl<R: Real> Cylinder<R> {
 
     /// The infinite wall along a ray, in distances from the ray's origin.
     #[inline(always)]
-    pub(super) fn wall<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
-        let (axis, radius) = (wide::<P>(self.axis), convert::<R, P::Core>(self.radius));
-        let (ahead, f) = approach(probe, wide::<P>(self.base), close);
-        // The length of the axis has no part in it and gets a unit of its own.
-        let ((unit, per_unit), (_, per_length)) = (unit_of::<P>(radius), unit_of::<P>(axis.abs().max_element()));
-        let (axis, radius, f) = (axis * per_length, radius * per_unit, f * per_unit);
+    pub(super) fn wall(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
+        let (axis, radius) = (self.axis.to_f64(), self.radius.to_f64());
+        let (ahead, f) = approach(probe, self.base.to_f64(), close);
         let (m, n) = (probe.direction.cross(axis), f.cross(axis));
         let (length, room) = (axis.dot(axis), radius * radius);
         let (a, b, c) = (m.dot(m), m.dot(n), n.dot(n) - room * length);
-        if a == P::Core::ZERO {
+        if a == 0.0 {
             // Along the axis the wall is never crossed: everything is inside or nothing is.
-            return (c <= a).then_some(Crossings { enter: -P::Core::INFINITY, leave: P::Core::INFINITY });
-        }
-        if !P::ROBUST {
-            return Quadratic::new(a, b, c).roots::<P>().map(|w| w.in_units_of(unit));
+            return (c <= a).then_some(Crossings { enter: -f64::INFINITY, leave: f64::INFINITY });
         }
         // b² − a·c without cancellation: the ray passes the axis at |m·f|/|m|.
         let pass = m.dot(f);
         let discriminant = (a * room - pass * pass) * length;
-        Quadratic { a, b, c, discriminant }.roots::<P>().map(|w| w.moved(ahead))
+        Quadratic { a, b, c, discriminant }.roots().map(|w| w.moved(ahead))
     }
 
     /// Where the ray is between the two ends, in distances from the ray's origin.
     #[inline(always)]
-    fn between_ends<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<Span<P::Core>> {
-        let axis = wide::<P>(self.axis);
-        let height = axis.dot(probe.origin - wide::<P>(self.base));
+    fn between_ends(&self, probe: &PreparedRay) -> Option<Span> {
+        let axis = self.axis.to_f64();
+        let height = axis.dot(probe.origin - self.base.to_f64());
         slab(height, axis.dot(probe.direction), axis.dot(axis), BASE, TOP)
     }
 
     /// Where the ray is within the wall and between the ends.
     #[inline(always)]
-    fn solid<P: Precision<Real = R>>(&self, probe: &Probe<P>, wall: Crossings<P::Core>) -> Option<Span<P::Core>> {
+    fn solid(&self, probe: &PreparedRay, wall: Crossings) -> Option<Span> {
         Some(Span::of(wall.enter, wall.leave, WALL).cut(self.between_ends(probe)?))
     }
 
     /// Where the ray is at a hit: at the unrounded distance where the precision asks for it.
-    fn raw<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> CoreVec<P> {
-        let wall = self.wall(probe, P::ROBUST);
+    fn raw(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> DVec3 {
+        let wall = self.wall(probe, true);
         if self.ends != Ends::Capped {
             return point_at(probe, wall, hit);
         }
@@ -101,24 +94,24 @@ impl<R: Real> Cylinder<R> {
     }
 
     #[inline(always)]
-    fn scale<P: Precision<Real = R>>(&self, point: CoreVec<P>) -> P::Core {
+    fn scale(&self, point: DVec3) -> f64 {
         let own = self.base.abs().max_element() + self.axis.abs().max_element() + self.radius;
-        convert::<R, P::Core>(own) + point.abs().max_element()
+        own.to_f64() + point.abs().max_element()
     }
 
     /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction `out`.
-    fn on_wall<P: Precision<Real = R>>(&self, along: P::Core, out: CoreVec<P>) -> Located<P::Core> {
+    fn on_wall(&self, along: f64, out: DVec3) -> Located {
         let normal = out.normalize();
-        let point = wide::<P>(self.base) + wide::<P>(self.axis) * along + normal * convert::<R, P::Core>(self.radius);
-        Located::new(point, normal, slack(self.scale::<P>(point)))
+        let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
+        Located::new(point, normal, slack(self.scale(point)))
     }
 
     /// The point of a cap at an offset from its centre.
-    fn on_cap<P: Precision<Real = R>>(&self, part: u8, offset: CoreVec<P>) -> Located<P::Core> {
-        let axis = wide::<P>(self.axis);
-        let (end, normal) = if part == TOP { (P::Core::ONE, axis.normalize()) } else { (P::Core::ZERO, -axis.normalize()) };
-        let point = wide::<P>(self.base) + axis * end + offset;
-        Located::new(point, normal, slack(self.scale::<P>(point)))
+    fn on_cap(&self, part: u8, offset: DVec3) -> Located {
+        let axis = self.axis.to_f64();
+        let (end, normal) = if part == TOP { (1.0, axis.normalize()) } else { (0.0, -axis.normalize()) };
+        let point = self.base.to_f64() + axis * end + offset;
+        Located::new(point, normal, slack(self.scale(point)))
     }
 }
 
@@ -130,7 +123,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
     }
 
     #[inline]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let wall = self.wall(probe, tests_close(probe, self.base, self.radius))?;
         match self.ends {
             Ends::None => wall.nearest(range, side, |_| true),
@@ -142,44 +135,44 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
         let part = hit.u.to_f64() as u8;
         let raw = self.raw(probe, hit);
-        let (mut along, mut out) = split::<P>(raw - wide::<P>(self.base), self.axis);
-        if P::ROBUST && self.ends == Ends::Capped && maps.is_none() {
+        let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
+        if self.ends == Ends::Capped && maps.is_none() {
             // Wall and caps are at right angles here, so only rounding brings a start across a seam. Kept away from the seam
             // by what rounding the point may move it, for rays that start inside.
-            let reach = self.scale::<P>(raw) * convert::<R, P::Core>(R::ROUNDOFF) * num(4.0);
-            let margin = (reach / wide::<P>(self.axis).length()).min(num(0.5));
-            along = along.max(margin).min(P::Core::ONE - margin);
-            let (distance, rim) = (out.length(), convert::<R, P::Core>(self.radius) - reach);
+            let reach = self.scale(raw) * R::ROUNDOFF.to_f64() * 4.0;
+            let margin = (reach / self.axis.to_f64().length()).min(0.5);
+            along = along.max(margin).min(1.0 - margin);
+            let (distance, rim) = (out.length(), self.radius.to_f64() - reach);
             if part != WALL && distance > rim {
-                out *= rim.max(P::Core::ZERO) / distance;
+                out *= rim.max(0.0) / distance;
             }
         }
-        let located = if part == WALL { self.on_wall::<P>(along, out) } else { self.on_cap::<P>(part, out) };
-        let radius = convert::<R, P::Core>(self.radius);
+        let located = if part == WALL { self.on_wall(along, out) } else { self.on_cap(part, out) };
+        let radius = self.radius.to_f64();
         if self.ends != Ends::Capped {
-            return off_bends::<P>(located, maps, || [P::Core::INFINITY, radius]);
+            return off_bends::<R>(located, maps, || [f64::INFINITY, radius]);
         }
-        if !P::ROBUST || maps.is_none() {
+        if maps.is_none() {
             return located;
         }
-        let solid = Turned { axis: wide::<P>(self.axis), radii: [radius; 2] };
-        let drift = Drift::around::<P>(maps, located.point, located.error);
+        let solid = Turned { axis: self.axis.to_f64(), radii: [radius; 2] };
+        let drift = Drift::around::<R>(maps, located.point, located.error);
         Located { below: located.point + solid.inwards(part, (along, out), drift), ..located }
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite one in its own units from the
     /// base; on a cap from the centre to the rim.
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let point = self.locate(probe, hit).point;
-        let (along, out) = split::<P>(point - wide::<P>(self.base), self.axis);
-        let (u, dpdu) = turn::<P>(out, self.axis);
-        let top = if self.ends == Ends::None { P::Core::ZERO } else { P::Core::ONE };
-        let v = if hit.u == R::ZERO { convert(top - along) } else { convert::<P::Core, R>(out.length()) / self.radius };
+        let (along, out) = split(point - self.base.to_f64(), self.axis.to_f64());
+        let (u, dpdu) = turn(out, self.axis.to_f64());
+        let top = if self.ends == Ends::None { 0.0 } else { 1.0 };
+        let v = if hit.u == R::ZERO { R::from_f64(top - along) } else { R::from_f64(out.length()) / self.radius };
         // The turn is one for both ends, so on the base, which faces the other way, it runs to the left.
-        Parameters { u, v, dpdu, mirrored: hit.u == num(BASE.into()) }
+        Parameters { u, v, dpdu, mirrored: hit.u.to_f64() == f64::from(BASE) }
     }
 }
 
@@ -199,25 +192,25 @@ impl<R: Real> SampleArea<R> for Cylinder<R> {
         wall + 2.0 * cap
     }
 
-    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
         let (wall, cap) = self.areas();
-        let out: CoreVec<P> = spoke::<P>(self.axis, u);
+        let out: DVec3 = spoke(self.axis.to_f64(), u.to_f64());
         let place = v.to_f64() * (wall + 2.0 * cap);
         let on_cap = |part, share: f64| {
-            let distance: P::Core = num(share.clamp(0.0, 1.0).sqrt());
-            self.on_cap::<P>(part, out * (distance * convert::<R, P::Core>(self.radius)))
+            let distance: f64 = share.clamp(0.0, 1.0).sqrt();
+            self.on_cap(part, out * (distance * self.radius.to_f64()))
         };
         let located = if place < wall {
-            self.on_wall::<P>(num(place / wall), out)
+            self.on_wall(place / wall, out)
         } else if place < wall + cap {
             on_cap(BASE, (place - wall) / cap)
         } else {
             on_cap(TOP, (place - wall - cap) / cap)
         };
-        (located, num(1.0 / self.area()))
+        (located, 1.0 / self.area())
     }
 
-    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
-        num(1.0 / self.area())
+    fn density(&self, _: &Located) -> f64 {
+        1.0 / self.area()
     }
 }

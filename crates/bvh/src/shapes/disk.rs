@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, spoke, turn};
-use super::{Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, slack, wide};
+use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert};
+use crate::scalar::{Real, Vector};
 
 /// The part of a plane within `radius` of a point of it.
 #[derive(Clone, Copy, Debug)]
@@ -31,36 +31,31 @@ impl<R: Real> Shape<R> for Disk<R> {
     }
 
     #[inline]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let (normal, radius) = (wide::<P>(self.normal), convert::<R, P::Core>(self.radius));
-        let f = probe.origin - wide::<P>(self.centre);
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let (normal, radius) = (self.normal.to_f64(), self.radius.to_f64());
+        let f = probe.origin - self.centre.to_f64();
         let slope = normal.dot(probe.direction);
         // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
         let distance = -normal.dot(f) / slope;
-        let t = convert(distance);
+        let t = R::from_f64(distance);
         let offset = f + probe.direction * distance;
-        (range.contains(t) && offset.dot(offset) <= radius * radius && side.accepts(slope < P::Core::ZERO))
-            .then_some(ShapeHit::at(t))
+        (range.contains(t) && offset.dot(offset) <= radius * radius && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
     }
 
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, _: Under<'_, P>) -> Located<P::Core> {
-        let (normal, centre) = (wide::<P>(self.normal), wide::<P>(self.centre));
-        let point = if P::ROBUST {
-            let height = normal.dot(centre - probe.origin);
-            probe.origin + probe.direction * (height / normal.dot(probe.direction))
-        } else {
-            probe.at(hit.t)
-        };
+    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> Located {
+        let (normal, centre) = (self.normal.to_f64(), self.centre.to_f64());
+        let height = normal.dot(centre - probe.origin);
+        let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
         let way = (point - probe.origin).abs().max_element();
         let error = slack(point.abs().max_element() + centre.abs().max_element() + way);
         Located::new(point, normal.normalize(), error)
     }
 
     /// u turns about the normal, v runs from the centre to the rim.
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(probe, hit).point - wide::<P>(self.centre);
-        let (u, dpdu) = turn::<P>(offset, self.normal);
-        Parameters { u, v: convert::<P::Core, R>(offset.length()) / self.radius, dpdu, mirrored: false }
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let offset = self.locate(probe, hit).point - self.centre.to_f64();
+        let (u, dpdu) = turn(offset, self.normal.to_f64());
+        Parameters { u, v: R::from_f64(offset.length()) / self.radius, dpdu, mirrored: false }
     }
 }
 
@@ -69,15 +64,15 @@ impl<R: Real> SampleArea<R> for Disk<R> {
         core::f64::consts::PI * self.radius.to_f64() * self.radius.to_f64()
     }
 
-    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
-        let centre = wide::<P>(self.centre);
-        let radius = convert::<R, P::Core>(self.radius);
-        let point = centre + spoke::<P>(self.normal, u) * (radius * convert::<R, P::Core>(v).sqrt());
+    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+        let centre = self.centre.to_f64();
+        let radius = self.radius.to_f64();
+        let point = centre + spoke(self.normal.to_f64(), u.to_f64()) * (radius * v.to_f64().sqrt());
         let error = slack(centre.abs().max_element() + radius);
-        (Located::new(point, wide::<P>(self.normal).normalize(), error), num(1.0 / self.area()))
+        (Located::new(point, self.normal.to_f64().normalize(), error), 1.0 / self.area())
     }
 
-    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
-        num(1.0 / self.area())
+    fn density(&self, _: &Located) -> f64 {
+        1.0 / self.area()
     }
 }

@@ -3,32 +3,32 @@
 //! Corners are projected along the ray onto a plane, each by itself, so that two faces that share a corner agree on it to
 //! the bit. The three edge functions of a face are then differences of products of those coordinates, and their sign is made
 //! exact: whether the ray passes left or right of an edge is the same question with the same answer for both faces at it
-//! ("Watertight Ray/Triangle Intersection", Woop, Benthin, Wald 2013, section 3). The coordinates are those of the core: were
+//! ("Watertight Ray/Triangle Intersection", Woop, Benthin, Wald 2013, section 3). The coordinates are of f64: were
 //! they rounded to f32, where products are exact in f64, a needle's far corner would move by more than the needle is wide,
 //! and a ray that leaves it would meet it again somewhere along it.
 
 use glam::DVec3;
 
-use super::{CoreVec, Probe, slack};
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+use super::{PreparedRay, slack};
+use crate::scalar::Real;
 
 /// A corner as the ray sees it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Corner<P: Precision> {
+pub(crate) struct Corner {
     /// From the ray's origin, in space.
-    offset: CoreVec<P>,
+    offset: DVec3,
     /// Projected onto the plane across the ray.
-    x: P::Core,
-    y: P::Core,
+    x: f64,
+    y: f64,
 }
 
 /// Where the ray passes a triangle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Crossing<P: Precision> {
+pub(crate) struct Crossing {
     /// Distance along the ray.
-    pub t: P::Real,
+    pub t: f64,
     /// Weights of the second and third corner.
-    pub weights: [P::Core; 2],
+    pub weights: [f64; 2],
     /// Whether the ray arrives against the right-handed normal.
     pub from_outside: bool,
 }
@@ -47,17 +47,17 @@ pub(crate) struct Crossing<P: Precision> {
 /// the part of the face that holds this place, whatever parts it has, and no order of visits decides.
 pub(crate) const EDGE_ON: f64 = 1.0 / 33_554_432.0;
 
-impl<P: Precision> Corner<P> {
+impl Corner {
     /// Projects a corner.
     #[inline(always)]
-    pub fn new(probe: &Probe<P>, corner: <P::Real as Real>::Vec3) -> Self {
-        let offset = convert_vec::<P::Real, P::Core>(corner) - probe.origin;
+    pub fn new(probe: &PreparedRay, corner: DVec3) -> Self {
+        let offset = corner - probe.origin;
         Self { offset, x: offset.dot(probe.across[0]), y: offset.dot(probe.across[1]) }
     }
 
     /// The edge function of the edge from `self` to `to`, of exact sign: positive when the ray has the edge on its right.
     #[inline(always)]
-    fn edge(&self, to: &Self) -> P::Core {
+    fn edge(&self, to: &Self) -> f64 {
         exact_difference(to.x, self.y, to.y, self.x)
     }
 }
@@ -65,8 +65,8 @@ impl<P: Precision> Corner<P> {
 /// Where the ray passes through the triangle of three projected corners; its border belongs to it. None for a triangle that
 /// the ray sees edge-on: its neighbours are hit instead.
 #[inline(always)]
-pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>, c: &Corner<P>) -> Option<Crossing<P>> {
-    let zero = P::Core::ZERO;
+pub(crate) fn cross(probe: &PreparedRay, a: &Corner, b: &Corner, c: &Corner) -> Option<Crossing> {
+    let zero = 0.0;
     let (u, v, w) = (b.edge(c), c.edge(a), a.edge(b));
     // Without short circuits: most triangles are missed, by an edge that no branch predictor can guess. −0 counts as 0.
     if ((u < zero) | (v < zero) | (w < zero)) & ((u > zero) | (v > zero) | (w > zero)) {
@@ -82,15 +82,15 @@ pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>
     let [za, zb, zc] = [a.offset.dot(probe.direction), b.offset.dot(probe.direction), c.offset.dot(probe.direction)];
     let sizes = a.x.abs() + a.y.abs() + b.x.abs() + b.y.abs() + c.x.abs() + c.y.abs();
     let depth = za.max(zb).max(zc) - za.min(zb).min(zc);
-    let told = determinant.abs() >= sizes * depth * P::Core::from_f64(EDGE_ON);
+    let told = determinant.abs() >= sizes * depth * EDGE_ON;
     if !told {
         let (along, [_, v, w]) = entered([a.x, b.x, c.x], [a.y, b.y, c.y], [za, zb, zc]);
-        return Some(Crossing { t: convert(along * probe.inverse_length_squared), weights: [v, w], from_outside });
+        return Some(Crossing { t: along * probe.inverse_length_squared, weights: [v, w], from_outside });
     }
-    let inverse = P::Core::ONE / determinant;
+    let inverse = 1.0 / determinant;
     let (u, v, w) = (u * inverse, v * inverse, w * inverse);
     let along = za * u + zb * v + zc * w;
-    Some(Crossing { t: convert(along * probe.inverse_length_squared), weights: [v, w], from_outside })
+    Some(Crossing { t: along * probe.inverse_length_squared, weights: [v, w], from_outside })
 }
 
 /// Where the ray meets a face that it sees edge-on, in units of the squared direction: where it enters it, and the corners' weights there.
@@ -100,24 +100,24 @@ pub(crate) fn cross<P: Precision>(probe: &Probe<P>, a: &Corner<P>, b: &Corner<P>
 /// other way.
 #[cold]
 #[inline(never)]
-fn entered<C: Real>(x: [C; 3], y: [C; 3], z: [C; 3]) -> (C, [C; 3]) {
-    let extent = |[a, b, c]: [C; 3]| a.max(b).max(c) - a.min(b).min(c);
+fn entered(x: [f64; 3], y: [f64; 3], z: [f64; 3]) -> (f64, [f64; 3]) {
+    let extent = |[a, b, c]: [f64; 3]| a.max(b).max(c) - a.min(b).min(c);
     let across = if extent(x) >= extent(y) { x } else { y };
-    let mut best = (C::INFINITY, [C::ONE, C::ZERO, C::ZERO]);
+    let mut best = (f64::INFINITY, [1.0, 0.0, 0.0]);
     for (from, to) in [(0, 1), (1, 2), (2, 0)] {
         let (p, q) = (across[from], across[to]);
-        if p.max(q) < C::ZERO || p.min(q) > C::ZERO {
+        if p.max(q) < 0.0 || p.min(q) > 0.0 {
             continue;
         }
         let share = match () {
             () if p != q => p / (p - q),
-            () if z[to] < z[from] => C::ONE,
-            () => C::ZERO,
+            () if z[to] < z[from] => 1.0,
+            () => 0.0,
         };
         let at = z[from] + (z[to] - z[from]) * share;
         if at < best.0 {
-            best = (at, [C::ZERO; 3]);
-            (best.1[from], best.1[to]) = (C::ONE - share, share);
+            best = (at, [0.0; 3]);
+            (best.1[from], best.1[to]) = (1.0 - share, share);
         }
     }
     best
@@ -126,8 +126,8 @@ fn entered<C: Real>(x: [C; 3], y: [C; 3], z: [C; 3]) -> (C, [C; 3]) {
 /// What a test of a flat face by its corners may be wrong by: the flatter one of its triangles is, `longest_squared` over
 /// twice its area, the less its corners tell where its plane is.
 #[inline(always)]
-pub(super) fn corner_slack<C: Real>(scale: C, longest_squared: C, inverse_twice_area: C) -> C {
-    slack(scale) * (longest_squared * inverse_twice_area).min(C::ONE / C::ROUNDOFF)
+pub(super) fn corner_slack(scale: f64, longest_squared: f64, inverse_twice_area: f64) -> f64 {
+    slack(scale) * (longest_squared * inverse_twice_area).min(1.0 / f64::ROUNDOFF)
 }
 
 /// a·b − c·d rounded, with the exact sign: the rounding errors of the products, by fused multiply-add, decide when the
@@ -155,14 +155,14 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
 
 /// a·b − c·d with the exact sign.
 #[inline(always)]
-fn exact_difference<C: Real>(a: C, b: C, c: C, d: C) -> C {
+fn exact_difference(a: f64, b: f64, c: f64, d: f64) -> f64 {
     let (p, q) = (a * b, c * d);
     let difference = p - q;
     // Wrong by at most u·(|p| + |q| + |difference|), and |q| is at most |p| + |difference|: one product tells the size of both.
-    if difference.abs() >= p.abs() * (C::ROUNDOFF * C::from_f64(8.0)) {
+    if difference.abs() >= p.abs() * (f64::ROUNDOFF * 8.0) {
         return difference;
     }
-    C::from_f64(exact_tail(a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64()))
+    exact_tail(a, b, c, d)
 }
 
 #[cfg(test)]

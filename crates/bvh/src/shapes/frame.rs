@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use super::{CoreVec, num, wide};
-use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+use crate::scalar::{Real, Vector};
 
 /// A unit vector across a unit vector: x as far as the axis allows it, so that about +y angles run from x to z, and on a
 /// floor tangent and bitangent are world x and z.
@@ -21,26 +20,24 @@ fn across(axis: DVec3) -> (DVec3, DVec3) {
 
 /// The angle of an offset about an axis as a texture coordinate in [0, 1], and the derivative of the offset by it. Seen from
 /// outside with the axis up it grows to the right, as an image's columns do. At the axis itself one half and zero.
-pub(crate) fn turn<P: Precision>(offset: CoreVec<P>, axis: Vec3Of<P>) -> (P::Real, Vec3Of<P>) {
-    let (t, b) = across(axis.to_f64());
-    let offset = offset.to_f64();
+pub(crate) fn turn<R: Real>(offset: DVec3, axis: DVec3) -> (R, R::Vec3) {
+    let (t, b) = across(axis);
     let (x, y) = (offset.dot(t), offset.dot(b));
-    let full: P::Real = num(core::f64::consts::TAU);
-    let angle = P::Real::from_f64(y).atan2(P::Real::from_f64(x));
-    (num::<P::Real>(0.5) - angle / full, Vec3Of::<P>::from_f64((t * y - b * x) * core::f64::consts::TAU))
+    let full = R::from_f64(core::f64::consts::TAU);
+    let angle = R::from_f64(y).atan2(R::from_f64(x));
+    (R::from_f64(0.5) - angle / full, R::Vec3::from_f64((t * y - b * x) * core::f64::consts::TAU))
 }
 
 /// The unit vector across an axis at a fraction `u` of the way round.
-pub(crate) fn spoke<P: Precision>(axis: Vec3Of<P>, u: P::Real) -> CoreVec<P> {
-    let (t, b) = across(axis.to_f64());
-    let angle: P::Core = convert::<P::Real, P::Core>(u) * num(core::f64::consts::TAU);
-    CoreVec::<P>::from_f64(t) * angle.cos() + CoreVec::<P>::from_f64(b) * angle.sin()
+pub(crate) fn spoke(axis: DVec3, u: f64) -> DVec3 {
+    let (t, b) = across(axis);
+    let angle = u * core::f64::consts::TAU;
+    t * libm::cos(angle) + b * libm::sin(angle)
 }
 
 /// The part of an offset along an axis, as a fraction of the axis, and the part across it.
 #[inline(always)]
-pub(crate) fn split<P: Precision>(offset: CoreVec<P>, axis: Vec3Of<P>) -> (P::Core, CoreVec<P>) {
-    let axis = wide::<P>(axis);
+pub(crate) fn split(offset: DVec3, axis: DVec3) -> (f64, DVec3) {
     let along = offset.dot(axis) / axis.dot(axis);
     (along, offset - axis * along)
 }

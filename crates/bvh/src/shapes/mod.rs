@@ -1,6 +1,6 @@
 //! Shapes: each knows its bounds, how a ray hits it, and what its surface is like at a hit.
 //!
-//! A shape is stored in the precision's scalar; its test computes in [`Precision::Core`]. A test returns a distance and two
+//! A shape is stored in f32 or f64; its test computes in f64. A test returns a distance and two
 //! numbers of the shape's own: the surface point is made once, by [`Shape::locate`], when the closest hit is known, and
 //! texture coordinates only for who asks.
 
@@ -18,7 +18,7 @@ mod hyperboloid;
 mod paraboloid;
 mod placed;
 mod plane;
-mod probe;
+mod prepared_ray;
 mod quad;
 mod quadratic;
 mod quartic;
@@ -29,7 +29,6 @@ mod torus;
 mod transform;
 mod triangle;
 mod turned;
-mod unit;
 
 pub use any::AnyShape;
 pub use cone::Cone;
@@ -43,8 +42,8 @@ pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;
 pub use placed::Placed;
 pub use plane::Plane;
-pub(crate) use probe::FAR;
-pub use probe::Probe;
+pub(crate) use prepared_ray::FAR;
+pub use prepared_ray::PreparedRay;
 pub use quad::Quad;
 pub use sample::SampleArea;
 pub use sphere::{Sphere, equirectangular};
@@ -57,34 +56,13 @@ use glam::DVec3;
 
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vec3Of, convert, convert_vec};
+use crate::scalar::Real;
 
-/// A vector of the core's scalar.
-pub(crate) type CoreVec<P> = <<P as Precision>::Core as Real>::Vec3;
-
-/// A stored vector in the core's scalar.
-#[inline(always)]
-pub(crate) fn wide<P: Precision>(v: Vec3Of<P>) -> CoreVec<P> {
-    convert_vec::<P::Real, P::Core>(v)
-}
-
-/// A number of any scalar.
-#[inline(always)]
-pub(crate) fn num<C: Real>(x: f64) -> C {
-    C::from_f64(x)
-}
-
-/// Whether products of stored numbers are exact in the core.
-#[inline(always)]
-pub(crate) fn has_wider_core<P: Precision>() -> bool {
-    P::Core::ROUNDOFF < convert(P::Real::ROUNDOFF)
-}
-
-/// What a test in this scalar may be wrong by, for lengths up to `scale`: some roundings of it. The longest chain of a shape
+/// What a test may be wrong by, for lengths up to `scale`: some roundings of it. The longest chain of a shape
 /// has about ten.
 #[inline(always)]
-pub(crate) fn slack<C: Real>(scale: C) -> C {
-    scale * (C::ROUNDOFF * num(16.0))
+pub(crate) fn slack(scale: f64) -> f64 {
+    scale * (f64::ROUNDOFF * 16.0)
 }
 
 /// What a shape's test returns: distance and two numbers that only the shape itself reads.
@@ -120,7 +98,7 @@ impl<R: Real> ShapeHit<R> {
 }
 
 /// The maps that the space of a shape is under; none for the world's own.
-pub type Under<'a, P> = Option<Maps<'a, <P as Precision>::Core>>;
+pub type Under<'a> = Option<Maps<'a>>;
 
 /// A surface that rays can hit.
 pub trait Shape<R: Real> {
@@ -134,26 +112,26 @@ pub trait Shape<R: Real> {
     }
 
     /// The nearest hit within `range` (open at both ends) on an accepted side.
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>>;
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>>;
 
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is rounded to the stored scalar. A
     /// ray that comes from the world by the inverses of maps brings them: what may happen to the start of a ray there decides
     /// how far from edges and bends starts have to be.
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core>;
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located;
 
     /// The same for a ray of the shape's own space.
     #[inline(always)]
-    fn locate<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Located<P::Core> {
+    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Located {
         self.locate_under(probe, hit, None)
     }
 
     /// Texture coordinates at a hit that [`Shape::intersect`] returned for the same ray.
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R>;
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
 
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray.
     #[inline]
-    fn surface<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Surface<R> {
-        self.locate(probe, hit).stored::<P>()
+    fn surface(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Surface<R> {
+        self.locate(probe, hit).stored()
     }
 }
 

@@ -5,12 +5,9 @@ use glam::DVec3;
 use super::drift::off_bends;
 use super::frame::{length, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
-use super::unit::unit_of;
-use super::{
-    CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, sample::area_by_quadrature, slack, wide,
-};
+use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, sample::area_by_quadrature, slack};
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert};
+use crate::scalar::{Real, Vector};
 
 /// y = (x² + z²)·height/radius² about its lowest point, up to `height`. Its normal points away from the axis and down.
 #[derive(Clone, Copy, Debug)]
@@ -31,30 +28,24 @@ impl<R: Real> Paraboloid<R> {
 
     /// The crossings of the whole bowl.
     #[inline(always)]
-    fn crossings<P: Precision<Real = R>>(&self, probe: &Probe<P>, close: bool) -> Option<Crossings<P::Core>> {
-        let (radius, height) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.height));
-        let (ahead, f) = approach(probe, wide::<P>(self.apex), close);
-        let (unit, per_unit) = unit_of::<P>(radius.max(height));
-        let (radius, height, f) = (radius * per_unit, height * per_unit, f * per_unit);
+    fn crossings(&self, probe: &PreparedRay, close: bool) -> Option<Crossings> {
+        let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
+        let (ahead, f) = approach(probe, self.apex.to_f64(), close);
         let d = probe.direction;
-        let flat = |p: CoreVec<P>, q: CoreVec<P>| p.x() * q.x() + p.z() * q.z();
+        let flat = |p: DVec3, q: DVec3| p.x * q.x + p.z * q.z;
         let room = radius * radius;
-        let quadratic = Quadratic::new(
-            height * flat(d, d),
-            height * flat(d, f) - room * d.y() * num(0.5),
-            height * flat(f, f) - room * f.y(),
-        );
-        quadratic.roots::<P>().map(|r| r.in_units_of(unit).moved(ahead))
+        let quadratic =
+            Quadratic::new(height * flat(d, d), height * flat(d, f) - room * d.y * 0.5, height * flat(f, f) - room * f.y);
+        quadratic.roots().map(|r| r.moved(ahead))
     }
 
     /// The surface at a point near it.
-    fn at<P: Precision<Real = R>>(&self, point: CoreVec<P>, scale: P::Core) -> Located<P::Core> {
-        let apex = wide::<P>(self.apex);
-        let (radius, height) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.height));
-        let (_, per_unit) = unit_of::<P>(radius.max(height));
-        let offset = (point - apex) * per_unit;
-        let (steep, room) = ((height + height) * per_unit, radius * per_unit * (radius * per_unit));
-        let gradient = CoreVec::<P>::new(offset.x() * steep, -room, offset.z() * steep);
+    fn at(&self, point: DVec3, scale: f64) -> Located {
+        let apex = self.apex.to_f64();
+        let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
+        let offset = point - apex;
+        let (steep, room) = (height + height, radius * radius);
+        let gradient = DVec3::new(offset.x * steep, -room, offset.z * steep);
         let scale = scale + apex.abs().max_element() + point.abs().max_element() + radius + height;
         Located::new(point, gradient.normalize(), slack(scale))
     }
@@ -71,33 +62,33 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
     }
 
     #[inline]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let height = convert::<R, P::Core>(self.height);
-        let above = probe.origin.y() - convert::<R, P::Core>(self.apex.y());
-        if height == P::Core::ZERO {
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let height = self.height.to_f64();
+        let above = probe.origin.y - self.apex.y().to_f64();
+        if height == 0.0 {
             return None;
         }
         self.crossings(probe, tests_close(probe, self.apex, self.radius.min(self.height)))?
-            .nearest(range, side, |t| above + probe.direction.y() * t <= height)
+            .nearest(range, side, |t| above + probe.direction.y * t <= height)
     }
 
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
-        let crossings = if P::ROBUST { self.crossings(probe, true) } else { None };
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+        let crossings = self.crossings(probe, true);
         let point = point_at(probe, crossings, hit);
-        let located = self.at::<P>(point, (probe.origin - point).abs().max_element());
-        off_bends::<P>(located, maps, || {
+        let located = self.at(point, (probe.origin - point).abs().max_element());
+        off_bends::<R>(located, maps, || {
             // It bends most at the apex.
-            let (radius, height) = (convert::<R, P::Core>(self.radius), convert::<R, P::Core>(self.height));
-            [P::Core::INFINITY, radius * (radius / height) * num(0.5)]
+            let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
+            [f64::INFINITY, radius * (radius / height) * 0.5]
         })
     }
 
     /// u turns about the axis, v runs down with the height, from 0 at the rim to 1 at the apex.
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
-        let offset = self.locate(probe, hit).point - wide::<P>(self.apex);
-        let across = CoreVec::<P>::new(offset.x(), P::Core::ZERO, offset.z());
-        let (u, dpdu) = turn::<P>(across, R::Vec3::new(R::ZERO, R::ONE, R::ZERO));
-        Parameters { u, v: R::ONE - convert::<P::Core, R>(offset.y()) / self.height, dpdu, mirrored: false }
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let offset = self.locate(probe, hit).point - self.apex.to_f64();
+        let across = DVec3::new(offset.x, 0.0, offset.z);
+        let (u, dpdu) = turn(across, DVec3::Y);
+        Parameters { u, v: R::ONE - R::from_f64(offset.y) / self.height, dpdu, mirrored: false }
     }
 }
 
@@ -116,16 +107,16 @@ impl<R: Real> SampleArea<R> for Paraboloid<R> {
         area_by_quadrature(|u, _| self.inverse_density(u.sqrt() * self.radius.to_f64()))
     }
 
-    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
+    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
         let (share, angle) = (u.to_f64(), v.to_f64() * core::f64::consts::TAU);
         let distance = share.sqrt() * self.radius.to_f64();
         let offset = DVec3::new(distance * libm::cos(angle), share * self.height.to_f64(), distance * libm::sin(angle));
-        let point = CoreVec::<P>::from_f64(self.apex.to_f64() + offset);
-        (self.at::<P>(point, P::Core::ZERO), num(1.0 / self.inverse_density(distance)))
+        let point = DVec3::from_f64(self.apex.to_f64() + offset);
+        (self.at(point, 0.0), 1.0 / self.inverse_density(distance))
     }
 
-    fn density<P: Precision<Real = R>>(&self, point: &Located<P::Core>) -> P::Core {
-        let offset = point.point.to_f64() - self.apex.to_f64();
-        num(1.0 / self.inverse_density(length(offset.x, offset.z)))
+    fn density(&self, point: &Located) -> f64 {
+        let offset = point.point - self.apex.to_f64();
+        1.0 / self.inverse_density(length(offset.x, offset.z))
     }
 }

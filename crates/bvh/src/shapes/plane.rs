@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::frame::tangent;
-use super::{Located, Parameters, Probe, Shape, ShapeHit, Under, slack, wide};
+use super::{Located, Parameters, PreparedRay, Shape, ShapeHit, Under, slack};
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert};
+use crate::scalar::{Real, Vector};
 
 /// All points p with (p − point)·normal = 0. Without bounds: it stays outside any tree.
 #[derive(Clone, Copy, Debug)]
@@ -32,25 +32,21 @@ impl<R: Real> Shape<R> for Plane<R> {
     }
 
     #[inline(always)]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let normal = wide::<P>(self.normal);
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let normal = self.normal.to_f64();
         let slope = normal.dot(probe.direction);
-        let height = normal.dot(wide::<P>(self.point) - probe.origin);
+        let height = normal.dot(self.point.to_f64() - probe.origin);
         // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
-        let t: R = convert(height / slope);
-        (t.is_finite() && range.contains(t) && side.accepts(slope < P::Core::ZERO)).then_some(ShapeHit::at(t))
+        let t = R::from_f64(height / slope);
+        (t.is_finite() && range.contains(t) && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
     }
 
     #[inline]
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, _: Under<'_, P>) -> Located<P::Core> {
-        let (normal, through) = (wide::<P>(self.normal), wide::<P>(self.point));
-        // Robust: at the unrounded distance; what remains is the rounding of the stored coordinates.
-        let point = if P::ROBUST {
-            let height = normal.dot(through - probe.origin);
-            probe.origin + probe.direction * (height / normal.dot(probe.direction))
-        } else {
-            probe.at(hit.t)
-        };
+    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> Located {
+        let (normal, through) = (self.normal.to_f64(), self.point.to_f64());
+        // At the unrounded distance; what remains is the rounding of the stored coordinates.
+        let height = normal.dot(through - probe.origin);
+        let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
         let way = (point - probe.origin).abs().max_element();
         let error = slack(point.abs().max_element() + through.abs().max_element() + way);
         Located::new(point, normal, error)
@@ -58,7 +54,7 @@ impl<R: Real> Shape<R> for Plane<R> {
 
     /// u along the tangent, v across it, from the plane's point; for a floor, world x and z.
     #[inline]
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let offset = self.surface(probe, hit).point - self.point;
         let bitangent = self.tangent.cross(self.normal);
         Parameters { u: offset.dot(self.tangent), v: offset.dot(bitangent), dpdu: self.tangent, mirrored: false }

@@ -4,11 +4,10 @@ use glam::DVec3;
 
 use super::border::{Face, off_border};
 use super::edges::{Corner, corner_slack, cross};
-use super::unit::unit_of_both;
-use super::{CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, num, wide};
+use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+use crate::scalar::{Real, Vector};
 
 /// A parallelogram by its four corners, of which each is rounded by itself: faces that share an edge share its bits.
 /// The outside is edge_u × edge_v.
@@ -24,46 +23,44 @@ impl<R: Real> Quad<R> {
         Self { corners: [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v].map(R::Vec3::from_f64) }
     }
 
-    /// The diagonals in a unit of their length. Their product is the normal: so the two halves have one, though rounded
+    /// The diagonals. Their product is the normal: so the two halves have one, though rounded
     /// corners need not lie in a plane.
     #[inline(always)]
-    fn diagonals<P: Precision<Real = R>>(&self) -> [CoreVec<P>; 2] {
-        let [a, b, c, d] = self.corners.map(wide::<P>);
-        let (first, second) = (c - a, d - b);
-        let (_, per_unit) = unit_of_both::<P>(first, second);
-        [first * per_unit, second * per_unit]
+    fn diagonals(&self) -> [DVec3; 2] {
+        let [a, b, c, d] = self.corners.map(Vector::to_f64);
+        [c - a, d - b]
     }
 
     #[inline(always)]
-    fn normal<P: Precision<Real = R>>(&self) -> CoreVec<P> {
-        let [first, second] = self.diagonals::<P>();
+    fn normal(&self) -> DVec3 {
+        let [first, second] = self.diagonals();
         first.cross(second).normalize()
     }
 
     /// The point with given texture coordinates: on one half of the quad or on the other.
     #[inline(always)]
-    fn point<P: Precision<Real = R>>(&self, [u, v]: [P::Core; 2]) -> CoreVec<P> {
-        let [a, b, c, d] = self.corners.map(wide::<P>);
+    fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+        let [a, b, c, d] = self.corners.map(Vector::to_f64);
         if u >= v { a + (b - a) * (u - v) + (c - a) * v } else { a + (c - a) * u + (d - a) * (v - u) }
     }
 
     #[inline(always)]
-    fn error<P: Precision<Real = R>>(&self) -> P::Core {
+    fn error(&self) -> f64 {
         let scale = self.corners.iter().fold(R::ZERO, |m, c| m.max(c.abs().max_element()));
-        let [first, second] = self.diagonals::<P>();
+        let [first, second] = self.diagonals();
         let longest = first.dot(first).max(second.dot(second));
         // The second term for corners that rounding has moved out of the common plane.
-        corner_slack(convert(scale), longest, P::Core::ONE / first.cross(second).length())
-            + convert::<R, P::Core>(scale * R::ROUNDOFF * num(4.0))
+        corner_slack(scale.to_f64(), longest, 1.0 / first.cross(second).length())
+            + (scale * R::ROUNDOFF * R::from_f64(4.0)).to_f64()
     }
 
     /// Two triangles with a diagonal, each watertight: the distance, both coordinates, and whether the ray comes from outside.
     #[inline(always)]
-    fn watertight<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> Option<(R, [P::Core; 2], bool)> {
+    fn watertight(&self, probe: &PreparedRay) -> Option<(f64, [f64; 2], bool)> {
         // One by one: an array's map is not always inlined.
         let [a, b, c, d] = self.corners;
-        let (a, b) = (Corner::new(probe, a), Corner::new(probe, b));
-        let (c, d) = (Corner::new(probe, c), Corner::new(probe, d));
+        let (a, b) = (Corner::new(probe, a.to_f64()), Corner::new(probe, b.to_f64()));
+        let (c, d) = (Corner::new(probe, c.to_f64()), Corner::new(probe, d.to_f64()));
         if let Some(hit) = cross(probe, &a, &b, &c) {
             let [second, third] = hit.weights;
             return Some((hit.t, [second + third, third], hit.from_outside));
@@ -71,26 +68,6 @@ impl<R: Real> Quad<R> {
         let hit = cross(probe, &a, &c, &d)?;
         let [second, third] = hit.weights;
         Some((hit.t, [second, second + third], hit.from_outside))
-    }
-
-    /// The plane, and the point's coordinates in it.
-    #[inline(always)]
-    fn textbook<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let [a, b, _, d] = self.corners;
-        let (a, b, d) = (wide::<P>(a), wide::<P>(b), wide::<P>(d));
-        let (edge_u, edge_v) = (b - a, d - a);
-        let (unit, per_unit) = unit_of_both::<P>(edge_u, edge_v);
-        let (edge_u, edge_v) = (edge_u * per_unit, edge_v * per_unit);
-        let normal = edge_u.cross(edge_v);
-        let slope = normal.dot(probe.direction);
-        let f = (probe.origin - a) * per_unit;
-        let distance = -normal.dot(f) / slope;
-        let p = f + probe.direction * distance;
-        let inverse = P::Core::ONE / normal.dot(normal);
-        let (u, v) = (p.cross(edge_v).dot(normal) * inverse, edge_u.cross(p).dot(normal) * inverse);
-        let inside = u.min(v).min(P::Core::ONE - u).min(P::Core::ONE - v) >= P::Core::ZERO;
-        let t = convert(distance * unit);
-        (inside && range.contains(t) && side.accepts(slope < P::Core::ZERO)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
     }
 }
 
@@ -106,42 +83,36 @@ impl<R: Real> Shape<R> for Quad<R> {
     }
 
     #[inline]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        if !P::ROBUST {
-            return self.textbook(probe, range, side);
-        }
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         let (t, [u, v], from_outside) = self.watertight(probe)?;
-        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: convert(u), v: convert(v) })
+        let t = R::from_f64(t);
+        (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: R::from_f64(u), v: R::from_f64(v) })
     }
 
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
-        let [a, b, _, d] = self.corners.map(wide::<P>);
-        let normal = self.normal::<P>();
-        let (mut u, mut v) = (convert::<R, P::Core>(hit.u), convert::<R, P::Core>(hit.v));
-        if P::ROBUST {
-            // The rounding of stored coordinates moves the point along the plane only, but in a map's space that may be far.
-            if let Some((_, place, _)) = probe.mapped.then(|| self.watertight(probe)).flatten() {
-                [u, v] = place;
-            }
-            // Kept away from the border by what rounding the point may move it: a ray that starts at an inner edge of a
-            // closed room then starts on the inner side of both walls.
-            let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * convert::<R, P::Core>(R::ROUNDOFF) * num(8.0);
-            let keep = |x: P::Core, edge: CoreVec<P>| {
-                let margin = (reach / edge.length()).min(num(0.5));
-                x.max(margin).min(P::Core::ONE - margin)
-            };
-            (u, v) = (keep(u, b - a), keep(v, d - a));
-        }
-        let located = Located::new(self.point::<P>([u, v]), normal, self.error::<P>());
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+        let [a, b, _, d] = self.corners.map(Vector::to_f64);
+        let normal = self.normal();
+        // The rounding of stored coordinates moves the point along the plane only, but in a map's space that may be far.
+        let again = if probe.mapped { self.watertight(probe) } else { None };
+        let [u, v] = again.map_or_else(|| [hit.u.to_f64(), hit.v.to_f64()], |(_, place, _)| place);
+        // Kept away from the border by what rounding the point may move it: a ray that starts at an inner edge of a
+        // closed room then starts on the inner side of both walls.
+        let reach = a.abs().max(b.abs()).max(d.abs()).max_element() * R::ROUNDOFF.to_f64() * 8.0;
+        let keep = |x: f64, edge: DVec3| {
+            let margin = (reach / edge.length()).min(0.5);
+            x.max(margin).min(1.0 - margin)
+        };
+        let (u, v) = (keep(u, b - a), keep(v, d - a));
+        let located = Located::new(self.point([u, v]), normal, self.error());
         match maps {
-            Some(maps) if P::ROBUST => off_border::<P>(located, Face::Parallelogram, [b - a, d - a], [u, v], maps),
-            _ => located,
+            Some(maps) => off_border::<R>(located, Face::Parallelogram, [b - a, d - a], [u, v], maps),
+            None => located,
         }
     }
 
     /// u along the first edge, v along the second.
-    fn parameters<P: Precision<Real = R>>(&self, _: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
-        let [a, b, _, _]: [Vec3Of<P>; 4] = self.corners;
+    fn parameters(&self, _: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
+        let [a, b, _, _]: [R::Vec3; 4] = self.corners;
         Parameters { u: hit.u, v: hit.v, dpdu: b - a, mirrored: true }
     }
 }
@@ -152,13 +123,13 @@ impl<R: Real> SampleArea<R> for Quad<R> {
         0.5 * (c - a).cross(d - b).length()
     }
 
-    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
-        let point = self.point::<P>([convert(u), convert(v)]);
-        let located = Located::new(point, self.normal::<P>(), self.error::<P>());
-        (located, num(1.0 / self.area()))
+    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+        let point = self.point([u.to_f64(), v.to_f64()]);
+        let located = Located::new(point, self.normal(), self.error());
+        (located, 1.0 / self.area())
     }
 
-    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
-        num(1.0 / self.area())
+    fn density(&self, _: &Located) -> f64 {
+        1.0 / self.area()
     }
 }

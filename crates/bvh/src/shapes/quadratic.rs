@@ -1,49 +1,46 @@
 //! Where a ray crosses a quadric: the two roots of a·t² + 2b·t + c, told apart by the direction of the crossing.
 
-use super::probe::FAR;
-use super::{CoreVec, Probe, ShapeHit, has_wider_core, num, wide};
+use super::prepared_ray::FAR;
+use super::{PreparedRay, ShapeHit};
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vec3Of, Vector, convert};
+use crate::scalar::{Real, Vector};
+use glam::DVec3;
 
 /// A quadric along a ray: a·t² + 2b·t + c is negative inside.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Quadratic<C> {
-    pub a: C,
-    pub b: C,
-    pub c: C,
+pub(crate) struct Quadratic {
+    pub a: f64,
+    pub b: f64,
+    pub c: f64,
     /// A quarter of the discriminant, b² − a·c, by the least cancelling formula that the quadric has.
-    pub discriminant: C,
+    pub discriminant: f64,
 }
 
 /// Distances at which a ray goes into a quadric and out of it. Infinite where it does so never. With a positive leading
 /// coefficient the inside lies between them, with a negative one it is all the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Crossings<C> {
-    pub enter: C,
-    pub leave: C,
+pub(crate) struct Crossings {
+    pub enter: f64,
+    pub leave: f64,
 }
 
-impl<C: Real> Quadratic<C> {
+impl Quadratic {
     /// With the discriminant from the coefficients.
     #[inline(always)]
-    pub fn new(a: C, b: C, c: C) -> Self {
+    pub fn new(a: f64, b: f64, c: f64) -> Self {
         Self { a, b, c, discriminant: b * b - a * c }
     }
 
-    /// The roots; none when there are none. Robust: the one that would cancel comes from the product of the two, which
-    /// also survives a leading coefficient of zero. Textbook: (−b ± √Δ)/a.
+    /// The roots; none when there are none. The one that would cancel comes from the product of the two, which also survives a
+    /// leading coefficient of zero.
     #[inline(always)]
-    pub fn roots<P: Precision<Core = C>>(&self) -> Option<Crossings<C>> {
-        let met = self.discriminant >= C::ZERO;
+    pub fn roots(&self) -> Option<Crossings> {
+        let met = self.discriminant >= 0.0;
         if !met {
             return None;
         }
         let root = self.discriminant.sqrt();
-        if !P::ROBUST {
-            let inverse = C::ONE / self.a;
-            return Some(Crossings { enter: (-self.b - root) * inverse, leave: (root - self.b) * inverse });
-        }
-        Some(if self.b >= C::ZERO {
+        Some(if self.b >= 0.0 {
             let sum = -self.b - root;
             Crossings { enter: sum / self.a, leave: self.c / sum }
         } else {
@@ -53,18 +50,18 @@ impl<C: Real> Quadratic<C> {
     }
 }
 
-impl<C: Real> Crossings<C> {
+impl Crossings {
     /// The same crossings seen from a point that lies `distance` before the one they were measured from.
     #[inline(always)]
-    pub fn moved(self, distance: C) -> Self {
+    pub fn moved(self, distance: f64) -> Self {
         Self { enter: self.enter + distance, leave: self.leave + distance }
     }
 
     /// The nearest crossing in the range, on an accepted side, that `keep` keeps.
     #[inline(always)]
-    pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side, keep: impl Fn(C) -> bool) -> Option<ShapeHit<R>> {
-        let candidate = |t: C, from_outside: bool| {
-            let stored: R = convert(t);
+    pub fn nearest<R: Real>(&self, range: Interval<R>, side: Side, keep: impl Fn(f64) -> bool) -> Option<ShapeHit<R>> {
+        let candidate = |t: f64, from_outside: bool| {
+            let stored = R::from_f64(t);
             (side.accepts(from_outside) && range.contains(stored) && keep(t)).then_some(stored)
         };
         match (candidate(self.enter, true), candidate(self.leave, false)) {
@@ -77,7 +74,7 @@ impl<C: Real> Crossings<C> {
 
     /// The crossing that was returned as `hit`, unrounded.
     #[inline(always)]
-    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> C {
+    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
         if hit.leaves() { self.leave } else { self.enter }
     }
 }
@@ -89,59 +86,49 @@ impl<C: Real> Crossings<C> {
 /// the way costs (D/r)·2⁻⁵³. A ray need not be rounded more than that: along an axis it is exact however far it comes from.
 /// A surface point is always made from close by.
 #[inline(always)]
-pub(crate) fn approach<P: Precision>(probe: &Probe<P>, centre: CoreVec<P>, close: bool) -> (P::Core, CoreVec<P>) {
+pub(crate) fn approach(probe: &PreparedRay, centre: DVec3, close: bool) -> (f64, DVec3) {
     let f = probe.origin - centre;
     if !close {
-        return (P::Core::ZERO, f);
+        return (0.0, f);
     }
     let ahead = -f.dot(probe.direction) * probe.inverse_length_squared;
     (ahead, f + probe.direction * ahead)
 }
 
-/// Whether tests measure from close by whatever the distance: where the core is no wider than what is stored.
-#[inline(always)]
-pub(crate) fn always_close<P: Precision>() -> bool {
-    P::ROBUST && !has_wider_core::<P>()
-}
-
-/// Whether a test of a shape of this size at `centre` measures from close by: in a wider core, where both are right, the
+/// Whether a test of a shape of this size at `centre` measures from close by: of what is stored in f32, where both are right, the
 /// shorter way is taken up to [`FAR`] sizes away.
 #[inline(always)]
-pub(crate) fn tests_close<P: Precision>(probe: &Probe<P>, centre: Vec3Of<P>, size: P::Real) -> bool {
+pub(crate) fn tests_close<R: Real>(probe: &PreparedRay, centre: R::Vec3, size: R) -> bool {
     let far = || {
-        let (f, size) = (probe.origin - wide::<P>(centre), convert::<P::Real, P::Core>(size));
-        f.dot(f) > size * size * num(FAR * FAR)
+        let (f, size) = (probe.origin - centre.to_f64(), size.to_f64());
+        f.dot(f) > size * size * (FAR * FAR)
     };
-    always_close::<P>() || P::ROBUST && far()
+    !R::IS_SINGLE || far()
 }
 
-/// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance where the precision asks for it.
+/// Where the ray is at a hit that one of `crossings` gave: at the unrounded distance.
 #[inline(always)]
-pub(crate) fn point_at<P: Precision>(
-    probe: &Probe<P>,
-    crossings: Option<Crossings<P::Core>>,
-    hit: ShapeHit<P::Real>,
-) -> CoreVec<P> {
+pub(crate) fn point_at<R: Real>(probe: &PreparedRay, crossings: Option<Crossings>, hit: ShapeHit<R>) -> DVec3 {
     match crossings {
-        Some(c) if P::ROBUST => probe.origin + probe.direction * c.unrounded(hit),
-        _ => probe.at(hit.t),
+        Some(c) => probe.origin + probe.direction * c.unrounded(hit),
+        None => probe.at(hit.t),
     }
 }
 
 /// The range of distances that a convex body covers: an intersection of ranges, each with a number for the part of the
 /// surface that bounds it there.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span<C> {
-    pub near: C,
-    pub far: C,
+pub(crate) struct Span {
+    pub near: f64,
+    pub far: f64,
     pub near_part: u8,
     pub far_part: u8,
 }
 
-impl<C: Real> Span<C> {
+impl Span {
     /// A range bounded at both ends by the same part.
     #[inline(always)]
-    pub fn of(near: C, far: C, part: u8) -> Self {
+    pub fn of(near: f64, far: f64, part: u8) -> Self {
         Self { near, far, near_part: part, far_part: part }
     }
 
@@ -155,7 +142,7 @@ impl<C: Real> Span<C> {
 
     /// The end that was returned as `hit`, unrounded.
     #[inline(always)]
-    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> C {
+    pub fn unrounded<R: Real>(&self, hit: ShapeHit<R>) -> f64 {
         if hit.leaves() { self.far } else { self.near }
     }
 
@@ -168,8 +155,8 @@ impl<C: Real> Span<C> {
             return None;
         }
         // A ray never enters without leaving, however thin the body is where it passes.
-        let near: R = convert(self.near);
-        let far = convert::<C, R>(self.far).max(near.next_up());
+        let near = R::from_f64(self.near);
+        let far = R::from_f64(self.far).max(near.next_up());
         if side.accepts(true) && range.contains(near) {
             Some(on_part(ShapeHit::at(near), self.near_part))
         } else if side.accepts(false) && range.contains(far) {
@@ -183,12 +170,12 @@ impl<C: Real> Span<C> {
 /// The distances at which `height + slope·t` lies between 0 and `top`; parts `low` and `high` bound it. None when it never
 /// does.
 #[inline(always)]
-pub(crate) fn slab<C: Real>(height: C, slope: C, top: C, low: u8, high: u8) -> Option<Span<C>> {
-    if slope == C::ZERO {
-        return (C::ZERO <= height && height <= top).then(|| Span::of(-C::INFINITY, C::INFINITY, low));
+pub(crate) fn slab(height: f64, slope: f64, top: f64, low: u8, high: u8) -> Option<Span> {
+    if slope == 0.0 {
+        return (0.0 <= height && height <= top).then(|| Span::of(-f64::INFINITY, f64::INFINITY, low));
     }
     let (at_low, at_high) = (-height / slope, (top - height) / slope);
-    Some(if slope > C::ZERO {
+    Some(if slope > 0.0 {
         Span { near: at_low, far: at_high, near_part: low, far_part: high }
     } else {
         Span { near: at_high, far: at_low, near_part: high, far_part: low }

@@ -6,50 +6,48 @@
 
 use crate::scalar::Real;
 
-use super::num;
-
 /// x⁴ + p·x² + q·x + w.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Quartic<C> {
-    pub p: C,
-    pub q: C,
-    pub w: C,
+pub(crate) struct Quartic {
+    pub p: f64,
+    pub q: f64,
+    pub w: f64,
 }
 
 /// Up to five places in ascending order that bound four pieces, each monotone.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pieces<C> {
-    places: [C; 5],
+pub(crate) struct Pieces {
+    places: [f64; 5],
     count: usize,
 }
 
-impl<C: Real> Quartic<C> {
+impl Quartic {
     #[inline(always)]
-    fn value(&self, x: C) -> C {
+    fn value(&self, x: f64) -> f64 {
         ((x * x + self.p) * x + self.q) * x + self.w
     }
 
     /// Half of the slope.
     #[inline(always)]
-    fn slope(&self, x: C) -> C {
-        let half: C = num(0.5);
-        (x * x * num(2.0) + self.p) * x + self.q * half
+    fn slope(&self, x: f64) -> f64 {
+        let half: f64 = 0.5;
+        (x * x * 2.0 + self.p) * x + self.q * half
     }
 
     /// Half of the slope's slope.
     #[inline(always)]
-    fn bend(&self, x: C) -> C {
-        x * x * num(6.0) + self.p
+    fn bend(&self, x: f64) -> f64 {
+        x * x * 6.0 + self.p
     }
 
     /// The interval [−reach, reach], cut where the curve turns.
-    pub fn pieces(&self, reach: C) -> Pieces<C> {
+    pub fn pieces(&self, reach: f64) -> Pieces {
         let mut pieces = Pieces { places: [-reach; 5], count: 1 };
         // The slope turns at ± `knee`, and not at all where the curve is convex throughout.
-        let knee = (-self.p / num(6.0)).max(C::ZERO).sqrt().min(reach);
+        let knee = (-self.p / 6.0).max(0.0).sqrt().min(reach);
         for (from, to) in [(-reach, -knee), (-knee, knee), (knee, reach)] {
             let (at_from, at_to) = (self.slope(from), self.slope(to));
-            if (at_from < C::ZERO) != (at_to < C::ZERO) {
+            if (at_from < 0.0) != (at_to < 0.0) {
                 pieces.push(find(from, to, at_from, |x| (self.slope(x), self.bend(x))));
             }
         }
@@ -59,16 +57,16 @@ impl<C: Real> Quartic<C> {
 
     /// The crossings of zero in ascending order, with whether the curve falls there, until `take` has what it wants. The
     /// curve counts as positive at both ends.
-    pub fn crossings<T>(&self, reach: C, mut take: impl FnMut(C, bool) -> Option<T>) -> Option<T> {
+    pub fn crossings<T>(&self, reach: f64, mut take: impl FnMut(f64, bool) -> Option<T>) -> Option<T> {
         let pieces = self.pieces(reach);
         let last = pieces.count - 1;
-        let mut at_from = C::ONE;
+        let mut at_from = 1.0;
         for i in 0..last {
             let (from, to) = (pieces.places[i], pieces.places[i + 1]);
-            let at_to = if i + 1 == last { C::ONE } else { self.value(to) };
-            if (at_from < C::ZERO) != (at_to < C::ZERO) {
-                let falls = at_to < C::ZERO;
-                let root = find(from, to, at_from, |x| (self.value(x), self.slope(x) * num(2.0)));
+            let at_to = if i + 1 == last { 1.0 } else { self.value(to) };
+            if (at_from < 0.0) != (at_to < 0.0) {
+                let falls = at_to < 0.0;
+                let root = find(from, to, at_from, |x| (self.value(x), self.slope(x) * 2.0));
                 if let Some(taken) = take(root, falls) {
                     return Some(taken);
                 }
@@ -79,8 +77,8 @@ impl<C: Real> Quartic<C> {
     }
 }
 
-impl<C: Real> Pieces<C> {
-    fn push(&mut self, place: C) {
+impl Pieces {
+    fn push(&mut self, place: f64) {
         if let Some(slot) = self.places.get_mut(self.count) {
             *slot = place;
             self.count += 1;
@@ -90,16 +88,16 @@ impl<C: Real> Pieces<C> {
 
 /// The zero between two places where a monotone function differs in sign: Newton's steps, and a halving where a step leaves
 /// the bracket or gains less than a halving would.
-fn find<C: Real>(from: C, to: C, at_from: C, f: impl Fn(C) -> (C, C)) -> C {
-    let half: C = num(0.5);
-    let rises = at_from < C::ZERO;
+fn find(from: f64, to: f64, at_from: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
+    let half: f64 = 0.5;
+    let rises = at_from < 0.0;
     let (mut low, mut high) = (from, to);
     let mut x = (from + to) * half;
     let mut last = to - from;
     // A halving a step would need as many as the scalar has digits; Newton's steps take six or seven.
     for _ in 0..64 {
         let (value, slope) = f(x);
-        if (value < C::ZERO) == rises {
+        if (value < 0.0) == rises {
             low = x;
         } else {
             high = x;
@@ -110,7 +108,7 @@ fn find<C: Real>(from: C, to: C, at_from: C, f: impl Fn(C) -> (C, C)) -> C {
         let better = low < next && next < high && step.abs() < last * half;
         let next = if better { next } else { (low + high) * half };
         last = (next - x).abs();
-        if last <= x.abs().max(high - low) * C::ROUNDOFF * num(2.0) {
+        if last <= x.abs().max(high - low) * f64::ROUNDOFF * 2.0 {
             return next;
         }
         x = next;

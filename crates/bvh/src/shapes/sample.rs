@@ -1,7 +1,7 @@
 //! Points of a surface by a density over its area: what turns a shape into a light.
 
 use super::{Located, Shape};
-use crate::scalar::{Precision, Real};
+use crate::scalar::Real;
 
 /// A shape of finite area whose points can be drawn.
 pub trait SampleArea<R: Real>: Shape<R> {
@@ -10,10 +10,10 @@ pub trait SampleArea<R: Real>: Shape<R> {
 
     /// A point for two numbers in [0, 1), with outward normal and error bound, and the density per area with which points
     /// are drawn there: above zero, finite, and the same that [`SampleArea::density`] gives.
-    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core);
+    fn sample_area(&self, u: R, v: R) -> (Located, f64);
 
     /// The density per area of drawing a point of the surface.
-    fn density<P: Precision<Real = R>>(&self, point: &Located<P::Core>) -> P::Core;
+    fn density(&self, point: &Located) -> f64;
 }
 
 /// Area as the mean of one over the density, by the midpoint rule: for surfaces without a closed form, and for mapped ones.

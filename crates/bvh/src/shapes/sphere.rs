@@ -1,14 +1,12 @@
 //! The sphere.
 
 use super::drift::off_bends;
-use super::probe::FAR;
+use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, approach};
-use super::{
-    CoreVec, Located, Parameters, Probe, SampleArea, Shape, ShapeHit, Under, first_root, has_wider_core, num, slack, wide,
-};
+use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, first_root, slack};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+use crate::scalar::{Real, Vector};
 use glam::DVec3;
 
 /// All points at `radius` from `centre`.
@@ -29,83 +27,70 @@ impl<R: Real> Shape<R> for Sphere<R> {
         Some(Aabb::around(self.centre.to_f64(), DVec3::splat(self.radius.to_f64())))
     }
 
-    /// b² − a·c as in every textbook, and no form is faster: in a core wider than what is stored it is wrong by 2⁻³⁰ of r² up
+    /// b² − a·c as in every textbook, and no form is faster: where f32 is stored it is wrong by 2⁻³⁰ of r² up
     /// to 1024 radii away. From farther, where it would lose the square of the distance (all digits at 10⁸ radii), and
-    /// without a wider core, from the perpendicular distance of the centre to the ray, which loses only the distance
+    /// where f64 is stored, from the perpendicular distance of the centre to the ray, which loses only the distance
     /// ("Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7).
     ///
     /// Most rays miss most spheres, and those pay nothing for it. With the squared length shortened the textbook's discriminant
     /// is greater outside by 64 roundings of squared distance and length, more than it is wrong by, and inside it can't be below
     /// zero: so where it is, every form says that the ray misses.
     #[inline(always)]
-    fn intersect<P: Precision<Real = R>>(&self, probe: &Probe<P>, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
-        let f = probe.origin - wide::<P>(self.centre);
-        let r = convert::<R, P::Core>(self.radius);
+    fn intersect(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
+        let f = probe.origin - self.centre.to_f64();
+        let r = self.radius.to_f64();
         let (b, room) = (f.dot(probe.direction), r * r);
-        let discriminant = if P::ROBUST && !has_wider_core::<P>() {
+        let discriminant = if !R::IS_SINGLE {
             self.near_discriminant(probe)
         } else {
             let outside = f.dot(f) - room;
-            let may_meet = !P::ROBUST || b * b - outside * probe.shortened >= P::Core::ZERO;
+            let may_meet = b * b - outside * probe.shortened >= 0.0;
             if !may_meet {
                 return None;
             }
-            if P::ROBUST && outside > room * num(FAR * FAR) {
-                self.far_discriminant(probe)
-            } else {
-                b * b - outside * probe.length_squared
-            }
+            if outside > room * (FAR * FAR) { self.far_discriminant(probe) } else { b * b - outside * probe.length_squared }
         };
         // Written so that NaN is a miss.
-        let met = discriminant >= P::Core::ZERO;
+        let met = discriminant >= 0.0;
         if !met {
             return None;
         }
         let (root, inverse) = (discriminant.sqrt(), probe.inverse_length_squared);
-        first_root(convert((-b - root) * inverse), convert((root - b) * inverse), range, side)
+        first_root(R::from_f64((-b - root) * inverse), R::from_f64((root - b) * inverse), range, side)
     }
 
     #[inline]
-    fn locate_under<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>, maps: Under<'_, P>) -> Located<P::Core> {
-        let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+        let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
         if probe.needs_unrounded(hit.t, self.radius) {
             // From the roots again, as the rounding of the stored distance may be large in the map's space, or for the sphere.
             let (ahead, l) = approach(probe, centre, true);
-            let half = ((radius * radius - l.dot(l)).max(P::Core::ZERO) * probe.inverse_length_squared).sqrt();
+            let half = ((radius * radius - l.dot(l)).max(0.0) * probe.inverse_length_squared).sqrt();
             let t = Crossings { enter: ahead - half, leave: ahead + half }.unrounded(hit);
-            let located = self.at::<P>((l + probe.direction * (t - ahead)).normalize());
+            let located = self.at((l + probe.direction * (t - ahead)).normalize());
             // In a map's space it is always here.
-            return off_bends::<P>(located, maps, || [P::Core::INFINITY, radius]);
+            return off_bends::<R>(located, maps, || [f64::INFINITY, radius]);
         }
-        let raw = probe.at(hit.t);
-        let f = raw - centre;
-        if P::ROBUST {
-            return self.at::<P>(f.normalize());
-        }
-        // b² − c is wrong by some roundings of the squared distance, the point's height over the surface by that over the
-        // diameter.
-        let way = probe.origin - centre;
-        let scale = centre.abs().max_element() + radius + way.dot(way) / radius;
-        Located::new(raw, f.normalize(), slack(scale))
+        self.at((probe.at(hit.t) - centre).normalize())
     }
 
     /// u runs about +y from the −x side, to the right as seen from outside, v from the top: an image wraps around as a map does
     /// around a globe.
     #[inline]
-    fn parameters<P: Precision<Real = R>>(&self, probe: &Probe<P>, hit: ShapeHit<R>) -> Parameters<R> {
+    fn parameters(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
         let n = self.locate(probe, hit).normal;
-        let [u, v] = on_globe::<P::Core>(n).map(convert);
-        let around = convert::<R, P::Core>(self.radius) * num(core::f64::consts::TAU);
-        let dpdu = CoreVec::<P>::new(n.z(), P::Core::ZERO, -n.x()) * around;
-        Parameters { u, v, dpdu: convert_vec::<P::Core, R>(dpdu), mirrored: false }
+        let [u, v] = on_globe::<f64>(n).map(R::from_f64);
+        let around = self.radius.to_f64() * core::f64::consts::TAU;
+        let dpdu = DVec3::new(n.z(), 0.0, -n.x()) * around;
+        Parameters { u, v, dpdu: R::Vec3::from_f64(dpdu), mirrored: false }
     }
 }
 
 impl<R: Real> Sphere<R> {
     /// A quarter of the discriminant from the perpendicular distance of the centre to the ray.
     #[inline(always)]
-    fn near_discriminant<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> P::Core {
-        let (f, r) = (probe.origin - wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
+    fn near_discriminant(&self, probe: &PreparedRay) -> f64 {
+        let (f, r) = (probe.origin - self.centre.to_f64(), self.radius.to_f64());
         let l = f - probe.direction * (f.dot(probe.direction) * probe.inverse_length_squared);
         (r * r - l.dot(l)) * probe.length_squared
     }
@@ -113,14 +98,14 @@ impl<R: Real> Sphere<R> {
     /// The same out of line, as few rays come from so far, and with nothing handed over that others would have to store.
     #[cold]
     #[inline(never)]
-    fn far_discriminant<P: Precision<Real = R>>(&self, probe: &Probe<P>) -> P::Core {
+    fn far_discriminant(&self, probe: &PreparedRay) -> f64 {
         self.near_discriminant(probe)
     }
 
     /// The surface in a direction from the centre; in the core's scalar, so that only the rounding to storage is left.
     #[inline(always)]
-    pub fn at<P: Precision<Real = R>>(&self, normal: CoreVec<P>) -> Located<P::Core> {
-        let (centre, radius) = (wide::<P>(self.centre), convert::<R, P::Core>(self.radius));
+    pub fn at(&self, normal: DVec3) -> Located {
+        let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
         Located::new(centre + normal * radius, normal, slack(centre.abs().max_element() + radius))
     }
 }
@@ -130,12 +115,12 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
         4.0 * core::f64::consts::PI * self.radius.to_f64() * self.radius.to_f64()
     }
 
-    fn sample_area<P: Precision<Real = R>>(&self, u: R, v: R) -> (Located<P::Core>, P::Core) {
-        (self.at::<P>(CoreVec::<P>::from_f64(sphere_direction(u.to_f64(), v.to_f64()))), num(1.0 / self.area()))
+    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+        (self.at(DVec3::from_f64(sphere_direction(u.to_f64(), v.to_f64()))), 1.0 / self.area())
     }
 
-    fn density<P: Precision<Real = R>>(&self, _: &Located<P::Core>) -> P::Core {
-        num(1.0 / self.area())
+    fn density(&self, _: &Located) -> f64 {
+        1.0 / self.area()
     }
 }
 
@@ -144,7 +129,10 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
 #[inline(always)]
 pub fn equirectangular<R: Real>(n: R::Vec3) -> [R; 2] {
     let ring = (n.x() * n.x() + n.z() * n.z()).sqrt();
-    [n.z().angle(n.x()) / num(core::f64::consts::TAU) + num(0.5), ring.angle(n.y()) / num(core::f64::consts::PI)]
+    [
+        n.z().angle(n.x()) / R::from_f64(core::f64::consts::TAU) + R::from_f64(0.5),
+        ring.angle(n.y()) / R::from_f64(core::f64::consts::PI),
+    ]
 }
 
 /// Texture coordinates of a sphere by its unit normal: an equirectangular map is seen from inside, a globe from outside, so the
@@ -166,12 +154,11 @@ mod tests {
     use super::super::{AnyShape, Ellipsoid};
     use super::*;
     use crate::ray::Ray;
-    use crate::scalar::{Fast, Robust};
     use glam::Vec3;
 
     /// Texture coordinates where a vertical ray meets a shape around the origin, as stored.
-    fn seen<P: Precision<Real = f32>>(shape: &AnyShape<f32>, x: f32, z: f32, down: f32) -> (f64, f64) {
-        let probe = Probe::<P>::new(Ray::new(Vec3::new(x, -3.0 * down, z), Vec3::new(0.0, down, 0.0)));
+    fn seen(shape: &AnyShape<f32>, x: f32, z: f32, down: f32) -> (f64, f64) {
+        let probe = PreparedRay::new(Ray::<f32>::new(Vec3::new(x, -3.0 * down, z), Vec3::new(0.0, down, 0.0)));
         let hit = shape.intersect(&probe, Interval::positive(), Side::Both).expect("the ray meets the shape");
         let found = shape.parameters(&probe, hit);
         (found.u.into(), found.v.into())
@@ -191,18 +178,15 @@ mod tests {
                     let pole = f64::atan2(ring, (1.0 - ring * ring).sqrt()) / core::f64::consts::PI;
                     let around = 0.5 - f64::atan2(dz, dx) / core::f64::consts::TAU;
                     for (down, v) in [(-1.0, pole), (1.0, 1.0 - pole)] {
-                        for (found, name) in
-                            [(seen::<Robust>(&shape, x, z, down), "robust"), (seen::<Fast>(&shape, x, z, down), "fast")]
-                        {
-                            let ulps = ((found.1 - v) / (v * f64::from(f32::EPSILON))).abs();
-                            assert!(ulps <= 4.0, "{name}, {distance:e} from a pole: {} instead of {v}, {ulps} ulp", found.1);
-                            assert!((found.0 - around).abs() <= 4.0 * f64::from(f32::EPSILON), "{name}: u = {}", found.0);
-                        }
+                        let found = seen(&shape, x, z, down);
+                        let ulps = ((found.1 - v) / (v * f64::from(f32::EPSILON))).abs();
+                        assert!(ulps <= 4.0, "{distance:e} from a pole: {} instead of {v}, {ulps} ulp", found.1);
+                        assert!((found.0 - around).abs() <= 4.0 * f64::from(f32::EPSILON), "u = {}", found.0);
                     }
                 }
             }
             for (down, v) in [(-1.0, 0.0), (1.0, 1.0)] {
-                assert_eq!((seen::<Robust>(&shape, 0.0, 0.0, down), seen::<Fast>(&shape, 0.0, 0.0, down)), ((0.5, v), (0.5, v)));
+                assert_eq!(seen(&shape, 0.0, 0.0, down), (0.5, v));
             }
         }
     }

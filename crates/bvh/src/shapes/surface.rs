@@ -1,44 +1,45 @@
 //! The surface at a hit, how far its point may be off, and rays that start outside that error.
 
 use crate::ray::{Interval, Ray};
-use crate::scalar::{Precision, Real, Vector, convert, convert_vec};
+use crate::scalar::{Real, Vector};
+use glam::DVec3;
 
-/// The surface at a hit in the core's scalar.
+/// The surface at a hit in f64, before it is rounded to what is stored.
 #[derive(Clone, Copy, Debug)]
-pub struct Located<C: Real> {
-    /// The hit point, moved onto the surface where the precision asks for it.
-    pub point: C::Vec3,
+pub struct Located {
+    /// The hit point, moved onto the surface.
+    pub point: DVec3,
     /// Where rays to the outer side start, before they are lifted off the surface: the point, or one beside it from which a
     /// start comes to lie on that side of everything there, wherever rounding moves it.
-    pub above: C::Vec3,
+    pub above: DVec3,
     /// The same for rays to the inner side.
-    pub below: C::Vec3,
+    pub below: DVec3,
     /// Geometric unit normal, pointing outwards whichever side was hit.
-    pub normal: C::Vec3,
+    pub normal: DVec3,
     /// Bound on the distance, in each axis, of `point` from the surface, and of the surface from where another test of it
     /// will find it.
-    pub error: C,
+    pub error: f64,
 }
 
-impl<C: Real> Located<C> {
+impl Located {
     /// A surface from whose point rays may start as it is.
     #[inline(always)]
-    pub fn new(point: C::Vec3, normal: C::Vec3, error: C) -> Self {
+    pub fn new(point: DVec3, normal: DVec3, error: f64) -> Self {
         Self { point, above: point, below: point, normal, error }
     }
 
     /// Rounded to the stored scalar, the bound grown by that rounding.
     #[inline(always)]
-    pub fn stored<P: Precision<Core = C>>(&self) -> Surface<P::Real> {
-        let rounding = convert::<P::Real, C>(P::Real::ROUNDOFF);
+    pub fn stored<R: Real>(&self) -> Surface<R> {
+        let rounding = R::ROUNDOFF.to_f64();
         let error = self.error + self.point.abs().max_element() * rounding;
         Surface {
-            point: convert_vec::<C, P::Real>(self.point),
-            above: convert_vec::<C, P::Real>(self.above),
-            below: convert_vec::<C, P::Real>(self.below),
+            point: R::Vec3::from_f64(self.point),
+            above: R::Vec3::from_f64(self.above),
+            below: R::Vec3::from_f64(self.below),
             // The factor covers the rounding of the bound itself.
-            error: convert::<C, P::Real>(error * (C::ONE + rounding * C::from_f64(4.0))),
-            normal: convert_vec::<C, P::Real>(self.normal),
+            error: R::from_f64(error * (1.0 + rounding * 4.0)),
+            normal: R::Vec3::from_f64(self.normal),
         }
     }
 }
@@ -46,7 +47,7 @@ impl<C: Real> Located<C> {
 /// The surface at a hit.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<R: Real> {
-    /// The hit point, moved onto the surface where the precision asks for it.
+    /// The hit point, moved onto the surface.
     pub point: R::Vec3,
     /// Where rays to the outer side start, before they are lifted off: as [`Located::above`].
     pub above: R::Vec3,

@@ -2,27 +2,27 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Located, Parameters, Probe};
+use super::{Located, Parameters, PreparedRay};
 use crate::aabb::Aabb;
-use crate::scalar::{Precision, Real, Vector, convert_vec};
+use crate::scalar::{Real, Vector};
 use crate::twice::Twice;
 
-/// An invertible affine map in the core's scalar, with the inverse of its linear part.
+/// An invertible affine map, with the inverse of its linear part.
 #[derive(Clone, Copy, Debug)]
-pub struct Transform<C: Real> {
-    columns: [C::Vec3; 3],
-    inverse_columns: [C::Vec3; 3],
-    translation: C::Vec3,
-    magnification: C,
+pub struct Transform {
+    columns: [DVec3; 3],
+    inverse_columns: [DVec3; 3],
+    translation: DVec3,
+    magnification: f64,
 }
 
 /// A matrix by its columns, times a vector.
 #[inline(always)]
-fn times<C: Real>([x, y, z]: [C::Vec3; 3], v: C::Vec3) -> C::Vec3 {
-    x * v.x() + y * v.y() + z * v.z()
+fn times([x, y, z]: [DVec3; 3], v: DVec3) -> DVec3 {
+    x * v.x + y * v.y + z * v.z
 }
 
-impl<C: Real> Transform<C> {
+impl Transform {
     /// From an f64 map; none when it can't be inverted in finite numbers.
     pub fn new(to_world: DAffine3) -> Option<Self> {
         let inverse = accurate_inverse(to_world.matrix3);
@@ -37,69 +37,66 @@ impl<C: Real> Transform<C> {
     }
 
     fn with(to_world: DAffine3, inverse: DMat3) -> Self {
-        let columns = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis].map(C::Vec3::from_f64);
+        let columns = |m: DMat3| [m.x_axis, m.y_axis, m.z_axis];
         Self {
             columns: columns(to_world.matrix3),
             inverse_columns: columns(inverse),
-            translation: C::Vec3::from_f64(to_world.translation),
-            magnification: C::from_f64(inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length()),
+            translation: to_world.translation,
+            magnification: inverse.x_axis.length() + inverse.y_axis.length() + inverse.z_axis.length(),
         }
     }
 
     /// A world ray in the space of the object. Its direction is *not* brought to unit length there: distances along it stay
     /// world distances, so hits and ranges need no conversion.
     #[inline]
-    pub fn probe_to_object<P: Precision<Core = C>>(&self, probe: &Probe<P>) -> Probe<P> {
+    pub fn probe_to_object(&self, probe: &PreparedRay) -> PreparedRay {
         // The translation first: what it takes away is not magnified then.
-        let turn = |v: C::Vec3| times::<C>(self.inverse_columns, v);
-        let mut inner = Probe::from_core(turn(probe.origin - self.translation), turn(probe.direction));
-        inner.ray.culls = probe.ray.culls;
-        inner
+        let turn = |v: DVec3| times(self.inverse_columns, v);
+        PreparedRay::mapped(turn(probe.origin - self.translation), turn(probe.direction), probe.culls)
     }
 
     /// A surface of object space in the world: the point by the map, the normal by the inverse transpose, outward still
     /// outward where the map mirrors, the error bound grown by the map, by its own rounding, and by that of the way back for
     /// a ray that starts at the point.
-    pub fn located_to_world(&self, s: &Located<C>) -> Located<C> {
-        let sizes = self.columns.map(Vector::abs);
-        let there = times::<C>(self.columns, s.point);
+    pub fn located_to_world(&self, s: &Located) -> Located {
+        let sizes = self.columns.map(DVec3::abs);
+        let there = times(self.columns, s.point);
         let point = there + self.translation;
-        let there_and_back = times::<C>(sizes, times::<C>(self.inverse_columns.map(Vector::abs), there.abs()));
+        let there_and_back = times(sizes, times(self.inverse_columns.map(DVec3::abs), there.abs()));
         let magnitude =
-            times::<C>(sizes, s.point.abs().max(s.above.abs()).max(s.below.abs())) + there_and_back + self.translation.abs();
+            times(sizes, s.point.abs().max(s.above.abs()).max(s.below.abs())) + there_and_back + self.translation.abs();
         Located {
             point,
-            above: times::<C>(self.columns, s.above) + self.translation,
-            below: times::<C>(self.columns, s.below) + self.translation,
+            above: times(self.columns, s.above) + self.translation,
+            below: times(self.columns, s.below) + self.translation,
             normal: self.normal_to_world(s.normal).normalize(),
-            error: s.error * times::<C>(sizes, C::Vec3::ONE).max_element()
-                + magnitude.max_element() * (C::ROUNDOFF * C::from_f64(16.0)),
+            error: s.error * times(sizes, DVec3::ONE).max_element() + magnitude.max_element() * (f64::ROUNDOFF * 16.0),
         }
     }
 
     /// A surface of the world in object space, without a bound: the point by the inverse, the normal by the transpose.
-    pub fn located_to_object(&self, s: &Located<C>) -> Located<C> {
+    pub fn located_to_object(&self, s: &Located) -> Located {
         let [x, y, z] = self.columns;
-        let normal = C::Vec3::new(x.dot(s.normal), y.dot(s.normal), z.dot(s.normal)).normalize();
-        Located::new(times::<C>(self.inverse_columns, s.point - self.translation), normal, C::ZERO)
+        let normal = DVec3::new(x.dot(s.normal), y.dot(s.normal), z.dot(s.normal)).normalize();
+        Located::new(times(self.inverse_columns, s.point - self.translation), normal, 0.0)
     }
 
     /// A normal by the inverse transpose, not brought to unit length.
-    pub fn normal_to_world(&self, normal: C::Vec3) -> C::Vec3 {
+    pub fn normal_to_world(&self, normal: DVec3) -> DVec3 {
         let [x, y, z] = self.inverse_columns;
-        C::Vec3::new(x.dot(normal), y.dot(normal), z.dot(normal))
+        DVec3::new(x.dot(normal), y.dot(normal), z.dot(normal))
     }
 
     /// How long in object space at most is what is one in each axis of the world.
-    pub fn magnification(&self) -> C {
+    pub fn magnification(&self) -> f64 {
         self.magnification
     }
 
     /// Texture coordinates of object space in the world: the derivative turns with the map.
     pub fn parameters_to_world<R: Real>(&self, s: &Parameters<R>) -> Parameters<R> {
         let [x, y, z] = self.columns;
-        let dpdu = convert_vec::<C, R>(times::<C>(self.columns, convert_vec::<R, C>(s.dpdu)));
-        Parameters { dpdu, mirrored: s.mirrored != (x.dot(y.cross(z)) < C::ZERO), ..*s }
+        let dpdu = R::Vec3::from_f64(times(self.columns, s.dpdu.to_f64()));
+        Parameters { dpdu, mirrored: s.mirrored != (x.dot(y.cross(z)) < 0.0), ..*s }
     }
 }
 

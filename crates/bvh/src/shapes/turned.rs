@@ -2,7 +2,7 @@
 
 use super::drift::Drift;
 use super::frame::tangent;
-use crate::scalar::{Real, Vector};
+use glam::DVec3;
 
 /// Parts, as a hit's first number.
 pub(super) const WALL: u8 = 0;
@@ -10,37 +10,37 @@ pub(super) const BASE: u8 = 1;
 pub(super) const TOP: u8 = 2;
 
 /// A solid of revolution that runs straight between two radii.
-pub(super) struct Turned<C: Real> {
+pub(super) struct Turned {
     /// From the centre of the base to that of the other end.
-    pub axis: C::Vec3,
+    pub axis: DVec3,
     /// Radii of the base and of the other end.
-    pub radii: [C; 2],
+    pub radii: [f64; 2],
 }
 
-impl<C: Real> Turned<C> {
+impl Turned {
     /// From a point of a part, at a fraction of the axis and an offset across it, to where a ray starts that goes in: inside of
     /// the wall and of both ends, so far as it may drift against each. The outer side asks for nothing, since what lies above
     /// the tangent plane of any point of a convex body is outside of it. A body that is thinner than its points are exact has no
     /// inside, and the start stays.
     #[inline(never)]
-    pub fn inwards(&self, part: u8, (along, out): (C, C::Vec3), drift: Drift<'_, C>) -> C::Vec3 {
-        let (axis, [base, top], zero) = (self.axis, self.radii, C::ZERO);
+    pub fn inwards(&self, part: u8, (along, out): (f64, DVec3), drift: Drift<'_>) -> DVec3 {
+        let (axis, [base, top], zero) = (self.axis, self.radii, 0.0);
         let along = match part {
             BASE => zero,
-            TOP => C::ONE,
+            TOP => 1.0,
             _ => along,
         };
         let (taper, squared, length) = (top - base, axis.dot(axis), out.length());
-        let over_axis = axis * (C::ONE / squared);
+        let over_axis = axis * (1.0 / squared);
         // On the axis, as at a tip that is hit exactly, any direction will do.
-        let away = if length > zero { out * (C::ONE / length) } else { C::Vec3::from_f64(tangent(axis.to_f64().normalize())) };
+        let away = if length > zero { out * (1.0 / length) } else { tangent(axis.normalize()) };
         // How fast a start may come nearer to the ends, to the wall, to the wall on the other side, and how far off to the side.
         let lengthwise = drift.along(over_axis);
         let (nearer, opposite) = (drift.along(away - over_axis * taper), drift.along(away + over_axis * taper));
-        let aside = drift.along(axis.cross(away) * (C::ONE / squared.sqrt()));
+        let aside = drift.along(axis.cross(away) * (1.0 / squared.sqrt()));
 
         let mut least = if part == BASE { zero } else { lengthwise };
-        let mut most = if part == TOP { C::ONE } else { C::ONE - lengthwise };
+        let mut most = if part == TOP { 1.0 } else { 1.0 - lengthwise };
         // Near a tip the wall on the other side is near as well: only where it is wide enough there is an inside.
         let room = nearer.max(opposite) + aside;
         if taper > zero {
@@ -50,7 +50,7 @@ impl<C: Real> Turned<C> {
         }
         let has_inside = least <= most && base.max(top) >= room;
         if !has_inside {
-            return C::Vec3::ZERO;
+            return DVec3::ZERO;
         }
         let along_there = along.max(least).min(most);
         let radius = base + taper * along_there;

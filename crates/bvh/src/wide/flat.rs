@@ -1,14 +1,15 @@
 //! What is tested without nodes: rows that every query meets, and all there is where that is so little that nodes would cost more than
 //! they spare.
 
+use core::ops::Range;
+
 use super::doubles::Doubles;
 use super::row::Line;
 use super::setup::Aim;
 use super::simd::{Simd, asked};
 use super::walk::Answer;
 use super::{WIDTH, Wide};
-use crate::scalar::Robust;
-use crate::shapes::Probe;
+use crate::shapes::PreparedRay;
 
 /// What a scan may take before a tree takes over, and what it takes for a row and for a block: nanoseconds as they were measured, of
 /// which only the ratios matter (`../../../../benches/README.md`). What comes in neither is asked one by one: two of those are
@@ -18,6 +19,11 @@ const ROW: u64 = 5;
 const BLOCK: u64 = 11;
 
 impl Wide {
+    /// The places of all there is, where that is nothing but primitives that are tested one by one.
+    pub fn places_alone(&self) -> Option<Range<usize>> {
+        (self.nodes.is_empty() && self.blocks.is_empty() && self.always == 0).then(|| self.others.clone())
+    }
+
     /// Whether so many primitives of any kinds may be.
     pub fn may_be_flat(primitives: usize) -> bool {
         primitives as u64 <= LIMIT / ROW * WIDTH as u64 + 1
@@ -48,7 +54,7 @@ pub(super) fn rows<S: Doubles, A: Answer>(s: S, wide: &Wide, line: &Line, answer
 
 /// Asks about each block, and then about what comes in no block. Whether some answer ended it.
 #[inline(always)]
-pub(super) fn blocks<S: Simd, A: Answer>(s: S, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+pub(super) fn blocks<S: Simd, A: Answer>(s: S, wide: &Wide, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
     for (number, block) in wide.blocks.iter().enumerate() {
         answer.block(number);
         if asked(s, block, number, aim, probe, answer) {

@@ -12,8 +12,7 @@ use super::row::{Line, Row};
 use super::setup::{Aim, Setup};
 use super::walk::Answer;
 use super::{Child, WIDTH, Wide};
-use crate::scalar::Robust;
-use crate::shapes::Probe;
+use crate::shapes::PreparedRay;
 use glam::Vec3;
 
 /// Up to eight quads, as the filter reads them.
@@ -97,7 +96,7 @@ pub(super) fn gathered<S: Doubles, A: Answer>(
     wide: &Wide,
     leaf: Child,
     aim: &Aim,
-    probe: Option<&Probe<Robust>>,
+    probe: Option<&PreparedRay>,
     line: &mut Option<Line>,
     answer: &mut A,
 ) -> bool {

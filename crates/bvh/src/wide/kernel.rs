@@ -11,8 +11,8 @@ use super::walk::{Answer, walk};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 use crate::ray::{Interval, Ray};
-use crate::scalar::{Real, Robust, Vector};
-use crate::shapes::Probe;
+use crate::scalar::{Real, Vector};
+use crate::shapes::PreparedRay;
 
 /// Code that walks the tree of `robust`. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +111,7 @@ impl Wide {
 
     /// The same of blocks and of the rest, one after the other, where there are no nodes.
     #[inline(never)]
-    fn ask_flat<A: Answer>(&self, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    fn ask_flat<A: Answer>(&self, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
         match self.kernel {
             Chosen::Portable => blocks(Portable, self, aim, probe, answer),
             #[cfg(target_arch = "x86_64")]
@@ -125,7 +125,7 @@ impl Wide {
 impl Wide {
     /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`Setup::mapped`].
     #[inline(never)]
-    pub(crate) fn ask_mapped<A: Answer>(&self, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
+    pub(crate) fn ask_mapped<A: Answer>(&self, setup: &Setup, probe: PreparedRay, answer: &mut A) -> bool {
         if self.always > 0 {
             let line = Line::from(&probe);
             let over = match self.kernel {

@@ -3,7 +3,7 @@
 //! Boxes are tested once for all of them, by the interval of their inverse directions: rounding keeps order, so where the box test of
 //! any of them passes, this one does, and no later. What a triangle has to do with the common origin is worked out once, eight
 //! triangles side by side; then each triangle that the interval of directions may hit meets eight rays at a time. What [`super::filter`]
-//! says of bounds holds here as it stands: U = e₂·(C × d) is (e₂ × C)·d, with as many roundings. W is also taken for the interval as
+//! says of bounds holds here as it stands: U = e₂·(f64 × d) is (e₂ × f64)·d, with as many roundings. W is also taken for the interval as
 //! (N − A − B)·d, of components that are wrong by 23 u E R, so by 42 u E R |d|, of the same 46. What the filter leaves goes through
 //! the exact test's own operations, eight rays at once in f64, so that a hit has the bits that the ray alone would find.
 
@@ -21,8 +21,7 @@ use super::simd::Simd;
 use super::stack::Stack;
 use super::{Child, Node, WIDTH, Wide};
 use crate::ray::Ray;
-use crate::scalar::Robust;
-use crate::shapes::{EDGE_ON, Probe, Triangle};
+use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
 /// Vectors of rays in a pencil.
 const GROUPS: usize = 2;
@@ -215,7 +214,7 @@ fn rays(pencil: &Pencil) -> [Rays; GROUPS] {
     let none = || Rays { across: [[[0.0; WIDTH]; 3]; 2], direction: [[0.0; WIDTH]; 3], inverse_length_squared: [0.0; WIDTH] };
     let mut rays = [none(), none()];
     for ray in 0..RAYS {
-        let probe = Probe::<Robust>::new(pencil.ray(ray));
+        let probe = PreparedRay::new(pencil.ray(ray));
         let (to, lane) = (&mut rays[ray / WIDTH], ray % WIDTH);
         for axis in 0..3 {
             to.across[0][axis][lane] = probe.across[0][axis];
@@ -588,10 +587,10 @@ fn settle<S: Doubles, M: Meets>(
     while unsure != 0 {
         let (ray, bit) = (unsure.trailing_zeros() as usize & (WIDTH - 1), unsure & unsure.wrapping_neg());
         (unsure, hits, outside) = (unsure & !bit, hits & !bit, outside & !bit);
-        if let Some(crossing) = triangle.crossing(&Probe::<Robust>::new(pencil.ray(group * WIDTH + ray))) {
+        if let Some(crossing) = triangle.crossing(&PreparedRay::new(pencil.ray(group * WIDTH + ray))) {
             hits |= bit;
             outside |= if crossing.from_outside { bit } else { 0 };
-            (t[ray], u[ray], v[ray]) = (crossing.t, crossing.weights[0] as f32, crossing.weights[1] as f32);
+            (t[ray], u[ray], v[ray]) = (crossing.t as f32, crossing.weights[0] as f32, crossing.weights[1] as f32);
         }
     }
     let bit = 1 << lane;

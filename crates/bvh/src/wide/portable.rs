@@ -11,9 +11,7 @@ use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
 use super::walk::Answer;
 use super::{Child, WIDTH, Wide};
-use crate::lanes::Four;
-use crate::scalar::Robust;
-use crate::shapes::Probe;
+use crate::shapes::PreparedRay;
 
 /// No instruction beyond those of the platform.
 #[derive(Clone, Copy)]
@@ -30,6 +28,22 @@ fn halves(values: &[f32; WIDTH]) -> [Vec4; 2] {
 fn flipped(a: Vec4, b: Vec4) -> Vec4 {
     let flip = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31));
     Vec4::new(flip(a.x, b.x), flip(a.y, b.y), flip(a.z, b.z), flip(a.w, b.w))
+}
+
+/// Where the platform has it, glam's maximum is one instruction that does just what is asked for: its second operand unless the first is greater.
+/// Elsewhere what is not a number may win.
+const SSE: bool = cfg!(target_feature = "sse2");
+
+/// The first where it is greater, the second elsewhere.
+#[inline(always)]
+fn greater(a: Vec4, b: Vec4) -> Vec4 {
+    if SSE { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) }
+}
+
+/// The first where it is less, the second elsewhere.
+#[inline(always)]
+fn less(a: Vec4, b: Vec4) -> Vec4 {
+    if SSE { a.min(b) } else { Vec4::select(a.cmplt(b), a, b) }
 }
 
 impl Simd for Portable {
@@ -65,11 +79,11 @@ impl Simd for Portable {
     }
     #[inline(always)]
     fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
-        [a[0].or_greater(b[0]), a[1].or_greater(b[1])]
+        [greater(a[0], b[0]), greater(a[1], b[1])]
     }
     #[inline(always)]
     fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats {
-        [a[0].or_less(b[0]), a[1].or_less(b[1])]
+        [less(a[0], b[0]), less(a[1], b[1])]
     }
     #[inline(always)]
     fn abs(self, a: Self::Floats) -> Self::Floats {
@@ -102,11 +116,11 @@ impl Simd for Portable {
         stack.push(top, children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask)
     }
     #[inline(never)]
-    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
         settled(self, block, at, aim, probe, answer)
     }
     #[inline(never)]
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
         unpacked(self, wide, number, aim, probe, answer)
     }
     #[inline(never)]
@@ -115,7 +129,7 @@ impl Simd for Portable {
         wide: &Wide,
         leaf: Child,
         aim: &Aim,
-        probe: Option<&Probe<Robust>>,
+        probe: Option<&PreparedRay>,
         line: &mut Option<Line>,
         answer: &mut A,
     ) -> bool {
@@ -191,5 +205,21 @@ impl Doubles for Portable {
     fn row(self, a: Self::Floats) -> [f32; WIDTH] {
         let (low, high) = (a[0].to_array(), a[1].to_array());
         [low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: what is not a number never replaces a bound, whatever the platform's own minimum does with it, and is at most nothing.
+    #[test]
+    fn not_a_number_keeps_the_other_bound() {
+        let new = Portable.load(&[f32::NAN, 1.0, 3.0, f32::INFINITY, f32::NAN, 2.0, -1.0, f32::NEG_INFINITY]);
+        let bound = Portable.splat(2.0);
+        assert_eq!(Portable.row(Portable.max(new, bound)), [2.0, 2.0, 3.0, f32::INFINITY, 2.0, 2.0, 2.0, 2.0]);
+        assert_eq!(Portable.row(Portable.min(new, bound)), [2.0, 1.0, 2.0, 2.0, 2.0, 2.0, -1.0, f32::NEG_INFINITY]);
+        assert_eq!((Portable.at_most(new, bound), Portable.at_most(bound, new)), (0b1110_0010, 0b0010_1100));
+        assert_eq!((Portable.less(new, bound), Portable.less(bound, new)), (0b1100_0010, 0b0000_1100));
     }
 }

@@ -8,10 +8,9 @@ use super::block::Facts;
 use super::doubles::{Doubles, dot};
 use super::simd::Simd;
 use crate::ray::{Interval, Ray, Side, Visibility};
-use crate::scalar::Robust;
-use crate::shapes::{FAR, Plane, Probe, Shape, Sphere};
+use crate::shapes::{FAR, Plane, PreparedRay, Shape, Sphere};
 
-/// A ray with what these tests need of a [`Probe`], by its operations.
+/// A ray with what these tests need of a [`PreparedRay`], by its operations.
 #[derive(Clone, Copy)]
 pub(super) struct Line {
     origin: DVec3,
@@ -21,10 +20,10 @@ pub(super) struct Line {
     inverse_length_squared: f64,
 }
 
-impl From<&Probe<Robust>> for Line {
+impl From<&PreparedRay> for Line {
     #[inline(always)]
-    fn from(probe: &Probe<Robust>) -> Self {
-        let Probe { origin, direction, length_squared, shortened, inverse_length_squared, .. } = *probe;
+    fn from(probe: &PreparedRay) -> Self {
+        let PreparedRay { origin, direction, length_squared, shortened, inverse_length_squared, .. } = *probe;
         Self { origin, direction, length_squared, shortened, inverse_length_squared }
     }
 }
@@ -33,14 +32,14 @@ impl Line {
     /// Of a ray in the world.
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
-        Self::from(&Probe::of(Ray::new(origin.into(), direction.into()), false))
+        Self::from(&PreparedRay::of(Ray::<f32>::new(origin.into(), direction.into()), false))
     }
 
     /// What a probe of the same ray says to a sphere.
-    fn probe(self) -> Probe<Robust> {
+    fn probe(self) -> PreparedRay {
         let Self { origin, direction, length_squared, shortened, inverse_length_squared } = self;
-        let ray = Ray::new(origin.as_vec3(), direction.as_vec3());
-        Probe { origin, direction, length_squared, shortened, inverse_length_squared, ..Probe::of(ray, false) }
+        let ray = Ray::<f32>::new(origin.as_vec3(), direction.as_vec3());
+        PreparedRay { origin, direction, length_squared, shortened, inverse_length_squared, ..PreparedRay::of(ray, false) }
     }
 }
 
@@ -234,13 +233,13 @@ impl<S: Doubles> Lines<S> {
         let direction = [s.widen(x), s.widen(y), s.widen(z)];
         let length_squared = dot(s, direction, direction);
         let inverse_length_squared = s.over(s.spread(1.0), length_squared);
-        let shortened = s.times(length_squared, s.spread(Probe::<Robust>::SHORTER));
+        let shortened = s.times(length_squared, s.spread(PreparedRay::SHORTER));
         Self { origin, direction, length_squared, shortened, inverse_length_squared, rows: [*x, *y, *z], culls }
     }
 
-    fn probe(&self, ray: usize) -> Probe<Robust> {
+    fn probe(&self, ray: usize) -> PreparedRay {
         let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
-        Probe::of(Ray::new(self.origin.as_vec3(), d), false)
+        PreparedRay::of(Ray::<f32>::new(self.origin.as_vec3(), d), false)
     }
 }
 

@@ -102,7 +102,7 @@ impl Setup {
     /// For a ray of the space of an instance, in f64 and of any length: moved along itself to beside what is there and scaled,
     /// so that f32 holds it as well as the boxes. Rounded it is a ray that passes the true one by `wrong` at its origin and by u
     /// in each component of its direction. Boxes are entered earlier by that and left later, and what the bounds of
-    /// [`super::filter`] take for a corner's distance is longer by so much that the errors of C, 1.8 u E |d| of a weight for each
+    /// [`super::filter`] take for a corner's distance is longer by so much that the errors of f64, 1.8 u E |d| of a weight for each
     /// unit, and 2.5 u E² of D and of T, are in them.
     pub fn mapped(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> (Self, Rebase) {
         let rebase = Rebase::new(origin, direction, near, bounds);

@@ -2,10 +2,9 @@
 
 use glam::DVec3;
 
-use crate::scalar::Robust;
-use crate::shapes::{Crossing, Probe};
+use crate::shapes::{Crossing, PreparedRay};
 
-/// What the exact test needs of a ray. The projection across it is that of [`Probe`], of whose six numbers two are zero and four are
+/// What the exact test needs of a ray. The projection across it is that of [`PreparedRay`], of whose six numbers two are zero and four are
 /// components of the direction: with the axes turned so that the direction's largest component comes first, (p, q, r), a corner's two
 /// coordinates are q·a + p·b and r·c + p·d.
 #[derive(Clone, Copy)]
@@ -47,7 +46,7 @@ impl Sight {
 
     /// The same as a probe.
     #[inline(always)]
-    pub fn of(probe: &Probe<Robust>) -> Self {
+    pub fn of(probe: &PreparedRay) -> Self {
         Self::with(probe.origin.to_array(), probe.direction, probe.inverse_length_squared)
     }
 
@@ -63,9 +62,9 @@ impl Sight {
     }
 }
 
-impl From<&Crossing<Robust>> for Met {
-    fn from(crossing: &Crossing<Robust>) -> Self {
-        let &Crossing { t, weights: [u, v], from_outside, .. } = crossing;
-        Self { t, weights: [u as f32, v as f32], from_outside }
+impl From<&Crossing> for Met {
+    fn from(crossing: &Crossing) -> Self {
+        let &Crossing { t, weights: [u, v], from_outside } = crossing;
+        Self { t: t as f32, weights: [u as f32, v as f32], from_outside }
     }
 }

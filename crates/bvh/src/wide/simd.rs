@@ -10,8 +10,7 @@ use super::sight::{Met, Sight, Unsure};
 use super::stack::{Stack, Waiting};
 use super::walk::Answer;
 use super::{Child, WIDTH, Wide};
-use crate::scalar::Robust;
-use crate::shapes::Probe;
+use crate::shapes::PreparedRay;
 
 /// Eight lanes of f32. A minimum or maximum is its second operand unless the first one is less or greater, so that what is not a
 /// number bounds nothing, and comparisons with such are never true.
@@ -56,16 +55,16 @@ pub(super) trait Simd: Copy {
         Err(Unsure)
     }
     /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
-    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool;
+    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool;
     /// [`unpacked`], the same way.
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool;
+    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool;
     /// [`super::gather::gathered`], the same way.
     fn gathered<A: Answer>(
         self,
         wide: &Wide,
         leaf: Child,
         aim: &Aim,
-        probe: Option<&Probe<Robust>>,
+        probe: Option<&PreparedRay>,
         line: &mut Option<Line>,
         answer: &mut A,
     ) -> bool;
@@ -78,7 +77,7 @@ pub(super) fn settled<S: Simd, A: Answer>(
     triangles: &Block,
     [number, lanes]: [usize; 2],
     aim: &Aim,
-    probe: Option<&Probe<Robust>>,
+    probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
     let sight = probe.map_or_else(|| Sight::new(aim.origin, aim.direction), Sight::of);
@@ -101,7 +100,7 @@ pub(super) fn asked<S: Simd, A: Answer>(
     block: &Block,
     number: usize,
     aim: &Aim,
-    probe: Option<&Probe<Robust>>,
+    probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
     let far = answer.far();
@@ -124,7 +123,7 @@ pub(super) fn unpacked<S: Simd, A: Answer>(
     wide: &Wide,
     number: usize,
     aim: &Aim,
-    probe: Option<&Probe<Robust>>,
+    probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
     asked(s, &wide.packed.block(number), number, aim, probe, answer)
@@ -132,9 +131,9 @@ pub(super) fn unpacked<S: Simd, A: Answer>(
 
 /// The test of single triangles.
 #[inline(never)]
-fn alone(block: &Block, lane: usize, aim: &Aim, probe: Option<&Probe<Robust>>) -> Option<Met> {
+fn alone(block: &Block, lane: usize, aim: &Aim, probe: Option<&PreparedRay>) -> Option<Met> {
     let triangle = block.triangle(lane);
-    let crossing = probe.map_or_else(|| triangle.crossing(&Probe::new(aim.ray())), |probe| triangle.crossing(probe))?;
+    let crossing = probe.map_or_else(|| triangle.crossing(&PreparedRay::new(aim.ray())), |probe| triangle.crossing(probe))?;
     Some(Met::from(&crossing))
 }
 
@@ -211,7 +210,7 @@ mod tests {
             block.set(round % WIDTH, corners.map(turn));
             let tilt = Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
             let (origin, direction) = (turn(origin), turn((ALONG + tilt) * [1.0, -1.0][round / 4 % 2]));
-            let alone = block.triangle(round % WIDTH).crossing(&Probe::<Robust>::new(Ray::new(origin, direction)));
+            let alone = block.triangle(round % WIDTH).crossing(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
             let sight = Sight::new(origin.to_array(), direction.to_array());
             let Ok(met) = avx2.crossing(&block, round % WIDTH, &sight) else {
                 left += 1;

@@ -13,8 +13,7 @@ use super::simd::Simd;
 use super::stack::{Stack, Waiting};
 use super::{Child, Node, Wide};
 use crate::ray::Interval;
-use crate::scalar::Robust;
-use crate::shapes::Probe;
+use crate::shapes::PreparedRay;
 
 /// What a query makes of what a walk meets.
 pub(crate) trait Answer {
@@ -121,7 +120,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
     s: S,
     wide: &Wide,
     setup: &Setup,
-    probe: Option<&Probe<Robust>>,
+    probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
     let slabs = Slabs::<S, MAPPED>::new(s, setup);

@@ -21,8 +21,80 @@ use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
 use super::walk::{Answer, walk};
 use super::{Child, WIDTH, Wide};
-use crate::scalar::Robust;
-use crate::shapes::Probe;
+use crate::shapes::PreparedRay;
+
+/// Entries of a set of instructions: methods of its token, each of which calls a function that is compiled for them.
+macro_rules! entries {
+    ($token:ident, $features:literal: $(
+        $(#[doc = $about:literal])*
+        $(@[$inner:meta])*
+        $visibility:vis fn $name:ident<$G:ident: $Bound:ident>($s:ident $(, $argument:ident: $kind:ty)*) { $body:expr } -> $out:ty;
+    )*) => { $(
+        $(#[doc = $about])*
+        #[inline(always)]
+        #[allow(clippy::too_many_arguments, reason = "in registers")]
+        $visibility fn $name<$G: $Bound>(self $(, $argument: $kind)*) -> $out {
+            $(#[$inner])*
+            #[inline(never)]
+            #[target_feature(enable = $features)]
+            #[allow(clippy::too_many_arguments, reason = "in registers")]
+            fn enter<$G: $Bound>($s: $token $(, $argument: $kind)*) -> $out {
+                $body
+            }
+            // SAFETY: `self` exists, so the processor has what the function needs.
+            unsafe { enter(self $(, $argument)*) }
+        }
+    )* };
+}
+
+/// What a query asks of the whole tree.
+macro_rules! traversals {
+    ($token:ident, $features:literal) => {
+        entries! { $token, $features:
+            /// The walk with these instructions.
+            pub fn walk<A: Answer>(
+                s, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, answer: &mut A
+            ) { walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer) } -> bool;
+            /// The same for a ray in the space of an instance.
+            pub fn walk_mapped<A: Answer>(s, wide: &Wide, setup: &Setup, probe: PreparedRay, answer: &mut A) {
+                walk::<_, _, true>(s, wide, setup, Some(&probe), answer)
+            } -> bool;
+            /// The rows that every query tests.
+            pub fn rows<A: Answer>(
+                s, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
+            ) { rows(s, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
+            /// The same for a ray in the space of an instance.
+            pub fn rows_mapped<A: Answer>(s, wide: &Wide, line: &Line, answer: &mut A) { rows(s, wide, line, answer) } -> bool;
+            /// Blocks and the rest where there are no nodes.
+            pub fn blocks<A: Answer>(s, wide: &Wide, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) {
+                blocks(s, wide, aim, probe, answer)
+            } -> bool;
+            /// Rays from one point.
+            pub fn pencil<M: Meets>(s, wide: &Wide, pencil: &mut Pencil, meets: &mut M) {
+                pencil::walk(s, wide, pencil, meets)
+            } -> Asked;
+        }
+    };
+}
+
+/// What a traversal asks of a leaf, apart from it, whose registers that would take.
+macro_rules! leaves {
+    ($token:ident, $features:literal) => {
+        entries! { $token, $features:
+            fn settle<A: Answer>(
+                s, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A
+            ) { settled(s, block, at, aim, probe, answer) } -> bool;
+            // Cold, or it is inlined all the same, and the walk copies to its stack for every ray what this reads of the tree.
+            @[cold]
+            fn packed<A: Answer>(
+                s, wide: &Wide, number: usize, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A
+            ) { unpacked(s, wide, number, aim, probe, answer) } -> bool;
+            fn gathered<A: Answer>(
+                s, wide: &Wide, leaf: Child, aim: &Aim, probe: Option<&PreparedRay>, line: &mut Option<Line>, answer: &mut A
+            ) { gathered(s, wide, leaf, aim, probe, line, answer) } -> bool;
+        }
+    };
+}
 
 /// Proof that the processor has AVX2 and FMA, and what comes with them.
 #[derive(Clone, Copy, Debug)]
@@ -39,60 +111,7 @@ impl Avx2 {
         has.then_some(Self(()))
     }
 
-    /// The walk with these instructions.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "in registers")]
-    pub fn walk<A: Answer>(
-        self,
-        wide: &Wide,
-        ox: f32,
-        oy: f32,
-        oz: f32,
-        dx: f32,
-        dy: f32,
-        dz: f32,
-        near: f32,
-        answer: &mut A,
-    ) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { walk_avx2(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
-    }
-
-    /// The same for a ray in the space of an instance.
-    #[inline(always)]
-    pub fn walk_mapped<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { mapped_avx2(self, wide, setup, probe, answer) }
-    }
-
-    /// The rows that every query tests.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "in registers")]
-    pub fn rows<A: Answer>(self, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { rows_avx2(self, wide, ox, oy, oz, dx, dy, dz, answer) }
-    }
-
-    /// The same for a ray in the space of an instance.
-    #[inline(always)]
-    pub fn rows_mapped<A: Answer>(self, wide: &Wide, line: &Line, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { rows_mapped_avx2(self, wide, line, answer) }
-    }
-
-    /// Blocks and the rest where there are no nodes.
-    #[inline(always)]
-    pub fn blocks<A: Answer>(self, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { blocks_avx2(self, wide, aim, probe, answer) }
-    }
-
-    /// Rays from one point.
-    #[inline(always)]
-    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { pencil_avx2(self, wide, pencil, meets) }
-    }
+    traversals!(Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
 }
 
 /// Proof that the processor has AVX-512 with vectors of all lengths, besides AVX2.
@@ -108,235 +127,7 @@ impl Avx512 {
         if has { Avx2::detect().map(Self) } else { None }
     }
 
-    /// The walk with these instructions.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "in registers")]
-    pub fn walk<A: Answer>(
-        self,
-        wide: &Wide,
-        ox: f32,
-        oy: f32,
-        oz: f32,
-        dx: f32,
-        dy: f32,
-        dz: f32,
-        near: f32,
-        answer: &mut A,
-    ) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { walk_avx512(self, wide, ox, oy, oz, dx, dy, dz, near, answer) }
-    }
-
-    /// The same for a ray in the space of an instance.
-    #[inline(always)]
-    pub fn walk_mapped<A: Answer>(self, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { mapped_avx512(self, wide, setup, probe, answer) }
-    }
-
-    /// The rows that every query tests.
-    #[inline(always)]
-    #[expect(clippy::too_many_arguments, reason = "in registers")]
-    pub fn rows<A: Answer>(self, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { rows_avx512(self, wide, ox, oy, oz, dx, dy, dz, answer) }
-    }
-
-    /// The same for a ray in the space of an instance.
-    #[inline(always)]
-    pub fn rows_mapped<A: Answer>(self, wide: &Wide, line: &Line, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { rows_mapped_avx512(self, wide, line, answer) }
-    }
-
-    /// Blocks and the rest where there are no nodes.
-    #[inline(always)]
-    pub fn blocks<A: Answer>(self, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { blocks_avx512(self, wide, aim, probe, answer) }
-    }
-
-    /// Rays from one point.
-    #[inline(always)]
-    pub fn pencil<M: Meets>(self, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
-        // SAFETY: `self` exists, so the processor has what the function needs.
-        unsafe { pencil_avx512(self, wide, pencil, meets) }
-    }
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-#[expect(clippy::too_many_arguments, reason = "in registers")]
-fn walk_avx2<A: Answer>(
-    s: Avx2,
-    wide: &Wide,
-    ox: f32,
-    oy: f32,
-    oz: f32,
-    dx: f32,
-    dy: f32,
-    dz: f32,
-    near: f32,
-    answer: &mut A,
-) -> bool {
-    walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-#[expect(clippy::too_many_arguments, reason = "in registers")]
-fn walk_avx512<A: Answer>(
-    s: Avx512,
-    wide: &Wide,
-    ox: f32,
-    oy: f32,
-    oz: f32,
-    dx: f32,
-    dy: f32,
-    dz: f32,
-    near: f32,
-    answer: &mut A,
-) -> bool {
-    walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-    walk::<_, _, true>(s, wide, setup, Some(&probe), answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, setup: &Setup, probe: Probe<Robust>, answer: &mut A) -> bool {
-    walk::<_, _, true>(s, wide, setup, Some(&probe), answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-#[expect(clippy::too_many_arguments, reason = "in registers")]
-fn rows_avx2<A: Answer>(s: Avx2, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
-    rows(s, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn rows_mapped_avx2<A: Answer>(s: Avx2, wide: &Wide, line: &Line, answer: &mut A) -> bool {
-    rows(s, wide, line, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn blocks_avx2<A: Answer>(s: Avx2, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-    blocks(s, wide, aim, probe, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-#[expect(clippy::too_many_arguments, reason = "in registers")]
-fn rows_avx512<A: Answer>(s: Avx512, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
-    rows(s, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn rows_mapped_avx512<A: Answer>(s: Avx512, wide: &Wide, line: &Line, answer: &mut A) -> bool {
-    rows(s, wide, line, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn blocks_avx512<A: Answer>(s: Avx512, wide: &Wide, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-    blocks(s, wide, aim, probe, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn pencil_avx2<M: Meets>(s: Avx2, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
-    pencil::walk(s, wide, pencil, meets)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn pencil_avx512<M: Meets>(s: Avx512, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
-    pencil::walk(s, wide, pencil, meets)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn settle_avx2<A: Answer>(
-    s: Avx2,
-    block: &Block,
-    at: [usize; 2],
-    aim: &Aim,
-    probe: Option<&Probe<Robust>>,
-    answer: &mut A,
-) -> bool {
-    settled(s, block, at, aim, probe, answer)
-}
-
-// Cold, or it is inlined all the same, and the walk copies to its stack for every ray what this reads of the tree.
-#[cold]
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn packed_avx2<A: Answer>(s: Avx2, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-    unpacked(s, wide, number, aim, probe, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn settle_avx512<A: Answer>(
-    s: Avx512,
-    block: &Block,
-    at: [usize; 2],
-    aim: &Aim,
-    probe: Option<&Probe<Robust>>,
-    answer: &mut A,
-) -> bool {
-    settled(s, block, at, aim, probe, answer)
-}
-
-// Cold, as above.
-#[cold]
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn packed_avx512<A: Answer>(
-    s: Avx512,
-    wide: &Wide,
-    number: usize,
-    aim: &Aim,
-    probe: Option<&Probe<Robust>>,
-    answer: &mut A,
-) -> bool {
-    unpacked(s, wide, number, aim, probe, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn gathered_avx2<A: Answer>(
-    s: Avx2,
-    wide: &Wide,
-    leaf: Child,
-    aim: &Aim,
-    probe: Option<&Probe<Robust>>,
-    line: &mut Option<Line>,
-    answer: &mut A,
-) -> bool {
-    gathered(s, wide, leaf, aim, probe, line, answer)
-}
-
-#[inline(never)]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn gathered_avx512<A: Answer>(
-    s: Avx512,
-    wide: &Wide,
-    leaf: Child,
-    aim: &Aim,
-    probe: Option<&Probe<Robust>>,
-    line: &mut Option<Line>,
-    answer: &mut A,
-) -> bool {
-    gathered(s, wide, leaf, aim, probe, line, answer)
+    traversals!(Avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
 }
 
 /// What both have in common: instructions of AVX2 and FMA on eight lanes.
@@ -420,31 +211,7 @@ macro_rules! eight_lanes {
 impl Simd for Avx2 {
     eight_lanes!();
 
-    #[inline(always)]
-    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-        // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { settle_avx2(self, block, at, aim, probe, answer) }
-    }
-
-    #[inline(always)]
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-        // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { packed_avx2(self, wide, number, aim, probe, answer) }
-    }
-
-    #[inline(always)]
-    fn gathered<A: Answer>(
-        self,
-        wide: &Wide,
-        leaf: Child,
-        aim: &Aim,
-        probe: Option<&Probe<Robust>>,
-        line: &mut Option<Line>,
-        answer: &mut A,
-    ) -> bool {
-        // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { gathered_avx2(self, wide, leaf, aim, probe, line, answer) }
-    }
+    leaves!(Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
 
     #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> u32 {
@@ -475,31 +242,7 @@ impl Simd for Avx2 {
 impl Simd for Avx512 {
     eight_lanes!();
 
-    #[inline(always)]
-    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-        // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { settle_avx512(self, block, at, aim, probe, answer) }
-    }
-
-    #[inline(always)]
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&Probe<Robust>>, answer: &mut A) -> bool {
-        // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { packed_avx512(self, wide, number, aim, probe, answer) }
-    }
-
-    #[inline(always)]
-    fn gathered<A: Answer>(
-        self,
-        wide: &Wide,
-        leaf: Child,
-        aim: &Aim,
-        probe: Option<&Probe<Robust>>,
-        line: &mut Option<Line>,
-        answer: &mut A,
-    ) -> bool {
-        // SAFETY: `self` says that the processor has what the function needs.
-        unsafe { gathered_avx512(self, wide, leaf, aim, probe, line, answer) }
-    }
+    leaves!(Avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
 
     #[inline(always)]
     fn less(self, a: __m256, b: __m256) -> u32 {

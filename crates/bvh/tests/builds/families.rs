@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use raywright_bvh::shapes::Sphere;
-use raywright_bvh::{Group, Robust, Visibility};
+use raywright_bvh::{Group, Visibility};
 
 use crate::split_mix::step;
 
@@ -206,7 +206,7 @@ fn scaled(item: Item, by: f32) -> Item {
 }
 
 /// The primitives as they are built from.
-pub fn group(items: &[Item]) -> Group<Robust> {
+pub fn group(items: &[Item]) -> Group<f32> {
     let mut group = Group::default();
     for item in items {
         let added = match *item {

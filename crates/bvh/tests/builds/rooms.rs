@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad};
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray, Robust, Visibility, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray, Visibility, Visits};
 
 use super::families::Random;
 
 /// Six walls of cells × cells quads, of extent 2·half around the centre; each corner moved by as much as `jitter` says.
-fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> Group<Robust> {
+fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> Group<f32> {
     let random = &mut Random(2);
     let mut group = Group::default();
     let step = 2.0 * half / cells as f64;
@@ -25,7 +25,7 @@ fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> Group<Robust> {
 }
 
 /// Nodes and primitives of rays that start anywhere in the room.
-fn visits(group: Group<Robust>, centre: DVec3, half: f64, quality: BuildQuality) -> u64 {
+fn visits(group: Group<f32>, centre: DVec3, half: f64, quality: BuildQuality) -> u64 {
     let geometry = Geometry::new(group, AcceleratorKind::Tree(quality));
     let (random, mut visits) = (&mut Random(3), Visits::default());
     for _ in 0..2000 {

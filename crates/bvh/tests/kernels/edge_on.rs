@@ -1,9 +1,7 @@
 //! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along the way.
 
 use glam::{Vec3, Vec3Swizzles};
-use raywright_bvh::{
-    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Robust, Visibility,
-};
+use raywright_bvh::{AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Visibility};
 
 use super::bits;
 use super::meshes::Random;
@@ -37,7 +35,7 @@ fn about(random: &mut Random, direction: Vec3) -> Vec<Vec3> {
 /// Asks every kernel, alone and from one point, what the scan says, before the origin too. Returns how many rays hit.
 fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: AcceleratorKind) -> usize {
     let built = |kind: AcceleratorKind| {
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
         Geometry::new(group, kind)
     };
@@ -113,7 +111,7 @@ fn order_does_not_decide_among_parts() {
             triangles.push([at + random.point() * size, at + random.point() * size, at + random.point() * size]);
         }
         let bytes = |quality: BuildQuality| {
-            let mut group = Group::<Robust>::default();
+            let mut group = Group::<f32>::default();
             group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
             Geometry::new(group, AcceleratorKind::Tree(quality)).bytes()
         };

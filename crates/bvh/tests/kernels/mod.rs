@@ -8,13 +8,13 @@ mod rows;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Robust, Side, Visibility, Visits,
+    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Side, Visibility, Visits,
 };
 
 use self::meshes::{Mesh, Random, families, range, ray};
 
 /// Objects of some triangles each, with every kind of visibility, and balls between them where asked for.
-fn group(mesh: &Mesh, balls: bool) -> Group<Robust> {
+fn group(mesh: &Mesh, balls: bool) -> Group<f32> {
     let mut group = Group::default();
     for (i, part) in mesh.chunks(5).enumerate() {
         let side = [Side::Both, Side::Culled, Side::Outside, Side::Inside][i % 4];
@@ -34,7 +34,7 @@ fn bits(hit: Option<Hit<f32>>) -> Option<([u32; 3], [u32; 3])> {
 }
 
 /// All hits about which a query asks, in order, and whether something opaque ended it.
-fn asked(geometry: &Geometry<Robust>, ray: &Ray<f32>, range: Interval<f32>) -> (bool, Vec<[u32; 3]>) {
+fn asked(geometry: &Geometry<f32>, ray: &Ray<f32>, range: Interval<f32>) -> (bool, Vec<[u32; 3]>) {
     let mut hits = Vec::new();
     let ended = geometry.any(
         ray,
@@ -104,7 +104,7 @@ fn parts_of_triangles_are_one_triangle() {
     let bytes = BuildQuality::ALL.map(|quality| Geometry::new(group(&mesh, true), AcceleratorKind::Tree(quality)).bytes());
     assert!(bytes[2] > bytes[1] + bytes[1] / 4, "{bytes:?}");
     let shown = |kind: AcceleratorKind| {
-        let mut outer = Group::<Robust>::default();
+        let mut outer = Group::<f32>::default();
         let part = outer.part(Geometry::new(group(&mesh, true), kind)).unwrap();
         let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
         outer.instance(part, DAffine3::from_translation(DVec3::X * 0.5), visibility).unwrap();
@@ -154,7 +154,7 @@ fn instances_show_what_the_scan_finds() {
     for ((name, mesh), balls) in families().into_iter().zip([true, false].into_iter().cycle()) {
         for (place, map) in maps().into_iter().enumerate() {
             let shown = |kind: AcceleratorKind| {
-                let mut outer = Group::<Robust>::default();
+                let mut outer = Group::<f32>::default();
                 let part = outer.part(Geometry::new(group(&mesh, balls), kind)).unwrap();
                 let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
                 outer.instance(part, map, visibility).ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
@@ -210,7 +210,7 @@ fn globe(times: usize) -> Mesh {
 fn closed_meshes_do_not_leak() {
     for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
         let mesh: Mesh = globe(5).into_iter().map(|face| face.map(|p| p + offset)).collect();
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         group.mesh(mesh.iter().copied(), Visibility::default()).unwrap();
         let mut tree = Geometry::new(group, AcceleratorKind::default());
         for kernel in Kernel::available() {
@@ -239,7 +239,7 @@ fn a_wide_ground_does_not_blind_the_filter() {
     let small: Mesh = globe(4).into_iter().map(|face| face.map(|p| p * 0.01)).collect();
     let ground = [Vec3::new(-1e6, -0.011, -1e6), Vec3::new(1e6, -0.011, -1e6), Vec3::new(0.0, -0.011, 1e6)];
     let visits = |mesh: &mut dyn Iterator<Item = [Vec3; 3]>, random: &mut Random| {
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         group.mesh(mesh, Visibility::default()).unwrap();
         let (tree, mut visits) = (Geometry::new(group, AcceleratorKind::default()), Visits::default());
         for _ in 0..500 {
@@ -279,7 +279,7 @@ fn directions_may_have_any_length() {
                         continue;
                     }
                     let all = Interval { min: 0.0, max: f32::INFINITY };
-                    let hit = |geometry: &Geometry<Robust>| bits(geometry.closest(&ray, all, &mut ()));
+                    let hit = |geometry: &Geometry<f32>| bits(geometry.closest(&ray, all, &mut ()));
                     assert_eq!(hit(&tree), hit(&scan), "{name}, {kernel:?}, 2^{exponent}: {ray:?}");
                     assert_eq!(asked(&tree, &ray, all), asked(&scan, &ray, all), "{name}, {kernel:?}, 2^{exponent}: {ray:?}");
                 }
@@ -299,7 +299,7 @@ fn rays_that_are_none_end() {
         tree.set_kernel(kernel);
         for (a, b) in odd.into_iter().flat_map(|a| odd.map(|b| (a, b))) {
             for ray in [Ray::new(Vec3::splat(a), Vec3::new(b, 0.0, 0.0)), Ray::new(Vec3::ZERO, Vec3::new(a, b, 1.0))] {
-                let hit = |geometry: &Geometry<Robust>| bits(geometry.closest(&ray, Interval::positive(), &mut ()));
+                let hit = |geometry: &Geometry<f32>| bits(geometry.closest(&ray, Interval::positive(), &mut ()));
                 assert_eq!(hit(&tree), hit(&scan), "{kernel:?} {ray:?}");
             }
         }

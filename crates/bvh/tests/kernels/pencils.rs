@@ -3,8 +3,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Occlusion, Patience, Precision, Ray, Real, Reference,
-    Robust, Vector, Visibility,
+    AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Occlusion, Patience, Ray, Real, Vector, Visibility,
 };
 
 use super::meshes::{Mesh, Random, families, range, ray};
@@ -20,7 +19,7 @@ fn around(random: &mut Random, direction: Vec3, count: usize) -> Vec<Vec3> {
     (0..count).map(|_| one(random)).collect()
 }
 
-fn agree(name: &str, geometry: &mut Geometry<Robust>, mesh: &Mesh, scan: Option<&Geometry<Robust>>) -> [usize; 2] {
+fn agree(name: &str, geometry: &mut Geometry<f32>, mesh: &Mesh, scan: Option<&Geometry<f32>>) -> [usize; 2] {
     let mut all = [0; 2];
     for kernel in Kernel::available() {
         geometry.set_kernel(kernel);
@@ -61,11 +60,11 @@ fn together_is_as_alone() {
 }
 
 /// A plane without end, a cylinder's worth of other shapes, balls, and a mesh that is shown under two maps.
-fn mixed<P: Precision>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<P> {
-    let v = |p: Vec3| <P::Real as Real>::Vec3::from_f64(p.as_dvec3());
-    let mut part = Group::<P>::default();
+fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
+    let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
+    let mut part = Group::<R>::default();
     part.mesh(mesh.iter().map(|corners| corners.map(v)), Visibility::default()).unwrap();
-    let mut group = Group::<P>::default();
+    let mut group = Group::<R>::default();
     let part = group.part(Geometry::new(part, kind)).unwrap();
     let ask = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
     for shift in [DVec3::ZERO, DVec3::new(0.3, -0.1, 0.2)] {
@@ -74,13 +73,13 @@ fn mixed<P: Precision>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<P> {
     group.plane(Plane::new(v(Vec3::new(0.0, -0.4, 0.0)), v(Vec3::Y)), Visibility::default()).unwrap();
     for i in 0..12 {
         let at = Vec3::new(i as f32 / 6.0 - 1.0, 0.1, 0.2);
-        group.sphere(Sphere { centre: v(at), radius: P::Real::from_f32(0.1) }, ask).unwrap();
+        group.sphere(Sphere { centre: v(at), radius: R::from_f32(0.1) }, ask).unwrap();
         group.shape(AnyShape::Disk(Disk::new(at.as_dvec3(), DVec3::Z, 0.12)), ask).unwrap();
     }
     let endless = raywright_bvh::shapes::Cylinder {
         base: v(Vec3::ZERO),
         axis: v(Vec3::new(0.0, 0.0, 1.0)),
-        radius: P::Real::from_f32(0.05),
+        radius: R::from_f32(0.05),
         ends: raywright_bvh::shapes::Ends::None,
     };
     group.shape(AnyShape::Cylinder(endless), ask).unwrap();
@@ -91,11 +90,11 @@ fn mixed<P: Precision>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<P> {
 #[test]
 fn whatever_is_met() {
     let (_, mesh) = families().swap_remove(2);
-    let mut tree = mixed::<Robust>(AcceleratorKind::default(), &mesh);
-    let scan = mixed::<Robust>(AcceleratorKind::Linear, &mesh);
+    let mut tree = mixed::<f32>(AcceleratorKind::default(), &mesh);
+    let scan = mixed::<f32>(AcceleratorKind::Linear, &mesh);
     let [hits, rays] = agree("mixed", &mut tree, &mesh, Some(&scan));
     assert!(2 * hits > rays, "{hits} of {rays}");
-    let exact = mixed::<Reference>(AcceleratorKind::default(), &mesh);
+    let exact = mixed::<f64>(AcceleratorKind::default(), &mesh);
     let directions = [DVec3::X, DVec3::new(0.8, 0.6, 0.0), DVec3::Z, DVec3::NEG_Y, DVec3::Y];
     let asked = FromOnePoint {
         origin: DVec3::new(0.1, 0.2, 0.05),
@@ -115,7 +114,7 @@ fn whatever_is_met() {
 #[test]
 fn nothing_asked_and_nothing_said() {
     let (_, mesh) = families().swap_remove(2);
-    let tree = mixed::<Robust>(AcceleratorKind::default(), &mesh);
+    let tree = mixed::<f32>(AcceleratorKind::default(), &mesh);
     let mut hits = vec![None];
     let mut from = |directions: &[Vec3]| {
         let asked = FromOnePoint { origin: Vec3::X, directions, time: 0.0, culls: false, range: Interval::positive() };

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Plane, Quad, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Patience, Ray, Robust, Side,
+    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Patience, Ray, Side,
     Visibility,
 };
 
@@ -54,7 +54,7 @@ fn visibility(i: usize) -> Visibility {
 fn group(
     [spheres, planes, triangles, disks, quads, boxes]: [usize; 6],
     (_, spread, size, away): (&str, f32, f32, f32),
-) -> (Group<Robust>, Vec<Sphere<f32>>) {
+) -> (Group<f32>, Vec<Sphere<f32>>) {
     let (random, mut group, mut aims) = (&mut Random(3), Group::default(), vec![]);
     let unit = spread.max(size);
     // Of each kind in turn, so that the order of objects is not that of rows.
@@ -135,7 +135,7 @@ fn ray(random: &mut Random, aims: &[Sphere<f32>]) -> Ray<f32> {
     Ray::new(origin.as_vec3(), (direction * length).as_vec3())
 }
 
-fn agree(name: &str, scan: &Geometry<Robust>, rows: &mut Geometry<Robust>, aims: &[Sphere<f32>], map: DAffine3) -> usize {
+fn agree(name: &str, scan: &Geometry<f32>, rows: &mut Geometry<f32>, aims: &[Sphere<f32>], map: DAffine3) -> usize {
     let mut hits = 0;
     for kernel in Kernel::available() {
         rows.set_kernel(kernel);
@@ -173,7 +173,7 @@ fn rows_find_what_the_scan_finds() {
         assert!(rows.kernel().is_some(), "{name}");
         hits += agree(&name, &scan, &mut rows, &aims, DAffine3::IDENTITY);
         let shown = |kind: AcceleratorKind| {
-            let mut outer = Group::<Robust>::default();
+            let mut outer = Group::<f32>::default();
             let part = outer.part(built(kind)).unwrap();
             let shown = outer.instance(part, turned, Visibility { occlusion: Occlusion::Ask, ..Visibility::default() });
             shown.ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
@@ -255,10 +255,10 @@ fn leaves_are_met_together() {
 #[test]
 fn nothing_and_next_to_nothing() {
     let down = Ray::new(Vec3::Y, Vec3::NEG_Y);
-    let empty = Geometry::<Robust>::new(Group::default(), AcceleratorKind::default());
+    let empty = Geometry::<f32>::new(Group::default(), AcceleratorKind::default());
     assert_eq!(empty.closest(&down, Interval::positive(), &mut ()), None);
     assert!(!empty.any(&down, Interval::positive(), &mut |_| true, &mut ()));
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     group.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()).unwrap();
     let plane = Geometry::new(group, AcceleratorKind::default());
     assert_eq!(plane.closest(&down, Interval::positive(), &mut ()).map(|hit| hit.t), Some(1.0));
@@ -269,7 +269,7 @@ fn nothing_and_next_to_nothing() {
 /// and from one point.
 #[test]
 fn rays_that_touch_hit() {
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     for i in 0..8_u8 {
         let centre = Vec3::X * 10.0 * f32::from(i);
         group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();

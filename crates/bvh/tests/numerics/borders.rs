@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Cone, Cylinder, Disk, Ends, Hyperboloid, Paraboloid, Quad};
-use raywright_bvh::{Interval, Probe, Real, Robust, Shape, Side};
+use raywright_bvh::{Interval, PreparedRay, Real, Shape, Side};
 
 use super::support::{Random, Verdict, exact, hex, hit, judge, ray, stored, towards, ulp};
 
@@ -36,7 +36,7 @@ fn p09_quad_border() {
         let scale = corner.abs().max((corner + eu + ev).abs()).max_element();
         let out = (border - (corner + (eu + ev) * 0.5)).normalize();
         let origin = border + random.direction() * random.between(1.0, 10.0);
-        let ray = towards::<Robust>(origin, border + out * (random.pick(&STEPS) * ulp(scale)));
+        let ray = towards::<f32>(origin, border + out * (random.pick(&STEPS) * ulp(scale)));
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         if normal.dot(d).abs() < 0.05 * normal.length() || normal.dot(d) * normal.dot(border - o) < 0.0 {
@@ -51,8 +51,8 @@ fn p09_quad_border() {
         if margin.abs() < 4.0 * ulp(scale) {
             return Verdict::Skip;
         }
-        let got = hit::<Robust>(&quad, &ray).is_some();
-        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the border{}", hex::<Robust>(&ray)))
+        let got = hit::<f32>(&quad, &ray).is_some();
+        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the border{}", hex::<f32>(&ray)))
     })
     .expect_right(200_000);
 }
@@ -63,11 +63,11 @@ fn p09_disk_border() {
     judge("P09 disk", 10, 400_000, |random| {
         let (centre, normal) = (exact(random.cube() * 10.0), exact(random.direction()));
         let radius = f64::from(random.between(0.1, 3.0) as f32);
-        let disk = Disk::<f32> { centre: stored::<Robust>(centre), normal: stored::<Robust>(normal), radius: radius as f32 };
+        let disk = Disk::<f32> { centre: stored::<f32>(centre), normal: stored::<f32>(normal), radius: radius as f32 };
         let rim = random.disc(normal.normalize(), 1.0).normalize();
         let scale = centre.abs().max_element() + radius;
         let origin = centre + rim * radius + random.direction() * random.between(1.0, 10.0);
-        let ray = towards::<Robust>(origin, centre + rim * (radius + random.pick(&STEPS) * ulp(scale)));
+        let ray = towards::<f32>(origin, centre + rim * (radius + random.pick(&STEPS) * ulp(scale)));
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         if normal.dot(d).abs() < 0.05 || normal.dot(d) * normal.dot(centre - o) < 0.0 {
@@ -77,8 +77,8 @@ fn p09_disk_border() {
         if margin.abs() < 4.0 * ulp(scale) {
             return Verdict::Skip;
         }
-        let got = hit::<Robust>(&disk, &ray).is_some();
-        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the rim{}", hex::<Robust>(&ray)))
+        let got = hit::<f32>(&disk, &ray).is_some();
+        Verdict::holds(got == (margin > 0.0), || format!("hit {got} at {margin:e} from the rim{}", hex::<f32>(&ray)))
     })
     .expect_right(100_000);
 }
@@ -96,7 +96,7 @@ fn p09_no_leak_between_quads() {
         let b = Quad::<f32>::new(end, corner - end, right);
         let target = corner + (end - corner) * random.between(0.05, 0.95);
         let away = -(left.normalize() + right.normalize()).normalize() + random.direction() * 0.5;
-        let ray = towards::<Robust>(target + away * random.between(0.5, 20.0), target);
+        let ray = towards::<f32>(target + away * random.between(0.5, 20.0), target);
         // The ray must pass between the two far edges as seen from its origin.
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let seam = end - corner;
@@ -108,8 +108,8 @@ fn p09_no_leak_between_quads() {
         if l * r >= 0.0 || !steep(left, l) || !steep(right, r) || behind || far_off {
             return Verdict::Skip;
         }
-        let met = hit::<Robust>(&a, &ray).is_some() || hit::<Robust>(&b, &ray).is_some();
-        Verdict::holds(met, || format!("leak{} {a:?} {b:?}", hex::<Robust>(&ray)))
+        let met = hit::<f32>(&a, &ray).is_some() || hit::<f32>(&b, &ray).is_some();
+        Verdict::holds(met, || format!("leak{} {a:?} {b:?}", hex::<f32>(&ray)))
     })
     .expect_right(1_000_000);
 }
@@ -129,7 +129,7 @@ fn solid(random: &mut Random) -> (AnyShape<f32>, DVec3, DVec3, [f64; 2]) {
     let (base, axis) = (exact(random.cube() * 3.0), exact(random.cube() * 2.0));
     let axis = if axis.length() < 0.3 { DVec3::Y } else { axis };
     let radii = random.pick(&[[1.0, 1.0], [1.0, 0.0], [1.25, 0.5], [0.25, 0.75]]);
-    let (b, a) = (stored::<Robust>(base), stored::<Robust>(axis));
+    let (b, a) = (stored::<f32>(base), stored::<f32>(axis));
     let shape = if radii[0] == radii[1] {
         Cylinder { base: b, axis: a, radius: radii[0] as f32, ends: Ends::Capped }.into()
     } else {
@@ -149,17 +149,17 @@ fn p11_cap_seam() {
         let scale = base.abs().max_element() + axis.abs().max_element() + 1.25;
         let jitter = random.cube() * (4.0 * ulp(scale));
         let rim = end + out * radius + jitter;
-        let ray = towards::<Robust>(rim + random.direction() * random.between(3.0, 10.0), rim);
+        let ray = towards::<f32>(rim + random.direction() * random.between(3.0, 10.0), rim);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
         if depth(o, base, axis, radii) > -1e-3 {
             return Verdict::Skip;
         }
-        let probe = Probe::<Robust>::new(ray);
+        let probe = PreparedRay::new(ray);
         let all = Interval::positive();
         let enters = shape.intersect(&probe, all, Side::Outside);
         let leaves = shape.intersect(&probe, all, Side::Inside);
         if enters.is_some() != leaves.is_some() {
-            return Verdict::Wrong(format!("enters {enters:?}, leaves {leaves:?}{} {shape:?}", hex::<Robust>(&ray)));
+            return Verdict::Wrong(format!("enters {enters:?}, leaves {leaves:?}{} {shape:?}", hex::<f32>(&ray)));
         }
         // One by one, as a chain of queries sees them.
         let (mut count, mut from) = (0, 0.0);
@@ -174,15 +174,15 @@ fn p11_cap_seam() {
             if deeper { high = b } else { low = a }
         }
         let deepest = depth(o + d * low, base, axis, radii);
-        Verdict::holds(count % 2 == 0 && count <= 2, || format!("{count} hits{} {shape:?}", hex::<Robust>(&ray)))
+        Verdict::holds(count % 2 == 0 && count <= 2, || format!("{count} hits{} {shape:?}", hex::<f32>(&ray)))
             .and(|| {
                 Verdict::holds(deepest < 4.0 * ulp(scale) || count == 2, || {
-                    format!("leak at depth {deepest:e}{} {shape:?}", hex::<Robust>(&ray))
+                    format!("leak at depth {deepest:e}{} {shape:?}", hex::<f32>(&ray))
                 })
             })
             .and(|| {
                 Verdict::holds(deepest > -4.0 * ulp(scale) || count == 0, || {
-                    format!("false hit at {deepest:e}{} {shape:?}", hex::<Robust>(&ray))
+                    format!("false hit at {deepest:e}{} {shape:?}", hex::<f32>(&ray))
                 })
             })
     })
@@ -202,8 +202,8 @@ fn p14_empty_and_thin_clips() {
         let level = random.unit() < 0.2;
         let origin = if level { exact(DVec3::new(origin.x, 0.0, origin.z)) } else { origin };
         let target = if level { DVec3::new(waist.x, 0.0, waist.z) } else { waist };
-        let ray = ray::<Robust>(origin, exact((target - origin).normalize()));
-        let (one, zero, up) = (1.0_f32, <f32 as Real>::Vec3::ZERO, stored::<Robust>(DVec3::Y * height));
+        let ray = ray::<f32>(origin, exact((target - origin).normalize()));
+        let (one, zero, up) = (1.0_f32, <f32 as Real>::Vec3::ZERO, stored::<f32>(DVec3::Y * height));
         let h = height as f32;
         let shapes: [AnyShape<f32>; 5] = [
             Hyperboloid { centre: zero, waist: one, slope: one, half_height: h }.into(),
@@ -215,14 +215,14 @@ fn p14_empty_and_thin_clips() {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = o.abs().max_element().max(1.0);
         shapes.iter().fold(Verdict::Right(0.0), |verdict, shape| {
-            verdict.and(|| match hit::<Robust>(shape, &ray) {
+            verdict.and(|| match hit::<f32>(shape, &ray) {
                 None => Verdict::Right(0.0),
-                Some(_) if height == 0.0 => Verdict::Wrong(format!("hit nothing at all{} {shape:?}", hex::<Robust>(&ray))),
+                Some(_) if height == 0.0 => Verdict::Wrong(format!("hit nothing at all{} {shape:?}", hex::<f32>(&ray))),
                 Some(h) => {
                     let y = o.y + d.y * f64::from(h.t);
                     let low = if matches!(shape, AnyShape::Hyperboloid(_)) { -height } else { 0.0 };
                     let over = (y - height).max(low - y);
-                    Verdict::bounded(over, 4.0 * ulp(scale), || format!("beyond the clip{} {shape:?}", hex::<Robust>(&ray)))
+                    Verdict::bounded(over, 4.0 * ulp(scale), || format!("beyond the clip{} {shape:?}", hex::<f32>(&ray)))
                 }
             })
         })
@@ -242,8 +242,8 @@ struct Open {
 impl Open {
     /// One of the three, its centre, base or apex at a place.
     fn any(random: &mut Random, at: DVec3) -> Self {
-        let (centre, height) = (stored::<Robust>(at), f64::from(random.between(0.2, 2.0) as f32));
-        let (half, up) = (height as f32, stored::<Robust>(DVec3::Y * height));
+        let (centre, height) = (stored::<f32>(at), f64::from(random.between(0.2, 2.0) as f32));
+        let (half, up) = (height as f32, stored::<f32>(DVec3::Y * height));
         match random.bits() % 3 {
             0 => Self {
                 shape: Hyperboloid { centre, waist: 0.5, slope: 0.75, half_height: half }.into(),
@@ -289,7 +289,7 @@ fn p14_clips_are_exact() {
         let scale = at.abs().max_element() + radius + y.abs();
         let jitter = random.pick(&STEPS) * ulp(scale);
         let rim = at + DVec3::new(radius * angle.cos(), y + jitter, radius * angle.sin());
-        let ray = towards::<Robust>(rim + random.direction() * random.between(1.0, 8.0), rim);
+        let ray = towards::<f32>(rim + random.direction() * random.between(1.0, 8.0), rim);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let scale = scale.max(o.abs().max_element());
         // All roots of the whole surface, in f64 about the ray's point nearest to the centre.
@@ -309,9 +309,9 @@ fn p14_clips_are_exact() {
             return Verdict::Skip;
         }
         let wanted = roots.iter().zip(margins).filter(|(t, m)| **t > 0.0 && *m > 0.0).map(|r| *r.0).fold(f64::INFINITY, f64::min);
-        let got = hit::<Robust>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
+        let got = hit::<f32>(&open.shape, &ray).map_or(f64::INFINITY, |h| f64::from(h.t));
         let same = got == wanted || (got - wanted).abs() < 1e-4;
-        Verdict::holds(same, || format!("{got} instead of {wanted}, margins {margins:?}{} {:?}", hex::<Robust>(&ray), open.shape))
+        Verdict::holds(same, || format!("{got} instead of {wanted}, margins {margins:?}{} {:?}", hex::<f32>(&ray), open.shape))
     })
     .expect_right(200_000);
 }

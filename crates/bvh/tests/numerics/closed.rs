@@ -2,14 +2,14 @@
 
 use glam::{DQuat, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Robust, Surface, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Surface, Visibility};
 
 use super::support::{Random, Verdict, exact, hex, judge, stored, towards, ulp};
 
 const GAP: f64 = 1e-4;
 
-fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<Robust> {
-    let mut group = Group::<Robust>::default();
+fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
+    let mut group = Group::<f32>::default();
     for shape in shapes {
         group.shape(shape, Visibility::default()).expect("finite");
     }
@@ -37,7 +37,7 @@ fn s04_thin_gap() {
         } else {
             (place + DVec3::Y * GAP, place + random.disc(DVec3::Y, 1.0) + DVec3::Y * random.between(0.1, 2.0))
         };
-        let ray = towards::<Robust>(at + turn * from, at + turn * target);
+        let ray = towards::<f32>(at + turn * from, at + turn * target);
         let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
         if (hit.object == 0) != lower {
             return Verdict::Skip;
@@ -54,7 +54,7 @@ fn s04_thin_gap() {
         let light = at + turn * light;
         let Some((shadow, range)) = surface.spawn_to(light.as_vec3()) else { return Verdict::Wrong("no shadow ray".into()) };
         let got = geometry.any(&shadow, range, &mut |_| true, &mut ());
-        Verdict::holds(got == dark, || format!("shadow {got} on sheet {}{}", hit.object, hex::<Robust>(&shadow)))
+        Verdict::holds(got == dark, || format!("shadow {got} on sheet {}{}", hit.object, hex::<f32>(&shadow)))
     })
     .expect_right(300_000);
 }
@@ -73,10 +73,10 @@ fn s04_thin_shell() {
     judge("S04 shell", 131, 400_000, |random| {
         let centre = exact(random.cube() * random.pick(&[0.0, 1.0, 10.0]));
         let inner = f64::from((1.0 - GAP) as f32);
-        let ball = |radius: f64| -> AnyShape<f32> { Sphere { centre: stored::<Robust>(centre), radius: radius as f32 }.into() };
+        let ball = |radius: f64| -> AnyShape<f32> { Sphere { centre: stored::<f32>(centre), radius: radius as f32 }.into() };
         let geometry = geometry([ball(1.0), ball(inner)]);
         let out = random.direction();
-        let ray = towards::<Robust>(centre + out * random.between(1.5, 10.0), centre + random.disc(out, 1.0));
+        let ray = towards::<f32>(centre + out * random.between(1.5, 10.0), centre + random.disc(out, 1.0));
         let (o, d) = (ray.origin.as_dvec3() - centre, ray.direction.as_dvec3().normalize());
         let impact = (o - d * o.dot(d)).length();
         let bends = random.sign() > 0.0;
@@ -99,7 +99,7 @@ fn s04_thin_shell() {
             let onward = if bends { bend(d, surface.normal.as_dvec3(), hit.object, ETA) } else { d };
             ray = Ray::new(surface.spawn(onward.as_vec3()), onward.as_vec3());
         }
-        Verdict::holds(met == wanted, || format!("met {met:?}, not {wanted:?}, impact {impact}{}", hex::<Robust>(&ray)))
+        Verdict::holds(met == wanted, || format!("met {met:?}, not {wanted:?}, impact {impact}{}", hex::<f32>(&ray)))
     })
     .expect_right(390_000);
 }
@@ -126,7 +126,7 @@ fn faces(at: DVec3, edges: [DVec3; 3]) -> Vec<[Vec3; 4]> {
 }
 
 /// A closed room, as one box, six quads or twelve triangles; turned except as a box.
-fn room(kind: usize, seed: u64) -> (Geometry<Robust>, DVec3, [DVec3; 3]) {
+fn room(kind: usize, seed: u64) -> (Geometry<f32>, DVec3, [DVec3; 3]) {
     let random = &mut Random::new(seed, 0);
     let (at, size) = (exact(random.cube() * 10.0), DVec3::new(1.3, 0.7, 2.1) * random.between(0.5, 2.0));
     let turn = DQuat::from_axis_angle(random.direction(), if kind == 0 { 0.0 } else { random.between(0.0, 6.0) });
@@ -185,15 +185,15 @@ fn s05_nothing_escapes() {
             let middle = at + (edges[0] + edges[1] + edges[2]) * 0.5;
             judge(&format!("S05 {name} {seed}"), 141 + seed, 250_000, |random| {
                 let start = exact(middle + edges.into_iter().map(|edge| edge * random.between(-0.3, 0.3)).sum::<DVec3>());
-                let mut ray = towards::<Robust>(start, near_edge(random, at, edges));
+                let mut ray = towards::<f32>(start, near_edge(random, at, edges));
                 for bounce in 0..=8 {
                     let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                        return Verdict::Wrong(format!("escaped after {bounce} bounces{}", hex::<Robust>(&ray)));
+                        return Verdict::Wrong(format!("escaped after {bounce} bounces{}", hex::<f32>(&ray)));
                     };
                     let surface = geometry.surface(&ray, &hit);
                     let inward = -surface.normal.as_dvec3();
                     if inward.dot(middle - surface.point.as_dvec3()) <= 0.0 {
-                        return Verdict::Wrong(format!("a wall from behind after {bounce} bounces{}", hex::<Robust>(&ray)));
+                        return Verdict::Wrong(format!("a wall from behind after {bounce} bounces{}", hex::<f32>(&ray)));
                     }
                     let d = onward(random, &surface, inward, at, edges);
                     ray = Ray::new(surface.spawn(d.as_vec3()), d.as_vec3());

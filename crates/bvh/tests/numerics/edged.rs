@@ -1,10 +1,10 @@
 //! Shapes with edges, and round ones that a map gives some: each beside a formula of its own for which side a point is on.
 
 use glam::DVec3;
+use raywright_bvh::Real;
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{Precision, Real};
 
 use super::borders::depth;
 use super::support::{Random, stored};
@@ -14,9 +14,9 @@ type Edge = Box<dyn Fn(&mut Random) -> DVec3 + Sync>;
 
 /// A shape, a function that is positive outside of it (on its outer side, of an open one), by a formula of its own, and points
 /// of its edges.
-pub struct Edged<P: Precision> {
+pub struct Edged<R: Real> {
     pub name: &'static str,
-    pub shape: AnyShape<P::Real>,
+    pub shape: AnyShape<R>,
     pub height: Height,
     pub edge: Edge,
     /// Radius of a ball that it holds; infinite where there is no inside to be thin.
@@ -28,10 +28,10 @@ fn rim(random: &mut Random, centre: DVec3, axis: DVec3, radius: f64) -> DVec3 {
     centre + random.disc(axis.normalize(), 1.0).normalize() * radius
 }
 
-fn turned<P: Precision>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) -> Edged<P> {
+fn turned<R: Real>(name: &'static str, axis: DVec3, radii: [f64; 2], ball: f64) -> Edged<R> {
     let base = DVec3::new(0.25, -0.5, 0.125);
-    let (b, a) = (stored::<P>(base), stored::<P>(axis));
-    let [low, high] = radii.map(P::Real::from_f64);
+    let (b, a) = (stored::<R>(base), stored::<R>(axis));
+    let [low, high] = radii.map(R::from_f64);
     let shape = if low == high {
         Cylinder { base: b, axis: a, radius: low, ends: Ends::Capped }.into()
     } else {
@@ -51,11 +51,11 @@ fn border(corners: &[DVec3], random: &mut Random) -> DVec3 {
     corners[i] + (corners[(i + 1) % corners.len()] - corners[i]) * share
 }
 
-fn flat<P: Precision>(name: &'static str, corners: &[DVec3]) -> Edged<P> {
+fn flat<R: Real>(name: &'static str, corners: &[DVec3]) -> Edged<R> {
     let (a, normal) = (corners[0], (corners[1] - corners[0]).cross(corners[2] - corners[0]));
     let shape = match *corners {
-        [a, b, c] => Triangle { vertices: [a, b, c].map(stored::<P>) }.into(),
-        _ => Quad { corners: core::array::from_fn(|i| stored::<P>(corners[i])) }.into(),
+        [a, b, c] => Triangle { vertices: [a, b, c].map(stored::<R>) }.into(),
+        _ => Quad { corners: core::array::from_fn(|i| stored::<R>(corners[i])) }.into(),
     };
     let corners = corners.to_vec();
     Edged {
@@ -68,8 +68,8 @@ fn flat<P: Precision>(name: &'static str, corners: &[DVec3]) -> Edged<P> {
 }
 
 /// The ones with edges, of a size about one, in numbers that f32 holds.
-pub fn edged<P: Precision>() -> Vec<Edged<P>> {
-    let real = P::Real::from_f64;
+pub fn edged<R: Real>() -> Vec<Edged<R>> {
+    let real = R::from_f64;
     let (min, max) = (DVec3::new(-0.75, -0.5, -1.0), DVec3::new(0.5, 1.0, 0.75));
     let corner = DVec3::new(-0.5, -0.25, 0.125);
     let (eu, ev) = (DVec3::new(1.0, 0.25, 0.0), DVec3::new(0.25, 0.75, 0.5));
@@ -84,7 +84,7 @@ pub fn edged<P: Precision>() -> Vec<Edged<P>> {
     vec![
         Edged {
             name: "box",
-            shape: Cuboid { min: stored::<P>(min), max: stored::<P>(max) }.into(),
+            shape: Cuboid { min: stored::<R>(min), max: stored::<R>(max) }.into(),
             height: Box::new(move |p| (min - p).max(p - max).max_element()),
             edge: Box::new(on_box),
             ball: 0.625,
@@ -96,7 +96,7 @@ pub fn edged<P: Precision>() -> Vec<Edged<P>> {
         turned("needle of a cone", slanted, [1.0 / 256.0, 0.0], 1.0 / 264.0),
         Edged {
             name: "disk",
-            shape: Disk { centre: stored::<P>(centre), normal: stored::<P>(DVec3::Z), radius: real(0.75) }.into(),
+            shape: Disk { centre: stored::<R>(centre), normal: stored::<R>(DVec3::Z), radius: real(0.75) }.into(),
             height: Box::new(move |p| p.z - centre.z),
             edge: Box::new(move |random| rim(random, centre, DVec3::Z, 0.75)),
             ball: f64::INFINITY,
@@ -105,7 +105,7 @@ pub fn edged<P: Precision>() -> Vec<Edged<P>> {
         flat("triangle", &[corner, corner + eu, corner + ev]),
         Edged {
             name: "hyperboloid",
-            shape: Hyperboloid { centre: stored::<P>(centre), waist: real(0.5), slope: real(0.5), half_height: real(0.5) }.into(),
+            shape: Hyperboloid { centre: stored::<R>(centre), waist: real(0.5), slope: real(0.5), half_height: real(0.5) }.into(),
             height: Box::new(move |p| {
                 let q = p - centre;
                 q.x * q.x + q.z * q.z - q.y * q.y - 0.25
@@ -118,7 +118,7 @@ pub fn edged<P: Precision>() -> Vec<Edged<P>> {
         },
         Edged {
             name: "paraboloid",
-            shape: Paraboloid { apex: stored::<P>(centre), radius: real(0.75), height: real(0.75) }.into(),
+            shape: Paraboloid { apex: stored::<R>(centre), radius: real(0.75), height: real(0.75) }.into(),
             height: Box::new(move |p| {
                 let q = p - centre;
                 (q.x * q.x + q.z * q.z) / 0.75 - q.y
@@ -130,9 +130,9 @@ pub fn edged<P: Precision>() -> Vec<Edged<P>> {
 }
 
 /// The round ones, which maps bend as sharply as an edge; points of them all over instead of an edge.
-pub fn round<P: Precision>() -> Vec<Edged<P>> {
-    let (real, centre) = (P::Real::from_f64, DVec3::new(0.25, -0.125, 0.5));
-    let stored_centre = stored::<P>(centre);
+pub fn round<R: Real>() -> Vec<Edged<R>> {
+    let (real, centre) = (R::from_f64, DVec3::new(0.25, -0.125, 0.5));
+    let stored_centre = stored::<R>(centre);
     let semi_axes = DVec3::new(0.5, 0.25, 1.0);
     let ring = |p: DVec3| DVec3::new(p.x, 0.0, p.z).normalize() * 0.75;
     vec![
@@ -145,7 +145,7 @@ pub fn round<P: Precision>() -> Vec<Edged<P>> {
         },
         Edged {
             name: "ellipsoid",
-            shape: Ellipsoid { centre: stored_centre, semi_axes: stored::<P>(semi_axes) }.into(),
+            shape: Ellipsoid { centre: stored_centre, semi_axes: stored::<R>(semi_axes) }.into(),
             height: Box::new(move |p| ((p - centre) / semi_axes).length() - 1.0),
             edge: Box::new(move |random| centre + random.direction() * semi_axes),
             ball: 0.25,
@@ -154,7 +154,7 @@ pub fn round<P: Precision>() -> Vec<Edged<P>> {
             name: "torus",
             shape: Torus {
                 centre: stored_centre,
-                axis: stored::<P>(DVec3::Y),
+                axis: stored::<R>(DVec3::Y),
                 major_radius: real(0.75),
                 minor_radius: real(0.25),
             }
@@ -165,7 +165,7 @@ pub fn round<P: Precision>() -> Vec<Edged<P>> {
         },
         Edged {
             name: "tube",
-            shape: Cylinder { base: stored_centre, axis: stored::<P>(DVec3::Y), radius: real(0.5), ends: Ends::Open }.into(),
+            shape: Cylinder { base: stored_centre, axis: stored::<R>(DVec3::Y), radius: real(0.5), ends: Ends::Open }.into(),
             height: Box::new(move |p| (p - centre).with_y(0.0).length() - 0.5),
             edge: Box::new(move |random| {
                 let along = random.unit();

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere, Torus};
-use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side, Vector};
+use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
 use super::support::{Outcome, Random, U, Verdict, exact, hex, judge, stored, towards, ulp};
@@ -27,12 +27,12 @@ enum Way {
     Any,
 }
 
-fn from_afar<P: Precision>(random: &mut Random, way: Way, far: f64) -> Ray<P::Real> {
+fn from_afar<R: Real>(random: &mut Random, way: Way, far: f64) -> Ray<R> {
     let target = MIDDLE + random.cube() * REACH;
     let mut d = DVec3::ZERO;
     let axis = (random.bits() % 3) as usize;
     match way {
-        Way::Any => return towards::<P>(target + random.direction() * far, target),
+        Way::Any => return towards::<R>(target + random.direction() * far, target),
         Way::Axis => d[axis] = random.sign(),
         Way::Plane => {
             // Few bits, so that the way back to the axis through zero is exact.
@@ -48,7 +48,7 @@ fn from_afar<P: Precision>(random: &mut Random, way: Way, far: f64) -> Ray<P::Re
             origin[i] = f64::from(target[i] as f32);
         }
     }
-    Ray::new(stored::<P>(origin), stored::<P>(d))
+    Ray::new(stored::<R>(origin), stored::<R>(d))
 }
 
 /// The same ray from a few sizes before the shapes, exactly.
@@ -66,7 +66,7 @@ fn near(o: DVec3, d: DVec3) -> DVec3 {
 
 /// Point, outward normal and end of the first hit of an exact ray, in f64.
 fn judged(shape: &AnyShape<f64>, start: DVec3, d: DVec3) -> Option<(DVec3, DVec3)> {
-    let probe = Probe::<Reference>::new(Ray::new(start, d));
+    let probe = PreparedRay::new(Ray::<f64>::new(start, d));
     let hit = shape.intersect(&probe, Interval { min: f64::NEG_INFINITY, max: f64::INFINITY }, Side::Both)?;
     let located = shape.locate(&probe, hit);
     Some((located.point, located.normal))
@@ -74,10 +74,10 @@ fn judged(shape: &AnyShape<f64>, start: DVec3, d: DVec3) -> Option<(DVec3, DVec3
 
 /// False hits and misses, and points and normals that are off by more than the way costs in f64: its roundings across the ray,
 /// and what a slanting surface makes of them.
-fn far<P: Precision>(name: &str, shape: &AnyShape<P::Real>, best: &AnyShape<f64>, way: Way, far: f64) -> Outcome {
-    let case = format!("P01 {name}, {way:?}, {far:e} away in {:?}", P::default());
+fn far<R: Real>(name: &str, shape: &AnyShape<R>, best: &AnyShape<f64>, way: Way, far: f64) -> Outcome {
+    let case = format!("P01 {name}, {way:?}, {far:e} away in {}", std::any::type_name::<R>());
     judge(&case, 200 + far.log10() as u64, 4000, |random| {
-        let ray = from_afar::<P>(random, way, far);
+        let ray = from_afar::<R>(random, way, far);
         let (o, d) = (ray.origin.to_f64(), ray.direction.to_f64());
         let start = near(o, d);
         let margin = 32.0 * f64::EPSILON * far + 1e-12;
@@ -93,25 +93,24 @@ fn far<P: Precision>(name: &str, shape: &AnyShape<P::Real>, best: &AnyShape<f64>
         if !continued {
             return Verdict::Band;
         }
-        let probe = Probe::<P>::new(ray);
+        let probe = PreparedRay::new(ray);
         let got = shape.intersect(&probe, Interval::positive(), Side::Both);
         match (got, wanted) {
             (None, None) => Verdict::Right(0.0),
-            (None, Some((p, _))) => Verdict::Wrong(format!("missed at {p}{}", hex::<P>(&ray))),
-            (Some(_), None) => Verdict::Wrong(format!("false hit{}", hex::<P>(&ray))),
+            (None, Some((p, _))) => Verdict::Wrong(format!("missed at {p}{}", hex::<R>(&ray))),
+            (Some(_), None) => Verdict::Wrong(format!("false hit{}", hex::<R>(&ray))),
             (Some(hit), Some((p, n))) => {
                 let surface = shape.surface(&probe, hit);
                 let slant = n.dot(d.normalize()).abs();
                 // Up to 2¹⁰ sizes away a sphere's or a torus' point is made from the stored distance.
-                let distance =
-                    if far <= 1e3 && P::Real::ROUNDOFF.to_f64() > 1e-10 { U * hit.t.to_f64() * d.length() } else { 0.0 };
+                let distance = if far <= 1e3 && R::ROUNDOFF.to_f64() > 1e-10 { U * hit.t.to_f64() * d.length() } else { 0.0 };
                 let bound = 4.0 * ulp(p.abs().max_element()) + margin / slant.max(1e-2) + distance;
                 let (off, turned) = (surface.point.to_f64().distance(p), surface.normal.to_f64().distance(n));
-                Verdict::bounded(off, bound, || format!("{:?} instead of {p}{}", surface.point, hex::<P>(&ray)))
+                Verdict::bounded(off, bound, || format!("{:?} instead of {p}{}", surface.point, hex::<R>(&ray)))
                     // No surface here curves more than within a fifth of its size, but for a cone's tip.
                     .and(|| {
                         let curved = if name == "cone" { 1e-2 } else { 5.0 * bound };
-                        Verdict::bounded(turned, curved, || format!("normal{}", hex::<P>(&ray)))
+                        Verdict::bounded(turned, curved, || format!("normal{}", hex::<R>(&ray)))
                     })
             }
         }
@@ -121,15 +120,15 @@ fn far<P: Precision>(name: &str, shape: &AnyShape<P::Real>, best: &AnyShape<f64>
 /// Protects: hits, misses, points and normals of every curved shape from 10² to 10⁹ sizes away. From 3·10⁷ on they were noise.
 #[test]
 fn p01_far_curved_shapes() {
-    for ((name, robust), (_, best)) in shapes::<Robust>().into_iter().zip(shapes::<Reference>()) {
+    for ((name, robust), (_, best)) in shapes::<f32>().into_iter().zip(shapes::<f64>()) {
         if !CURVED.contains(&name) {
             continue;
         }
         for exponent in 2..=9 {
             let distance = 10_f64.powi(exponent);
             for way in [Way::Axis, Way::Plane, Way::Any] {
-                far::<Robust>(name, &robust, &best, way, distance).expect_right(3900);
-                far::<Reference>(name, &best, &best, way, distance).expect_right(3900);
+                far::<f32>(name, &robust, &best, way, distance).expect_right(3900);
+                far::<f64>(name, &best, &best, way, distance).expect_right(3900);
             }
         }
     }
@@ -143,9 +142,9 @@ fn stated_bounds_hold_far_from_the_origin() {
         let place = 10_f64.powi(exponent);
         judge(&format!("stated bounds at {place:e}"), 190, 20_000, |random| {
             let centre = random.direction() * place;
-            let probe = Probe::<Reference>::new(Ray::new(centre + random.direction() * 5.0, random.direction()));
+            let probe = PreparedRay::new(Ray::<f64>::new(centre + random.direction() * 5.0, random.direction()));
             let target = (centre + random.cube() - probe.origin).normalize();
-            let probe = Probe::<Reference>::new(Ray::new(probe.origin, target));
+            let probe = PreparedRay::new(Ray::<f64>::new(probe.origin, target));
             let ball = Sphere { centre, radius: 1.0 };
             let ring = Torus { centre, axis: DVec3::Y, major_radius: 0.75, minor_radius: 0.25 };
             // The difference of near numbers is exact.
@@ -159,7 +158,7 @@ fn stated_bounds_hold_far_from_the_origin() {
                 let Some(hit) = shape.intersect(&probe, Interval::positive(), Side::Both) else { return Verdict::Skip };
                 let located = shape.locate(&probe, hit);
                 let reach = located.error * located.normal.abs().element_sum();
-                Verdict::bounded(height(located.point).abs(), reach, || format!("{shape:?} {:?}", probe.ray))
+                Verdict::bounded(height(located.point).abs(), reach, || format!("{shape:?} {probe:?}"))
             };
             match off(&ball.into(), &from_ball) {
                 Verdict::Right(a) => match off(&ring.into(), &from_ring) {

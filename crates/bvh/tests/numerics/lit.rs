@@ -4,13 +4,13 @@ use core::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Robust, Surface, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Surface, Visibility};
 
 use super::support::{Random, Verdict, exact, hex, judge, towards};
 
 /// A light, the ceiling that holds it in its own plane, and a wall that crosses neither.
 struct Room {
-    geometry: Geometry<Robust>,
+    geometry: Geometry<f32>,
     light: Quad<f32>,
     /// Middle of the light, its half edges, and the way down.
     middle: DVec3,
@@ -27,7 +27,7 @@ fn room(seed: u64) -> Room {
     let (x, z, down) = (turn * DVec3::X, turn * DVec3::Z, turn * DVec3::NEG_Y);
     let quad = |reach: f64| Quad::new(middle - x * reach - z * reach, x * (2.0 * reach), z * (2.0 * reach));
     let light = quad(0.5);
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     for shape in [AnyShape::from(light), AnyShape::from(quad(3.0))] {
         group.shape(shape, Visibility::default()).expect("finite");
     }
@@ -37,17 +37,17 @@ fn room(seed: u64) -> Room {
 /// A point of the light where a ray meets it.
 fn drawn(room: &Room, u: f64, v: f64) -> Surface<f32> {
     use raywright_bvh::shapes::SampleArea;
-    room.light.sample_area::<Robust>(u as f32, v as f32).0.stored::<Robust>()
+    room.light.sample_area(u as f32, v as f32).0.stored::<f32>()
 }
 
 /// A receiver: a surface at a place, facing the light, as a hit on a small quad there would give it.
 fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
     let (a, b) = facing.any_orthonormal_pair();
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     // `facing` is a × b: the outside.
     group.shape(Quad::new(place - (a + b) * 0.05, a * 0.1, b * 0.1).into(), Visibility::default()).expect("finite");
     let geometry = Geometry::new(group, AcceleratorKind::default());
-    let ray = towards::<Robust>(place + facing, place);
+    let ray = towards::<f32>(place + facing, place);
     let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
     Some(geometry.surface(&ray, &hit))
 }
@@ -68,7 +68,7 @@ fn s06_no_shadow_by_the_light_or_its_holder() {
                 return Verdict::Wrong(format!("no shadow ray from {:?} to {:?}", receiver.point, target.point));
             };
             let blocked = room.geometry.any(&ray, range, &mut |_| true, &mut ());
-            Verdict::holds(!blocked, || format!("shadowed at {place:?}, {:?}{}", target.point, hex::<Robust>(&ray)))
+            Verdict::holds(!blocked, || format!("shadowed at {place:?}, {:?}{}", target.point, hex::<f32>(&ray)))
         })
         .expect_right(390_000);
     }
@@ -147,7 +147,7 @@ fn s06_at_no_distance() {
         for (a, b) in [(&target, &target), (&receiver, &target)] {
             let Some((ray, range)) = a.spawn_to_surface(b) else { continue };
             if !(ray.is_finite() && range.max.is_finite()) {
-                return Verdict::Wrong(format!("{range:?}{}", hex::<Robust>(&ray)));
+                return Verdict::Wrong(format!("{range:?}{}", hex::<f32>(&ray)));
             }
         }
         let to_itself = target.spawn_to(target.point);
@@ -170,15 +170,15 @@ fn a_distant_lamp_is_not_in_its_own_light() {
         if eu.cross(ev).length() < 0.3 * eu.length() * ev.length() || normal.dot(out).abs() < 0.1 {
             return Verdict::Skip;
         }
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         group.shape(lamp.into(), Visibility::default()).expect("finite");
         let geometry = Geometry::new(group, AcceleratorKind::default());
         let point = (out * distance).as_vec3();
         let receiver = Surface { point, above: point, below: point, error: 0.0, normal: (-out).as_vec3() };
-        let target = lamp.sample_area::<Robust>(random.unit() as f32, random.unit() as f32).0.stored::<Robust>();
+        let target = lamp.sample_area(random.unit() as f32, random.unit() as f32).0.stored::<f32>();
         let Some((ray, range)) = receiver.spawn_to_surface(&target) else { return Verdict::Wrong("no ray".into()) };
         let dark = geometry.any(&ray, range, &mut |_| true, &mut ());
-        Verdict::holds(!dark, || format!("its own shadow from {distance:e}{}", hex::<Robust>(&ray)))
+        Verdict::holds(!dark, || format!("its own shadow from {distance:e}{}", hex::<f32>(&ray)))
     })
     .expect_right(50_000);
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3};
 use raywright_bvh::shapes::{AnyShape, Placed, Quad};
-use raywright_bvh::{Interval, Probe, Ray, Reference, Side};
+use raywright_bvh::{Interval, PreparedRay, Ray, Side};
 
 use super::support::{Verdict, hex, judge};
 
@@ -23,20 +23,20 @@ fn bounds_count_the_way_back() {
         let turn = DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
         let map = DAffine3::from_mat3(turn * squeeze);
         let quad: AnyShape<f64> = Quad::new(random.cube(), u, v).into();
-        let placed = Placed::<Reference>::new(quad, map).expect("an invertible map");
+        let placed = Placed::<f64>::new(quad, map).expect("an invertible map");
         let AnyShape::Quad(own) = quad else { return Verdict::Skip };
         let corner = own.corners[0] + u * random.between(0.2, 0.8) + v * random.between(0.2, 0.8);
         let target = map.transform_point3(corner);
         let origin = target + turn * normal * random.pick(&[1.0, 30.0]);
-        let probe = Probe::<Reference>::new(Ray::new(origin, (target - origin).normalize()));
+        let probe = PreparedRay::new(Ray::<f64>::new(origin, (target - origin).normalize()));
         let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside) else { return Verdict::Skip };
-        let surface = placed.locate(&probe, hit).stored::<Reference>();
+        let surface = placed.locate(&probe, hit).stored::<f64>();
         for _ in 0..4 {
             let d = random.direction();
             let d = if surface.normal.dot(d) < 0.0 { -d } else { d };
             let leaving = Ray::new(surface.spawn(d), d);
-            if let Some(again) = placed.intersect(&Probe::new(leaving), Interval::positive(), Side::Both) {
-                return Verdict::Wrong(format!("{again:?} {surface:?} {map:?}{}", hex::<Reference>(&leaving)));
+            if let Some(again) = placed.intersect(&PreparedRay::new(leaving), Interval::positive(), Side::Both) {
+                return Verdict::Wrong(format!("{again:?} {surface:?} {map:?}{}", hex::<f64>(&leaving)));
             }
         }
         Verdict::Right(0.0)

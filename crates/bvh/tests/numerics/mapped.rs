@@ -2,9 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Ends, Placed, Quad, Sphere, Torus, Triangle};
-use raywright_bvh::{
-    AcceleratorKind, Geometry, Group, Interval, Precision, Probe, Ray, Real, Reference, Robust, Side, Surface, Visibility,
-};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, PreparedRay, Ray, Real, Side, Surface, Visibility};
 
 use super::support::{Random, U, Verdict, exact, hex, judge, stored, towards};
 
@@ -20,9 +18,9 @@ fn map(random: &mut Random) -> DAffine3 {
 }
 
 /// A shape with one of its points, away from its edges.
-fn shape<P: Precision>(random: &mut Random, kind: usize) -> (AnyShape<P::Real>, DVec3) {
-    let v = |p: DVec3| stored::<P>(exact(p));
-    let r = |x: f64| P::Real::from_f64(f64::from(x as f32));
+fn shape<R: Real>(random: &mut Random, kind: usize) -> (AnyShape<R>, DVec3) {
+    let v = |p: DVec3| stored::<R>(exact(p));
+    let r = |x: f64| R::from_f64(f64::from(x as f32));
     let (centre, radius) = (exact(random.cube() * 2.0), f64::from(random.between(0.2, 2.0) as f32));
     let (a, b) = (random.between(0.1, 0.45), random.between(0.1, 0.45));
     let angle = random.unit() * core::f64::consts::TAU;
@@ -32,7 +30,7 @@ fn shape<P: Precision>(random: &mut Random, kind: usize) -> (AnyShape<P::Real>, 
         1 => {
             let corners = [random.cube(), random.cube(), random.cube()].map(exact);
             let target = corners[0] + (corners[1] - corners[0]) * a + (corners[2] - corners[0]) * b;
-            (Triangle { vertices: corners.map(stored::<P>) }.into(), target)
+            (Triangle { vertices: corners.map(stored::<R>) }.into(), target)
         }
         2 => {
             let size = DVec3::new(radius, 0.5 * radius, 2.0 * radius);
@@ -107,7 +105,7 @@ pub fn solved(m: DMat3, b: DVec3) -> DVec3 {
 fn expected(shape: &AnyShape<f64>, map: DAffine3, o: DVec3, d: DVec3) -> Option<Expected> {
     use raywright_bvh::Shape;
     let m = map.matrix3;
-    let probe = Probe::<Reference>::new(Ray::new(solved(m, o - map.translation), solved(m, d)));
+    let probe = PreparedRay::new(Ray::<f64>::new(solved(m, o - map.translation), solved(m, d)));
     let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
     let own = shape.locate(&probe, hit);
     let normal = solved(m.transpose(), own.normal).normalize();
@@ -125,14 +123,12 @@ fn compare(turn: f64, expected: &Expected, map: DAffine3, t: f32, surface: &Surf
     let off = (surface.point.as_dvec3() - expected.point).abs() / bound;
     let normal = surface.normal.as_dvec3();
     let angle = normal.cross(expected.normal).length().atan2(normal.dot(expected.normal));
-    Verdict::bounded(off.max_element(), 1.0, || {
-        format!("point {:?} for {:?}{}", surface.point, expected.point, hex::<Robust>(ray))
-    })
-    .and(|| Verdict::bounded(angle, turn, || format!("normal {normal:?} for {:?}{}", expected.normal, hex::<Robust>(ray))))
-    .and(|| {
-        let late = (f64::from(t) - expected.t).abs() * d.length();
-        Verdict::bounded(late, 4.0 * U * expected.t * d.length(), || format!("t {t} for {}{}", expected.t, hex::<Robust>(ray)))
-    })
+    Verdict::bounded(off.max_element(), 1.0, || format!("point {:?} for {:?}{}", surface.point, expected.point, hex::<f32>(ray)))
+        .and(|| Verdict::bounded(angle, turn, || format!("normal {normal:?} for {:?}{}", expected.normal, hex::<f32>(ray))))
+        .and(|| {
+            let late = (f64::from(t) - expected.t).abs() * d.length();
+            Verdict::bounded(late, 4.0 * U * expected.t * d.length(), || format!("t {t} for {}{}", expected.t, hex::<f32>(ray)))
+        })
 }
 
 /// Points, normals and distances of mapped shapes, by themselves and in instances, against f64 in the world; outward stays
@@ -144,11 +140,11 @@ fn p23_mapped_shapes() {
         judge(&format!("P23 {name}"), 70 + kind as u64, 60_000, |random| {
             let map = map(random);
             let seed = random.bits();
-            let (own, target) = shape::<Robust>(&mut Random::new(seed, 0), kind);
-            let (best, _) = shape::<Reference>(&mut Random::new(seed, 0), kind);
+            let (own, target) = shape::<f32>(&mut Random::new(seed, 0), kind);
+            let (best, _) = shape::<f64>(&mut Random::new(seed, 0), kind);
             let target = map.transform_point3(target);
             let away = random.direction() * 10_f64.powf(random.between(-1.0, 3.0));
-            let ray = towards::<Robust>(target + away, target);
+            let ray = towards::<f32>(target + away, target);
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let Some(wanted) = expected(&best, map, o, d) else { return Verdict::Skip };
             // A ray that changes its mind when moved by what f64 leaves of a map of condition 1e6 is not judged.
@@ -159,17 +155,17 @@ fn p23_mapped_shapes() {
             if moved.iter().any(|t| (t - wanted.t).abs() > 1e2 * step / steep) {
                 return Verdict::Skip;
             }
-            let placed = Placed::<Robust>::new(own, map).expect("an invertible map");
-            let probe = Probe::<Robust>::new(ray);
+            let placed = Placed::<f32>::new(own, map).expect("an invertible map");
+            let probe = PreparedRay::new(ray);
             let outward = if wanted.normal.dot(d) < 0.0 { Side::Outside } else { Side::Inside };
             let Some(hit) = placed.intersect(&probe, Interval::positive(), outward) else {
-                return Verdict::Wrong(format!("missed from {outward:?}{}", hex::<Robust>(&ray)));
+                return Verdict::Wrong(format!("missed from {outward:?}{}", hex::<f32>(&ray)));
             };
-            let surface = placed.locate(&probe, hit).stored::<Robust>();
+            let surface = placed.locate(&probe, hit).stored::<f32>();
             compare(turn, &wanted, map, hit.t, &surface, d, &ray).and(|| {
                 let geometry = instance(own, map);
                 let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else {
-                    return Verdict::Wrong(format!("instance missed{}", hex::<Robust>(&ray)));
+                    return Verdict::Wrong(format!("instance missed{}", hex::<f32>(&ray)));
                 };
                 compare(turn, &wanted, map, hit.t, &geometry.surface(&ray, &hit), d, &ray)
             })
@@ -179,10 +175,10 @@ fn p23_mapped_shapes() {
 }
 
 /// One shape in a geometry of its own, instanced.
-fn instance(shape: AnyShape<f32>, map: DAffine3) -> Geometry<Robust> {
-    let mut inner = Group::<Robust>::default();
+fn instance(shape: AnyShape<f32>, map: DAffine3) -> Geometry<f32> {
+    let mut inner = Group::<f32>::default();
     inner.shape(shape, Visibility::default()).expect("finite");
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     let inner = group.part(Geometry::new(inner, AcceleratorKind::default())).expect("no instances in it");
     group.instance(inner, map, Visibility::default()).expect("an invertible map");
     Geometry::new(group, AcceleratorKind::default())

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{Quad, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Precision, Real, Reference, Robust, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
 use super::support::{Outcome, Random, Verdict, hex, judge, stored, towards};
@@ -60,10 +60,10 @@ fn height(faces: &[Vec<DVec3>], p: DVec3) -> f64 {
 }
 
 /// The body as a mesh, turned inside out or not.
-fn mesh<P: Precision>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<P> {
-    let mut group = Group::<P>::default();
+fn mesh<R: Real>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<R> {
+    let mut group = Group::<R>::default();
     for face in faces {
-        let mut corners: Vec<_> = face.iter().map(|&p| stored::<P>(p)).collect();
+        let mut corners: Vec<_> = face.iter().map(|&p| stored::<R>(p)).collect();
         if inside_out {
             corners.reverse();
         }
@@ -90,47 +90,52 @@ fn least_circle(faces: &[Vec<DVec3>]) -> f64 {
 }
 
 /// Rays from hits beside edges of a body, to both sides, under maps that flatten by a factor.
-fn starts<P: Precision>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Outcome {
+fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Outcome {
     let what = if inside_out { "the inside of the" } else { "the" };
     let ball = least_circle(faces).min(-height(faces, DVec3::ZERO));
-    let mesh = mesh::<P>(faces, inside_out);
-    judge(&format!("starts on {what} {name}, flattened by {by:e}, in {:?}", P::default()), 424, 20_000, |random: &mut Random| {
-        let map = flattening(random, by);
-        let mut group = Group::<P>::default();
-        let part = group.part(mesh.clone()).expect("no instances in it");
-        group.instance(part, map, Visibility::default()).expect("an invertible map");
-        let geometry = Geometry::new(group, AcceleratorKind::default());
-        let face = &faces[(random.bits() % faces.len() as u64) as usize];
-        let i = (random.bits() % face.len() as u64) as usize;
-        let along = if random.unit() < 0.3 { 0.0 } else { random.unit() };
-        let edge = face[i] + (face[(i + 1) % face.len()] - face[i]) * along;
-        let target = map.transform_point3(edge + random.cube() * 10_f64.powf(random.between(-9.0, -0.5)));
-        let ray = towards::<P>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
-        let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
-        let surface = geometry.surface(&ray, &hit);
-        if is_thin::<P>(ball, by, surface.point.to_f64(), hit.t.to_f64()) {
-            return Verdict::Skip;
-        }
-        let normal = surface.normal.to_f64();
-        let above = [normal, -normal].map(|way| height(faces, back(map, surface.spawn(stored::<P>(way)).to_f64())));
-        let [out, into] = if inside_out { [above[1], above[0]] } else { above };
-        Verdict::holds(out > 0.0 && into < 0.0, || format!("{out:e} {into:e} {surface:?} {map:?}{}", hex::<P>(&ray)))
-    })
+    let mesh = mesh::<R>(faces, inside_out);
+    judge(
+        &format!("starts on {what} {name}, flattened by {by:e}, in {}", std::any::type_name::<R>()),
+        424,
+        20_000,
+        |random: &mut Random| {
+            let map = flattening(random, by);
+            let mut group = Group::<R>::default();
+            let part = group.part(mesh.clone()).expect("no instances in it");
+            group.instance(part, map, Visibility::default()).expect("an invertible map");
+            let geometry = Geometry::new(group, AcceleratorKind::default());
+            let face = &faces[(random.bits() % faces.len() as u64) as usize];
+            let i = (random.bits() % face.len() as u64) as usize;
+            let along = if random.unit() < 0.3 { 0.0 } else { random.unit() };
+            let edge = face[i] + (face[(i + 1) % face.len()] - face[i]) * along;
+            let target = map.transform_point3(edge + random.cube() * 10_f64.powf(random.between(-9.0, -0.5)));
+            let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
+            let Some(hit) = geometry.closest(&ray, Interval::positive(), &mut ()) else { return Verdict::Skip };
+            let surface = geometry.surface(&ray, &hit);
+            if is_thin::<R>(ball, by, surface.point.to_f64(), hit.t.to_f64()) {
+                return Verdict::Skip;
+            }
+            let normal = surface.normal.to_f64();
+            let above = [normal, -normal].map(|way| height(faces, back(map, surface.spawn(stored::<R>(way)).to_f64())));
+            let [out, into] = if inside_out { [above[1], above[0]] } else { above };
+            Verdict::holds(out > 0.0 && into < 0.0, || format!("{out:e} {into:e} {surface:?} {map:?}{}", hex::<R>(&ray)))
+        },
+    )
 }
 
 /// Protects: a start beside an edge of a closed mesh lies on the side to which its ray leaves, of all faces there, however flat
 /// a map makes the mesh, and whether one is in it or outside.
 #[test]
 fn starts_beside_edges_of_meshes_are_on_the_right_side() {
-    fn check<P: Precision>() {
+    fn check<R: Real>() {
         for body in &bodies() {
             for by in [1.0, 1e-1, 1e-2, 1e-3, 1e-4] {
                 for inside_out in [false, true] {
-                    starts::<P>(body, by, inside_out).expect_right(1000);
+                    starts::<R>(body, by, inside_out).expect_right(1000);
                 }
             }
         }
     }
-    check::<Robust>();
-    check::<Reference>();
+    check::<f32>();
+    check::<f64>();
 }

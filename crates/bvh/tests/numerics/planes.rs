@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{Placed, Plane};
-use raywright_bvh::{Interval, Probe, Ray, Reference, Robust, Shape, Side};
+use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
 use super::stated::shapes;
 use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
@@ -12,22 +12,23 @@ use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
 #[test]
 fn p06_any_length_of_direction() {
     let map = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(0.5, -1.5, 1.25));
-    for ((name, shape), (_, best)) in shapes::<Robust>().into_iter().zip(shapes::<Reference>()) {
-        let placed = Placed::<Robust>::new(shape, map).unwrap();
-        let best_placed = Placed::<Reference>::new(best, map).unwrap();
+    for ((name, shape), (_, best)) in shapes::<f32>().into_iter().zip(shapes::<f64>()) {
+        let placed = Placed::<f32>::new(shape, map).unwrap();
+        let best_placed = Placed::<f64>::new(best, map).unwrap();
         judge(&format!("P06 {name}"), 6, 60_000, |random| {
             let length = random.pick(&[1e-20, 1e-8, 1e-3, 1.0, 1e3, 1e8]);
             let origin = exact(random.direction() * 4.0);
             let d = exact((random.cube() - origin).normalize() * length);
             let world = random.sign() > 0.0;
-            let robust = Probe::<Robust>::new(ray::<Robust>(origin, d));
+            let ray = ray::<f32>(origin, d);
+            let robust = PreparedRay::new(ray);
             let got = if world {
                 shape.intersect(&robust, Interval::positive(), Side::Both)
             } else {
                 placed.intersect(&robust, Interval::positive(), Side::Both)
             };
             let expect = |o: DVec3| {
-                let probe = Probe::<Reference>::new(Ray::new(o, d.normalize()));
+                let probe = PreparedRay::new(Ray::<f64>::new(o, d.normalize()));
                 let range = Interval::positive();
                 let hit = if world {
                     best.intersect(&probe, range, Side::Both)
@@ -44,7 +45,7 @@ fn p06_any_length_of_direction() {
             let (a, b) = d.normalize().any_orthonormal_pair();
             let moved = [a, -a, b, -b].map(|way| expect(origin + way * 1e-9));
             let sure = moved.iter().all(|&m| (m - wanted).abs() < 1e-6 || m == wanted);
-            if sure { Verdict::Wrong(format!("{t} instead of {wanted}{}", hex::<Robust>(&robust.ray))) } else { Verdict::Band }
+            if sure { Verdict::Wrong(format!("{t} instead of {wanted}{}", hex::<f32>(&ray))) } else { Verdict::Band }
         })
         .expect_right(59_000);
     }
@@ -61,27 +62,27 @@ fn p07_grazing_plane() {
         let slope = random.pick(&slopes) * random.between(0.5, 2.0);
         let d = exact((random.disc(n, 1.0).normalize() - n * slope).normalize());
         let origin = exact(point + n);
-        let plane = Plane::new(stored::<Robust>(point), stored::<Robust>(n));
-        let ray = ray::<Robust>(origin, d);
+        let plane = Plane::new(stored::<f32>(point), stored::<f32>(n));
+        let ray = ray::<f32>(origin, d);
         let (height, fall) = (n.dot(origin - point), -n.dot(d));
         let wanted = height / fall;
-        match hit::<Robust>(&plane, &ray) {
-            None => Verdict::holds(fall <= 0.0, || format!("missed{}", hex::<Robust>(&ray))),
-            Some(_) if fall <= 0.0 => Verdict::Wrong(format!("hit behind{}", hex::<Robust>(&ray))),
+        match hit::<f32>(&plane, &ray) {
+            None => Verdict::holds(fall <= 0.0, || format!("missed{}", hex::<f32>(&ray))),
+            Some(_) if fall <= 0.0 => Verdict::Wrong(format!("hit behind{}", hex::<f32>(&ray))),
             Some(h) => {
                 let error = (f64::from(h.t) - wanted).abs() / wanted;
-                let finite = plane.surface(&Probe::<Robust>::new(ray), h).point.is_finite();
-                Verdict::bounded(error, 4.0 * U / fall, || format!("slope {fall:e}{}", hex::<Robust>(&ray)))
-                    .and(|| Verdict::holds(finite, || format!("not finite{}", hex::<Robust>(&ray))))
+                let finite = plane.surface(&PreparedRay::new(ray), h).point.is_finite();
+                Verdict::bounded(error, 4.0 * U / fall, || format!("slope {fall:e}{}", hex::<f32>(&ray)))
+                    .and(|| Verdict::holds(finite, || format!("not finite{}", hex::<f32>(&ray))))
             }
         }
     })
     .expect_right(400_000);
     for zero in [0.0, -0.0] {
         for height in [1.0, 0.0] {
-            let ray = ray::<Robust>(DVec3::Y * height, DVec3::new(1.0, zero, 0.0));
-            let plane = Plane::new(stored::<Robust>(DVec3::ZERO), stored::<Robust>(DVec3::Y));
-            assert!(hit::<Robust>(&plane, &ray).is_none(), "hit along the plane at height {height}");
+            let ray = ray::<f32>(DVec3::Y * height, DVec3::new(1.0, zero, 0.0));
+            let plane = Plane::new(stored::<f32>(DVec3::ZERO), stored::<f32>(DVec3::Y));
+            assert!(hit::<f32>(&plane, &ray).is_none(), "hit along the plane at height {height}");
         }
     }
 }
@@ -89,25 +90,25 @@ fn p07_grazing_plane() {
 /// Cells of a checker seen far out: wrong only within four units in the last place of a border.
 #[test]
 fn p08_checker_far_out() {
-    let plane = Plane::new(stored::<Robust>(DVec3::ZERO), stored::<Robust>(DVec3::Y));
+    let plane = Plane::new(stored::<f32>(DVec3::ZERO), stored::<f32>(DVec3::Y));
     for far in [1e3_f64, 1e4, 1e5, 1e6, 1e7] {
         // As many cells as leave one ray in a thousand near a border.
         let cell = 2_f64.powf((far / 128.0).log2().ceil());
         judge(&format!("P08 {far:e}"), 8 + far as u64, 100_000, |random| {
             let target = DVec3::new(random.between(-far, far), 0.0, random.between(-far, far));
             let origin = exact(target + random.cube() * (0.3 * far) + DVec3::Y * (0.31 * far));
-            let ray = ray::<Robust>(origin, exact((target - origin).normalize()));
+            let ray = ray::<f32>(origin, exact((target - origin).normalize()));
             let d = ray.direction.as_dvec3();
             let wanted = origin - d * (origin.y / d.y);
-            let Some(h) = hit::<Robust>(&plane, &ray) else { return Verdict::Wrong(format!("missed{}", hex::<Robust>(&ray))) };
-            let point = plane.surface(&Probe::<Robust>::new(ray), h).point.as_dvec3();
+            let Some(h) = hit::<f32>(&plane, &ray) else { return Verdict::Wrong(format!("missed{}", hex::<f32>(&ray))) };
+            let point = plane.surface(&PreparedRay::new(ray), h).point.as_dvec3();
             let scale = point.abs().max(wanted.abs()).max(origin.abs()).max_element();
             let border = |x: f64| ((x / cell - (x / cell).round()) * cell).abs() <= 4.0 * ulp(scale);
             if border(wanted.x) || border(wanted.z) {
                 return Verdict::Band;
             }
             let parity = |p: DVec3| ((p.x / cell).floor() + (p.z / cell).floor()).rem_euclid(2.0);
-            Verdict::holds(parity(point) == parity(wanted), || format!("parity at {point:?}{}", hex::<Robust>(&ray)))
+            Verdict::holds(parity(point) == parity(wanted), || format!("parity at {point:?}{}", hex::<f32>(&ray)))
         })
         .expect_right(99_000);
     }

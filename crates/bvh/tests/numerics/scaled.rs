@@ -3,9 +3,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
-use raywright_bvh::{
-    AcceleratorKind, Geometry, Group, Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side, Vector, Visibility,
-};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, PreparedRay, Ray, Real, Shape, Side, Vector, Visibility};
 
 use super::stated::sized;
 use super::support::{Random, Verdict, exact, hex, judge, stored};
@@ -14,8 +12,8 @@ use super::support::{Random, Verdict, exact, hex, judge, stored};
 const EXPONENTS: [i32; 8] = [-30, -20, -7, -1, 1, 7, 20, 30];
 
 /// What a hit says, lengths divided by `size`: distance, the shape's own numbers, point, normal, error bound, texture coordinates.
-fn said<P: Precision>(shape: &AnyShape<P::Real>, ray: &Ray<P::Real>, size: f64) -> Option<[f64; 12]> {
-    let probe = Probe::<P>::new(*ray);
+fn said<R: Real>(shape: &AnyShape<R>, ray: &Ray<R>, size: f64) -> Option<[f64; 12]> {
+    let probe = PreparedRay::new(*ray);
     let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
     let (surface, parameters) = (shape.surface(&probe, hit), shape.parameters(&probe, hit));
     let (p, n) = (surface.point.to_f64() / size, surface.normal.to_f64());
@@ -39,18 +37,18 @@ fn aimed(random: &mut Random) -> (DVec3, DVec3) {
     (origin, exact(way))
 }
 
-fn each_shape<P: Precision>() {
-    let shapes = sized::<P>(1.0);
+fn each_shape<R: Real>() {
+    let shapes = sized::<R>(1.0);
     for exponent in EXPONENTS {
         let size = 2_f64.powi(exponent);
-        for ((name, shape), (_, scaled)) in shapes.iter().zip(sized::<P>(size)) {
-            let case = format!("2^{exponent} times the {name} in {:?}", P::default());
+        for ((name, shape), (_, scaled)) in shapes.iter().zip(sized::<R>(size)) {
+            let case = format!("2^{exponent} times the {name} in {}", std::any::type_name::<R>());
             judge(&case, 210, 3000, |random| {
                 let (o, d) = aimed(random);
-                let (ray, other) = (Ray::new(stored::<P>(o), stored::<P>(d)), Ray::new(stored::<P>(o * size), stored::<P>(d)));
-                let (wanted, got) = (said::<P>(shape, &ray, 1.0), said::<P>(&scaled, &other, size));
+                let (ray, other) = (Ray::new(stored::<R>(o), stored::<R>(d)), Ray::new(stored::<R>(o * size), stored::<R>(d)));
+                let (wanted, got) = (said::<R>(shape, &ray, 1.0), said::<R>(&scaled, &other, size));
                 let bits = |s: Option<[f64; 12]>| s.map(|s| s.map(f64::to_bits));
-                Verdict::holds(bits(wanted) == bits(got), || format!("{got:?} instead of {wanted:?}{}", hex::<P>(&ray)))
+                Verdict::holds(bits(wanted) == bits(got), || format!("{got:?} instead of {wanted:?}{}", hex::<R>(&ray)))
             })
             .expect_right(3000);
         }
@@ -60,18 +58,18 @@ fn each_shape<P: Precision>() {
 /// Protects: every test of a shape, its surface point, its bound and its coordinates are free of lengths of their own.
 #[test]
 fn powers_of_two_change_no_bit() {
-    each_shape::<Robust>();
-    each_shape::<Reference>();
+    each_shape::<f32>();
+    each_shape::<f64>();
 }
 
 /// A crowd of the bounded shapes in a tree.
-fn crowd<P: Precision>(size: f64) -> Geometry<P> {
-    let mut group = Group::<P>::default();
-    for (name, shape) in sized::<P>(size) {
+fn crowd<R: Real>(size: f64) -> Geometry<R> {
+    let mut group = Group::<R>::default();
+    for (name, shape) in sized::<R>(size) {
         if let AnyShape::Sphere(s) = shape {
             for i in 0..40_u32 {
                 let place = exact(DVec3::new(f64::from(i % 4), f64::from(i / 4 % 4), f64::from(i / 16)) * 0.7) * size;
-                let ball = Sphere { centre: stored::<P>(place), radius: s.radius * P::Real::from_f64(0.25) };
+                let ball = Sphere { centre: stored::<R>(place), radius: s.radius * R::from_f64(0.25) };
                 group.sphere(ball, Visibility::default()).expect("finite");
             }
         } else if name != "plane" && name != "tube" {
@@ -84,15 +82,15 @@ fn crowd<P: Precision>(size: f64) -> Geometry<P> {
 /// Protects: boxes, their padding and the walk through the tree are free of lengths of their own too.
 #[test]
 fn powers_of_two_change_no_bit_of_a_tree() {
-    fn judged<P: Precision>() {
-        let plain = crowd::<P>(1.0);
+    fn judged<R: Real>() {
+        let plain = crowd::<R>(1.0);
         for exponent in EXPONENTS {
             let size = 2_f64.powi(exponent);
-            let scaled = crowd::<P>(size);
-            judge(&format!("2^{exponent} times a crowd in {:?}", P::default()), 211, 20_000, |random| {
+            let scaled = crowd::<R>(size);
+            judge(&format!("2^{exponent} times a crowd in {}", std::any::type_name::<R>()), 211, 20_000, |random| {
                 let (o, d) = aimed(random);
-                let found = |geometry: &Geometry<P>, size: f64| {
-                    let ray = Ray::new(stored::<P>(o * size), stored::<P>(d));
+                let found = |geometry: &Geometry<R>, size: f64| {
+                    let ray = Ray::new(stored::<R>(o * size), stored::<R>(d));
                     let hit = geometry.closest(&ray, Interval::positive(), &mut ())?;
                     Some((hit.object, [hit.t.to_f64() / size, hit.u.to_f64(), hit.v.to_f64()].map(f64::to_bits)))
                 };
@@ -102,6 +100,6 @@ fn powers_of_two_change_no_bit_of_a_tree() {
             .expect_right(20_000);
         }
     }
-    judged::<Robust>();
-    judged::<Reference>();
+    judged::<f32>();
+    judged::<f64>();
 }

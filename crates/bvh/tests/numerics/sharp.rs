@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cone, Placed, Sphere, Torus};
-use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Reference, Robust, Side, Vector};
+use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
 use super::edged::{Edged, edged, round};
 use super::mapped::solved;
@@ -24,8 +24,8 @@ pub fn back(map: DAffine3, start: DVec3) -> DVec3 {
 /// Whether a body is thinner than its points are exact: under a map that flattens it by a factor the ball that it holds is
 /// [`STORED`] roundings of a point's coordinates thick, and [`MAPPED`] of the core's own, magnified by the way back and counted
 /// from where the ray comes.
-pub fn is_thin<P: Precision>(ball: f64, by: f64, point: DVec3, way: f64) -> bool {
-    let (stored, core) = (P::Real::ROUNDOFF.to_f64(), P::Core::ROUNDOFF.to_f64());
+pub fn is_thin<R: Real>(ball: f64, by: f64, point: DVec3, way: f64) -> bool {
+    let (stored, core) = (R::ROUNDOFF.to_f64(), f64::ROUNDOFF.to_f64());
     by * ball < STORED * stored * point.abs().max_element() + MAPPED * core * (1.0 + way) / by
 }
 
@@ -38,35 +38,35 @@ const STORED: f64 = 16.0;
 const MAPPED: f64 = 2048.0;
 
 /// Rays from hits beside edges, to both sides, under maps that flatten by a factor; as it is without one.
-fn starts<P: Precision>(edged: &Edged<P>, by: f64) -> Outcome {
+fn starts<R: Real>(edged: &Edged<R>, by: f64) -> Outcome {
     let Edged { name, shape, height, edge, .. } = edged;
-    judge(&format!("starts on the {name}, flattened by {by:e}, in {:?}", P::default()), 420, 50_000, |random| {
+    judge(&format!("starts on the {name}, flattened by {by:e}, in {}", std::any::type_name::<R>()), 420, 50_000, |random| {
         let map = if by == 1.0 { DAffine3::from_translation(random.cube().round()) } else { flattening(random, by) };
-        let placed = Placed::<P>::new(*shape, map).expect("an invertible map");
+        let placed = Placed::<R>::new(*shape, map).expect("an invertible map");
         let off = 10_f64.powf(random.between(-9.0, -0.5));
         let target = map.transform_point3(edge(random) + random.cube() * off);
-        let ray = towards::<P>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
-        let probe = Probe::<P>::new(ray);
+        let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
+        let probe = PreparedRay::new(ray);
         let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else { return Verdict::Skip };
-        let surface = placed.locate(&probe, hit).stored::<P>();
-        if is_thin::<P>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
+        let surface = placed.locate(&probe, hit).stored::<R>();
+        if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
             return Verdict::Skip;
         }
         let normal = surface.normal.to_f64();
         for way in [normal, -normal] {
-            let start = surface.spawn(stored::<P>(way)).to_f64();
+            let start = surface.spawn(stored::<R>(way)).to_f64();
             let inward = way == -normal;
             let above = height(back(map, start));
             if (above < 0.0) != inward {
-                return Verdict::Wrong(format!("{above:e} above, inward {inward}, {surface:?} {map:?}{}", hex::<P>(&ray)));
+                return Verdict::Wrong(format!("{above:e} above, inward {inward}, {surface:?} {map:?}{}", hex::<R>(&ray)));
             }
         }
         Verdict::Right(0.0)
     })
 }
 
-fn all_sides<P: Precision>() {
-    for edged in edged::<P>().iter().chain(&round()) {
+fn all_sides<R: Real>() {
+    for edged in edged::<R>().iter().chain(&round()) {
         for by in [1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
             // Flatter than this, f32 holds no start in most bodies.
             starts(edged, by).expect_right(if by >= 1e-4 { 400 } else { 0 });
@@ -77,54 +77,53 @@ fn all_sides<P: Precision>() {
 /// Protects: a start beside an edge lies on the side to which its ray leaves, however sharp a map makes the edge.
 #[test]
 fn starts_beside_edges_are_on_the_right_side() {
-    all_sides::<Robust>();
-    all_sides::<Reference>();
+    all_sides::<f32>();
+    all_sides::<f64>();
 }
 
 /// Protects: the same without any map: the seams of a can and of cones, flat and pointed.
 #[test]
 fn starts_beside_seams_are_on_the_right_side() {
-    fn check<P: Precision>() {
-        for Edged { name, shape, height, edge, .. } in &edged::<P>() {
-            judge(&format!("starts on the {name} in {:?}", P::default()), 421, 100_000, |random| {
+    fn check<R: Real>() {
+        for Edged { name, shape, height, edge, .. } in &edged::<R>() {
+            judge(&format!("starts on the {name} in {}", std::any::type_name::<R>()), 421, 100_000, |random| {
                 let target = edge(random) + random.cube() * 10_f64.powf(random.between(-9.0, -0.5));
-                let ray = towards::<P>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
-                let probe = Probe::<P>::new(ray);
+                let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
+                let probe = PreparedRay::new(ray);
                 let hit = raywright_bvh::Shape::intersect(shape, &probe, Interval::positive(), Side::Both);
                 let Some(hit) = hit else { return Verdict::Skip };
                 let surface = raywright_bvh::Shape::surface(shape, &probe, hit);
                 let normal = surface.normal.to_f64();
-                let above = [normal, -normal].map(|way| height(surface.spawn(stored::<P>(way)).to_f64()));
-                Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || format!("{above:?} {surface:?}{}", hex::<P>(&ray)))
+                let above = [normal, -normal].map(|way| height(surface.spawn(stored::<R>(way)).to_f64()));
+                Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || format!("{above:?} {surface:?}{}", hex::<R>(&ray)))
             })
             .expect_right(20_000);
         }
     }
-    check::<Robust>();
-    check::<Reference>();
+    check::<f32>();
+    check::<f64>();
 }
 
 /// Protects: starts far from the origin: one outside a ball or a ring is outside, in f64 too. That the bound counts the centre
 /// is judged before storage, whose rounding is as large, by `stated_bounds_hold_far_from_the_origin`.
 #[test]
 fn far_starts_are_outside() {
-    fn check<P: Precision>() {
-        let real = P::Real::from_f64;
+    fn check<R: Real>() {
+        let real = R::from_f64;
         for far in [1.0, 1e4, 1e8] {
-            judge(&format!("starts on far round shapes in {:?}", P::default()), 422, 40_000, |random| {
+            judge(&format!("starts on far round shapes in {}", std::any::type_name::<R>()), 422, 40_000, |random| {
                 let centre = exact(random.direction() * far);
                 // Large enough to be seen among the roundings there.
-                let size =
-                    if P::Real::ROUNDOFF == real(super::support::U) { f64::from((far * 1e-3).max(1.0) as f32) } else { 1.0 };
-                let (c, axis) = (stored::<P>(centre), stored::<P>(DVec3::Y));
+                let size = if R::ROUNDOFF == real(super::support::U) { f64::from((far * 1e-3).max(1.0) as f32) } else { 1.0 };
+                let (c, axis) = (stored::<R>(centre), stored::<R>(DVec3::Y));
                 let ring = random.sign() > 0.0;
-                let shape: AnyShape<P::Real> = if ring {
+                let shape: AnyShape<R> = if ring {
                     Torus { centre: c, axis, major_radius: real(size), minor_radius: real(size * 0.25) }.into()
                 } else {
                     Sphere { centre: c, radius: real(size) }.into()
                 };
-                let ray = towards::<P>(centre + random.direction() * size * 4.0, centre + random.cube() * size);
-                let probe = Probe::<P>::new(ray);
+                let ray = towards::<R>(centre + random.direction() * size * 4.0, centre + random.cube() * size);
+                let probe = PreparedRay::new(ray);
                 let hit = raywright_bvh::Shape::intersect(&shape, &probe, Interval::positive(), Side::Both);
                 let Some(hit) = hit else { return Verdict::Skip };
                 let surface = raywright_bvh::Shape::surface(&shape, &probe, hit);
@@ -134,41 +133,41 @@ fn far_starts_are_outside() {
                     if ring { (out * out + q.y * q.y).sqrt() - size * 0.25 } else { q.length() - size }
                 };
                 let normal = surface.normal.to_f64();
-                let above = [normal, -normal].map(|way| above(surface.spawn(stored::<P>(way)).to_f64()));
-                Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || format!("{above:?} {surface:?}{}", hex::<P>(&ray)))
+                let above = [normal, -normal].map(|way| above(surface.spawn(stored::<R>(way)).to_f64()));
+                Verdict::holds(above[0] > 0.0 && above[1] < 0.0, || format!("{above:?} {surface:?}{}", hex::<R>(&ray)))
             })
             .expect_right(8_000);
         }
     }
-    check::<Robust>();
-    check::<Reference>();
+    check::<f32>();
+    check::<f64>();
 }
 
 /// Protects: rays from the outside of a map's image do not meet it again, however the map is conditioned. That the bound counts
 /// the way back is judged by `bounds_count_the_way_back`: under most maps the normal hides it.
 #[test]
 fn starts_under_ill_conditioned_maps_are_clear() {
-    fn check<P: Precision>() {
+    fn check<R: Real>() {
         // A straight line may well leave a hyperboloid and meet it again.
-        for edged in edged::<P>().into_iter().filter(|e| e.name != "hyperboloid") {
-            judge(&format!("rays that leave the {} in {:?}", edged.name, P::default()), 423, 20_000, |random| {
+        for edged in edged::<R>().into_iter().filter(|e| e.name != "hyperboloid") {
+            judge(&format!("rays that leave the {} in {}", edged.name, std::any::type_name::<R>()), 423, 20_000, |random| {
                 let by = 10_f64.powf(random.between(-6.0, -3.0));
                 let map = flattening(random, by);
-                let placed = Placed::<P>::new(edged.shape, map).expect("an invertible map");
+                let placed = Placed::<R>::new(edged.shape, map).expect("an invertible map");
                 let target = map.transform_point3(random.cube() * 0.5);
-                let ray = towards::<P>(target + random.direction() * random.pick(&[1.0, 30.0]), target);
-                let probe = Probe::<P>::new(ray);
+                let ray = towards::<R>(target + random.direction() * random.pick(&[1.0, 30.0]), target);
+                let probe = PreparedRay::new(ray);
                 let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Outside) else { return Verdict::Skip };
-                let surface = placed.locate(&probe, hit).stored::<P>();
-                if is_thin::<P>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
+                let surface = placed.locate(&probe, hit).stored::<R>();
+                if is_thin::<R>(edged.ball, by, surface.point.to_f64(), hit.t.to_f64()) {
                     return Verdict::Skip;
                 }
                 for _ in 0..20 {
                     let d = exact(random.direction());
                     let d = if surface.normal.to_f64().dot(d) < 0.0 { -d } else { d };
-                    let leaving = Ray::new(surface.spawn(stored::<P>(d)), stored::<P>(d));
-                    if let Some(again) = placed.intersect(&Probe::<P>::new(leaving), Interval::positive(), Side::Both) {
-                        return Verdict::Wrong(format!("{again:?} {surface:?} {map:?}{}", hex::<P>(&leaving)));
+                    let leaving = Ray::new(surface.spawn(stored::<R>(d)), stored::<R>(d));
+                    if let Some(again) = placed.intersect(&PreparedRay::new(leaving), Interval::positive(), Side::Both) {
+                        return Verdict::Wrong(format!("{again:?} {surface:?} {map:?}{}", hex::<R>(&leaving)));
                     }
                 }
                 Verdict::Right(0.0)
@@ -176,38 +175,38 @@ fn starts_under_ill_conditioned_maps_are_clear() {
             .expect_right(1);
         }
     }
-    check::<Robust>();
-    check::<Reference>();
+    check::<f32>();
+    check::<f64>();
 }
 
 /// Protects: the normal of a cone's tip, hit exactly, points out of the cone, whichever end the tip is.
 #[test]
 fn tips_point_outwards() {
-    fn check<P: Precision>() {
-        let real = P::Real::from_f64;
+    fn check<R: Real>() {
+        let real = R::from_f64;
         for up in [1.0, -1.0] {
             for tip_first in [false, true] {
                 // The tip at height `up`, its foot at zero.
                 let (base, axis) = if tip_first { (DVec3::Y * up, DVec3::Y * -up) } else { (DVec3::ZERO, DVec3::Y * up) };
                 let (low, high) = if tip_first { (0.0, 0.5) } else { (0.5, 0.0) };
-                let (base, axis) = (stored::<P>(base), stored::<P>(axis));
+                let (base, axis) = (stored::<R>(base), stored::<R>(axis));
                 let cone = Cone { base, axis, radius: real(low), top_radius: real(high) };
-                let ray = Ray::new(stored::<P>(DVec3::Y * (3.0 * up)), stored::<P>(DVec3::Y * -up));
-                let probe = Probe::<P>::new(ray);
+                let ray = Ray::<R>::new(stored::<R>(DVec3::Y * (3.0 * up)), stored::<R>(DVec3::Y * -up));
+                let probe = PreparedRay::new(ray);
                 let hit = raywright_bvh::Shape::intersect(&cone, &probe, Interval::positive(), Side::Both).expect("the tip");
                 assert_eq!(hit.t.to_f64(), 2.0);
                 let surface = raywright_bvh::Shape::surface(&cone, &probe, hit);
                 let (normal, point) = (surface.normal.to_f64(), surface.point.to_f64());
                 assert!(normal.y * up > 0.4, "{normal} at the tip of {cone:?}");
-                // In the robust ones a start is beside the tip, above its wall or below.
+                // A start is beside the tip, above its wall or below.
                 let inside = |p: DVec3| 1.0 - p.y * up - 2.0 * DVec3::new(p.x, 0.0, p.z).length() > 0.0;
-                let inward = [normal, -normal].map(|way| inside(surface.spawn(stored::<P>(way)).to_f64()));
-                assert!(!P::ROBUST || inward == [false, true], "{inward:?} beside the tip of {cone:?}");
+                let inward = [normal, -normal].map(|way| inside(surface.spawn(stored::<R>(way)).to_f64()));
+                assert!(inward == [false, true], "{inward:?} beside the tip of {cone:?}");
                 assert!((point - DVec3::Y * up).length() < 1e-5, "{point} for the tip of {cone:?}");
             }
         }
     }
-    check::<raywright_bvh::Fast>();
-    check::<Robust>();
-    check::<Reference>();
+    check::<f32>();
+    check::<f32>();
+    check::<f64>();
 }

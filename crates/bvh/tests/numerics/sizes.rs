@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{Fast, Interval, Precision, Probe, Ray, Real, Reference, Robust, Shape, Side, Vector};
+use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
 use super::stated::shapes;
 use super::support::{Random, Verdict, exact, hex, judge, stored, towards};
@@ -38,36 +38,36 @@ fn times<R: Real>(shape: &AnyShape<R>, by: f64) -> AnyShape<R> {
 }
 
 /// A ray at a shape of size one at the origin, and the same one at a larger or smaller world.
-fn rays<P: Precision>(random: &mut Random, by: f64) -> (Ray<P::Real>, Ray<P::Real>) {
+fn rays<R: Real>(random: &mut Random, by: f64) -> (Ray<R>, Ray<R>) {
     let origin = random.direction() * random.pick(&[3.0, 10.0, 100.0]);
-    let ray = towards::<P>(origin, random.cube() * 1.2);
-    (ray, Ray::new(ray.origin * P::Real::from_f64(by), ray.direction))
+    let ray = towards::<R>(origin, random.cube() * 1.2);
+    (ray, Ray::new(ray.origin * R::from_f64(by), ray.direction))
 }
 
 /// Hits, points and normals of one precision, at 25 sizes from 2⁻⁴⁰ to 2⁴⁰, against those at size one; by its own parameters
 /// and by a map.
-fn alike<P: Precision>() {
-    for (name, shape) in shapes::<P>() {
-        let own = Placed::<P>::new(shape, DAffine3::IDENTITY).expect("invertible");
-        let larger: Vec<(f64, AnyShape<P::Real>, Placed<P>)> = (-12..=12)
+fn alike<R: Real>() {
+    for (name, shape) in shapes::<R>() {
+        let own = Placed::<R>::new(shape, DAffine3::IDENTITY).expect("invertible");
+        let larger: Vec<(f64, AnyShape<R>, Placed<R>)> = (-12..=12)
             .map(|step| 2_f64.powi((f64::from(step) * 10.0 / 3.0).round() as i32))
             .map(|by| (by, times(&shape, by), Placed::new(shape, DAffine3::from_scale(DVec3::splat(by))).expect("invertible")))
             .collect();
-        judge(&format!("{name} of every size in {:?}", P::default()), 410, 3000, |random| {
+        judge(&format!("{name} of every size in {}", std::any::type_name::<R>()), 410, 3000, |random| {
             let seed = random.bits();
             let mut verdict = Verdict::Skip;
             for (by, shape, placed) in &larger {
-                let (ray, scaled) = rays::<P>(&mut Random::new(seed, 0), *by);
-                let (one, many) = (Probe::<P>::new(ray), Probe::<P>::new(scaled));
+                let (ray, scaled) = rays::<R>(&mut Random::new(seed, 0), *by);
+                let (one, many) = (PreparedRay::new(ray), PreparedRay::new(scaled));
                 let wanted = AnyShape::intersect(&larger[12].1, &one, Interval::positive(), Side::Both);
                 let mapped = own.intersect(&one, Interval::positive(), Side::Both);
                 let hit = shape.intersect(&many, Interval::positive(), Side::Both);
                 let hit_mapped = placed.intersect(&many, Interval::positive(), Side::Both);
-                let t = |hit: Option<raywright_bvh::ShapeHit<P::Real>>, by: f64| hit.map(|h| h.t.to_f64() * by);
+                let t = |hit: Option<raywright_bvh::ShapeHit<R>>, by: f64| hit.map(|h| h.t.to_f64() * by);
                 if t(hit, 1.0) != t(wanted, *by) || t(hit_mapped, 1.0) != t(mapped, *by) {
                     return Verdict::Wrong(format!(
                         "{hit:?}, {hit_mapped:?} at {by:e}, {wanted:?}, {mapped:?} at one{}",
-                        hex::<P>(&ray)
+                        hex::<R>(&ray)
                     ));
                 }
                 let (Some(hit), Some(wanted)) = (hit, wanted) else { continue };
@@ -78,7 +78,7 @@ fn alike<P: Precision>() {
                 let same =
                     off <= 1e-3 * bound && turned <= 1e-6 && (there.error.to_f64() / here.error.to_f64() / by - 1.0).abs() < 0.01;
                 if !same {
-                    return Verdict::Wrong(format!("{there:?} at {by:e}, {here:?} at one{}", hex::<P>(&ray)));
+                    return Verdict::Wrong(format!("{there:?} at {by:e}, {here:?} at one{}", hex::<R>(&ray)));
                 }
                 verdict = Verdict::Right(0.0);
             }
@@ -91,44 +91,46 @@ fn alike<P: Precision>() {
 /// Protects: a size of the world changes no hit, in any precision.
 #[test]
 fn every_size_is_hit_alike() {
-    alike::<Fast>();
-    alike::<Robust>();
-    alike::<Reference>();
+    alike::<f32>();
+    alike::<f64>();
 }
 
 /// How many of a thousand rays meet a shape of a size that is no power of two, made by its constructor.
-fn met<P: Precision>(make: impl Fn(f64) -> AnyShape<P::Real>, size: f64) -> usize {
+fn met<R: Real>(make: impl Fn(f64) -> AnyShape<R>, size: f64) -> usize {
     let shape = make(size);
     let meets = |i: u64| {
         let random = &mut Random::new(411, i);
         let (origin, target) = (random.direction() * 4.0 * size, random.cube() * 0.9 * size);
-        let ray = Ray::new(stored::<P>(exact(origin)), stored::<P>((target - origin).normalize()));
-        shape.intersect(&Probe::<P>::new(ray), Interval::positive(), Side::Both).is_some()
+        let ray = Ray::<R>::new(stored::<R>(exact(origin)), stored::<R>((target - origin).normalize()));
+        shape.intersect(&PreparedRay::new(ray), Interval::positive(), Side::Both).is_some()
     };
     (0..1000).filter(|&i| meets(i)).count()
 }
 
-/// Protects: an Earth in metres, and cones of 1e-8 and of 1e7, in the textbook's f32 too: as many rays meet them as meet the
+/// Protects: an Earth in metres, and cones of 1e-8 and of 1e7, in either scalar: as many rays meet them as meet the
 /// same shape of size one.
 #[test]
 fn decimal_sizes_are_hit_as_often() {
-    fn check<P: Precision>() {
+    fn check<R: Real>() {
         type Make<R> = Box<dyn Fn(f64) -> AnyShape<R>>;
-        let shapes: [(&str, Make<P::Real>); 3] = [
+        let shapes: [(&str, Make<R>); 3] = [
             ("ellipsoid", Box::new(|s| Ellipsoid::new(DVec3::ZERO, DVec3::new(1.0, 0.9966, 1.0) * s).into())),
             ("cone", Box::new(|s| Cone::new(DVec3::NEG_Y * (0.5 * s), DVec3::Y, s, 0.0, 1.5 * s).into())),
             ("torus", Box::new(|s| Torus::new(DVec3::ZERO, DVec3::Y, 0.8 * s, 0.3 * s).into())),
         ];
         for (name, make) in &shapes {
-            let wanted = met::<P>(make, 1.0);
+            let wanted = met::<R>(make, 1.0);
             assert!(wanted > 300, "{name}: {wanted}");
             for size in [6.4e6, 1e-8, 1e7, 1e-12, 1e12] {
-                let found = met::<P>(make, size);
-                assert!(found.abs_diff(wanted) <= 3, "{name} of {size:e} in {:?}: {found} for {wanted}", P::default());
+                let found = met::<R>(make, size);
+                assert!(
+                    found.abs_diff(wanted) <= 3,
+                    "{name} of {size:e}  in {}: {found} for {wanted}",
+                    std::any::type_name::<R>()
+                );
             }
         }
     }
-    check::<Fast>();
-    check::<Robust>();
-    check::<Reference>();
+    check::<f32>();
+    check::<f64>();
 }

@@ -5,25 +5,25 @@ use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus,
     Triangle,
 };
-use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Reference, Robust, Side, Vector};
+use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
 use super::support::{Outcome, Verdict, exact, hex, judge, stored, towards};
 
 /// One of each shape, from the same f32 numbers in every precision.
-pub fn shapes<P: Precision>() -> Vec<(&'static str, AnyShape<P::Real>)> {
-    sized::<P>(1.0)
+pub fn shapes<R: Real>() -> Vec<(&'static str, AnyShape<R>)> {
+    sized::<R>(1.0)
 }
 
 /// The same with every length multiplied by a power of two.
-pub fn sized<P: Precision>(size: f64) -> Vec<(&'static str, AnyShape<P::Real>)> {
-    let v = |x: f64, y: f64, z: f64| stored::<P>(exact(DVec3::new(x, y, z)) * size);
-    let r = |x: f64| P::Real::from_f64(f64::from(x as f32) * size);
+pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
+    let v = |x: f64, y: f64, z: f64| stored::<R>(exact(DVec3::new(x, y, z)) * size);
+    let r = |x: f64| R::from_f64(f64::from(x as f32) * size);
     let (centre, axis) = (v(0.3, -0.2, 0.1), v(0.6, 1.3, -0.4));
     let vertices = [v(-1.1, -0.7, 0.2), v(1.3, -0.6, 0.4), v(0.1, 1.2, -0.3)];
     let corners = [v(-0.9, -1.1, 0.3), v(0.85, -0.85, 0.3), v(1.1, 0.4, 0.55), v(-0.65, 0.15, 0.55)];
     vec![
         ("sphere", Sphere { centre, radius: r(1.1) }.into()),
-        ("plane", Plane::new(centre, stored::<P>(exact(DVec3::new(0.3, 0.9, 0.2).normalize()))).into()),
+        ("plane", Plane::new(centre, stored::<R>(exact(DVec3::new(0.3, 0.9, 0.2).normalize()))).into()),
         ("disk", Disk { centre, normal: axis, radius: r(1.2) }.into()),
         ("triangle", Triangle { vertices }.into()),
         ("quad", Quad { corners }.into()),
@@ -41,35 +41,40 @@ pub fn sized<P: Precision>(size: f64) -> Vec<(&'static str, AnyShape<P::Real>)> 
 }
 
 /// How far a point is from a surface along a normal, in f64: by a ray that comes down the normal from a little above.
-fn height(shape: &Placed<Reference>, point: DVec3, normal: DVec3, above: f64) -> Option<f64> {
-    let probe = Probe::<Reference>::new(Ray::new(point + normal * above, -normal));
+fn height(shape: &Placed<f64>, point: DVec3, normal: DVec3, above: f64) -> Option<f64> {
+    let probe = PreparedRay::new(Ray::<f64>::new(point + normal * above, -normal));
     let hit = shape.intersect(&probe, Interval { min: 0.0, max: 2.0 * above }, Side::Both)?;
     Some((hit.t - above).abs())
 }
 
 /// Hits from up to `far` sizes away on a shape of a size at a place: off the surface along the normal by no more than a box of
 /// the stated bound reaches.
-fn stated<P: Precision>(name: &str, shape: AnyShape<P::Real>, best: AnyShape<f64>, size: f64, place: f64) -> Outcome {
+fn stated<R: Real>(name: &str, shape: AnyShape<R>, best: AnyShape<f64>, size: f64, place: f64) -> Outcome {
     let map =
         DAffine3::from_translation(DVec3::new(0.6, -0.3, 0.9) * place) * DAffine3::from_scale(DVec3::new(size, -size, size));
-    let placed = Placed::<P>::new(shape, map).expect("an invertible map");
-    let best = Placed::<Reference>::new(best, map).expect("an invertible map");
-    judge(&format!("stated bound of the {name} in {:?}, size {size:e} at {place:e}", P::default()), 180, 3000, |random| {
-        let middle = map.translation;
-        let origin = middle + random.direction() * (size * random.pick(&[3.0, 10.0, 100.0]));
-        let ray = towards::<P>(origin, middle + random.cube() * size);
-        let probe = Probe::<P>::new(ray);
-        let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else { return Verdict::Skip };
-        let surface = placed.locate(&probe, hit).stored::<P>();
-        let (point, normal) = (surface.point.to_f64(), surface.normal.to_f64());
-        let reach = surface.error.to_f64() * normal.abs().element_sum();
-        // Beside an edge, and where the surface curves within the bound, a normal tells nothing.
-        if reach > 1e-3 * size {
-            return Verdict::Skip;
-        }
-        let Some(height) = height(&best, point, normal, 4.0 * reach) else { return Verdict::Skip };
-        Verdict::bounded(height, reach, || format!("beyond the stated bound{}", hex::<P>(&ray)))
-    })
+    let placed = Placed::<R>::new(shape, map).expect("an invertible map");
+    let best = Placed::<f64>::new(best, map).expect("an invertible map");
+    judge(
+        &format!("stated bound of the {name} in {}, size {size:e} at {place:e}", std::any::type_name::<R>()),
+        180,
+        3000,
+        |random| {
+            let middle = map.translation;
+            let origin = middle + random.direction() * (size * random.pick(&[3.0, 10.0, 100.0]));
+            let ray = towards::<R>(origin, middle + random.cube() * size);
+            let probe = PreparedRay::new(ray);
+            let Some(hit) = placed.intersect(&probe, Interval::positive(), Side::Both) else { return Verdict::Skip };
+            let surface = placed.locate(&probe, hit).stored::<R>();
+            let (point, normal) = (surface.point.to_f64(), surface.normal.to_f64());
+            let reach = surface.error.to_f64() * normal.abs().element_sum();
+            // Beside an edge, and where the surface curves within the bound, a normal tells nothing.
+            if reach > 1e-3 * size {
+                return Verdict::Skip;
+            }
+            let Some(height) = height(&best, point, normal, 4.0 * reach) else { return Verdict::Skip };
+            Verdict::bounded(height, reach, || format!("beyond the stated bound{}", hex::<R>(&ray)))
+        },
+    )
 }
 
 /// The bound that a surface states is true for every shape, of any size, at any place. Not of `fast`: how wrong a textbook
@@ -77,9 +82,9 @@ fn stated<P: Precision>(name: &str, shape: AnyShape<P::Real>, best: AnyShape<f64
 #[test]
 fn stated_bounds_hold() {
     for (size, place) in [(1.0, 0.0), (1.0, 1e3), (1e3, 1e5), (1e-4, 0.01), (1e4, 0.0)] {
-        for ((name, robust), (_, best)) in shapes::<Robust>().into_iter().zip(shapes::<Reference>()) {
-            stated::<Robust>(name, robust, best, size, place).expect_right(500);
-            stated::<Reference>(name, best, best, size, place).expect_right(500);
+        for ((name, robust), (_, best)) in shapes::<f32>().into_iter().zip(shapes::<f64>()) {
+            stated::<f32>(name, robust, best, size, place).expect_right(500);
+            stated::<f64>(name, best, best, size, place).expect_right(500);
         }
     }
 }

@@ -1,13 +1,16 @@
 //! P19–P22: slivers, rays in a triangle's plane, and closed meshes that must not leak.
 
-use glam::{DVec3, Vec3};
-use raywright_bvh::shapes::{AnyShape, Triangle};
-use raywright_bvh::{AcceleratorKind, Fast, Geometry, Group, Interval, Precision, Probe, Reference, Robust, Shape, Visibility};
+use glam::DVec3;
+use raywright_bvh::shapes::Triangle;
+use raywright_bvh::{PreparedRay, Real, Shape};
 
-use super::support::{Outcome, Random, Verdict, exact, hex, hit, judge, ray, stored, textbook_share, towards, ulp};
+use crate::hard_cases::textbook;
+use crate::hard_cases::triangles::{Aim, Mesh, cube, icosphere, leaks, leaks_of_library};
 
-fn triangle<P: Precision>(corners: [DVec3; 3]) -> Triangle<P::Real> {
-    Triangle::new(corners.map(stored::<P>))
+use super::support::{Outcome, Random, Verdict, exact, hex, hit, judge, stored, textbook_share, towards, ulp};
+
+fn triangle<R: Real>(corners: [DVec3; 3]) -> Triangle<R> {
+    Triangle::new(corners.map(stored::<R>))
 }
 
 /// Triangles without area are never hit, not even on their line; slivers only at a distance between their corners'.
@@ -26,9 +29,9 @@ fn p19_slivers() {
         let corners = corners.map(|c| c * scale);
         let target = corners[0] + (corners[2] - corners[0]) * random.unit();
         let target = if random.sign() > 0.0 { target } else { corners[1] };
-        let ray = towards::<Robust>(whole(random) * (2.0 * scale) + DVec3::splat(200.0 * scale), target);
-        let got = hit::<Robust>(&triangle::<Robust>(corners), &ray);
-        Verdict::holds(got.is_none(), || format!("{got:?}{} {corners:?}", hex::<Robust>(&ray)))
+        let ray = towards::<f32>(whole(random) * (2.0 * scale) + DVec3::splat(200.0 * scale), target);
+        let got = hit::<f32>(&triangle::<f32>(corners), &ray);
+        Verdict::holds(got.is_none(), || format!("{got:?}{} {corners:?}", hex::<f32>(&ray)))
     })
     .expect_right(400_000);
     judge("P19 sliver", 51, 400_000, |random| {
@@ -37,13 +40,13 @@ fn p19_slivers() {
         // Edges 1, 1 and 1e-6, or 1, 1 and a thousandth with the same height over the longest.
         let corners = [a, a + along, a + along * random.pick(&[0.0, 1e-3]) + side].map(exact);
         let target = corners[0] + (corners[1] - corners[0]) * random.unit();
-        let ray = towards::<Robust>(target + random.direction() * random.between(0.5, 5.0), target);
+        let ray = towards::<f32>(target + random.direction() * random.between(0.5, 5.0), target);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let Some(h) = hit::<Robust>(&triangle::<Robust>(corners), &ray) else { return Verdict::Skip };
+        let Some(h) = hit::<f32>(&triangle::<f32>(corners), &ray) else { return Verdict::Skip };
         let ts = corners.map(|c| (c - o).dot(d) / d.length_squared());
         let (low, high) = (ts.iter().copied().fold(f64::INFINITY, f64::min), ts.iter().copied().fold(0.0, f64::max));
         let (t, room) = (f64::from(h.t), ulp(high));
-        Verdict::holds(low - room <= t && t <= high + room, || format!("t {t} not in {low}..{high}{}", hex::<Robust>(&ray)))
+        Verdict::holds(low - room <= t && t <= high + room, || format!("t {t} not in {low}..{high}{}", hex::<f32>(&ray)))
     })
     .expect_right(50_000);
 }
@@ -74,95 +77,24 @@ fn p20_nearly_parallel_rays() {
             corners[0] + (corners[1] - corners[0]) * weights.0 + (corners[2] - corners[0]) * (weights.1 * (1.0 - weights.0));
         let away = x * random.between(-1.0, 1.0) + y * random.between(-1.0, 1.0);
         let origin = target + (away.normalize() + normal * angle) * 600.0;
-        let ray = towards::<Robust>(origin, target + random.cube() * 1e-3);
+        let ray = towards::<f32>(origin, target + random.cube() * 1e-3);
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let shape = triangle::<Robust>(corners);
-        let Some(h) = hit::<Robust>(&shape, &ray) else { return Verdict::Skip };
+        let shape = triangle::<f32>(corners);
+        let Some(h) = hit::<f32>(&shape, &ray) else { return Verdict::Skip };
         let (low, high) = (corners[0].min(corners[1]).min(corners[2]), corners[0].max(corners[1]).max(corners[2]));
         let on_ray = o + d * f64::from(h.t);
-        let on_plane = shape.surface(&Probe::<Robust>::new(ray), h).point.as_dvec3();
+        let on_plane = shape.surface(&PreparedRay::new(ray), h).point.as_dvec3();
         let scale = low.abs().max(high.abs()).max(o.abs()).max_element();
         let over = |p: DVec3| (low - p).max(p - high).max_element();
-        Verdict::bounded(over(on_ray), 16.0 * ulp(scale), || format!("point of the ray{} {shape:?}", hex::<Robust>(&ray))).and(
+        Verdict::bounded(over(on_ray), 16.0 * ulp(scale), || format!("point of the ray{} {shape:?}", hex::<f32>(&ray))).and(
             || {
                 Verdict::bounded(over(on_plane), 16.0 * ulp(scale), || {
-                    format!("point of the surface{} {shape:?}", hex::<Robust>(&ray))
+                    format!("point of the surface{} {shape:?}", hex::<f32>(&ray))
                 })
             },
         )
     })
     .expect_right(50_000);
-}
-
-/// A closed mesh of corners and triangles.
-pub struct Mesh {
-    pub corners: Vec<Vec3>,
-    pub faces: Vec<[usize; 3]>,
-}
-
-/// An icosahedron, each face divided into four `levels` times, on the unit sphere.
-pub fn icosphere(levels: u32) -> Mesh {
-    let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
-    let mut corners: Vec<DVec3> = vec![];
-    for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
-        corners.extend([DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)]);
-    }
-    let mut faces = vec![];
-    for i in 0..12 {
-        for j in 0..12 {
-            for k in 0..12 {
-                let edge = |a: usize, b: usize| (corners[a].distance(corners[b]) - 2.0).abs() < 1e-9;
-                let out = (corners[j] - corners[i]).cross(corners[k] - corners[i]).dot(corners[i]) > 0.0;
-                if i < j && i < k && edge(i, j) && edge(j, k) && edge(k, i) && out {
-                    faces.push([i, j, k]);
-                }
-            }
-        }
-    }
-    let mut corners: Vec<DVec3> = corners.into_iter().map(DVec3::normalize).collect();
-    for _ in 0..levels {
-        let mut middles = std::collections::BTreeMap::new();
-        let mut finer = vec![];
-        for [a, b, c] in faces {
-            let mut middle = |i: usize, j: usize| {
-                *middles.entry((i.min(j), i.max(j))).or_insert_with(|| {
-                    corners.push((corners[i] + corners[j]).normalize());
-                    corners.len() - 1
-                })
-            };
-            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-            finer.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
-        }
-        faces = finer;
-    }
-    Mesh { corners: corners.into_iter().map(DVec3::as_vec3).collect(), faces }
-}
-
-/// The cube [−1, 1]³ with `n` × `n` cells a face, two triangles each; faces share the corners at edges by their bits.
-fn cube(n: usize) -> Mesh {
-    let mut mesh = Mesh { corners: vec![], faces: vec![] };
-    for axis in 0..3 {
-        for side in [-1.0_f32, 1.0] {
-            let first = mesh.corners.len();
-            for i in 0..=n {
-                for j in 0..=n {
-                    let at = |k: usize| k as f32 / n as f32 * 2.0 - 1.0;
-                    let mut p = Vec3::ZERO;
-                    (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (side, at(i), at(j));
-                    mesh.corners.push(p);
-                }
-            }
-            for i in 0..n {
-                for j in 0..n {
-                    let at = |a: usize, b: usize| first + (i + a) * (n + 1) + j + b;
-                    let (p, q, r, s) = (at(0, 0), at(1, 0), at(1, 1), at(0, 1));
-                    let two = if side > 0.0 { [[p, q, r], [p, r, s]] } else { [[p, r, q], [p, s, r]] };
-                    mesh.faces.extend(two);
-                }
-            }
-        }
-    }
-    mesh
 }
 
 impl Mesh {
@@ -173,45 +105,6 @@ impl Mesh {
         }
         self
     }
-    fn geometry<P: Precision>(&self) -> Geometry<P> {
-        let mut group = Group::<P>::default();
-        for face in &self.faces {
-            let vertices = face.map(|i| stored::<P>(self.corners[i].as_dvec3()));
-            let shape: AnyShape<P::Real> = Triangle::new(vertices).into();
-            group.shape(shape, Visibility::default()).expect("finite corners");
-        }
-        Geometry::new(group, AcceleratorKind::default())
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Aim {
-    Corner,
-    Edge,
-    FromCentre,
-    Anywhere,
-}
-
-/// Rays from inside a closed mesh; each must hit.
-fn leaks<P: Precision>(name: &str, mesh: &Mesh, aim: Aim, count: u32) -> Outcome {
-    let geometry = mesh.geometry::<P>();
-    judge(&format!("P21 {name} {aim:?}"), 60 + aim as u64, count, |random| {
-        let face = mesh.faces[(random.bits() % mesh.faces.len() as u64) as usize];
-        let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
-        let along = random.unit();
-        let target = match aim {
-            Aim::Corner => corner(0),
-            Aim::Edge => corner(0) + (corner(1) - corner(0)) * along,
-            Aim::FromCentre if random.sign() > 0.0 => corner(0),
-            Aim::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
-            Aim::Anywhere => random.direction() * 2.0,
-        };
-        let origin = if aim == Aim::FromCentre { DVec3::ZERO } else { exact(random.direction() * (0.9 * random.unit())) };
-        // From the centre the direction *is* the corner, so that the ray passes through it exactly.
-        let ray = if aim == Aim::FromCentre { ray::<P>(origin, target) } else { towards::<P>(origin, target) };
-        let got = geometry.closest(&ray, Interval::positive(), &mut ());
-        Verdict::holds(got.is_some(), || format!("leak{}", hex::<P>(&ray)))
-    })
 }
 
 const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
@@ -221,7 +114,7 @@ const AIMS: [Aim; 4] = [Aim::Corner, Aim::Edge, Aim::FromCentre, Aim::Anywhere];
 fn p21_no_leaks() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
         for aim in AIMS {
-            leaks::<Robust>(name, &mesh, aim, 1_000_000).expect_right(1_000_000);
+            leaks_of_library::<f32>(name, &mesh, aim, 1_000_000).expect_right(1_000_000);
         }
     }
 }
@@ -231,7 +124,7 @@ fn p21_no_leaks() {
 fn p21_no_leaks_in_reference() {
     for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
         for aim in AIMS {
-            leaks::<Reference>(name, &mesh, aim, 100_000).expect_right(100_000);
+            leaks_of_library::<f64>(name, &mesh, aim, 100_000).expect_right(100_000);
         }
     }
 }
@@ -243,7 +136,7 @@ fn p22_no_leaks_in_either_winding() {
         for (name, mesh) in [("icosphere", icosphere(5)), ("cube", cube(16))] {
             let mesh = mesh.turned(every);
             for aim in AIMS {
-                leaks::<Robust>(name, &mesh, aim, 1_000_000).expect_right(1_000_000);
+                leaks_of_library::<f32>(name, &mesh, aim, 1_000_000).expect_right(1_000_000);
             }
         }
     }
@@ -252,10 +145,14 @@ fn p22_no_leaks_in_either_winding() {
 /// The textbook test must leak where the specification says that it does.
 #[test]
 fn textbook_triangles_leak() {
-    fn both<P: Precision>() -> Outcome {
-        let aimed = |name, mesh| leaks::<P>(name, mesh, Aim::Corner, 100_000);
-        aimed("cube", &cube(16)).plus(aimed("icosphere", &icosphere(5)))
-    }
-    let leaking = textbook_share([both::<Fast>(), both::<Robust>(), both::<Reference>()]);
+    let both = |leaks: &dyn Fn(&str, &Mesh) -> Outcome| leaks("cube", &cube(16)).plus(leaks("icosphere", &icosphere(5)));
+    let leaking = textbook_share([
+        both(&|name, mesh| {
+            let triangles = mesh.triangles();
+            leaks(name, mesh, Aim::Corner, 100_000, |ray| textbook::hits_any(&triangles, ray))
+        }),
+        both(&|name, mesh| leaks_of_library::<f32>(name, mesh, Aim::Corner, 100_000)),
+        both(&|name, mesh| leaks_of_library::<f64>(name, mesh, Aim::Corner, 100_000)),
+    ]);
     assert!(leaking > 0.01, "P21: only {leaking} leak");
 }

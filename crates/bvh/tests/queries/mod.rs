@@ -6,8 +6,8 @@ mod objects;
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Interval, Occlusion, Precision, Query, Ray, Robust, Side,
-    Visibility, Visits,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Interval, Occlusion, Query, Ray, Real, Side, Visibility,
+    Visits,
 };
 
 use crate::split_mix::step;
@@ -30,7 +30,7 @@ impl Random {
 /// Every hit is shown to the caller.
 const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };
 
-fn triangles(random: &mut Random, count: usize) -> Group<Robust> {
+fn triangles(random: &mut Random, count: usize) -> Group<f32> {
     let mut group = Group::default();
     for _ in 0..count {
         let a = random.point();
@@ -41,7 +41,7 @@ fn triangles(random: &mut Random, count: usize) -> Group<Robust> {
 }
 
 /// Spheres, triangles (many of them doubled, so that ties occur), a plane and instances.
-fn mixed(seed: u64, count: usize) -> Group<Robust> {
+fn mixed(seed: u64, count: usize) -> Group<f32> {
     let random = &mut Random(seed);
     let shared = Geometry::new(triangles(random, 20), AcceleratorKind::default());
     let mut group = triangles(random, count);
@@ -70,7 +70,7 @@ fn halved() -> DAffine3 {
 }
 
 fn kinds() -> impl Iterator<Item = AcceleratorKind> {
-    BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree).chain([AcceleratorKind::LinearBoxes])
+    BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree)
 }
 
 /// Protects: identical hits bit for bit, ties by lowest id, and any-hit agreeing with closest-hit.
@@ -86,7 +86,7 @@ fn tree_equals_scan() {
                 let range = Interval { min: 0.0, max: if random.unit() < 0.5 { f32::INFINITY } else { 8.0 * random.unit() } };
                 let expected = scan.closest(&ray, range, &mut ());
                 assert_eq!(tree.closest(&ray, range, &mut ()), expected, "{kind:?} seed {seed} {ray:?} {range:?}");
-                let lowest = |g: &Geometry<Robust>| {
+                let lowest = |g: &Geometry<f32>| {
                     let mut lowest = [u32::MAX; 3];
                     g.any(
                         &ray,
@@ -110,7 +110,7 @@ fn tree_equals_scan() {
 #[test]
 fn zeros_of_either_sign_are_one_direction() {
     let row = |kind| {
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         for i in 0..5 * 5 * 5 {
             let centre = Vec3::new((i % 5) as f32, (i / 5 % 5) as f32, (i / 25) as f32) * 3.0 - 6.0;
             group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
@@ -138,7 +138,7 @@ fn zeros_of_either_sign_are_one_direction() {
 /// Protects: many identical primitives build quickly into a shallow tree and the lowest id wins.
 #[test]
 fn coincident_primitives() {
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     for _ in 0..10_000 {
         group.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()).unwrap();
     }
@@ -151,7 +151,7 @@ fn coincident_primitives() {
 /// Protects: a primitive with a coordinate that is not finite is refused with a typed error, before any build.
 #[test]
 fn not_finite_is_refused() {
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     assert!(group.triangle([Vec3::NAN, Vec3::X, Vec3::Y], Visibility::default()).is_err());
     assert!(group.sphere(Sphere { centre: Vec3::ZERO, radius: f32::INFINITY }, Visibility::default()).is_err());
     assert!(group.is_empty());
@@ -161,7 +161,7 @@ fn not_finite_is_refused() {
 #[test]
 fn refused_meshes_leave_nothing() {
     let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x + 1.0, 0.0, 0.0), Vec3::new(x, 1.0, 0.0)];
-    let mut group = Group::<Robust>::default();
+    let mut group = Group::<f32>::default();
     assert_eq!(group.mesh([at(0.0), at(f32::NAN)], Visibility::default()), Err(GeometryError::NotFinite));
     assert_eq!((group.len(), group.objects(), group.triangles().len()), (0, 0, 0));
     assert_eq!(group.mesh([at(5.0)], Visibility::default()), Ok(0));
@@ -179,7 +179,7 @@ fn rays_that_are_not_finite_hit_nothing() {
     }
 }
 
-fn not_finite_misses(geometry: &Geometry<Robust>) {
+fn not_finite_misses(geometry: &Geometry<f32>) {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         // Not a number on every axis: such a ray enters even boxes that are empty.
         let ray = Ray::new(Vec3::splat(bad), Vec3::splat(bad));
@@ -193,27 +193,26 @@ fn not_finite_misses(geometry: &Geometry<Robust>) {
     }
 }
 
-/// Protects: the three precisions agree on an easy case, so that none of them is wired to the wrong formulas.
+/// Protects: both precisions agree on an easy case, so that none of them is wired to the wrong formulas.
 #[test]
 fn precisions_agree() {
-    fn distance<P: Precision>() -> f64 {
-        use raywright_bvh::{Real, Vector};
-        let v = |x: f64, y: f64, z: f64| <P::Real as Real>::Vec3::from_f64(DVec3::new(x, y, z));
-        let mut group = Group::<P>::default();
-        group.sphere(Sphere { centre: v(0.0, 0.0, 0.0), radius: P::Real::from_f64(1.0) }, Visibility::default()).unwrap();
+    fn distance<R: Real>() -> f64 {
+        use raywright_bvh::Vector;
+        let v = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
+        let mut group = Group::<R>::default();
+        group.sphere(Sphere { centre: v(0.0, 0.0, 0.0), radius: R::from_f64(1.0) }, Visibility::default()).unwrap();
         let geometry = Geometry::new(group, AcceleratorKind::default());
         geometry.closest(&Ray::new(v(0.5, 0.0, 3.0), v(0.0, 0.0, -1.0)), Interval::positive(), &mut ()).unwrap().t.to_f64()
     }
     let exact = 3.0 - 0.75_f64.sqrt();
-    assert!((distance::<raywright_bvh::Fast>() - exact).abs() < 1e-6);
-    assert!((distance::<Robust>() - exact).abs() < 1e-6);
-    assert!((distance::<raywright_bvh::Reference>() - exact).abs() < 1e-15);
+    assert!((distance::<f32>() - exact).abs() < 1e-6);
+    assert!((distance::<f64>() - exact).abs() < 1e-15);
 }
 
 /// Protects: a third level, whose hits nobody could locate, is refused and not walked.
 #[test]
 fn instances_of_instances_are_refused() {
-    let mut middle = Group::<Robust>::default();
+    let mut middle = Group::<f32>::default();
     let leaf = middle.part(Geometry::new(triangles(&mut Random(3), 5), AcceleratorKind::default())).unwrap();
     middle.instance(leaf, DAffine3::IDENTITY, Visibility::default()).unwrap();
     let mut outer = Group::default();
@@ -224,13 +223,13 @@ fn instances_of_instances_are_refused() {
 
 /// Protects: what has been hit shortens the way that is still looked at. Of a row of balls along a ray the first is met, and the
 /// others, all behind it, are neither tested nor walked to, but for those in the leaf of eight that it is in: by the tree, from
-/// whatever end they were added; by the boxes in their own order; in the scene's own set and inside an instance.
+/// whatever end they were added, in the scene's own set and inside an instance.
 #[test]
 fn nothing_behind_a_hit_is_looked_at() {
     const LEVELS: u32 = 6;
     const COUNT: usize = 4_usize.pow(LEVELS);
     let row = |backwards: bool| {
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         for i in 0..COUNT {
             let place = if backwards { COUNT - i } else { i + 1 };
             group.sphere(Sphere { centre: Vec3::X * (3.0 * place as f32), radius: 1.0 }, Visibility::default()).unwrap();
@@ -242,7 +241,7 @@ fn nothing_behind_a_hit_is_looked_at() {
         if !instanced {
             return geometry;
         }
-        let mut group = Group::<Robust>::default();
+        let mut group = Group::<f32>::default();
         let part = group.part(geometry).unwrap();
         group.instance(part, halved(), Visibility::default()).unwrap();
         Geometry::new(group, AcceleratorKind::Linear)
@@ -256,12 +255,7 @@ fn nothing_behind_a_hit_is_looked_at() {
             let told = format!("{kind:?}, backwards {backwards}, instanced {instanced}: {visits:?}");
             // An instance is a primitive itself.
             let tested = visits.primitives - u64::from(instanced);
-            match kind {
-                AcceleratorKind::Tree(_) => assert!(visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8, "{told}"),
-                // Boxes are looked at four at a time.
-                _ if !backwards => assert!(tested <= 4, "{told}"),
-                _ => {}
-            }
+            assert!(visits.nodes <= 2 * u64::from(LEVELS) && tested <= 8, "{told}");
         }
     }
 }

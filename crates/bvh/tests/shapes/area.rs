@@ -1,8 +1,8 @@
 //! Areas and densities: what sampling says of a surface against what random lines find of it.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{Placed, Probe, Shape, ShapeHit, Sphere};
-use raywright_bvh::{Interval, Ray, Reference, Robust, Side, Vector};
+use raywright_bvh::shapes::{Placed, Shape, ShapeHit, Sphere};
+use raywright_bvh::{Interval, PreparedRay, Ray, Side, Vector};
 
 use super::gallery::{Random, gallery};
 
@@ -13,7 +13,7 @@ fn measured(p: DVec3, n: DVec3) -> f64 {
 
 /// The integral of `measured` over the surface by evenly distributed lines: each piece of area is met twice as often as its
 /// share of the sphere the lines go through (Crofton's formula).
-fn by_lines(all_hits: impl Fn(&Probe<Reference>, f64) -> Option<(DVec3, DVec3, f64)>) -> f64 {
+fn by_lines(all_hits: impl Fn(&PreparedRay, f64) -> Option<(DVec3, DVec3, f64)>) -> f64 {
     const RADIUS: f64 = 4.0;
     const LINES: u32 = 300_000;
     let random = &mut Random(77);
@@ -23,7 +23,7 @@ fn by_lines(all_hits: impl Fn(&Probe<Reference>, f64) -> Option<(DVec3, DVec3, f
         let across = d.any_orthonormal_pair();
         let (r, a) = (RADIUS * random.unit().sqrt(), random.unit() * core::f64::consts::TAU);
         let origin = across.0 * (r * a.cos()) + across.1 * (r * a.sin()) - d * (2.0 * RADIUS);
-        let probe = Probe::<Reference>::new(Ray::new(origin, d));
+        let probe = PreparedRay::new(Ray::<f64>::new(origin, d));
         let mut from = 0.0;
         while let Some((p, n, t)) = all_hits(&probe, from) {
             sum += measured(p, n);
@@ -45,7 +45,7 @@ fn by_samples(sample: impl Fn(f64, f64) -> (DVec3, DVec3, f64)) -> f64 {
 fn samples_agree_with_lines() {
     let map =
         DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0) * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
-    for (name, shape, _) in gallery::<Reference>() {
+    for (name, shape, _) in gallery::<f64>() {
         if shape.area().is_none() {
             assert!(name == "plane" || name == "infinite cylinder");
             continue;
@@ -57,13 +57,13 @@ fn samples_agree_with_lines() {
             Some((s.point, s.normal, hit.t))
         });
         let samples = by_samples(|u, v| {
-            let (s, density) = shape.sample_area::<Reference>(u, v).unwrap();
-            let again = shape.density::<Reference>(&s).unwrap();
+            let (s, density) = shape.sample_area(u, v).unwrap();
+            let again = shape.density(&s).unwrap();
             assert!((density / again - 1.0).abs() < 1e-9, "{name}: densities {density} and {again}");
             (s.point, s.normal, density)
         });
         assert!((samples / lines - 1.0).abs() < 0.025, "{name}: samples say {samples}, lines {lines}");
-        let placed = Placed::<Reference>::new(shape, map).unwrap();
+        let placed = Placed::<f64>::new(shape, map).unwrap();
         let lines = by_lines(|probe, from| {
             let hit = placed.intersect(probe, range(from), Side::Both)?;
             let s = placed.locate(probe, hit);
@@ -85,9 +85,9 @@ fn densities_are_those_of_small_squares() {
     let random = &mut Random(9);
     let map =
         DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0) * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
-    for (name, shape, _) in gallery::<Reference>().into_iter().filter(|(_, shape, _)| shape.area().is_some()) {
+    for (name, shape, _) in gallery::<f64>().into_iter().filter(|(_, shape, _)| shape.area().is_some()) {
         for map in [DAffine3::IDENTITY, map] {
-            let placed = Placed::<Reference>::new(shape, map).unwrap();
+            let placed = Placed::<f64>::new(shape, map).unwrap();
             let at = |u: f64, v: f64| placed.sample_area(u, v).unwrap().0;
             let mut judged = 0;
             for _ in 0..POINTS {
@@ -143,7 +143,7 @@ fn ellipsoid_area(s: DVec3) -> f64 {
 fn areas_are_those_of_the_textbooks() {
     let pi = core::f64::consts::PI;
     let (eu, ev) = (DVec3::new(1.5, 0.5, 0.0), DVec3::new(0.25, 0.75, 1.0));
-    for (name, shape, _) in gallery::<Reference>() {
+    for (name, shape, _) in gallery::<f64>() {
         let Some(area) = shape.area() else { continue };
         let wanted = match name {
             "sphere" => 4.0 * pi * 1.25 * 1.25,
@@ -171,7 +171,7 @@ fn areas_are_those_of_the_textbooks() {
         const STEPS: u32 = 300;
         let at = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
         let pairs = (0..STEPS).flat_map(|i| (0..STEPS).map(move |j| (at(i), at(j))));
-        let sum: f64 = pairs.map(|(u, v)| 1.0 / shape.sample_area::<Reference>(u, v).unwrap().1).sum();
+        let sum: f64 = pairs.map(|(u, v)| 1.0 / shape.sample_area(u, v).unwrap().1).sum();
         let mean = sum / f64::from(STEPS * STEPS);
         assert!((mean / wanted - 1.0).abs() < 1e-3, "{name}: area {wanted}, mean {mean}");
     }
@@ -183,7 +183,7 @@ fn areas_are_those_of_the_textbooks() {
 fn mapped_areas() {
     use raywright_bvh::shapes::{AnyShape, Disk, Quad};
     let pi = core::f64::consts::PI;
-    let area = |shape: AnyShape<f64>, map: DAffine3| Placed::<Reference>::new(shape, map).unwrap().area().unwrap();
+    let area = |shape: AnyShape<f64>, map: DAffine3| Placed::<f64>::new(shape, map).unwrap().area().unwrap();
     let sphere: AnyShape<f64> = Sphere { centre: DVec3::new(1.0, 2.0, 3.0), radius: 0.5 }.into();
     let even = DAffine3::from_axis_angle(DVec3::Y, 0.3) * DAffine3::from_scale(DVec3::splat(3.0));
     assert!((area(sphere, even) / (9.0 * pi) - 1.0).abs() < 1e-9);
@@ -214,17 +214,17 @@ fn mapped_areas() {
 #[test]
 fn rays_leave_drawn_points() {
     let random = &mut Random(5);
-    for (name, shape, _) in gallery::<Robust>() {
+    for (name, shape, _) in gallery::<f32>() {
         if matches!(name, "torus" | "hyperboloid" | "paraboloid" | "open cylinder") || shape.area().is_none() {
             continue;
         }
         for _ in 0..2000 {
             let (u, v) = (random.unit() as f32, random.unit() as f32);
-            let (located, _) = shape.sample_area::<Robust>(u.min(0.999_999_9), v.min(0.999_999_9)).unwrap();
-            let s = located.stored::<Robust>();
+            let (located, _) = shape.sample_area(u.min(0.999_999_9), v.min(0.999_999_9)).unwrap();
+            let s = located.stored::<f32>();
             let d = random.direction().as_vec3();
             let d = if d.dot(s.normal) < 0.0 { -d } else { d };
-            let probe = Probe::<Robust>::new(Ray::new(s.spawn(d), d));
+            let probe = PreparedRay::new(Ray::<f32>::new(s.spawn(d), d));
             let again: Option<ShapeHit<f32>> = shape.intersect(&probe, Interval::positive(), Side::Both);
             assert!(again.is_none(), "{name}: {s:?} direction {:?} hits again: {again:?}", d.to_f64());
         }
@@ -239,13 +239,13 @@ fn leaning_changes_areas() {
     let lean = DAffine3::from_cols(DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::Z, DVec3::ZERO);
     let ball = Sphere { centre: DVec3::ZERO, radius: 1.0 };
     let half_axes = DVec3::new(1.6_f64.sqrt(), 0.4_f64.sqrt(), 1.0);
-    let expected = Placed::<Reference>::new(Ellipsoid::new(DVec3::ZERO, half_axes).into(), DAffine3::IDENTITY).unwrap().area();
+    let expected = Placed::<f64>::new(Ellipsoid::new(DVec3::ZERO, half_axes).into(), DAffine3::IDENTITY).unwrap().area();
     for turn in [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.7)] {
-        let area = Placed::<Reference>::new(ball.into(), turn * lean).unwrap().area().unwrap();
+        let area = Placed::<f64>::new(ball.into(), turn * lean).unwrap().area().unwrap();
         assert!((area / expected.unwrap() - 1.0).abs() < 1e-3, "{area} {expected:?}");
         // Faces of 1 × 2, 2 × 3 and 3 × 1; those across z lean to 0.8 of themselves.
         let cuboid = Cuboid::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
-        let area = Placed::<Reference>::new(cuboid.into(), turn * lean).unwrap().area().unwrap();
+        let area = Placed::<f64>::new(cuboid.into(), turn * lean).unwrap().area().unwrap();
         assert!((area - 2.0 * (2.0 * 0.8 + 6.0 + 3.0)).abs() < 1e-12, "{area}");
     }
 }

@@ -1,7 +1,6 @@
 //! One of each shape, with an implicit function of its surface.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::Precision;
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
@@ -51,11 +50,11 @@ impl Oracle {
 }
 
 /// Name, shape and oracle. All lie within 3.5 of the origin.
-pub fn gallery<P: Precision>() -> Vec<(&'static str, AnyShape<P::Real>, Oracle)> {
+pub fn gallery<R: Real>() -> Vec<(&'static str, AnyShape<R>, Oracle)> {
     let c = DVec3::new(0.25, -0.5, 0.125);
     let axis = DVec3::new(0.6, 1.0, -0.3);
     let n = axis.normalize();
-    let v = |p: DVec3| <P::Real as Real>::Vec3::from_f64(p);
+    let v = |p: DVec3| R::Vec3::from_f64(p);
     let split = move |p: DVec3| {
         let q = p - c;
         let along = q.dot(n);
@@ -70,11 +69,7 @@ pub fn gallery<P: Precision>() -> Vec<(&'static str, AnyShape<P::Real>, Oracle)>
     };
     let semi = DVec3::new(1.5, 0.5, 1.0);
     vec![
-        (
-            "sphere",
-            Sphere { centre: v(c), radius: P::Real::from_f64(1.25) }.into(),
-            Oracle::solid(move |p| (p - c).length() - 1.25),
-        ),
+        ("sphere", Sphere { centre: v(c), radius: R::from_f64(1.25) }.into(), Oracle::solid(move |p| (p - c).length() - 1.25)),
         ("plane", Plane::new(v(c), v(n)).into(), Oracle::solid(move |p| (p - c).dot(n))),
         ("disk", Disk::new(c, axis, 1.5).into(), Oracle::clipped(move |p| (p - c).dot(n), move |p| (p - c).length() <= 1.5)),
         (

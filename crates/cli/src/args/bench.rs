@@ -14,9 +14,8 @@ use super::values;
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Three ways to find what a ray hits first: the scan tests every primitive, the SIMD scan the box of every primitive, \
-four at a time, and the tree is a bounding-volume hierarchy. They must give the same hits before any is timed: exit \
-code 1 if they do not. One thread is used, and its CPU time is what counts, so that other programs disturb less.
+Two ways to find what a ray hits first: the scan tests every primitive, and the tree is a bounding-volume hierarchy. \
+They must give the same hits before any is timed: exit code 1 if they do not. One thread is used, and its CPU time is what counts, so that other programs disturb less.
 
 Examples:
   raywright bench                             Spheres and triangles

@@ -227,8 +227,6 @@ pub struct LightArgs {
 /// A rung of the arithmetic ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Precision {
-    /// Textbook formulas in single precision: wrong far from the origin and at grazing angles, and slower than robust
-    Fast,
     /// Single precision storage with double precision where hits are decided
     Robust,
     /// Double precision throughout
@@ -238,7 +236,6 @@ pub enum Precision {
 impl From<Precision> for PrecisionChoice {
     fn from(precision: Precision) -> Self {
         match precision {
-            Precision::Fast => Self::Fast,
             Precision::Robust => Self::Robust,
             Precision::Reference => Self::Reference,
         }

@@ -75,9 +75,9 @@ mod tests {
     /// Protects: a flag and a rung of the same ladder contradict each other; of two ladders they don't.
     #[test]
     fn a_flag_and_its_rung_are_refused() {
-        let light = LightArgs { precision: Some(Precision::Fast), ..LightArgs::default() };
+        let light = LightArgs { precision: Some(Precision::Reference), ..LightArgs::default() };
         let with = |list: &[&str]| RenderArgs { choices: rungs(list), light: light.clone(), ..RenderArgs::default() };
-        assert!(refuse_two_words(&with(&["precision=fast"])).is_err());
+        assert!(refuse_two_words(&with(&["precision=reference"])).is_err());
         assert!(refuse_two_words(&with(&["samples=4", "path-length=2"])).is_ok());
     }
 
@@ -86,7 +86,7 @@ mod tests {
     fn each_flag_has_its_ladders() {
         let refused = |flag: &[&str]| {
             [
-                "precision=fast",
+                "precision=reference",
                 "samples=4",
                 "path-length=2",
                 "accelerator=linear",
@@ -102,7 +102,7 @@ mod tests {
                 u8::from(refuse_two_words(&args).is_err())
             })
         };
-        assert_eq!(refused(&["--precision", "fast"]), [1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(refused(&["--precision", "reference"]), [1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(refused(&["--spp", "4"]), [0, 1, 0, 0, 0, 0, 0]);
         assert_eq!(refused(&["--max-depth", "2"]), [0, 0, 1, 0, 0, 0, 0]);
         assert_eq!(refused(&["--accel", "bvh"]), [0, 0, 0, 1, 1, 0, 0]);

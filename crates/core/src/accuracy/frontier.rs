@@ -148,33 +148,33 @@ mod tests {
         assert_eq!(pareto(&[]), [0_usize; 0]);
     }
 
-    /// Samples with noise 1/n, and a precision of which half the time is an error of 10⁻⁹ more and twice the time 10⁻³ less.
+    /// Samples with noise 1/n, and a way to sample lights of which half the time is an error of 10⁻⁹ more and twice the time 10⁻³ less.
     fn steps() -> Vec<Steps> {
         let samples = Ladder::Samples.choices().map(|choice| {
             let n: f64 = choice.rung().parse().expect("a number");
             ((n != 16.0).then_some(choice), point(n, 1.0 / n + 0.001))
         });
-        let digits = [point(8.0, 0.001 + 1e-9), point(16.0, 0.001), point(32.0, 0.0)];
-        let precision = Ladder::Precision.choices().zip(digits).map(|(choice, at)| ((at.time != 16.0).then_some(choice), at));
+        let ways = [point(8.0, 0.001 + 1e-9), point(16.0, 0.001), point(32.0, 0.0)];
+        let lights = Ladder::LightSampling.choices().zip(ways).map(|(choice, at)| ((at.time != 16.0).then_some(choice), at));
         vec![
             Steps { ladder: Ladder::Samples, rungs: samples.collect(), own: 2 },
-            Steps { ladder: Ladder::Precision, rungs: precision.collect(), own: 1 },
+            Steps { ladder: Ladder::LightSampling, rungs: lights.collect(), own: 1 },
         ]
     }
 
     /// What those rungs really do together.
     fn truth(setting: &Setting) -> Point {
         let n = setting.rung(Ladder::Samples).map_or(16.0, |c| c.rung().parse().expect("a number"));
-        let (factor, own) = match setting.rung(Ladder::Precision).map(|c| c.rung()) {
-            Some("fast") => (0.5, 0.001 + 1e-9),
-            Some("reference") => (2.0, 0.0),
+        let (factor, own) = match setting.rung(Ladder::LightSampling).map(|c| c.rung()) {
+            Some("scattering") => (0.5, 0.001 + 1e-9),
+            Some("both") => (2.0, 0.0),
             _ => (1.0, 0.001),
         };
         point(n * factor, 1.0 / n + own)
     }
 
     /// Protects: towards less time the rung that costs nothing in error is taken first, towards less error more samples before
-    /// more digits, which are half of what is left in the end; and the walk ends at the ends of its ladders.
+    /// the other ladder, whose gain is are half of what is left in the end; and the walk ends at the ends of its ladders.
     #[test]
     fn walks_take_what_gives_most() {
         let mut asked = Vec::new();
@@ -182,8 +182,11 @@ mod tests {
             asked.push(setting.to_string());
             Some(truth(setting))
         });
-        assert_eq!(asked[..3], ["precision=fast", "precision=fast samples=4", "precision=fast samples=1"]);
-        assert_eq!(asked[3..], ["samples=64", "samples=256", "samples=1024", "precision=reference samples=1024"]);
+        assert_eq!(
+            asked[..3],
+            ["light-sampling=scattering", "light-sampling=scattering samples=4", "light-sampling=scattering samples=1"]
+        );
+        assert_eq!(asked[3..], ["samples=64", "samples=256", "samples=1024", "light-sampling=both samples=1024"]);
         assert_eq!(found.len(), asked.len());
         let front = pareto(&found.iter().map(|(_, point)| *point).collect::<Vec<_>>());
         assert!(front.len() >= 5, "{found:?}");
@@ -199,7 +202,10 @@ mod tests {
             asked.push(setting.to_string());
             Some(truth(setting))
         });
-        assert_eq!(asked, ["precision=fast", "precision=fast samples=4", "samples=64", "precision=reference samples=64"]);
+        assert_eq!(
+            asked,
+            ["light-sampling=scattering", "light-sampling=scattering samples=4", "samples=64", "light-sampling=both samples=64"]
+        );
     }
 
     /// Protects: a step that turns out to be none is not taken twice, and a walk ends where time is out.
@@ -210,7 +216,7 @@ mod tests {
             asked += 1;
             Some(point(16.0, 0.0635))
         });
-        // Faster: both ladders once; more exact: samples once, since digits promise too little.
+        // Faster: both ladders once; more exact: samples once, since lights promise too little.
         assert_eq!((asked, found.len()), (3, 3));
         assert!(walk(&steps(), point(16.0, 0.0635), &|_| true, &mut |_| None).is_empty());
     }

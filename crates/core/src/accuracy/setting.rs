@@ -90,11 +90,11 @@ mod tests {
     /// Protects: a ladder stands on one rung at a time, and settings that ask for the same are the same, however they came about.
     #[test]
     fn each_ladder_has_one_rung() {
-        let one = Setting::one(choice("samples=16")).with(choice("precision=fast")).with(choice("samples=4"));
-        let other = Setting::one(choice("precision=fast")).with(choice("samples=4"));
+        let one = Setting::one(choice("samples=16")).with(choice("precision=reference")).with(choice("samples=4"));
+        let other = Setting::one(choice("precision=reference")).with(choice("samples=4"));
         assert_eq!(one, other);
-        assert_eq!(one.flags(), ["--rung precision=fast", "--rung samples=4"]);
-        assert_eq!(one.without(Ladder::Samples), Setting::one(choice("precision=fast")));
+        assert_eq!(one.flags(), ["--rung precision=reference", "--rung samples=4"]);
+        assert_eq!(one.without(Ladder::Samples), Setting::one(choice("precision=reference")));
         assert_eq!(one.rung(Ladder::Samples), Some(choice("samples=4")));
         assert_eq!((Setting::default().to_string().as_str(), Setting::default().flags().len()), ("as it is", 0));
     }
@@ -104,7 +104,7 @@ mod tests {
     fn the_reference_is_better_than_all() {
         let scene = Scene::default();
         let settings = Settings { max_depth: 2, ..Settings::of(&scene) };
-        let rungs = Setting::one(choice("path-length=64")).with(choice("precision=fast")).with(choice("samples=4"));
+        let rungs = Setting::one(choice("path-length=64")).with(choice("precision=reference")).with(choice("samples=4"));
         let (_, exact) = reference(&rungs, &scene, &settings, 300);
         assert_eq!((exact.max_depth, exact.precision), (64, PrecisionChoice::Reference));
         assert_eq!(exact.sampling, Sampling::General(300));

@@ -7,7 +7,7 @@ use core::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use raywright_bvh::shapes::Sphere;
-use raywright_bvh::{GeometryError, Group, Precision, Ray, Real, Vector, Visibility};
+use raywright_bvh::{GeometryError, Group, Ray, Real, Vector, Visibility};
 use serde::Serialize;
 
 use crate::hash::mix;
@@ -72,14 +72,14 @@ impl Numbers {
 ///
 /// # Errors
 /// More primitives than a tree can address.
-pub fn group<P: Precision>(kind: Kind, count: u32, seed: u64) -> Result<Group<P>, GeometryError> {
+pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<Group<R>, GeometryError> {
     let (numbers, radius) = (Numbers { seed }, radius(count));
     let mut group = Group::default();
     for i in 0..u64::from(count) {
         let centre = numbers.point(i, 0);
         match kind {
             Kind::Spheres => {
-                let sphere = Sphere { centre: Vector::from_f64(centre), radius: P::Real::from_f64(radius) };
+                let sphere = Sphere { centre: Vector::from_f64(centre), radius: R::from_f64(radius) };
                 group.sphere(sphere, Visibility::default())?;
             }
             Kind::Triangles => {
@@ -105,13 +105,13 @@ pub fn rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use raywright_bvh::{AcceleratorKind, Geometry, Interval, Robust, Visits};
+    use raywright_bvh::{AcceleratorKind, Geometry, Interval, Visits};
 
     /// Protects: figures of different days and machines are about the same scenes; a seed and its neighbour differ.
     #[test]
     fn a_seed_names_a_scene() {
         let hits = |kind, seed| -> Vec<_> {
-            let geometry = Geometry::<Robust>::new(group(kind, 500, seed).unwrap(), AcceleratorKind::Linear);
+            let geometry = Geometry::<f32>::new(group(kind, 500, seed).unwrap(), AcceleratorKind::Linear);
             rays(200, 7).iter().map(|ray| geometry.closest(ray, Interval::positive(), &mut ())).collect()
         };
         for (_, kind) in Kind::ALL {
@@ -130,14 +130,14 @@ mod tests {
             let volume = f64::from(count) * 4.0 / 3.0 * PI * radius(count).powi(3);
             assert!((volume - FILL).abs() < 1e-12, "{count}: {volume}");
         }
-        let bounds = Geometry::<Robust>::new(group(Kind::Triangles, 1, 3).unwrap(), AcceleratorKind::Linear).bounded_part();
+        let bounds = Geometry::<f32>::new(group(Kind::Triangles, 1, 3).unwrap(), AcceleratorKind::Linear).bounded_part();
         assert!(bounds.extent().max_element() <= 2.0 * radius(1) + 1e-6);
     }
 
     /// Protects: every ray starts outside the scene and is of unit length, and some hit while some miss.
     #[test]
     fn rays_come_from_outside() {
-        let geometry = Geometry::<Robust>::new(group(Kind::Spheres, 1000, 1).unwrap(), AcceleratorKind::default());
+        let geometry = Geometry::<f32>::new(group(Kind::Spheres, 1000, 1).unwrap(), AcceleratorKind::default());
         let bounds = geometry.bounded_part();
         let mut visits = Visits::default();
         let hits = rays::<f32>(1000, 2).into_iter().filter(|ray| {

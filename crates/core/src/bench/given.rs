@@ -1,6 +1,6 @@
-//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by both scans and by tree.
+//! A scene of the user's own: its camera rays, and one bounce of each in a random direction, by scan and by tree.
 
-use raywright_bvh::{Geometry, Interval, Ray, Real, Robust, Vector};
+use raywright_bvh::{Geometry, Interval, Ray, Real, Vector};
 use serde::Serialize;
 
 use super::generated::Numbers;
@@ -16,7 +16,7 @@ use crate::settings::Settings;
 /// Most camera rays.
 const CAMERA_RAYS: u32 = 1 << 15;
 
-/// Both scans against the tree on a given scene.
+/// The scan against the tree on a given scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Given {
     /// Rays of the camera through a regular grid of pixel centres: neighbours do much the same.
@@ -35,16 +35,15 @@ pub fn given(scene: &Scene, settings: &Settings, care: &Care, on_row: &mut dyn F
 
 fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dyn FnMut(&Row)) -> Result<Given, BenchError> {
     let lookup = Lookup::new(scene);
-    let build = |kind| timed_builds(method, || (), |()| build_geometry::<Robust>(scene, &lookup, kind, &()));
-    let [(scan, scan_build), (simd_scan, simd_scan_build), (tree, tree_build)] = method.care.kinds().map(build);
-    let (scan, simd_scan, tree) = (scan?, simd_scan?, tree?);
+    let build = |kind| timed_builds(method, || (), |()| build_geometry::<f32>(scene, &lookup, kind, &()));
+    let [(scan, scan_build), (tree, tree_build)] = method.care.kinds().map(build);
+    let (scan, tree) = (scan?, tree?);
     if tree.geometry.is_empty() {
         return Err(BenchError::Empty);
     }
     let rays = camera_rays(&tree.geometry, settings);
     let contest = Contest {
         scan: Contestant { geometry: &scan.geometry, build: scan_build, bytes: scan.geometry.bytes() },
-        simd_scan: Contestant { geometry: &simd_scan.geometry, build: simd_scan_build, bytes: simd_scan.geometry.bytes() },
         tree: Contestant { geometry: &tree.geometry, build: tree_build, bytes: tree.geometry.bytes() },
     };
     let camera = row(&contest, &rays, method)?;
@@ -59,7 +58,7 @@ fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dy
 }
 
 /// Rays through pixel centres, every n-th column and row so that there are not too many.
-fn camera_rays(geometry: &Geometry<Robust>, settings: &Settings) -> Vec<Ray<f32>> {
+fn camera_rays(geometry: &Geometry<f32>, settings: &Settings) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);
     let camera = settings.camera.clone().unwrap_or_else(|| {
@@ -74,7 +73,7 @@ fn camera_rays(geometry: &Geometry<Robust>, settings: &Settings) -> Vec<Ray<f32>
 }
 
 /// One ray from each hit, cosine-weighted about the normal on the side that the ray came from.
-fn bounces(geometry: &Geometry<Robust>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
+fn bounces(geometry: &Geometry<f32>, rays: &[Ray<f32>]) -> Vec<Ray<f32>> {
     let numbers = Numbers { seed: SEEDS[1] };
     let bounce = |(i, ray): (usize, &Ray<f32>)| {
         let hit = geometry.closest(ray, Interval::positive(), &mut ())?;

@@ -1,8 +1,8 @@
-//! One row of the table: the same rays through both scans and the tree, hits compared first, then all timed in turn.
+//! One row of the table: the same rays through scan and tree, hits compared first, then all timed in turn.
 
 use std::hint::black_box;
 
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, Robust, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, Visits};
 use serde::Serialize;
 
 use super::clock::{Stopwatch, stopwatch};
@@ -20,9 +20,9 @@ pub struct Care {
 }
 
 impl Care {
-    /// Scan, SIMD scan and tree.
-    pub(super) fn kinds(&self) -> [AcceleratorKind; 3] {
-        [AcceleratorKind::Linear, AcceleratorKind::LinearBoxes, AcceleratorKind::Tree(self.build)]
+    /// Scan and tree.
+    pub(super) fn kinds(&self) -> [AcceleratorKind; 2] {
+        [AcceleratorKind::Linear, AcceleratorKind::Tree(self.build)]
     }
 }
 
@@ -47,15 +47,14 @@ const PATIENCE: f64 = 8.0;
 
 /// A structure that answers queries, with what its making took.
 pub(super) struct Contestant<'a> {
-    pub geometry: &'a Geometry<Robust>,
+    pub geometry: &'a Geometry<f32>,
     pub build: Spread,
     pub bytes: usize,
 }
 
-/// The three of a row.
+/// The two of a row.
 pub(super) struct Contest<'a> {
     pub scan: Contestant<'a>,
-    pub simd_scan: Contestant<'a>,
     pub tree: Contestant<'a>,
 }
 
@@ -66,7 +65,7 @@ pub struct Cost {
     pub nanoseconds: Spread,
     /// Rays of one sample; fewer than there are where a ray takes long, evenly chosen.
     pub rays: usize,
-    /// Nodes visited, mean over those rays; of a SIMD scan, fours of boxes.
+    /// Nodes visited, mean over those rays.
     pub nodes_per_ray: f64,
     /// Primitives tested, mean over those rays.
     pub tests_per_ray: f64,
@@ -76,7 +75,7 @@ pub struct Cost {
     pub bytes: usize,
 }
 
-/// Both scans against the tree on one scene with one set of rays.
+/// The scan against the tree on one scene with one set of rays.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// Primitives in the scene.
@@ -85,22 +84,16 @@ pub struct Row {
     pub hit_share: f64,
     /// Every primitive tested; none where a sample would have taken too long.
     pub scan: Option<Cost>,
-    /// Every primitive's box tested, four at a time, and the primitives whose boxes are entered; none likewise.
-    pub simd_scan: Option<Cost>,
     /// The tree.
     pub tree: Cost,
     /// Time of the scan over time of the tree, of samples taken one after the other.
     pub ratio: Option<Spread>,
-    /// The same of the SIMD scan.
-    pub simd_ratio: Option<Spread>,
 }
 
 /// Two structures gave different hits, so their times mean nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{which} and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
+#[error("scan and tree disagree on ray {ray} among {primitives} primitives: {scan} against {tree}")]
 pub struct Disagreement {
-    /// Which scan.
-    pub which: &'static str,
     /// Index of the ray.
     pub ray: usize,
     /// Primitives in the scene.
@@ -115,33 +108,27 @@ pub struct Disagreement {
 pub(super) fn row(contest: &Contest<'_>, rays: &[Ray<f32>], method: &Method) -> Result<Row, Disagreement> {
     let tree = &contest.tree;
     let tree_sample = Sample::sized(tree.geometry, rays, method);
-    let mut scan = Challenger::new("scan", &contest.scan, rays, method);
-    let mut simd_scan = Challenger::new("SIMD scan", &contest.simd_scan, rays, method);
+    let mut scan = Challenger::new(&contest.scan, rays, method);
     scan.compare(tree.geometry)?;
-    simd_scan.compare(tree.geometry)?;
     let mut of_tree = Vec::new();
     for _ in 0..method.care.repeats.max(1) {
-        let times = [scan.time(), simd_scan.time()];
+        let scanned = scan.time();
         let walked = tree_sample.time(tree.geometry);
         of_tree.push(walked);
-        scan.record(times[0], walked);
-        simd_scan.record(times[1], walked);
+        scan.record(scanned, walked);
     }
     let hits = rays.iter().filter(|ray| closest(tree.geometry, ray).is_some()).count();
     Ok(Row {
         primitives: tree.geometry.len(),
         hit_share: hits as f64 / rays.len() as f64,
         scan: scan.cost(),
-        simd_scan: simd_scan.cost(),
         tree: tree_sample.cost(tree, &of_tree),
         ratio: scan.ratio(),
-        simd_ratio: simd_scan.ratio(),
     })
 }
 
 /// A scan that is timed against the tree, unless a sample of it would take too long.
 struct Challenger<'a> {
-    name: &'static str,
     who: &'a Contestant<'a>,
     sample: Option<Sample<'a>>,
     seconds: Vec<f64>,
@@ -149,20 +136,19 @@ struct Challenger<'a> {
 }
 
 impl<'a> Challenger<'a> {
-    fn new(name: &'static str, who: &'a Contestant<'a>, rays: &'a [Ray<f32>], method: &Method) -> Self {
+    fn new(who: &'a Contestant<'a>, rays: &'a [Ray<f32>], method: &Method) -> Self {
         let longest = PATIENCE * method.care.sample_seconds;
         let sample = Some(Sample::sized(who.geometry, rays, method)).filter(|sample| sample.seconds() <= longest);
-        Self { name, who, sample, seconds: Vec::new(), ratios: Vec::new() }
+        Self { who, sample, seconds: Vec::new(), ratios: Vec::new() }
     }
 
     /// Hits are compared bit for bit: distance, parameters, primitive and instance.
-    fn compare(&self, tree: &Geometry<Robust>) -> Result<(), Disagreement> {
+    fn compare(&self, tree: &Geometry<f32>) -> Result<(), Disagreement> {
         let bits = |hit: &Option<Hit<f32>>| hit.map(|h| ([h.t, h.u, h.v].map(f32::to_bits), h.order()));
         for (index, ray) in self.sample.iter().flat_map(Sample::rays).enumerate() {
             let (a, b) = (closest(self.who.geometry, ray), closest(tree, ray));
             if bits(&a) != bits(&b) {
                 return Err(Disagreement {
-                    which: self.name,
                     ray: index * self.sample.as_ref().map_or(1, |sample| sample.step),
                     primitives: tree.len(),
                     scan: format!("{a:?}"),
@@ -191,7 +177,7 @@ impl<'a> Challenger<'a> {
     }
 }
 
-fn closest(geometry: &Geometry<Robust>, ray: &Ray<f32>) -> Option<Hit<f32>> {
+fn closest(geometry: &Geometry<f32>, ray: &Ray<f32>) -> Option<Hit<f32>> {
     geometry.closest(ray, Interval::positive(), &mut ())
 }
 
@@ -206,7 +192,7 @@ struct Sample<'a> {
 
 impl<'a> Sample<'a> {
     /// Finds out how many rays a sample needs, which also warms up caches and predictors.
-    fn sized(geometry: &Geometry<Robust>, rays: &'a [Ray<f32>], method: &Method) -> Self {
+    fn sized(geometry: &Geometry<f32>, rays: &'a [Ray<f32>], method: &Method) -> Self {
         let Method { care, stopwatch } = *method;
         let mut sample = Self { all: rays, step: rays.len(), passes: 1, seconds_a_ray: f64::INFINITY, stopwatch };
         loop {
@@ -238,7 +224,7 @@ impl<'a> Sample<'a> {
     }
 
     /// Seconds a ray, measured once.
-    fn time(&self, geometry: &Geometry<Robust>) -> f64 {
+    fn time(&self, geometry: &Geometry<f32>) -> f64 {
         let rays = self.count() * self.passes;
         let mut trace = || {
             for _ in 0..self.passes {

@@ -1,4 +1,4 @@
-//! What a ray costs by scan, by SIMD scan and by tree: measured, compared, summed up. It prints nothing.
+//! What a ray costs by scan and by tree: measured, compared, summed up. It prints nothing.
 //!
 //! Every ray is traced on the calling thread, whose CPU time is what counts (see [`clock`]): a ray's cost is a property of the
 //! structure, not of the machine's load. Builds use the pool they are called from: one of one thread makes their times those of one
@@ -11,7 +11,7 @@ mod given;
 mod measure;
 mod statistics;
 
-use raywright_bvh::{Geometry, GeometryError, Group, Robust};
+use raywright_bvh::{Geometry, GeometryError, Group};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
@@ -55,14 +55,10 @@ pub struct Series {
     pub rows: Vec<Row>,
     /// From where on the tree leads the scan; none where the scan was never timed.
     pub crossover: Option<Crossover>,
-    /// From where on it leads the SIMD scan.
-    pub simd_crossover: Option<Crossover>,
     /// Growth of the tree's time from 1000 primitives on; none with fewer than three such rows.
     pub tree_growth: Option<PowerLaw>,
     /// The same of the scan's.
     pub scan_growth: Option<PowerLaw>,
-    /// The same of the SIMD scan's.
-    pub simd_scan_growth: Option<PowerLaw>,
 }
 
 /// Sizes of generated scenes up to a largest one: powers of two to 32, then three steps a decade of 1, 3, 10, and the
@@ -87,14 +83,10 @@ fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut dyn FnMut(&
     let rays = rays(RAYS, SEEDS[1]);
     let mut rows = Vec::with_capacity(sizes.len());
     for &size in sizes {
-        let group: Group<Robust> = group(kind, size, SEEDS[0])?;
+        let group: Group<f32> = group(kind, size, SEEDS[0])?;
         let build = |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
-        let [scan, simd_scan, tree] = method.care.kinds().map(build);
-        let contest = Contest {
-            scan: contestant(&scan.0, scan.1),
-            simd_scan: contestant(&simd_scan.0, simd_scan.1),
-            tree: contestant(&tree.0, tree.1),
-        };
+        let [scan, tree] = method.care.kinds().map(build);
+        let contest = Contest { scan: contestant(&scan.0, scan.1), tree: contestant(&tree.0, tree.1) };
         let row = row(&contest, &rays, method)?;
         on_row(&row);
         rows.push(row);
@@ -104,26 +96,17 @@ fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut dyn FnMut(&
 
 impl Series {
     fn of(kind: Kind, rows: Vec<Row>) -> Self {
-        let crossover = |ratio: fn(&Row) -> Option<Spread>| {
-            Crossover::of(&rows.iter().filter_map(|row| Some((row.primitives as f64, ratio(row)?))).collect::<Vec<_>>())
-        };
+        let ratios = rows.iter().filter_map(|row| Some((row.primitives as f64, row.ratio?)));
+        let crossover = Crossover::of(&ratios.collect::<Vec<_>>());
         let growth = |cost: fn(&Row) -> Option<Cost>| {
             let points = rows.iter().filter_map(|row| Some((row.primitives as f64, cost(row)?.nanoseconds.median)));
             PowerLaw::fit(&points.filter(|&(n, _)| n >= FIT_FROM).collect::<Vec<_>>())
         };
-        Self {
-            kind,
-            crossover: crossover(|row| row.ratio),
-            simd_crossover: crossover(|row| row.simd_ratio),
-            tree_growth: growth(|row| Some(row.tree)),
-            scan_growth: growth(|row| row.scan),
-            simd_scan_growth: growth(|row| row.simd_scan),
-            rows,
-        }
+        Self { kind, crossover, tree_growth: growth(|row| Some(row.tree)), scan_growth: growth(|row| row.scan), rows }
     }
 }
 
-fn contestant(geometry: &Geometry<Robust>, build: Spread) -> Contestant<'_> {
+fn contestant(geometry: &Geometry<f32>, build: Spread) -> Contestant<'_> {
     Contestant { geometry, build, bytes: geometry.bytes() }
 }
 
@@ -155,9 +138,6 @@ mod tests {
                 assert_eq!(row.tree.nodes_per_ray > 0.0, row.primitives > few, "{}", row.primitives);
                 assert!(scan.nanoseconds.min > 0.0 && row.tree.nanoseconds.min > 0.0 && row.hit_share > 0.0);
                 assert!(row.tree.bytes >= scan.bytes && row.tree.build_milliseconds.median > 0.0);
-                let simd = row.simd_scan.expect("tiny scans are timed");
-                assert_eq!(simd.nodes_per_ray, row.primitives.div_ceil(4) as f64);
-                assert!(simd.tests_per_ray < scan.tests_per_ray && simd.bytes > scan.bytes, "{simd:?}");
             }
             assert!(series.tree_growth.is_none());
         }
@@ -168,7 +148,6 @@ mod tests {
     fn slow_scans_are_left_out() {
         let series = measured(Kind::Spheres, &[1000], &hasty(1e-9), &mut |_| ()).unwrap();
         let row = &series.rows[0];
-        assert!(row.simd_scan.is_none() && row.simd_ratio.is_none() && series.simd_crossover.is_none());
         assert!(row.scan.is_none() && row.ratio.is_none() && row.tree.nanoseconds.median > 0.0);
         assert_eq!(series.crossover, None);
     }
@@ -176,16 +155,14 @@ mod tests {
     /// Protects: structures that differ are never timed.
     #[test]
     fn disagreement_is_an_error() {
-        let geometry = |seed, kind| Geometry::<Robust>::new(group(Kind::Spheres, 50, seed).unwrap(), kind);
+        let geometry = |seed, kind| Geometry::<f32>::new(group(Kind::Spheres, 50, seed).unwrap(), kind);
         let (same, other) = (geometry(1, AcceleratorKind::Linear), geometry(2, AcceleratorKind::default()));
-        let verdict = |scan, simd_scan| {
+        let verdict = |scan| {
             let contestant = |geometry| contestant(geometry, Spread::of(&[1.0]));
-            let contest = Contest { scan: contestant(scan), simd_scan: contestant(simd_scan), tree: contestant(&same) };
-            row(&contest, &rays(4096, 1), &hasty(0.01)).map_err(|refused| refused.which)
+            row(&Contest { scan: contestant(scan), tree: contestant(&same) }, &rays(4096, 1), &hasty(0.01))
         };
-        assert!(verdict(&same, &same).is_ok());
-        assert_eq!(verdict(&other, &same), Err("scan"));
-        assert_eq!(verdict(&same, &other), Err("SIMD scan"));
+        assert!(verdict(&same).is_ok());
+        assert!(verdict(&other).is_err());
     }
 
     /// Protects: sizes ascend without repetition, end with the largest, and reach 10⁶ by thirds of a decade.

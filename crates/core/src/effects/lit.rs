@@ -1,7 +1,6 @@
 //! Scenes without any light, which models often are: how to tell, and what to put there.
 
 use glam::DVec3;
-use raywright_bvh::Fast;
 
 use super::facts::Facts;
 use crate::lookup::Lookup;
@@ -24,7 +23,7 @@ const DIM: f64 = 0.02;
 
 /// Whether the lights of a model reach its surfaces, by their power and reach at the distance of the model's size.
 pub fn lights_reach(scene: &Scene) -> bool {
-    let bounds = extent::<Fast>(scene, &Lookup::new(scene)).bounds;
+    let bounds = extent::<f32>(scene, &Lookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
         false => ((bounds.min + bounds.max) * 0.5, (bounds.max - bounds.min).length() * 0.5),

@@ -1,6 +1,6 @@
 //! Normals that an image bends, for every integrator alike: made where an interaction is, so that none has to ask.
 
-use raywright_bvh::{Hit, Precision, Real, Vector};
+use raywright_bvh::{Hit, Real, Vector};
 
 use super::Leg;
 use crate::interaction::Interaction;
@@ -10,7 +10,7 @@ use crate::prepare::{Bump, Material, Prepared};
 impl<R: Real> Interaction<R> {
     /// Bends the shading normal by the material's image. Out of line, so that surfaces without one have only the question.
     #[inline(never)]
-    pub(super) fn bend<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub(super) fn bend(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
         let Material::Physical(material) = &scene.materials[self.material as usize] else { return };
         if let Some(bump) = &material.bump {
             self.normal = self.bent(bump, scene, leg, hit);
@@ -18,25 +18,13 @@ impl<R: Real> Interaction<R> {
     }
 
     /// The shading normal as an image bends it.
-    pub(super) fn bent<P: Precision<Real = R>>(
-        &self,
-        bump: &Bump<R>,
-        scene: &Prepared<P>,
-        leg: &Leg<R>,
-        hit: &Hit<R>,
-    ) -> R::Vec3 {
+    pub(super) fn bent(&self, bump: &Bump<R>, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> R::Vec3 {
         self.bending(bump, scene, leg, hit).bent()
     }
 
     /// What an image says of the shading normal.
     #[inline(always)]
-    pub(super) fn bending<P: Precision<Real = R>>(
-        &self,
-        bump: &Bump<R>,
-        scene: &Prepared<P>,
-        leg: &Leg<R>,
-        hit: &Hit<R>,
-    ) -> Bent<R> {
+    pub(super) fn bending(&self, bump: &Bump<R>, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Bent<R> {
         let code = bump.image.colour(&scene.sources.at(self));
         let [x, y, z] = [code.x(), code.y(), code.z()].map(|c| c + c - R::ONE);
         // The image stands for a surface that rises and falls; from behind, its rises are hollows.

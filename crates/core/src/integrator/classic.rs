@@ -1,7 +1,7 @@
 //! The classic material model: its terms, in the order in which the documented shaders add them.
 
 use glam::DVec3;
-use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Real, Vector};
 
 use super::{Kernel, Leaving, Leg, Next, Path, Step, Tracer};
 use crate::interaction::{Beam, Interaction};
@@ -10,16 +10,10 @@ use crate::prepare::{Classic, Here, Specular};
 use crate::sampler::Address;
 use crate::scene::SpecularModel;
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
-    pub(super) fn classic(
-        &mut self,
-        m: &Classic<P::Real>,
-        path: &mut Path<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-    ) -> Step<P::Real> {
+    pub(super) fn classic(&mut self, m: &Classic<R>, path: &mut Path<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
         let Path { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
@@ -28,7 +22,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let colour = m.colour.colour(&here);
         if alone || !m.local.is_zero() {
             let local = self.local(m, &mut here, colour, address);
-            let weight = if alone { P::Real::ONE } else { m.local.number(&here) };
+            let weight = if alone { R::ONE } else { m.local.number(&here) };
             *radiance += throughput * local * weight;
         }
         if let Some(emission) = m.emission.as_ref().filter(|_| self.shines(at)) {
@@ -51,7 +45,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let mut direction = at.mirrored();
         if let Some((amount, rows)) = &reflection.fuzz {
             let p = at.surface.point;
-            let wave = Vec3Of::<P>::new(rows[0].dot(p).sin(), rows[1].dot(p).sin(), rows[2].dot(p).sin());
+            let wave = R::Vec3::new(rows[0].dot(p).sin(), rows[1].dot(p).sin(), rows[2].dot(p).sin());
             direction = (direction + wave * *amount).normalize();
         }
         if let Some(specular) = m.specular.as_ref().filter(|s| s.on_reflection) {
@@ -61,18 +55,18 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        path.leave(Leaving::one(Some(Next::new(self.leave(at, direction, P::Real::ONE), throughput))))
+        path.leave(Leaving::one(Some(Next::new(self.leave(at, direction, R::ONE), throughput))))
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
     /// expressions of reflection weights find them.
     #[inline(always)]
-    fn local(&mut self, m: &Classic<P::Real>, here: &mut Here<'_, P::Real>, colour: Vec3Of<P>, address: Address) -> Vec3Of<P> {
+    fn local(&mut self, m: &Classic<R>, here: &mut Here<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
         let (scene, at) = (self.scene, here.at);
-        let zero = P::Real::ZERO;
+        let zero = R::ZERO;
         let n = at.normal;
         let mut lit = m.ambient;
-        let mut gloss = Vec3Of::<P>::ZERO;
+        let mut gloss = R::Vec3::ZERO;
         let specular = m.specular.as_ref().filter(|s| !s.on_reflection);
         let mut first = None;
         for light in &scene.lights.delta {
@@ -83,7 +77,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 Some(s) if light.specular => lobe(s, at, seen.direction),
                 _ => zero,
             };
-            let mut share = P::Real::ONE;
+            let mut share = R::ONE;
             if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
                 if light.shadows && m.asks_what_is_between {
                     let between = self.before(&seen, at, m.asks_how_far);
@@ -96,8 +90,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             if let Some(s) = specular
                 && highlight > zero
             {
-                let tint = if s.lit { seen.arriving } else { Vec3Of::<P>::ONE };
-                let share = if s.shadowed { share } else { P::Real::ONE };
+                let tint = if s.lit { seen.arriving } else { R::Vec3::ONE };
+                let share = if s.shadowed { share } else { R::ONE };
                 gloss += tint * (highlight * share * s.strength.number(here));
             }
             first.get_or_insert(here.beam);
@@ -108,28 +102,28 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         {
             (here.beam.direction, here.beam.share) = (drawn.direction, share);
             // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's: its colour over π.
-            let facing = n.dot(drawn.direction) * share * P::Real::from_f64(core::f64::consts::FRAC_1_PI);
+            let facing = n.dot(drawn.direction) * share * R::from_f64(core::f64::consts::FRAC_1_PI);
             lit += drawn.arriving * (m.diffuse.number(here) * facing);
         }
         here.beam = first.unwrap_or_default();
         let mut local = colour * lit + gloss;
         if let Some((strength, exponent)) = &m.rim {
             let k = n.dot(at.direction);
-            local += Vec3Of::<P>::splat(strength.number(here) * Real::powi(P::Real::ONE - k * k, *exponent));
+            local += R::Vec3::splat(strength.number(here) * Real::powi(R::ONE - k * k, *exponent));
         }
         local
     }
 
     /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
-    fn highlights(&mut self, specular: &Specular<P::Real>, here: &Here<'_, P::Real>) -> Vec3Of<P> {
-        let mut sum = Vec3Of::<P>::ZERO;
+    fn highlights(&mut self, specular: &Specular<R>, here: &Here<'_, R>) -> R::Vec3 {
+        let mut sum = R::Vec3::ZERO;
         for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
             let Some(seen) = light.sample(here.at.surface.point) else { continue };
             let mut highlight = lobe(specular, here.at, seen.direction);
-            if highlight > P::Real::ZERO && specular.shadowed && light.shadows {
+            if highlight > R::ZERO && specular.shadowed && light.shadows {
                 highlight *= self.before(&seen, here.at, false).share;
             }
-            let tint = if specular.lit { seen.arriving } else { Vec3Of::<P>::ONE };
+            let tint = if specular.lit { seen.arriving } else { R::Vec3::ONE };
             sum += tint * (highlight * specular.strength.number(here));
         }
         sum
@@ -137,13 +131,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
     /// geometric one from before it was stored.
-    pub(super) fn directions(
-        &self,
-        leg: &Leg<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        side: P::Real,
-    ) -> [DVec3; 2] {
+    pub(super) fn directions(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
         let (n, out) = (at.normal, at.surface.normal);
         let known = || self.scene.geometry.located(&leg.ray, hit).normal.to_f64();
         let n = if n == out {
@@ -160,22 +148,22 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
-        (glass, switch): (&Glass<P::Real>, Option<P::Real>),
-        path: &Path<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        throughput: Vec3Of<P>,
-    ) -> Leaving<P::Real> {
+        (glass, switch): (&Glass<R>, Option<R>),
+        path: &Path<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        throughput: R::Vec3,
+    ) -> Leaving<R> {
         if path.segments <= 1 {
             return Leaving::NONE;
         }
         // A normal that is not turned to the viewer points away from a ray inside.
-        let side = if at.direction.dot(at.normal) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
+        let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
         let [d, n] = self.directions(&path.leg, hit, at, side);
         let interface = Interface::new(d, n, glass.eta(at.outside));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
-            let stored = Vec3Of::<P>::from_f64(direction);
-            let rest = Vec3Of::<P>::from_f64(direction - stored.to_f64());
+            let stored = R::Vec3::from_f64(direction);
+            let rest = R::Vec3::from_f64(direction - stored.to_f64());
             Next { ray: this.leave(at, stored, side), throughput, rest }
         };
         let reflected = |this: &mut Self, throughput| {
@@ -190,18 +178,18 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             leaves(this, refracted, -side, throughput)
         };
         if let Some(threshold) = switch {
-            return Leaving::one(Some(if P::Real::from_f64(interface.schlick()) > threshold {
+            return Leaving::one(Some(if R::from_f64(interface.schlick()) > threshold {
                 reflected(self, throughput * glass.reflected)
             } else {
                 onward(self, throughput * glass.transmitted)
             }));
         }
-        let fresnel = P::Real::from_f64(interface.fresnel());
+        let fresnel = R::from_f64(interface.fresnel());
         let mirrored = throughput * glass.reflected * fresnel;
-        let through = throughput * glass.transmitted * (P::Real::ONE - fresnel);
+        let through = throughput * glass.transmitted * (R::ONE - fresnel);
         Leaving {
-            aside: (mirrored != Vec3Of::<P>::ZERO).then(|| reflected(self, mirrored)),
-            onward: (through != Vec3Of::<P>::ZERO).then(|| onward(self, through)),
+            aside: (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored)),
+            onward: (through != R::Vec3::ZERO).then(|| onward(self, through)),
         }
     }
 }

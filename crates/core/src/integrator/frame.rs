@@ -2,7 +2,7 @@
 //! lie. Nothing of it is stored, so a picture that needs none pays for none.
 
 use glam::DVec3;
-use raywright_bvh::{Hit, Precision, Real, Vector};
+use raywright_bvh::{Hit, Real, Vector};
 
 use super::Leg;
 use crate::interaction::Interaction;
@@ -14,14 +14,14 @@ impl<R: Real> Interaction<R> {
     /// The frame about the shading normal whose tangent goes as the first texture coordinate grows, or that of an image that bends
     /// normals. The bitangent is up in an
     /// image there: the frame is left-handed where the image is seen mirrored, as from behind, or by a mirroring map.
-    pub fn frame<P: Precision<Real = R>>(&self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Frame<R> {
+    pub fn frame(&self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Frame<R> {
         let (along, mirrored) = self.along(scene, leg, hit);
         Frame::along(self.normal, along, mirrored)
     }
 
     /// The unit direction along which its tangent goes, and whether it is left-handed.
     #[inline(always)]
-    pub fn along<P: Precision<Real = R>>(&self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> (R::Vec3, bool) {
+    pub fn along(&self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> (R::Vec3, bool) {
         let (along, mirrored) = match &scene.objects[self.object as usize].mesh {
             Some(mesh) => {
                 let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(R::Vec3::from_f64);
@@ -40,10 +40,10 @@ impl<R: Real> Interaction<R> {
     }
 }
 
-impl<P: Precision> Prepared<P> {
+impl<R: Real> Prepared<R> {
     /// The way in a mesh's own space in which the texture coordinate grows where a ray hit it, of any length, and whether an
     /// image is seen mirrored there from outside.
-    fn tangent(&self, mesh: &MeshUse<P::Real>, hit: &Hit<P::Real>) -> (DVec3, bool) {
+    fn tangent(&self, mesh: &MeshUse<R>, hit: &Hit<R>) -> (DVec3, bool) {
         let data = &self.meshes[mesh.mesh as usize];
         let corners = data.indices[hit.primitive as usize].map(|i| i as usize);
         let tangents = match mesh.tangents {
@@ -52,7 +52,7 @@ impl<P: Precision> Prepared<P> {
             None => return along_first(data, corners),
         };
         let (u, v) = if mesh.flipped { (hit.v, hit.u) } else { (hit.u, hit.v) };
-        let weights = [P::Real::ONE - u - v, u, v].map(Real::to_f64);
+        let weights = [R::ONE - u - v, u, v].map(Real::to_f64);
         let at = |k: usize| (0..3).map(|i| weights[i] * f64::from(tangents[i][k])).sum::<f64>();
         (DVec3::new(at(0), at(1), at(2)), at(3) < 0.0)
     }
@@ -89,22 +89,22 @@ mod tests {
     use crate::effects::EffectSet;
     use crate::scene::Scene;
     use crate::settings::Settings;
-    use raywright_bvh::{Fast, Interval, Ray, Reference, Robust};
+    use raywright_bvh::{Interval, Ray};
     use serde_json::{Value, json};
 
     /// Tangent and bitangent where a ray meets an object.
-    fn frame<P: Precision>(object: &Value, data: &Value, [origin, direction]: [DVec3; 2]) -> [DVec3; 3] {
+    fn frame<R: Real>(object: &Value, data: &Value, [origin, direction]: [DVec3; 2]) -> [DVec3; 3] {
         let scene: Scene = serde_json::from_value(json!({
             "format": 1, "materials": [{ "name": "paint", "model": { "physical": {} } }], "objects": [object],
             "meshes": [{ "name": "leaf", "source": { "inline": data } }],
         }))
         .expect("a scene");
         let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
-        let prepared = Prepared::<P>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
-        let [origin, direction] = [origin, direction.normalize()].map(<P::Real as Real>::Vec3::from_f64);
+        let prepared = Prepared::<R>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let [origin, direction] = [origin, direction.normalize()].map(R::Vec3::from_f64);
         let leg = Leg::of(Ray::new(origin, direction));
         let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
-        let at = Interaction::of::<P, General>(&prepared, &leg, &hit);
+        let at = Interaction::of::<General>(&prepared, &leg, &hit);
         let frame = at.frame(&prepared, &leg, &hit);
         [frame.tangent, frame.bitangent, frame.normal].map(Vector::to_f64)
     }
@@ -112,8 +112,8 @@ mod tests {
     /// The frame is this one, in every precision, and its directions are unit and across each other.
     #[track_caller]
     fn is(object: Value, data: &Value, ray: [DVec3; 2], tangent: DVec3, bitangent: DVec3) {
-        let found = [frame::<Fast>, frame::<Robust>, frame::<Reference>].map(|frame| frame(&object, data, ray));
-        for (found, tolerance) in found.into_iter().zip([1e-4, 1e-5, 1e-9]) {
+        let found = [frame::<f32>, frame::<f64>].map(|frame| frame(&object, data, ray));
+        for (found, tolerance) in found.into_iter().zip([1e-5, 1e-9]) {
             let [t, b, n] = found;
             assert!(t.distance(tangent.normalize()) < tolerance, "{object}: tangent {t:?}, not {:?}", tangent.normalize());
             assert!(b.distance(bitangent.normalize()) < tolerance, "{object}: bitangent {b:?}, not {:?}", bitangent.normalize());
@@ -184,7 +184,7 @@ mod tests {
         let [t, b] = [DVec3::new(1.0, 1.0, 0.0), DVec3::new(-1.0, 1.0, 0.0)];
         is(shown(sheared), &upright(), [ONTO[0] + DVec3::Y * 0.5, ONTO[1]], t, b);
         // Coordinates without an area say nothing: any frame is right.
-        let [t, b, n] = frame::<Robust>(&plain(), &leaf(Some(json!([[0, 0], [1, 1], [2, 2]]))), ONTO);
+        let [t, b, n] = frame::<f32>(&plain(), &leaf(Some(json!([[0, 0], [1, 1], [2, 2]]))), ONTO);
         assert!(t.cross(b).distance(n) < 1e-6 && t.dot(n).abs() < 1e-6, "{t:?} {b:?} {n:?}");
     }
 
@@ -208,11 +208,11 @@ mod tests {
         }))
         .expect("a scene");
         let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
-        let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         for (time, tangent) in [(0.0, DVec3::X), (0.5, DVec3::new(1.0, 1.0, 0.0)), (1.0, DVec3::new(1.0, 2.0, 0.0))] {
             let leg = Leg::of(Ray::new(glam::Vec3::new(0.5, 0.5 + time, 4.0), glam::Vec3::NEG_Z).at_time(time));
             let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
-            let frame = Interaction::of::<Robust, General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let frame = Interaction::of::<General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             let (tangent, across) = (tangent.normalize(), DVec3::Z.cross(tangent).normalize());
             assert!(t.distance(tangent) < 1e-6 && b.distance(across) < 1e-6, "at {time}: {t:?} {b:?}");
@@ -231,12 +231,12 @@ mod tests {
         }))
         .expect("a scene");
         let settings = Settings { size: [1, 1], ..Settings::of(&scene) };
-        let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         assert_eq!(prepared.geometry.instance_count(), 2);
         for (x, tangent) in [(0.5, DVec3::X), (-1.5, DVec3::NEG_X)] {
             let leg = Leg::of(Ray::new(glam::Vec3::new(x, 0.5, 4.0), glam::Vec3::NEG_Z));
             let hit = prepared.geometry.closest(&leg.ray, Interval::positive(), &mut ()).expect("a hit");
-            let frame = Interaction::of::<Robust, General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
+            let frame = Interaction::of::<General>(&prepared, &leg, &hit).frame(&prepared, &leg, &hit);
             let [t, b] = [frame.tangent, frame.bitangent].map(|v| v.as_dvec3());
             assert!(t.distance(tangent) < 1e-6 && b.distance(DVec3::Y) < 1e-6, "at {x}: {t:?} {b:?}");
         }

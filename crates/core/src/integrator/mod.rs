@@ -23,7 +23,7 @@ pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;
 
-use raywright_bvh::{FromOnePoint, Hit, Interval, Patience, Precision, Query, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{FromOnePoint, Hit, Interval, Patience, Query, Ray, Real, Vector};
 
 use crate::counters::Counters;
 use crate::interaction::Interaction;
@@ -59,34 +59,34 @@ impl<'a, R: Real> CameraRay<'a, R> {
 }
 
 /// What some camera rays hit, where they were asked together.
-pub(crate) struct FirstHits<P: Precision> {
-    directions: Vec<Vec3Of<P>>,
-    hits: Vec<Option<Hit<P::Real>>>,
+pub(crate) struct FirstHits<R: Real> {
+    directions: Vec<R::Vec3>,
+    hits: Vec<Option<Hit<R>>>,
     patience: Patience,
 }
 
-impl<P: Precision> Default for FirstHits<P> {
+impl<R: Real> Default for FirstHits<R> {
     fn default() -> Self {
         Self { directions: Vec::new(), hits: Vec::new(), patience: Patience::default() }
     }
 }
 
-impl<P: Precision> FirstHits<P> {
+impl<R: Real> FirstHits<R> {
     /// What one of them hits; none where it was not asked.
     #[inline(always)]
-    pub fn get(&self, ray: usize) -> Option<&Option<Hit<P::Real>>> {
+    pub fn get(&self, ray: usize) -> Option<&Option<Hit<R>>> {
         self.hits.get(ray)
     }
 }
 
 /// Follows rays through a prepared scene; one a worker.
-pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
-    pub scene: &'a Prepared<P>,
+pub(crate) struct Tracer<'a, R: Real, K: Kernel> {
+    pub scene: &'a Prepared<R>,
     pub counters: Counters,
     /// What its worker counted of lights so far.
     pub usage: &'a mut LightUsage,
     /// Paths that wait for their side branches; empty between camera rays.
-    waiting: Vec<Path<P::Real>>,
+    waiting: Vec<Path<R>>,
     /// Asked now and then while paths divide, since one pixel may have more branches than a lifetime has seconds.
     observer: &'a dyn Observer,
     divisions: u32,
@@ -94,26 +94,26 @@ pub(crate) struct Tracer<'a, P: Precision, K: Kernel> {
     /// Whether the first hits of camera rays are kept, the one of the ray followed last, and what that saw without light from elsewhere.
     keeps_first: bool,
     first: Option<FirstHit>,
-    direct: Vec3Of<P>,
+    direct: R::Vec3,
     max_depth: u32,
-    camera_min: P::Real,
-    secondary_min: P::Real,
+    camera_min: R,
+    secondary_min: R,
     /// Absorbing bodies that the camera is in; of path tracing.
     media: path_tracing::Media,
     kernel: PhantomData<K>,
 }
 
-impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
+impl<'a, R: Real, K: Kernel> Tracer<'a, R, K> {
     /// `keeps_first`: whether layers ask what camera rays hit first.
     pub fn new(
-        scene: &'a Prepared<P>,
+        scene: &'a Prepared<R>,
         usage: &'a mut LightUsage,
         max_depth: u32,
         keeps_first: bool,
         observer: &'a dyn Observer,
     ) -> Self {
         let (camera_min, secondary_min) = match scene.rules.spawn {
-            Spawn::ErrorBound => (P::Real::ZERO, P::Real::ZERO),
+            Spawn::ErrorBound => (R::ZERO, R::ZERO),
             Spawn::Constant { camera_min, secondary_min, .. } => (camera_min, secondary_min),
         };
         let mut tracer = Self {
@@ -147,7 +147,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 
     /// Radiance that arrives along a camera ray under Whitted's rules.
     #[inline]
-    pub fn camera_ray(&mut self, asked: CameraRay<'_, P::Real>, address: &Address) -> Brought<P::Real> {
+    pub fn camera_ray(&mut self, asked: CameraRay<'_, R>, address: &Address) -> Brought<R> {
         let mut path = self.camera_path(asked.ray, address);
         self.follow(&mut path, asked.met);
         self.direct += self.scene.veil;
@@ -155,7 +155,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     }
 
     /// What camera rays hit, where they leave one point at one time, which is asked for them together; nothing otherwise.
-    pub fn meet(&self, rays: &[Ray<P::Real>], hits: &mut FirstHits<P>) {
+    pub fn meet(&self, rays: &[Ray<R>], hits: &mut FirstHits<R>) {
         let FirstHits { directions, hits, patience } = hits;
         hits.clear();
         let Some(first) = rays.first() else { return };
@@ -164,14 +164,14 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         }
         directions.clear();
         directions.extend(rays.iter().map(|ray| ray.direction));
-        let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: P::Real::INFINITY };
+        let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: R::INFINITY };
         let asked = FromOnePoint { origin: first.origin, directions, time: first.time, culls: first.culls, range };
         self.scene.geometry.closest_from(&asked, patience, hits);
     }
 
     /// The path of a camera ray before its first segment.
     #[inline(always)]
-    fn camera_path(&mut self, ray: &Ray<P::Real>, address: &Address) -> Path<P::Real> {
+    fn camera_path(&mut self, ray: &Ray<R>, address: &Address) -> Path<R> {
         self.first = None;
         self.direct = Vector::ZERO;
         self.counters.camera += 1;
@@ -184,8 +184,8 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
             segments: self.max_depth,
             cutouts: 0,
             camera: true,
-            share: P::Real::ONE,
-            covered: P::Real::ZERO,
+            share: R::ONE,
+            covered: R::ZERO,
             met: None,
         };
         path.leg.ray = *ray;
@@ -194,14 +194,14 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 
     /// What a path asks next.
     #[inline(always)]
-    fn query(&self, path: &Path<P::Real>) -> Query<P::Real> {
+    fn query(&self, path: &Path<R>) -> Query<R> {
         let min = if path.camera { self.camera_min - path.leg.ahead } else { self.secondary_min };
-        Query { ray: path.leg.ray, range: Interval { min, max: P::Real::INFINITY } }
+        Query { ray: path.leg.ray, range: Interval { min, max: R::INFINITY } }
     }
 
     /// What one more segment makes of a path: it has met this, or nothing.
     #[inline(always)]
-    fn advance(&mut self, path: &mut Path<P::Real>, hit: Option<&Hit<P::Real>>) -> Step<P::Real> {
+    fn advance(&mut self, path: &mut Path<R>, hit: Option<&Hit<R>>) -> Step<R> {
         let Some(hit) = hit else {
             let backdrop = if path.camera { self.scene.backdrop } else { None };
             let direction = path.leg.ray.direction;
@@ -215,7 +215,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
         };
         // What `Interaction::of` does, in its place.
         let mut at = Interaction::begun(self.scene, &path.leg, hit);
-        at.finish::<P, K>(self.scene, &path.leg, hit);
+        at.finish::<K>(self.scene, &path.leg, hit);
         if K::PHYSICAL {
             at.bend_where_bumpy(self.scene, &path.leg, hit);
         }
@@ -238,13 +238,13 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
 
     /// Whether a surface gives off what its material does on the side that was hit.
     #[inline(always)]
-    fn shines(&self, at: &Interaction<P::Real>) -> bool {
+    fn shines(&self, at: &Interaction<R>) -> bool {
         at.outside || !self.scene.objects[at.object as usize].culled
     }
 
     /// Notes what a camera ray sees by itself, where that is kept.
     #[inline(always)]
-    fn see(&mut self, camera: bool, radiance: Vec3Of<P>) {
+    fn see(&mut self, camera: bool, radiance: R::Vec3) {
         if camera && self.keeps_first {
             self.direct += radiance;
         }
@@ -253,7 +253,7 @@ impl<'a, P: Precision, K: Kernel> Tracer<'a, P, K> {
     /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
     /// the side that the ray came from, −1 for the other.
     #[inline(always)]
-    fn leave(&self, at: &Interaction<P::Real>, direction: Vec3Of<P>, side: P::Real) -> Ray<P::Real> {
+    fn leave(&self, at: &Interaction<R>, direction: R::Vec3, side: R) -> Ray<R> {
         let origin = match self.scene.rules.spawn {
             Spawn::ErrorBound => at.surface.spawn(direction),
             Spawn::Constant { offset, along_ray: true, .. } => at.surface.point + direction * offset,
@@ -280,18 +280,18 @@ pub(crate) struct FirstHit {
     pub material: u32,
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// What the camera ray that was followed last hit first, none for the sky, and what it saw without light from elsewhere; nothing where
     /// layers ask for none.
-    pub fn first(&self) -> (Option<&FirstHit>, Vec3Of<P>) {
+    pub fn first(&self) -> (Option<&FirstHit>, R::Vec3) {
         (self.first.as_ref(), self.direct)
     }
 
     /// The first hit of a ray that is followed no further; none for the sky.
-    pub fn first_hit(&mut self, ray: Ray<P::Real>) -> Option<FirstHit> {
+    pub fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
         self.counters.camera += 1;
         let leg = Leg { ray, ..Leg::of_camera(self.scene) };
-        let range = Interval { min: self.camera_min - leg.ahead, max: P::Real::INFINITY };
+        let range = Interval { min: self.camera_min - leg.ahead, max: R::INFINITY };
         let hit = self.scene.geometry.closest(&ray, range, &mut ())?;
         Some(self.seen(&leg, &hit))
     }
@@ -299,8 +299,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Out of line, and with a surface point of its own: a picture without such layers has only the question in its loop, and
     /// its surface points stay in registers.
     #[inline(never)]
-    fn seen(&self, leg: &Leg<P::Real>, hit: &Hit<P::Real>) -> FirstHit {
-        let at = Interaction::of::<P, K>(self.scene, leg, hit);
+    fn seen(&self, leg: &Leg<R>, hit: &Hit<R>) -> FirstHit {
+        let at = Interaction::of::<K>(self.scene, leg, hit);
         let here = self.scene.sources.at(&at);
         let albedo = match &self.scene.materials[at.material as usize] {
             Material::Classic(m) => m.colour.colour(&here),

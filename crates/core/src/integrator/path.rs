@@ -1,7 +1,7 @@
 //! A path on its way. What one more segment makes of it is apart from who asks for it, so that paths may be followed one by one
 //! or many at a time, in any order: their bits depend on nothing else.
 
-use raywright_bvh::{Hit, Precision, Query, Ray, Real, Vector};
+use raywright_bvh::{Hit, Query, Ray, Real, Vector};
 
 use super::surface::Leg;
 use super::{Kernel, Tracer};
@@ -126,9 +126,9 @@ impl<R: Real> Path<R> {
     }
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Follows a path to its end, its side branches included. What its first ray hits may be known.
-    pub(super) fn follow(&mut self, path: &mut Path<P::Real>, mut known: Option<&Option<Hit<P::Real>>>) {
+    pub(super) fn follow(&mut self, path: &mut Path<R>, mut known: Option<&Option<Hit<R>>>) {
         while path.segments > 0 || self.resume(path) {
             let hit = match known.take() {
                 Some(hit) => *hit,
@@ -148,7 +148,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Lets a path wait for its side branch, which is followed first. Out of line, as [`Self::resume`]'s work is: most paths
     /// never divide.
     #[inline(never)]
-    fn wait(&mut self, path: &mut Path<P::Real>, aside: Path<P::Real>) {
+    fn wait(&mut self, path: &mut Path<R>, aside: Path<R>) {
         self.divisions = self.divisions.wrapping_add(1);
         if self.divisions.is_multiple_of(DIVISIONS) && self.observer.cancelled() {
             self.stopped = true;
@@ -163,12 +163,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Goes on with the path that waits for this one, which has ended; false where none does.
     #[inline(always)]
-    fn resume(&mut self, path: &mut Path<P::Real>) -> bool {
+    fn resume(&mut self, path: &mut Path<R>) -> bool {
         !self.waiting.is_empty() && self.taken_up(path)
     }
 
     #[inline(never)]
-    fn taken_up(&mut self, path: &mut Path<P::Real>) -> bool {
+    fn taken_up(&mut self, path: &mut Path<R>) -> bool {
         let Some(before) = self.waiting.pop() else { return false };
         let brought = core::mem::replace(path, before);
         path.radiance += brought.radiance;

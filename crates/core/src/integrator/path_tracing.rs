@@ -16,7 +16,7 @@ mod straight;
 mod stream;
 mod vertex;
 
-use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 pub(crate) use media::Media;
 pub(crate) use stream::Stream;
@@ -110,10 +110,10 @@ fn weight(own: f64, other: f64) -> f64 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// The path of a camera ray before its first segment.
     #[inline(always)]
-    fn walk(&self, ray: Ray<P::Real>, address: Address) -> Walk<P::Real> {
+    fn walk(&self, ray: Ray<R>, address: Address) -> Walk<R> {
         Walk {
             leg: Leg { ray, ..Leg::of_camera(self.scene) },
             throughput: Vector::ONE,
@@ -133,14 +133,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// What a path asks next.
     #[inline(always)]
-    fn ask(&self, walk: &Walk<P::Real>) -> Option<Hit<P::Real>> {
+    fn ask(&self, walk: &Walk<R>) -> Option<Hit<R>> {
         let min = if walk.traced == 0 { self.camera_min - walk.leg.ahead } else { self.secondary_min };
-        self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: P::Real::INFINITY }, &mut ())
+        self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
     }
 
     /// What one more segment makes of a path that has met something. Whether it has another ray to be traced.
     #[inline(always)]
-    fn met(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &mut Interaction<P::Real>) -> bool {
+    fn met(&mut self, walk: &mut Walk<R>, hit: &Hit<R>, at: &mut Interaction<R>) -> bool {
         at.bend_where_bumpy(self.scene, &walk.leg, hit);
         self.pass_media(walk, at);
         self.keep_first(walk, hit);
@@ -149,8 +149,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         {
             let alpha = m.alpha_at(&self.scene.sources.at(at));
             // A surface that covers a share of what is behind it is there as often.
-            let absent = alpha < P::Real::ONE
-                && (alpha <= P::Real::ZERO || P::Real::from_f32(pair(walk.address, Purpose::Coverage)[0]) >= alpha);
+            let absent = alpha < R::ONE && (alpha <= R::ZERO || R::from_f32(pair(walk.address, Purpose::Coverage)[0]) >= alpha);
             if absent {
                 return self.pass(walk, at);
             }
@@ -168,7 +167,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Keeps what a camera ray hits first, where layers ask for it.
     #[inline(always)]
-    fn keep_first(&mut self, walk: &Walk<P::Real>, hit: &Hit<P::Real>) {
+    fn keep_first(&mut self, walk: &Walk<R>, hit: &Hit<R>) {
         if self.keeps_first && walk.traced == 0 && walk.cutouts == 0 {
             self.first = Some(self.seen(&walk.leg, hit));
         }
@@ -176,7 +175,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// What a ray brings that hit nothing and sees this of the sky, in its share.
     #[inline(always)]
-    fn escaped(&mut self, walk: &Walk<P::Real>, seen: &Seen<P::Real>) -> Vec3Of<P> {
+    fn escaped(&mut self, walk: &Walk<R>, seen: &Seen<R>) -> R::Vec3 {
         if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
             return backdrop.seen(walk.leg.ray.direction) * self.light_on_ground(&walk.leg, &walk.address);
         }
@@ -193,60 +192,54 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets by chance alone.
     #[inline(always)]
-    fn is_unaided(&self, walk: &Walk<P::Real>) -> bool {
+    fn is_unaided(&self, walk: &Walk<R>) -> bool {
         walk.spread < NARROW && walk.left.density >= NARROW
     }
 
     /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.
     #[inline(always)]
-    fn found(&self, walk: &Walk<P::Real>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> P::Real {
+    fn found(&self, walk: &Walk<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
         let Left { from, normal, density } = walk.left;
         if density == f64::INFINITY {
-            return P::Real::ONE;
+            return R::ONE;
         }
         let lights = &self.scene.lights;
         let sampling = self.scene.sampling_of(light);
         if sampling == LightSampling::Scattering {
-            return P::Real::ONE;
+            return R::ONE;
         }
-        let probability = lights.choice().probability::<P::Real>(light, from, normal);
+        let probability = lights.choice().probability::<R>(light, from, normal);
         let other = if probability > 0.0 { drawn(probability) } else { 0.0 };
         match sampling {
-            LightSampling::Lights if other > 0.0 => P::Real::ZERO,
-            LightSampling::Lights => P::Real::ONE,
-            _ => P::Real::from_f64(weight(density, other)),
+            LightSampling::Lights if other > 0.0 => R::ZERO,
+            LightSampling::Lights => R::ONE,
+            _ => R::from_f64(weight(density, other)),
         }
     }
 
     /// Takes a path on through a surface that is not there where it met it.
-    fn pass(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>) -> bool {
+    fn pass(&self, walk: &mut Walk<R>, at: &Interaction<R>) -> bool {
         walk.cutouts += 1;
         walk.address.bounce += 1;
         let rest = walk.leg.rest;
-        let ray = Ray { culls: walk.leg.ray.culls, ..self.leave(at, at.direction, -P::Real::ONE) };
+        let ray = Ray { culls: walk.leg.ray.culls, ..self.leave(at, at.direction, -R::ONE) };
         walk.leg.go_on(&ray, rest);
         walk.cutouts <= MAX_CUTOUTS
     }
 
     /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
     #[inline(always)]
-    fn go_on(
-        &mut self,
-        walk: &mut Walk<P::Real>,
-        at: &Interaction<P::Real>,
-        drawn: &Sampled<P::Real>,
-        onward: Onward<P>,
-    ) -> bool {
+    fn go_on(&mut self, walk: &mut Walk<R>, at: &Interaction<R>, drawn: &Sampled<R>, onward: Onward<R>) -> bool {
         let mut throughput = walk.throughput * drawn.weight;
         if walk.traced >= roulette_from(self.scene.roulette) {
             // Also ends what is no number.
-            let most = if walk.traced < ENDS_FROM { P::Real::ONE } else { P::Real::from_f64(GOES_ON) };
+            let most = if walk.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
             let survives = throughput.max_element().min(most);
             let goes_on = onward.luck < survives;
             if !goes_on {
                 return false;
             }
-            throughput *= P::Real::ONE / survives;
+            throughput *= R::ONE / survives;
         }
         if throughput == Vector::ZERO || !throughput.is_finite() {
             return false;
@@ -269,14 +262,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 }
 
 /// How a path would go on.
-struct Onward<P: Precision> {
-    ray: Ray<P::Real>,
+struct Onward<R: Real> {
+    ray: Ray<R>,
     /// What storing took from its direction.
-    rest: Vec3Of<P>,
+    rest: R::Vec3,
     /// A number in [0, 1): below what the path counts, it goes on.
-    luck: P::Real,
+    luck: R,
     /// Normal of the side that lights were asked for; zero for both.
-    lit: Vec3Of<P>,
+    lit: R::Vec3,
     /// Whether it goes through the surface.
     through: bool,
     /// Whether it does so as shadow rays do.

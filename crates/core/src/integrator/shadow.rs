@@ -1,6 +1,6 @@
 //! How much of a light arrives: shadow rays under the scene's rule.
 
-use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::{Kernel, Leg, Tracer};
 use crate::interaction::Interaction;
@@ -20,25 +20,20 @@ pub(crate) struct Between<R> {
     pub distance: R,
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// What lies between a surface and a light that it sees.
     #[inline]
-    pub(super) fn before(
-        &mut self,
-        light: &LightSample<P::Real>,
-        at: &Interaction<P::Real>,
-        want_distance: bool,
-    ) -> Between<P::Real> {
+    pub(super) fn before(&mut self, light: &LightSample<R>, at: &Interaction<R>, want_distance: bool) -> Between<R> {
         match self.towards(light, at) {
             Some((ray, range)) => self.between((&ray.at_time(at.time), range), &light.target, want_distance),
             // The light is where the ray would start: nothing is in between.
-            None => Between { share: P::Real::ONE, distance: P::Real::INFINITY },
+            None => Between { share: R::ONE, distance: R::INFINITY },
         }
     }
 
     /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
     #[inline(always)]
-    pub(super) fn towards(&self, light: &LightSample<P::Real>, at: &Interaction<P::Real>) -> Option<ShadowRay<P::Real>> {
+    pub(super) fn towards(&self, light: &LightSample<R>, at: &Interaction<R>) -> Option<ShadowRay<R>> {
         let (l, rules) = (light.direction, &self.scene.rules);
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
@@ -47,7 +42,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 at.surface.spawn_to(*position)
             }
             (Spawn::ErrorBound, Target::Infinity) => {
-                let range = Interval { min: P::Real::ZERO, max: rules.shadow_max_distance };
+                let range = Interval { min: R::ZERO, max: rules.shadow_max_distance };
                 Some((Ray::new(at.surface.spawn(l), l), range))
             }
             // The documented shaders measure from the surface, also where the ray starts off it.
@@ -64,7 +59,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// A lamp as a point sees it that was drawn, and is to be seen by its middle where shadows are hard; none where it hides itself.
     #[inline(always)]
-    pub(super) fn aimed(&self, light: LightId, drawn: LightSample<P::Real>, from: Vec3Of<P>) -> Option<LightSample<P::Real>> {
+    pub(super) fn aimed(&self, light: LightId, drawn: LightSample<R>, from: R::Vec3) -> Option<LightSample<R>> {
         match light {
             LightId::Emitter(emitter) if self.scene.casts_hard(emitter) => {
                 self.scene.lights.emitters.by_middle(emitter, drawn, from)
@@ -75,12 +70,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Whether a hit on the way to a lamp's middle is the lamp itself.
     #[inline(always)]
-    pub(super) fn is_own(&self, target: &Target<P::Real>, hit: &Hit<P::Real>) -> bool {
+    pub(super) fn is_own(&self, target: &Target<R>, hit: &Hit<R>) -> bool {
         matches!(*target, Target::Middle { emitter, .. } if self.scene.lights.emitters.of(hit.outermost(), hit.primitive) == Some(emitter))
     }
 
     /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
-    pub(super) fn emitter(&mut self, at: &Interaction<P::Real>, address: Address) -> Option<(LightSample<P::Real>, P::Real)> {
+    pub(super) fn emitter(&mut self, at: &Interaction<R>, address: Address) -> Option<(LightSample<R>, R)> {
         let emitters = &self.scene.lights.emitters;
         if emitters.is_empty() {
             return None;
@@ -89,28 +84,28 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let position = pair(address, Purpose::EmitterPoint);
         let (index, probability) = emitters.choose(pick)?;
         let drawn = emitters.sample(index, at.surface.point, position, probability)?;
-        if at.normal.dot(drawn.direction) <= P::Real::ZERO {
+        if at.normal.dot(drawn.direction) <= R::ZERO {
             return None;
         }
         let aimed = self.aimed(LightId::Emitter(index), drawn, at.surface.point)?;
         let (ray, range) = self.towards(&aimed, at)?;
         let share = self.between((&ray.at_time(at.time), range), &aimed.target, false).share;
-        (share > P::Real::ZERO).then_some((drawn, share))
+        (share > R::ZERO).then_some((drawn, share))
     }
 
     /// Traces towards a light.
     #[inline]
     pub(super) fn between(
         &mut self,
-        (ray, range): (&Ray<P::Real>, Interval<P::Real>),
-        target: &Target<P::Real>,
+        (ray, range): (&Ray<R>, Interval<R>),
+        target: &Target<R>,
         want_distance: bool,
-    ) -> Between<P::Real> {
+    ) -> Between<R> {
         self.counters.shadow += 1;
         let scene = self.scene;
-        let mut nearest = P::Real::INFINITY;
+        let mut nearest = R::INFINITY;
         if scene.rules.first_occluder_decides {
-            let mut first: Option<Hit<P::Real>> = None;
+            let mut first: Option<Hit<R>> = None;
             scene.geometry.any(
                 ray,
                 range,
@@ -126,7 +121,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 },
                 &mut (),
             );
-            let share = first.map_or(P::Real::ONE, |hit| passes::<P, K>(scene, ray, &hit));
+            let share = first.map_or(R::ONE, |hit| passes::<R, K>(scene, ray, &hit));
             return Between { share, distance: nearest };
         }
         let mut product = Product::default();
@@ -138,12 +133,12 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                product.factor(passes::<P, K>(scene, ray, hit).to_f64());
+                product.factor(passes::<R, K>(scene, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),
         );
-        let share = if blocked { P::Real::ZERO } else { P::Real::from_f64(product.value()) };
+        let share = if blocked { R::ZERO } else { R::from_f64(product.value()) };
         Between { share, distance: nearest }
     }
 }
@@ -184,17 +179,17 @@ impl Product {
 
 /// Share of light that one occluder lets through.
 #[inline]
-fn passes<P: Precision, K: Kernel>(scene: &Prepared<P>, ray: &Ray<P::Real>, hit: &Hit<P::Real>) -> P::Real {
+fn passes<R: Real, K: Kernel>(scene: &Prepared<R>, ray: &Ray<R>, hit: &Hit<R>) -> R {
     let material = &scene.materials[scene.objects[hit.outermost() as usize].material as usize];
     let even = material.shadow_transmittance();
     if K::PHYSICAL
         && let Material::Physical(m) = material
         && (m.alpha != Alpha::Opaque || even.is_none())
     {
-        let at = Interaction::of::<P, K>(scene, &Leg::of(*ray), hit);
+        let at = Interaction::of::<K>(scene, &Leg::of(*ray), hit);
         return m.passes_at(&scene.sources.at(&at));
     }
-    even.unwrap_or(P::Real::ZERO)
+    even.unwrap_or(R::ZERO)
 }
 
 #[cfg(test)]

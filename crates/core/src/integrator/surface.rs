@@ -1,6 +1,6 @@
 //! From a hit to the interaction that it is, made once.
 
-use raywright_bvh::{Hit, Precision, Ray, Real, Vector};
+use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::Kernel;
 use crate::interaction::Interaction;
@@ -28,7 +28,7 @@ impl<R: Real> Leg<R> {
 
     /// What is to be known of any ray of a scene's camera besides the ray.
     #[inline(always)]
-    pub fn of_camera<P: Precision<Real = R>>(scene: &Prepared<P>) -> Self {
+    pub fn of_camera(scene: &Prepared<R>) -> Self {
         let before = if scene.cone.is_some() { R::ZERO } else { -R::ONE };
         // What a camera that is far away has of the way behind it lies before the ray's origin.
         let nowhere = Ray::new(Vector::ZERO, Vector::ZERO);
@@ -59,9 +59,9 @@ impl<R: Real> Leg<R> {
 impl<R: Real> Interaction<R> {
     /// Where a ray met what it hit.
     #[inline(always)]
-    pub fn of<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+    pub fn of<K: Kernel>(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
-        at.finish::<P, K>(scene, leg, hit);
+        at.finish::<K>(scene, leg, hit);
         if K::PHYSICAL {
             at.bend_where_bumpy(scene, leg, hit);
         }
@@ -70,7 +70,7 @@ impl<R: Real> Interaction<R> {
 
     /// Bends the normal where an image of the material does.
     #[inline(always)]
-    pub fn bend_where_bumpy<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub fn bend_where_bumpy(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
         if scene.objects[self.object as usize].bumpy {
             self.bend(scene, leg, hit);
         }
@@ -78,15 +78,15 @@ impl<R: Real> Interaction<R> {
 
     /// The same before an image bends the normal.
     #[inline(always)]
-    pub fn smooth<P: Precision<Real = R>, K: Kernel>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+    pub fn smooth<K: Kernel>(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
         let mut at = Self::begun(scene, leg, hit);
-        at.finish::<P, K>(scene, leg, hit);
+        at.finish::<K>(scene, leg, hit);
         at
     }
 
     /// What every hit has, still to be finished: in its place, since an interaction is long and is copied wherever it is handed on.
     #[inline(always)]
-    pub fn begun<P: Precision<Real = R>>(scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+    pub fn begun(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
         let ray = &leg.ray;
         let surface = scene.geometry.surface(ray, hit);
         let object = hit.outermost();
@@ -112,7 +112,7 @@ impl<R: Real> Interaction<R> {
 
     /// Adds what depends on the object, the camera and the mesh; the normal is not bent yet.
     #[inline(always)]
-    pub fn finish<P: Precision<Real = R>, K: Kernel>(&mut self, scene: &Prepared<P>, leg: &Leg<R>, hit: &Hit<R>) {
+    pub fn finish<K: Kernel>(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
         let (ray, record) = (&leg.ray, &scene.objects[self.object as usize]);
         if leg.ahead != R::ZERO {
             (self.origin, self.distance) = (leg.start(), hit.t + leg.ahead);
@@ -139,7 +139,7 @@ impl<R: Real> Interaction<R> {
     }
 
     /// Interpolates what the mesh's vertices carry.
-    fn attributes<P: Precision<Real = R>>(&mut self, scene: &Prepared<P>, record: &ObjectRecord<R>, ray: &Ray<R>, hit: &Hit<R>) {
+    fn attributes(&mut self, scene: &Prepared<R>, record: &ObjectRecord<R>, ray: &Ray<R>, hit: &Hit<R>) {
         let Some(mesh) = &record.mesh else { return };
         let data = &scene.meshes[mesh.mesh as usize];
         let [a, b, c] = data.indices[hit.primitive as usize].map(|i| i as usize);

@@ -38,7 +38,7 @@ impl Choice {
     /// What is wrong with the text, with the nearest word or all of them.
     pub fn parse(text: &str) -> Result<Self, UnknownRung> {
         let (ladder, rung) =
-            text.split_once('=').ok_or_else(|| UnknownRung("expected LADDER=RUNG, such as precision=fast".to_owned()))?;
+            text.split_once('=').ok_or_else(|| UnknownRung("expected LADDER=RUNG, such as precision=reference".to_owned()))?;
         let known: Vec<&str> = Ladder::ALL.iter().map(|ladder| ladder.name()).collect();
         let found = Ladder::ALL.into_iter().find(|known| known.name() == ladder);
         let ladder = found.ok_or_else(|| unknown("ladder", ladder, &known))?;
@@ -81,7 +81,7 @@ impl Choice {
         match self.ladder {
             Ladder::Integrator => settings.integrator = [Integrator::Whitted, Integrator::Path][at],
             Ladder::Precision => {
-                settings.precision = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference][at];
+                settings.precision = [PrecisionChoice::Robust, PrecisionChoice::Reference][at];
             }
             Ladder::RayOffset => match (at, scene.classic.spawn) {
                 (0, SpawnRule::ErrorBound) => scene.classic.spawn = SpawnRule::Constant(OFFSET),
@@ -116,7 +116,6 @@ impl Choice {
             Ladder::Build => settings.accelerator = AcceleratorKind::Tree(BuildQuality::ALL[at]),
             Ladder::Accelerator => match at {
                 0 => settings.accelerator = AcceleratorKind::Linear,
-                1 => settings.accelerator = AcceleratorKind::LinearBoxes,
                 _ if matches!(settings.accelerator, AcceleratorKind::Tree(_)) => {}
                 _ => settings.accelerator = AcceleratorKind::default(),
             },

@@ -198,7 +198,6 @@ impl Ladder {
             },
             Self::Accelerator => match settings.accelerator {
                 AcceleratorKind::Linear => "linear".to_owned(),
-                AcceleratorKind::LinearBoxes => "linear-boxes".to_owned(),
                 AcceleratorKind::Tree(_) => "bvh".to_owned(),
             },
         }

@@ -6,11 +6,7 @@ const fn rung(name: &'static str, about: &'static str) -> Rung {
     Rung { name, about }
 }
 
-const PRECISION: &[Rung] = &[
-    rung("fast", "textbook formulas in f32: wrong far from the origin, at grazing angles and on tori, and slower than robust"),
-    rung("robust", "f32 stored, f64 where a hit is decided"),
-    rung("reference", "f64 throughout"),
-];
+const PRECISION: &[Rung] = &[rung("robust", "f32 stored, f64 where a hit is decided"), rung("reference", "f64 throughout")];
 const RAY_OFFSET: &[Rung] = &[
     rung("constant", "a constant distance: right at one scale, false shadows and leaks at others"),
     rung("error-bound", "outside the error of the hit point, at every scale"),
@@ -101,11 +97,7 @@ const BUILD: &[Rung] = &[
     rung("high", "several times the build time: more is improved, long triangles across the axes are split"),
     rung("compact", "least memory, slower rays: as medium, and neighbouring triangles share corners"),
 ];
-const ACCELERATOR: &[Rung] = &[
-    rung("linear", "every primitive is tested"),
-    rung("linear-boxes", "the box of every primitive is tested, four at a time"),
-    rung("bvh", "a tree of boxes"),
-];
+const ACCELERATOR: &[Rung] = &[rung("linear", "every primitive is tested"), rung("bvh", "a tree of boxes")];
 
 const INTEGRATOR: &[Rung] = &[
     rung("whitted", "mirrors, glass and light straight from lamps: what lights walls by way of other walls is missing"),

@@ -85,8 +85,8 @@ fn paths_have_a_length_to_choose() {
 #[test]
 fn mistakes_are_explained() {
     let said = |text| Choice::parse(text).expect_err("no rung").to_string();
-    assert_eq!(said("precision"), "expected LADDER=RUNG, such as precision=fast");
-    assert_eq!(said("precison=fast"), "there is no ladder `precison`; did you mean `precision`?");
-    assert_eq!(said("precision=exact"), "there is no rung of precision `exact`; known: fast, robust, reference");
+    assert_eq!(said("precision"), "expected LADDER=RUNG, such as precision=reference");
+    assert_eq!(said("precison=reference"), "there is no ladder `precison`; did you mean `precision`?");
+    assert_eq!(said("precision=exact"), "there is no rung of precision `exact`; known: robust, reference");
     assert!(said("brightness=red").contains("known: integrator, precision"));
 }

@@ -1,7 +1,7 @@
 //! Which light a point asks: one of those infinitely far by its share of their power, or one of the others by a tree over their
 //! places and directions, so that one light and a hundred thousand take about the same time and noise.
 
-use raywright_bvh::{Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Real, Vector};
 
 use super::cdf::{pick, push_shares, share};
 use super::tree::{Leaf, Receiver, Tree};
@@ -22,7 +22,7 @@ pub struct Choice {
 
 impl Choice {
     /// Among all lights that have power.
-    pub(super) fn new<P: Precision>(lights: &Lights<P>) -> Self {
+    pub(super) fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (mut far, mut powers, mut near) = (Vec::new(), Vec::new(), Vec::new());
         for id in lights.ids() {
             let power = lights.power(id);
@@ -106,12 +106,12 @@ impl Choice {
     }
 }
 
-impl<P: Precision> Lights<P> {
+impl<R: Real> Lights<R> {
     /// Whether a light that is infinitely far sends anything at all.
     fn shines_from_afar(&self, light: LightId) -> bool {
         match light {
-            LightId::Delta(i) => self.delta[i as usize].sample(Vec3Of::<P>::ZERO).is_some_and(|seen| {
-                let zero = <P::Real as Real>::ZERO;
+            LightId::Delta(i) => self.delta[i as usize].sample(R::Vec3::ZERO).is_some_and(|seen| {
+                let zero = <R as Real>::ZERO;
                 seen.arriving.max_element() > zero
             }),
             LightId::Sky => true,

@@ -8,9 +8,8 @@ use core::f64::consts::PI;
 use core::ops::Range;
 
 use glam::DVec3;
-use raywright_bvh::scalar::{convert, convert_vec};
 use raywright_bvh::shapes::AnyShape;
-use raywright_bvh::{Located, Precision, Real, Shape, Side, Surface, Vec3Of, Vector};
+use raywright_bvh::{Located, Real, Shape, Side, Surface, Vector};
 
 use super::cdf::{pick, push_shares, share};
 use super::solid_angle::Whole;
@@ -68,9 +67,9 @@ pub struct Exit<R: Real> {
 
 /// All emitters of a scene, drawn in proportion to their power.
 #[derive(Clone, Debug)]
-pub struct Emitters<P: Precision> {
+pub struct Emitters<R: Real> {
     /// One after the other by object and primitive, so that a hit finds its own; those without power too.
-    list: EmitterList<P>,
+    list: EmitterList<R>,
     /// Running sum of the probabilities, 1 from the last emitter that has power; empty where none has.
     cumulative: Vec<f64>,
     /// Those that have power.
@@ -79,9 +78,9 @@ pub struct Emitters<P: Precision> {
     pub strategy: Strategy,
 }
 
-impl<P: Precision> Emitters<P> {
+impl<R: Real> Emitters<R> {
     /// From what preparation found; empty when nothing of it gives off light.
-    pub fn new(list: EmitterList<P>) -> Self {
+    pub fn new(list: EmitterList<R>) -> Self {
         let powers: Vec<f64> = list.emitters.iter().map(Emitter::power).collect();
         let lit = powers.iter().filter(|&&power| power > 0.0).count();
         if lit == 0 {
@@ -141,7 +140,7 @@ impl<P: Precision> Emitters<P> {
     /// Bytes of the tables.
     pub(crate) fn bytes(&self) -> u64 {
         let list = &self.list;
-        EmitterList::<P>::bytes_of(self.len() as u64, list.placed.len() as u64, list.first.len() as u64, [0; 2])
+        EmitterList::<R>::bytes_of(self.len() as u64, list.placed.len() as u64, list.first.len() as u64, [0; 2])
             + list.cells.bytes()
     }
 
@@ -152,20 +151,20 @@ impl<P: Precision> Emitters<P> {
     }
 
     /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none where it sends nothing there.
-    pub fn sample(&self, index: u32, from: Vec3Of<P>, position: [f32; 2], probability: f64) -> Option<LightSample<P::Real>> {
+    pub fn sample(&self, index: u32, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
         let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
         let (place, denser) = match emitter.cells {
             Some(cells) => self.list.cells.place(cells, position.map(f64::from)),
             None => (position.map(f64::from), 1.0),
         };
-        let [u, v] = place.map(P::Real::from_f64);
+        let [u, v] = place.map(R::from_f64);
         let whole = self.whole(emitter, from);
         let (located, by_area) = match (&emitter.form, &whole) {
-            (Form::Plain(shape), Some(whole)) => (whole.draw::<P>(shape, position)?, P::Core::ZERO),
-            (Form::Plain(shape), None) => shape.sample_area::<P>(u, v)?,
+            (Form::Plain(shape), Some(whole)) => (whole.draw(shape, position)?, 0.0),
+            (Form::Plain(shape), None) => shape.sample_area(u, v)?,
             (Form::Placed(placed), _) => self.list.placed[*placed as usize].sample_area(u, v)?,
         };
-        let surface = located.stored::<P>();
+        let surface = located.stored::<R>();
         let Facing { direction, squared, cosine } = Facing::new(emitter.side, from, &surface);
         let (density, weight) = match whole {
             Some(whole) => {
@@ -182,7 +181,7 @@ impl<P: Precision> Emitters<P> {
         // Also false for NaN, where the points coincide.
         (weight > 0.0 && weight.is_finite()).then(|| LightSample {
             direction: Vector::from_f64(direction),
-            arriving: radiance * P::Real::from_f64(weight),
+            arriving: radiance * R::from_f64(weight),
             density: Density::SolidAngle(density),
             target: Target::Surface(surface),
         })
@@ -194,7 +193,7 @@ impl<P: Precision> Emitters<P> {
     }
 
     /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter that a ray from `from` met.
-    pub fn density(&self, index: u32, from: Vec3Of<P>, surface: &Surface<P::Real>, probability: f64) -> f64 {
+    pub fn density(&self, index: u32, from: R::Vec3, surface: &Surface<R>, probability: f64) -> f64 {
         let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
         let facing = Facing::new(emitter.side, from, surface);
         // Also false for NaN, where the points coincide.
@@ -205,13 +204,9 @@ impl<P: Precision> Emitters<P> {
         if let Some(whole) = self.whole(emitter, from) {
             return probability / whole.solid_angle();
         }
-        let point = Located::new(
-            convert_vec::<P::Real, P::Core>(surface.point),
-            convert_vec::<P::Real, P::Core>(surface.normal),
-            convert::<P::Real, P::Core>(surface.error),
-        );
+        let point = Located::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
         let by_area = match &emitter.form {
-            Form::Plain(shape) => shape.density::<P>(&point),
+            Form::Plain(shape) => shape.density(&point),
             Form::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),
         };
         let denser = match (&emitter.form, emitter.cells) {
@@ -225,7 +220,7 @@ impl<P: Precision> Emitters<P> {
 
     /// An emitter whose directions are drawn evenly over its solid angle, where that is asked for and known.
     #[inline]
-    fn whole(&self, emitter: &Emitter<P::Real>, from: DVec3) -> Option<Whole<P::Real>> {
+    fn whole(&self, emitter: &Emitter<R>, from: DVec3) -> Option<Whole<R>> {
         // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is drawn there.
         match (self.strategy, &emitter.form) {
             (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable && emitter.cells.is_none() => {
@@ -236,9 +231,9 @@ impl<P: Precision> Emitters<P> {
     }
 
     /// Radiance that leaves an emitter where a ray met it; zero on a side that gives off none.
-    pub fn radiance(&self, index: u32, exit: &Exit<P::Real>) -> Vec3Of<P> {
+    pub fn radiance(&self, index: u32, exit: &Exit<R>) -> R::Vec3 {
         let emitter = &self.list.emitters[index as usize];
-        let from_outside = exit.direction.dot(exit.surface.normal) < P::Real::ZERO;
+        let from_outside = exit.direction.dot(exit.surface.normal) < R::ZERO;
         if emitter.side.accepts(from_outside) { emitter.radiance } else { Vector::ZERO }
     }
 
@@ -250,9 +245,9 @@ impl<P: Precision> Emitters<P> {
     /// Where an emitter is and which way it shines; none for one without end, which lights nothing.
     pub fn bounds(&self, index: u32) -> Option<Bounds> {
         let emitter = &self.list.emitters[index as usize];
-        let half = P::Real::from_f64(0.5);
+        let half = R::from_f64(0.5);
         let (space, shape, drawn) = match &emitter.form {
-            Form::Plain(shape) => (shape.bounds()?, shape, shape.sample_area::<P>(half, half)),
+            Form::Plain(shape) => (shape.bounds()?, shape, shape.sample_area(half, half)),
             Form::Placed(i) => {
                 let placed = &self.list.placed[*i as usize];
                 (placed.bounds()?, placed.shape(), placed.sample_area(half, half))

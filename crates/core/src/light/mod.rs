@@ -28,7 +28,7 @@ mod solid_angle;
 mod tree;
 mod usage;
 
-use raywright_bvh::{Aabb, Precision, Real, Surface, Vec3Of};
+use raywright_bvh::{Aabb, Real, Surface};
 
 pub use bounds::Bounds;
 pub use choice::Choice;
@@ -97,13 +97,13 @@ pub struct LightSample<R: Real> {
 
 /// Every light of a scene.
 #[derive(Clone, Debug)]
-pub struct Lights<P: Precision> {
+pub struct Lights<R: Real> {
     /// Those without size, in scene order.
-    pub delta: Vec<DeltaLight<P::Real>>,
+    pub delta: Vec<DeltaLight<R>>,
     /// Emissive surfaces that light others.
-    pub emitters: Emitters<P>,
+    pub emitters: Emitters<R>,
     /// What a ray sees that hits nothing.
-    pub sky: Sky<P::Real>,
+    pub sky: Sky<R>,
     sky_sampler: Option<SkySampler>,
     /// Which light a point asks; empty until it is prepared.
     choice: Choice,
@@ -111,9 +111,9 @@ pub struct Lights<P: Precision> {
     reach: f64,
 }
 
-impl<P: Precision> Lights<P> {
+impl<R: Real> Lights<R> {
     /// From their tables, for a scene whose bounded part lies within `scene`.
-    pub fn new(delta: Vec<DeltaLight<P::Real>>, emitters: Emitters<P>, sky: Sky<P::Real>, scene: &Aabb) -> Self {
+    pub fn new(delta: Vec<DeltaLight<R>>, emitters: Emitters<R>, sky: Sky<R>, scene: &Aabb) -> Self {
         let reach = if scene.is_empty() { 0.0 } else { 0.5 * scene.extent().length() };
         Self { delta, emitters, sky, sky_sampler: None, choice: Choice::default(), reach }
     }
@@ -179,11 +179,11 @@ impl<P: Precision> Lights<P> {
 
     /// Draws a light that was chosen with a `probability`, as `from` sees it, for two numbers in [0, 1); none where it sends
     /// nothing there.
-    pub fn sample(&self, light: LightId, from: Vec3Of<P>, position: [f32; 2], probability: f64) -> Option<LightSample<P::Real>> {
+    pub fn sample(&self, light: LightId, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
         match light {
             LightId::Delta(i) => {
                 let sample = self.delta[i as usize].sample(from)?;
-                Some(LightSample { arriving: sample.arriving * P::Real::from_f64(1.0 / probability), ..sample })
+                Some(LightSample { arriving: sample.arriving * R::from_f64(1.0 / probability), ..sample })
             }
             LightId::Emitter(i) => self.emitters.sample(i, from, position, probability),
             LightId::Sky => self.sky_sampler.as_ref()?.sample(&self.sky, from, position, probability),
@@ -192,7 +192,7 @@ impl<P: Precision> Lights<P> {
 
     /// The density over solid angle with which [`Lights::sample`] draws what a ray from `from` met in a unit `direction`: a
     /// point of an emitter, or the sky. Zero where it never does.
-    pub fn density(&self, light: LightId, from: Vec3Of<P>, direction: Vec3Of<P>, met: &Target<P::Real>, probability: f64) -> f64 {
+    pub fn density(&self, light: LightId, from: R::Vec3, direction: R::Vec3, met: &Target<R>, probability: f64) -> f64 {
         match (light, met) {
             (LightId::Emitter(i), Target::Surface(surface)) => self.emitters.density(i, from, surface, probability),
             (LightId::Sky, Target::Infinity) => self.density_of_sky(direction, self.sky.place(direction), probability),
@@ -201,8 +201,8 @@ impl<P: Precision> Lights<P> {
     }
 
     /// [`Lights::density`] of the sky, in a direction that has this [`Sky::place`].
-    pub fn density_of_sky(&self, direction: Vec3Of<P>, place: [P::Real; 2], probability: f64) -> f64 {
-        self.sky_sampler.as_ref().map_or(0.0, |sampler| sampler.density::<P::Real>(direction, place) * probability)
+    pub fn density_of_sky(&self, direction: R::Vec3, place: [R; 2], probability: f64) -> f64 {
+        self.sky_sampler.as_ref().map_or(0.0, |sampler| sampler.density::<R>(direction, place) * probability)
     }
 }
 

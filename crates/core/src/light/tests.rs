@@ -11,7 +11,7 @@ use crate::hash::mix;
 use crate::scene::{Colour, Falloff, Light, LightKind};
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Disk, Placed, Quad, Sphere, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Reference, Robust, Side, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Side, Vector, Visibility};
 
 /// Two even pseudo-random numbers in [0, 1).
 fn numbers(i: u64) -> [f32; 2] {
@@ -19,7 +19,7 @@ fn numbers(i: u64) -> [f32; 2] {
 }
 
 /// A light alone in its scene.
-fn alone<P: Precision>(list: EmitterList<P>, strategy: Strategy) -> Lights<P> {
+fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
     let mut emitters = Emitters::new(list);
     emitters.strategy = strategy;
     let none = Sky { kind: sky::Kind::None };
@@ -27,7 +27,7 @@ fn alone<P: Precision>(list: EmitterList<P>, strategy: Strategy) -> Lights<P> {
 }
 
 /// One shape of radiance one that shines outwards, also as what rays can hit.
-fn surface<P: Precision>(shape: AnyShape<P::Real>, map: Option<DAffine3>, strategy: Strategy) -> (Lights<P>, Geometry<P>) {
+fn surface<R: Real>(shape: AnyShape<R>, map: Option<DAffine3>, strategy: Strategy) -> (Lights<R>, Geometry<R>) {
     let (mut list, mut group) = (EmitterList::default(), Group::default());
     let visibility = Visibility { side: Side::Outside, ..Visibility::default() };
     list.next_object();
@@ -84,7 +84,7 @@ fn skies<R: Real>() -> Vec<(&'static str, Sky<R>)> {
     ]
 }
 
-fn under<P: Precision>(sky: Sky<P::Real>) -> Lights<P> {
+fn under<R: Real>(sky: Sky<R>) -> Lights<R> {
     let mut lights = Lights::new(Vec::new(), Emitters::new(EmitterList::default()), sky, &Aabb::EMPTY);
     lights.prepare_sky();
     lights
@@ -95,7 +95,7 @@ const COLUMNS: usize = 24;
 
 /// Compares how often directions fall into cells of equal solid angle with the integral of the density there: χ² below its mean by
 /// six standard deviations. What is too rare for a cell of its own, and what was not drawn, is counted together.
-fn agrees<P: Precision>(name: &str, lights: &Lights<P>, light: LightId, from: Vec3Of<P>, density: impl Fn(Vec3Of<P>) -> f64) {
+fn agrees<R: Real>(name: &str, lights: &Lights<R>, light: LightId, from: R::Vec3, density: impl Fn(R::Vec3) -> f64) {
     const SAMPLES: u64 = 30_000;
     const STEPS: usize = 64;
     let mut counts = [0_u32; ROWS * COLUMNS];
@@ -136,7 +136,7 @@ fn surfaces_are_drawn_by_their_density() {
     for (name, shape, map) in shapes::<f64>() {
         let known = map.is_none() && matches!(shape, AnyShape::Sphere(_) | AnyShape::Triangle(_) | AnyShape::Quad(_));
         for strategy in [Strategy::Area, Strategy::SolidAngle].into_iter().take(1 + usize::from(known)) {
-            let (lights, geometry) = surface::<Reference>(shape, map, strategy);
+            let (lights, geometry) = surface::<f64>(shape, map, strategy);
             let light = LightId::Emitter(0);
             agrees(&format!("{name} by {strategy:?}"), &lights, light, from, |d| {
                 let ray = Ray::new(from, d);
@@ -152,7 +152,7 @@ fn surfaces_are_drawn_by_their_density() {
 #[test]
 fn skies_are_drawn_by_their_density() {
     for (name, sky) in skies::<f64>() {
-        let lights = under::<Reference>(sky);
+        let lights = under::<f64>(sky);
         let density = |d| lights.density(LightId::Sky, DVec3::ZERO, d, &Target::Infinity, 1.0);
         agrees(name, &lights, LightId::Sky, DVec3::ZERO, density);
     }
@@ -162,8 +162,8 @@ fn skies_are_drawn_by_their_density() {
 /// within the light's bounds, and shines.
 #[test]
 fn a_hit_has_the_density_of_the_draw() {
-    fn check<P: Precision>(name: &str, lights: &Lights<P>, tolerance: f64) {
-        let from = Vec3Of::<P>::from_f64(DVec3::new(0.1, -0.2, 0.05));
+    fn check<R: Real>(name: &str, lights: &Lights<R>, tolerance: f64) {
+        let from = R::Vec3::from_f64(DVec3::new(0.1, -0.2, 0.05));
         let ids: Vec<LightId> = lights.ids().collect();
         assert_eq!(ids.len(), 1, "{name}");
         let (light, mut drawn) = (ids[0], 0);
@@ -177,7 +177,7 @@ fn a_hit_has_the_density_of_the_draw() {
                 let (space, p) = (bounds.space, at.point.to_f64());
                 assert!((space.min - 1e-5).cmple(p).all() && (space.max + 1e-5).cmpge(p).all(), "{name}: {p} outside");
                 assert!(bounds.shines(-sample.direction.to_f64()), "{name}: {:?} has no {}", bounds, -sample.direction.to_f64());
-                let exit = Exit { surface: at, uv: [P::Real::ZERO; 2], direction: sample.direction };
+                let exit = Exit { surface: at, uv: [R::ZERO; 2], direction: sample.direction };
                 assert_eq!(lights.emitters.radiance(0, &exit), Vector::ONE, "{name}");
                 let behind = Exit { direction: -sample.direction, ..exit };
                 assert_eq!(lights.emitters.radiance(0, &behind), Vector::ZERO, "{name}");
@@ -187,14 +187,14 @@ fn a_hit_has_the_density_of_the_draw() {
         assert!(drawn >= 400, "{name}: {drawn} drawn");
     }
     for strategy in [Strategy::Area, Strategy::SolidAngle] {
-        shapes().into_iter().for_each(|(name, shape, map)| check(name, &surface::<Robust>(shape, map, strategy).0, 1e-5));
-        shapes().into_iter().for_each(|(name, shape, map)| check(name, &surface::<Reference>(shape, map, strategy).0, 1e-9));
+        shapes().into_iter().for_each(|(name, shape, map)| check(name, &surface::<f32>(shape, map, strategy).0, 1e-5));
+        shapes().into_iter().for_each(|(name, shape, map)| check(name, &surface::<f64>(shape, map, strategy).0, 1e-9));
     }
-    skies().into_iter().for_each(|(name, sky)| check(name, &under::<Robust>(sky), 0.0));
-    skies().into_iter().for_each(|(name, sky)| check(name, &under::<Reference>(sky), 0.0));
+    skies().into_iter().for_each(|(name, sky)| check(name, &under::<f32>(sky), 0.0));
+    skies().into_iter().for_each(|(name, sky)| check(name, &under::<f64>(sky), 0.0));
 }
 
-fn delta(kind: LightKind) -> Lights<Reference> {
+fn delta(kind: LightKind) -> Lights<f64> {
     let light = Light { name: String::new(), kind, colour: Colour([1.0, 2.0, 0.0]), shadows: true, specular: true };
     let none = Emitters::new(EmitterList::default());
     Lights::new(

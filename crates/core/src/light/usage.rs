@@ -1,7 +1,7 @@
 //! Which lights have lit anything: one that is shut away from every path is missing in the picture and in its error alike, so that it can
 //! only be told by counting. A lamp in a closed box may be meant; that its light is nowhere is worth saying all the same.
 
-use raywright_bvh::Precision;
+use raywright_bvh::Real;
 
 use super::{LightId, Lights};
 
@@ -19,7 +19,7 @@ pub(crate) struct LightUsage {
 
 impl LightUsage {
     /// Nothing is known yet of these lights.
-    pub fn new<P: Precision>(lights: &Lights<P>) -> Self {
+    pub fn new<R: Real>(lights: &Lights<R>) -> Self {
         let (deltas, emitters) = (lights.delta.len(), lights.emitters.len());
         Self { deltas, stopped: vec![0; deltas + emitters] }
     }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Placed, SampleArea, Triangle};
-use raywright_bvh::{Group, Precision, Real, Side, Surface, Vec3Of, Vector, Visibility};
+use raywright_bvh::{Group, Real, Side, Surface, Vector, Visibility};
 
 use super::geometry::{BLOCK, side_of, triangles};
 use super::input::Sources;
@@ -77,13 +77,13 @@ fn varied_triangles(scene: &Scene, lookup: &Lookup<'_>, wanted: Wanted, observer
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`].
-pub(super) fn emitters<P: Precision>(
+pub(super) fn emitters<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
-    (materials, sources): (&[super::Material<P::Real>], &Sources<P::Real>),
+    (materials, sources): (&[super::Material<R>], &Sources<R>),
     wanted: Wanted,
     observer: &dyn Observer,
-) -> Result<EmitterList<P>, PrepareError> {
+) -> Result<EmitterList<R>, PrepareError> {
     let mut list = EmitterList::default();
     let varied = varied_triangles(scene, lookup, wanted, observer)?;
     let across = points_across(varied);
@@ -118,34 +118,34 @@ pub(super) fn emitters<P: Precision>(
 }
 
 /// Where emission comes from.
-enum Source<'a, P: Precision> {
+enum Source<'a, R: Real> {
     /// The same everywhere.
-    Even(Vec3Of<P>),
-    Varied(Varied<'a, P>),
+    Even(R::Vec3),
+    Varied(Varied<'a, R>),
 }
 
 /// Emission that varies.
-struct Varied<'a, P: Precision> {
-    material: &'a super::Material<P::Real>,
-    sources: &'a Sources<P::Real>,
+struct Varied<'a, R: Real> {
+    material: &'a super::Material<R>,
+    sources: &'a Sources<R>,
     /// Whether the surface is there in part.
     cut: bool,
 }
 
-impl<P: Precision> Varied<'_, P> {
+impl<R: Real> Varied<'_, R> {
     /// What is given off at a point, of the surface's share that is there. What only meshes or rays know is left out: this is for means, by
     /// which emitters are chosen, and no picture's mean depends on them.
-    fn at(&self, surface: &Surface<P::Real>, uv: [[P::Real; 2]; MOST_UV_SETS], colour: [P::Real; 4]) -> Vec3Of<P> {
+    fn at(&self, surface: &Surface<R>, uv: [[R; 2]; MOST_UV_SETS], colour: [R; 4]) -> R::Vec3 {
         let at = Interaction {
             surface: *surface,
             normal: surface.normal,
             outside: true,
             direction: -surface.normal,
             origin: surface.point + surface.normal,
-            distance: P::Real::ONE,
-            time: P::Real::ZERO,
+            distance: R::ONE,
+            time: R::ZERO,
             uv,
-            footprint: [P::Real::ZERO; MOST_UV_SETS],
+            footprint: [R::ZERO; MOST_UV_SETS],
             lies: None,
             colour,
             object: 0,
@@ -155,7 +155,7 @@ impl<P: Precision> Varied<'_, P> {
         let emission = self.material.emission_at(&here) * self.material.alpha_at(&here);
         let brightest = emission.max_element();
         // Also leaves out what is no number.
-        if brightest > P::Real::ZERO && emission.is_finite() { emission.max(Vector::ZERO) } else { Vector::ZERO }
+        if brightest > R::ZERO && emission.is_finite() { emission.max(Vector::ZERO) } else { Vector::ZERO }
     }
 }
 
@@ -167,44 +167,44 @@ fn look<R: Real>(across: usize, found: &mut Vec<R::Vec3>, mut at: impl FnMut([R;
 }
 
 /// Adds a shape under a map, with numbers of its own where it is only moved, as the geometry has it, and returns its area.
-fn shape<P: Precision>(
-    list: &mut EmitterList<P>,
+fn shape<R: Real>(
+    list: &mut EmitterList<R>,
     shape: &Shape,
     map: DAffine3,
-    source: &Source<'_, P>,
+    source: &Source<'_, R>,
     side: Side,
     area: Option<f64>,
 ) -> Option<f64> {
-    let glow = |drawn: &dyn Fn([P::Real; 2]) -> Option<Surface<P::Real>>| match source {
+    let glow = |drawn: &dyn Fn([R; 2]) -> Option<Surface<R>>| match source {
         Source::Even(radiance) => Glow::even(*radiance),
         Source::Varied(varied) => {
             let mut found = Vec::new();
             look(OF_SHAPE, &mut found, |uv| {
                 let surface = drawn(uv);
-                surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [P::Real::ONE; 4]))
+                surface.map_or(Vector::ZERO, |surface| varied.at(&surface, [uv; MOST_UV_SETS], [R::ONE; 4]))
             });
             Glow::varied(&found, varied.cut)
         }
     };
     if map.matrix3 == DMat3::IDENTITY {
         let shape = any_shape(shape, map.translation)?;
-        let glow = glow(&|[u, v]| Some(shape.sample_area::<P>(u, v)?.0.stored::<P>()));
+        let glow = glow(&|[u, v]| Some(shape.sample_area(u, v)?.0.stored::<R>()));
         return Some(list.plain(shape, glow, side, area));
     }
     let placed = Placed::new(any_shape(shape, DVec3::ZERO)?, map)?;
-    let glow = glow(&|[u, v]| Some(placed.sample_area(u, v)?.0.stored::<P>()));
+    let glow = glow(&|[u, v]| Some(placed.sample_area(u, v)?.0.stored::<R>()));
     Some(list.placed(placed, glow, side, area))
 }
 
 /// Adds the triangles of an object's mesh under a map.
-fn mesh<P: Precision>(
-    list: &mut EmitterList<P>,
+fn mesh<R: Real>(
+    list: &mut EmitterList<R>,
     (object, data): (usize, &MeshData),
     map: DAffine3,
-    (source, side, across): (&Source<'_, P>, Side, usize),
+    (source, side, across): (&Source<'_, R>, Side, usize),
     observer: &dyn Observer,
 ) -> Result<(), PrepareError> {
-    let mut group = Group::<P>::default();
+    let mut group = Group::<R>::default();
     let flipped = map.matrix3.determinant() < 0.0;
     triangles(&mut group, object, data, Some((map, flipped)), Visibility::default(), observer)?;
     let mut found = Vec::new();
@@ -226,31 +226,30 @@ fn mesh<P: Precision>(
 }
 
 /// What a triangle of a mesh gives off at the point that two numbers stand for.
-fn on_triangle<P: Precision>(
-    varied: &Varied<'_, P>,
-    triangle: &Triangle<P::Real>,
+fn on_triangle<R: Real>(
+    varied: &Varied<'_, R>,
+    triangle: &Triangle<R>,
     (data, index, flipped): (&MeshData, usize, bool),
-    [u, v]: [P::Real; 2],
-) -> Vec3Of<P> {
-    let one = P::Real::ONE;
+    [u, v]: [R; 2],
+) -> R::Vec3 {
+    let one = R::ONE;
     let root = u.sqrt();
     let [a, b, c] = data.indices[index].map(|i| i as usize);
     let (b, c) = if flipped { (c, b) } else { (b, c) };
     // As the point itself is drawn.
     let weights = [root * (one - v), one - root, root * v];
     let of = |values: [f32; 3]| {
-        let [x, y, z] = values.map(P::Real::from_f32);
+        let [x, y, z] = values.map(R::from_f32);
         x * weights[0] + y * weights[1] + z * weights[2]
     };
     let uv = core::array::from_fn(|set| {
-        let read = |k: usize| {
-            data.uvs.get(set).filter(|set| !set.is_empty()).map_or(P::Real::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])))
-        };
+        let read =
+            |k: usize| data.uvs.get(set).filter(|set| !set.is_empty()).map_or(R::ZERO, |uvs| of([a, b, c].map(|i| uvs[i][k])));
         [read(0), read(1)]
     });
     let colour = core::array::from_fn(|k| if data.colours.is_empty() { one } else { of([a, b, c].map(|i| data.colours[i][k])) });
-    let (located, _) = triangle.sample_area::<P>(u, v);
-    varied.at(&located.stored::<P>(), uv, colour)
+    let (located, _) = triangle.sample_area(u, v);
+    varied.at(&located.stored::<R>(), uv, colour)
 }
 
 #[cfg(test)]

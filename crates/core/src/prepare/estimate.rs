@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use raywright_bvh::{Geometry, Inventory, Precision};
+use raywright_bvh::{Geometry, Inventory, Real};
 
 use super::emitters::{Emission, Wanted, points_across};
 use super::geometry::ObjectRecord;
@@ -30,7 +30,7 @@ use crate::settings::Settings;
 
 /// At least what a scene prepared in a precision will take, and at most twice of it (more in a wide tree, see `crate::estimate`), from counts alone: only how many nodes a
 /// tree has, and whether lamps have an area to be drawn from, is not known beforehand.
-pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
+pub(crate) fn estimate<R: Real>(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
     let scene = &*simulated_scene(scene, settings.camera.as_ref(), simulated);
     let lookup = Lookup::new(scene);
     let paths = chosen(scene, settings) == Integrator::Path;
@@ -39,7 +39,7 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
         varied: paths && simulated.has(Effect::TexturedEmitters),
         read: paths,
     };
-    let needs = Needs::of::<P>(scene, settings, &lookup, wanted);
+    let needs = Needs::of::<R>(scene, settings, &lookup, wanted);
     let lens = match settings.camera.as_ref().map(|camera| &camera.projection) {
         Some(Projection::ThinLens { aperture_radius, .. }) => *aperture_radius > 0.0,
         _ => false,
@@ -50,16 +50,16 @@ pub(crate) fn estimate<P: Precision>(scene: &Scene, settings: &Settings, simulat
     let plan = Plan::new(settings, random);
     let times = |count: u64, each: usize| count.saturating_mul(each as u64);
     let tables = [
-        times(count(scene), size_of::<ObjectRecord<P::Real>>()),
-        times(scene.materials.len() as u64, size_of::<Material<P::Real>>() + size_of::<Range<u32>>()),
-        times(if paths { count_layered(scene, settings.fresnel) } else { 0 }, size_of::<Layered<P::Real>>()),
-        times(needs.texture_uses, size_of::<TextureUse<P::Real>>()),
-        times(scene.lights.len() as u64, size_of::<DeltaLight<P::Real>>()),
+        times(count(scene), size_of::<ObjectRecord<R>>()),
+        times(scene.materials.len() as u64, size_of::<Material<R>>() + size_of::<Range<u32>>()),
+        times(if paths { count_layered(scene, settings.fresnel) } else { 0 }, size_of::<Layered<R>>()),
+        times(needs.texture_uses, size_of::<TextureUse<R>>()),
+        times(scene.lights.len() as u64, size_of::<DeltaLight<R>>()),
         choice,
-        EmitterList::<P>::bytes_of(needs.lamps, needs.placed_lamps, count(scene), needs.varied),
+        EmitterList::<R>::bytes_of(needs.lamps, needs.placed_lamps, count(scene), needs.varied),
     ];
     Memory {
-        geometry: needs.own.most_bytes::<P>(settings.accelerator).saturating_add(needs.shared),
+        geometry: needs.own.most_bytes::<R>(settings.accelerator).saturating_add(needs.shared),
         meshes: needs.meshes,
         tables: tables.into_iter().fold(0, u64::saturating_add),
         textures: needs.images,
@@ -88,7 +88,7 @@ struct Needs {
 }
 
 impl Needs {
-    fn of<P: Precision>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, wanted: Wanted) -> Self {
+    fn of<R: Real>(scene: &Scene, settings: &Settings, lookup: &Lookup<'_>, wanted: Wanted) -> Self {
         let (mut needs, uses) = (Self::default(), Uses::of(scene));
         let (mut combed, mut meshes, mut shared, mut used) = (HashSet::new(), HashSet::new(), HashSet::new(), HashSet::new());
         for (object, count) in counted(scene) {
@@ -114,21 +114,21 @@ impl Needs {
                     } else {
                         needs.instances(count, moves);
                         if shared.insert((name, object.side)) {
-                            needs.part::<P>(&Inventory::of_triangles(each), settings);
+                            needs.part::<R>(&Inventory::of_triangles(each), settings);
                         }
                     }
                 }
                 shape if moves => {
-                    if let Some(shape) = any_shape::<P::Real>(shape, DVec3::ZERO) {
+                    if let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) {
                         let mut alone = Inventory::default();
                         alone.add(&shape, false, 1);
-                        needs.part::<P>(&alone, settings);
+                        needs.part::<R>(&alone, settings);
                         needs.instances(count, true);
                     }
                 }
                 shape => {
                     let mapped = affine(&object.transform).matrix3 != DMat3::IDENTITY;
-                    if let Some(shape) = any_shape::<P::Real>(shape, DVec3::ZERO) {
+                    if let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) {
                         needs.own.add(&shape, mapped, count);
                     }
                     needs.placed_lamps = needs.placed_lamps.saturating_add(if glows && mapped { count } else { 0 });
@@ -150,8 +150,8 @@ impl Needs {
     }
 
     /// Adds a geometry that instances show.
-    fn part<P: Precision>(&mut self, alone: &Inventory, settings: &Settings) {
-        self.shared += size_of::<Geometry<P>>() as u64 + alone.most_bytes::<P>(settings.accelerator);
+    fn part<R: Real>(&mut self, alone: &Inventory, settings: &Settings) {
+        self.shared += size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
     }
 
     fn look_up_images(&mut self, scene: &Scene, lookup: &Lookup<'_>, used: &HashSet<&str>) {

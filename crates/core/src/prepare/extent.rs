@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::shapes::{Placed, Triangle};
-use raywright_bvh::{Aabb, Precision, Shape as _, Vector};
+use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
 use super::shape::any_shape;
 use super::uses::Uses;
@@ -24,7 +24,7 @@ pub struct Extent {
 
 /// The extent of a scene whose numbers are stored in a precision: to the bit that of the geometry that would be built. What can't
 /// be built has no place.
-pub(crate) fn extent<P: Precision>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
+pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
     let uses = Uses::of(scene);
     let mut shared: HashMap<&str, Aabb> = HashMap::new();
     let mut whole = Extent { bounds: Aabb::EMPTY, unbounded: 0 };
@@ -39,23 +39,23 @@ pub(crate) fn extent<P: Precision>(scene: &Scene, lookup: &Lookup<'_>) -> Extent
             Shape::Mesh(name) => {
                 let Some(data) = lookup.mesh_data(name) else { continue };
                 if uses.share(name, object.side) {
-                    let own = shared.entry(name.as_str()).or_insert_with(|| around::<P>(data, None));
+                    let own = shared.entry(name.as_str()).or_insert_with(|| around::<R>(data, None));
                     if !own.is_empty() {
                         whole.include(Some(instance(*own)));
                     }
                 } else {
-                    whole.include(Some(around::<P>(data, Some(map))));
+                    whole.include(Some(around::<R>(data, Some(map))));
                 }
             }
             shape if ends.is_some() => {
-                let Some(shape) = any_shape::<P::Real>(shape, DVec3::ZERO) else { continue };
+                let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) else { continue };
                 whole.include(shape.bounds().map(instance));
             }
             shape if map.matrix3 == DMat3::IDENTITY => {
-                whole.include(any_shape::<P::Real>(shape, map.translation).and_then(|shape| shape.bounds()));
+                whole.include(any_shape::<R>(shape, map.translation).and_then(|shape| shape.bounds()));
             }
             shape => {
-                let placed = any_shape(shape, DVec3::ZERO).and_then(|shape| Placed::<P>::new(shape, map));
+                let placed = any_shape(shape, DVec3::ZERO).and_then(|shape| Placed::<R>::new(shape, map));
                 if let Some(placed) = placed {
                     whole.include(placed.bounds());
                 }
@@ -77,12 +77,12 @@ impl Extent {
 }
 
 /// The box around the triangles of a mesh, as they are stored, under a map or in their own space.
-fn around<P: Precision>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
+fn around<R: Real>(data: &MeshData, map: Option<DAffine3>) -> Aabb {
     let position = |i: u32| {
         let p = DVec3::from(data.positions[i as usize].map(f64::from));
         Vector::from_f64(map.map_or(p, |map| map.transform_point3(p)))
     };
-    let boxes = data.indices.iter().filter_map(|corners| Triangle::<P::Real>::new(corners.map(position)).bounds());
+    let boxes = data.indices.iter().filter_map(|corners| Triangle::<R>::new(corners.map(position)).bounds());
     boxes.fold(Aabb::EMPTY, Aabb::union)
 }
 

@@ -1,7 +1,7 @@
 //! Gaps beside surfaces that light passes, narrower than the error bound of a hit: light that leaves the one surface starts beyond the other,
 //! so that the gap is not in the picture.
 
-use raywright_bvh::{Interval, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{Prepared, Spawn};
 
@@ -22,7 +22,7 @@ pub struct ClosedGap {
     pub resolved: f64,
 }
 
-impl<P: Precision> Prepared<P> {
+impl<R: Real> Prepared<R> {
     /// Pairs of objects with such gaps, as far as some hundred straight rays through a picture of this size find them; each pair once. Starts at
     /// a constant offset close gaps by choice, and none is named.
     pub(crate) fn closed_gaps(&self, [width, height]: [u32; 2]) -> Vec<ClosedGap> {
@@ -30,7 +30,7 @@ impl<P: Precision> Prepared<P> {
         if !matches!(self.rules.spawn, Spawn::ErrorBound) || self.materials.iter().all(|material| material.is_opaque()) {
             return gaps;
         }
-        let at = |i: u32, of: u32, edge: u32| P::Real::from_f64((f64::from(i) + 0.5) / f64::from(of) * f64::from(edge));
+        let at = |i: u32, of: u32, edge: u32| R::from_f64((f64::from(i) + 0.5) / f64::from(of) * f64::from(edge));
         for i in 0..RAYS[0] * RAYS[1] {
             let (x, y) = (at(i % RAYS[0], RAYS[0], width), at(i / RAYS[0], RAYS[1], height));
             self.gaps_along(&self.camera.ray(x, y, [0.5; 2]), &mut gaps);
@@ -39,7 +39,7 @@ impl<P: Precision> Prepared<P> {
     }
 
     /// Adds what one ray finds on its straight way.
-    fn gaps_along(&self, ray: &Ray<P::Real>, gaps: &mut Vec<ClosedGap>) {
+    fn gaps_along(&self, ray: &Ray<R>, gaps: &mut Vec<ClosedGap>) {
         let mut range = Interval::positive();
         for _ in 0..HITS {
             let Some(hit) = self.geometry.closest(ray, range, &mut ()) else { return };
@@ -62,10 +62,10 @@ impl<P: Precision> Prepared<P> {
     }
 
     /// The object that is met first between two points, unless it is the one given.
-    fn first_of_others(&self, [from, to]: [Vec3Of<P>; 2], time: P::Real, own: u32) -> Option<u32> {
+    fn first_of_others(&self, [from, to]: [R::Vec3; 2], time: R, own: u32) -> Option<u32> {
         let across = to - from;
         let length = across.length();
-        let range = Interval { min: P::Real::ZERO, max: length };
+        let range = Interval { min: R::ZERO, max: length };
         let hit = self.geometry.closest(&Ray::new(from, across / length).at_time(time), range, &mut ())?;
         Some(hit.outermost()).filter(|&object| object != own)
     }

@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Occlusion, Precision, Real, Side, Vec3Of, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Occlusion, Real, Side, Vector, Visibility};
 
 use super::collapse::{collapsed, collapses, rounded};
 use super::shape::any_shape;
@@ -50,12 +50,12 @@ pub(crate) struct MeshUse<R: Real> {
     pub tangents: Option<u32>,
 }
 
-pub(crate) struct Built<P: Precision> {
-    pub geometry: Geometry<P>,
+pub(crate) struct Built<R: Real> {
+    pub geometry: Geometry<R>,
     /// The meshes that objects show, each once; the scene's own, because arrays are not copied.
     pub meshes: Vec<Arc<MeshData>>,
     /// By the geometry's objects, which are the scene's.
-    pub objects: Vec<ObjectRecord<P::Real>>,
+    pub objects: Vec<ObjectRecord<R>>,
     /// Objects of whose mesh storing leaves nothing, ascending.
     pub lost: Vec<u32>,
 }
@@ -106,30 +106,30 @@ pub(super) fn materials(scene: &Scene, lookup: &Lookup<'_>) -> Result<Vec<u32>, 
 }
 
 /// Builds everything that can be hit, for whoever asks nothing of materials.
-pub(crate) fn build<P: Precision>(
+pub(crate) fn build<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
     kind: AcceleratorKind,
     observer: &dyn Observer,
-) -> Result<Built<P>, PrepareError> {
+) -> Result<Built<R>, PrepareError> {
     let facet =
         Facet { occlusion: Occlusion::Opaque, without_shadow: Occlusion::None, coordinates: false, sets: 0, bumpy: false };
     build_with(scene, lookup, kind, (&materials(scene, lookup)?, &vec![facet; scene.materials.len()]), observer)
 }
 
 /// Builds everything that can be hit, each object with its material and what geometry asks of that.
-pub(super) fn build_with<P: Precision>(
+pub(super) fn build_with<R: Real>(
     scene: &Scene,
     lookup: &Lookup<'_>,
     kind: AcceleratorKind,
     (materials, facets): (&[u32], &[Facet]),
     observer: &dyn Observer,
-) -> Result<Built<P>, PrepareError> {
-    let problems = collapsed::<P::Real>(scene);
+) -> Result<Built<R>, PrepareError> {
+    let problems = collapsed::<R>(scene);
     if !problems.is_empty() {
         return Err(PrepareError::Collapsed { problems });
     }
-    let mut builder = Builder::<P>::new(scene, lookup, kind, observer);
+    let mut builder = Builder::<R>::new(scene, lookup, kind, observer);
     for (index, (shown, &material)) in all(scene).zip(materials).enumerate() {
         if index.is_multiple_of(BLOCK) {
             go_on(observer)?;
@@ -140,24 +140,24 @@ pub(super) fn build_with<P: Precision>(
     Ok(Built { geometry, meshes: builder.meshes, objects: builder.records, lost: builder.lost })
 }
 
-struct Builder<'a, P: Precision> {
+struct Builder<'a, R: Real> {
     kind: AcceleratorKind,
     lookup: &'a Lookup<'a>,
     uses: Uses<'a>,
-    group: Group<P>,
+    group: Group<R>,
     /// Parts of the group that instances show.
     shared: HashMap<(&'a str, SideRule), u32>,
     meshes: Vec<Arc<MeshData>>,
     /// Where each mesh is in the table of meshes.
     places: HashMap<&'a str, u32>,
-    records: Vec<ObjectRecord<P::Real>>,
+    records: Vec<ObjectRecord<R>>,
     lost: Vec<u32>,
     /// The shape that moves which came last, and the part that shows it.
     moving: Option<(&'a Object, u32)>,
     observer: &'a dyn Observer,
 }
 
-impl<'a, P: Precision> Builder<'a, P> {
+impl<'a, R: Real> Builder<'a, R> {
     fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind, observer: &'a dyn Observer) -> Self {
         Self {
             kind,
@@ -200,7 +200,7 @@ impl<'a, P: Precision> Builder<'a, P> {
         name: &'a str,
         visibility: Visibility,
         facet: &Facet,
-    ) -> Result<MeshUse<P::Real>, PrepareError> {
+    ) -> Result<MeshUse<R>, PrepareError> {
         let missing =
             || PrepareError::Missing { path: format!("objects[{index}].shape.mesh"), kind: "mesh", name: name.to_owned() };
         let data = self.lookup.mesh_data(name).ok_or_else(missing)?;
@@ -230,7 +230,7 @@ impl<'a, P: Precision> Builder<'a, P> {
         } else {
             flipped = map.matrix3.determinant() < 0.0;
             triangles(&mut self.group, index, data, Some((map, flipped)), visibility, self.observer)?;
-            if vanishes::<P::Real>(data, &map) {
+            if vanishes::<R>(data, &map) {
                 self.lost.push(index as u32);
             }
         }
@@ -257,8 +257,8 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
 ///
 /// # Errors
 /// Triangles that the geometry refuses, and [`PrepareError::Cancelled`].
-pub(super) fn triangles<P: Precision>(
-    group: &mut Group<P>,
+pub(super) fn triangles<R: Real>(
+    group: &mut Group<R>,
     object: usize,
     data: &MeshData,
     map: Option<(DAffine3, bool)>,
@@ -266,7 +266,7 @@ pub(super) fn triangles<P: Precision>(
     observer: &dyn Observer,
 ) -> Result<(), PrepareError> {
     let stays = map.is_some_and(|(map, _)| map == DAffine3::IDENTITY);
-    let position = |i: u32| -> Vec3Of<P> {
+    let position = |i: u32| -> R::Vec3 {
         let p = DVec3::from(data.positions[i as usize].map(f64::from));
         Vector::from_f64(match map {
             // All that such a map would do: it leaves no zero below zero.
@@ -284,7 +284,7 @@ pub(super) fn triangles<P: Precision>(
     go_on(observer)
 }
 
-impl<'a, P: Precision> Builder<'a, P> {
+impl<'a, R: Real> Builder<'a, R> {
     /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact in f64, so that what a
     /// generator scatters costs no transform.
     ///

@@ -19,7 +19,7 @@ mod uses;
 
 use std::sync::Arc;
 
-use raywright_bvh::{Geometry, GeometryError, Occlusion, Precision, Real, Vector};
+use raywright_bvh::{Geometry, GeometryError, Occlusion, Real, Vector};
 
 use crate::camera::{Camera, Cone};
 use crate::effects::{Effect, EffectSet};
@@ -147,31 +147,31 @@ impl<R: Real> Rules<R> {
 /// each object, material or primitive. What it shares with the scene, meshes and images, lies in tables too, one pointer for
 /// each buffer, so that nothing is copied and every array can be read as it is.
 #[derive(Clone, Debug)]
-pub struct Prepared<P: Precision> {
-    pub(crate) geometry: Geometry<P>,
+pub struct Prepared<R: Real> {
+    pub(crate) geometry: Geometry<R>,
     /// The meshes that objects show.
     pub(crate) meshes: Vec<Arc<MeshData>>,
     /// By index of the scene's objects, generated ones last.
-    pub(crate) objects: Vec<ObjectRecord<P::Real>>,
+    pub(crate) objects: Vec<ObjectRecord<R>>,
     /// Tangents made for meshes whose normals an image bends.
     pub(crate) tangents: Vec<Corners>,
-    pub(crate) materials: Vec<Material<P::Real>>,
+    pub(crate) materials: Vec<Material<R>>,
     /// What the materials' inputs refer to.
-    pub(crate) sources: Sources<P::Real>,
+    pub(crate) sources: Sources<R>,
     /// Lights, emissive surfaces and the sky; no table holds what no surface would answer to.
-    pub lights: Lights<P>,
+    pub lights: Lights<R>,
     /// What camera rays see that hit nothing; none: the sky.
-    pub(crate) backdrop: Option<Backdrop<P::Real>>,
+    pub(crate) backdrop: Option<Backdrop<R>>,
     /// What the backdrop is dimmed by; none where no studio has one.
-    pub(crate) ground: Option<Ground<P::Real>>,
+    pub(crate) ground: Option<Ground<R>>,
     /// Radiance of a studio's backdrop, once it is decided.
     studio_backdrop: Option<f64>,
     /// The sky's cosine-weighted average; none where no material asks for it.
-    pub(crate) irradiance: Option<Irradiance<P::Real>>,
-    pub(crate) camera: Camera<P::Real>,
+    pub(crate) irradiance: Option<Irradiance<R>>,
+    pub(crate) camera: Camera<R>,
     /// How wide its rays are, by which textures are filtered; none where no texture asks.
-    pub(crate) cone: Option<Cone<P::Real>>,
-    pub(crate) rules: Rules<P::Real>,
+    pub(crate) cone: Option<Cone<R>>,
+    pub(crate) rules: Rules<R>,
     /// Whether some material absorbs what passes through it.
     pub(crate) absorbs: bool,
     /// Which body light is in where several overlap, by material; empty where all bodies are alike.
@@ -181,7 +181,7 @@ pub struct Prepared<P: Precision> {
     /// Whether light asked for may arrive straight through surfaces, so that shadow rays meet them in order.
     pub(crate) lets_straight: bool,
     /// What lies over, under and in materials that have such.
-    pub(crate) layers: Vec<Layered<P::Real>>,
+    pub(crate) layers: Vec<Layered<R>>,
     /// How a path tracer finds light with a size.
     light_sampling: LightSampling,
     /// Whether it is the middle of a lamp that has to be seen.
@@ -189,10 +189,10 @@ pub struct Prepared<P: Precision> {
     /// When chance may end a path.
     pub(crate) roulette: Roulette,
     /// What the brightest channel of a sample is brought down to; none: nothing is.
-    pub(crate) clamp: Option<P::Real>,
+    pub(crate) clamp: Option<R>,
     /// Whether rough surfaces give back what their facets send to each other.
     pub(crate) compensates: bool,
-    pub(crate) veil: <P::Real as Real>::Vec3,
+    pub(crate) veil: R::Vec3,
     /// Objects of whose mesh storing leaves nothing, ascending.
     pub(crate) lost: Vec<u32>,
     /// Bytes of geometry and accelerators, shared geometry counted once.
@@ -222,7 +222,7 @@ pub struct Tables {
     pub texture_bytes: usize,
 }
 
-impl<P: Precision> Prepared<P> {
+impl<R: Real> Prepared<R> {
     /// Prepares a scene for the effects that are simulated: the others' tables stay empty. Its materials are prepared when an
     /// object uses them, so an unused one costs nothing.
     ///
@@ -263,7 +263,7 @@ impl<P: Precision> Prepared<P> {
         settings.filter.draws();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
         let facets = facets(scene, (&materials, &context.layers), &inputs.sources, (paths, hard_shadows));
-        let mut built = geometry::build_with::<P>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
+        let mut built = geometry::build_with::<R>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
         let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
@@ -275,7 +275,7 @@ impl<P: Precision> Prepared<P> {
         let view = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
         let studio = studio_of(scene);
         let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
-        let sky = prepare_sky::<P::Real>(lit_by.as_ref().or(scene.sky.as_ref()), &lookup, &names)?;
+        let sky = prepare_sky::<R>(lit_by.as_ref().or(scene.sky.as_ref()), &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black()).then(|| Irradiance::new(&sky));
@@ -285,7 +285,7 @@ impl<P: Precision> Prepared<P> {
             read: paths,
         };
         let emitters = if wanted.even || wanted.varied {
-            emitters::emitters::<P>(scene, &lookup, (&materials, &inputs.sources), wanted, observer)?
+            emitters::emitters::<R>(scene, &lookup, (&materials, &inputs.sources), wanted, observer)?
         } else {
             EmitterList::default()
         };
@@ -335,7 +335,7 @@ impl<P: Precision> Prepared<P> {
             light_sampling: settings.light_sampling,
             hard_shadows,
             roulette: settings.roulette,
-            clamp: settings.clamp.map(P::Real::from_f64),
+            clamp: settings.clamp.map(R::from_f64),
             compensates: settings.microfacets == Microfacets::Compensated,
             veil: Vector::from_f64(scene.render.veil.0.into()),
         };
@@ -354,7 +354,7 @@ impl<P: Precision> Prepared<P> {
         let Some(studio) = studio_of(scene) else { return };
         let lit_by = crate::studio::lights(&studio, &view);
         // A gradient with suns refers to nothing.
-        let Ok(sky) = prepare_sky::<P::Real>(Some(&lit_by), &Lookup::new(scene), &names(scene)) else { return };
+        let Ok(sky) = prepare_sky::<R>(Some(&lit_by), &Lookup::new(scene), &names(scene)) else { return };
         self.irradiance = self.irradiance.is_some().then(|| Irradiance::new(&sky));
         self.lights.sky = sky;
         if self.lights.sky_sampler().is_some() {

@@ -1,6 +1,6 @@
 //! Lights that have lit nothing, as the scene names them.
 
-use raywright_bvh::Precision;
+use raywright_bvh::Real;
 
 use super::Prepared;
 use crate::light::{LightId, LightUsage};
@@ -28,7 +28,7 @@ pub enum ShutAway {
     },
 }
 
-impl<P: Precision> Prepared<P> {
+impl<R: Real> Prepared<R> {
     /// Those to which enough rays were sent in vain.
     pub(crate) fn shut_away(&self, usage: &LightUsage) -> Vec<ShutAway> {
         let in_vain = |light| usage.in_vain(light).map(u64::from);

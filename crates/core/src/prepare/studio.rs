@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use glam::DVec3;
-use raywright_bvh::{Interval, Precision, Ray, Real, Vector};
+use raywright_bvh::{Interval, Ray, Real, Vector};
 
 use super::{Material, Prepared};
 use crate::camera::axes;
@@ -72,7 +72,7 @@ pub(crate) struct Ground<R: Real> {
 
 impl<R: Real> Ground<R> {
     /// Below a scene, in the light of a sky; none where the scene has no lower end or nothing comes from above.
-    fn below<P: Precision<Real = R>>(scene: &Prepared<P>, sky: &Sky<R>) -> Option<Self> {
+    fn below(scene: &Prepared<R>, sky: &Sky<R>) -> Option<Self> {
         const SIZE: [usize; 2] = [64, 32];
         let bounds = scene.geometry.bounded_part();
         if bounds.is_empty() || scene.geometry.unbounded_count() > 0 {
@@ -103,7 +103,7 @@ const BEHIND_DARK: f64 = 0.62;
 const BRIGHT: f64 = 0.48;
 const LIT: f64 = 0.7;
 
-impl<P: Precision> Prepared<P> {
+impl<R: Real> Prepared<R> {
     /// Puts up a studio's backdrop and ground for a camera; what is bright was decided before, or is now.
     pub(super) fn furnish(&mut self, studio: &Studio, camera: &Camera, settings: &Settings, simulated: EffectSet) {
         let sees_shadows = settings.background != Background::Transparent && simulated.has(Effect::GroundShadow);
@@ -145,15 +145,15 @@ impl<P: Precision> Prepared<P> {
     }
 
     /// How bright the first surface is that is there.
-    fn brightness_along(&self, ray: &Ray<P::Real>) -> Option<f64> {
+    fn brightness_along(&self, ray: &Ray<R>) -> Option<f64> {
         const CUTOUTS: usize = 16;
-        let mut min = P::Real::ZERO;
+        let mut min = R::ZERO;
         for _ in 0..CUTOUTS {
-            let hit = self.geometry.closest(ray, Interval { min, max: P::Real::INFINITY }, &mut ())?;
-            let at = Interaction::of::<P, General>(self, &Leg::of(*ray), &hit);
+            let hit = self.geometry.closest(ray, Interval { min, max: R::INFINITY }, &mut ())?;
+            let at = Interaction::of::<General>(self, &Leg::of(*ray), &hit);
             let here = self.sources.at(&at);
             let material = &self.materials[at.material as usize];
-            if material.alpha_at(&here) >= P::Real::from_f64(0.5) {
+            if material.alpha_at(&here) >= R::from_f64(0.5) {
                 let colour = match material {
                     Material::Classic(m) => m.colour.colour(&here),
                     Material::Physical(m) => m.base_at(&here),
@@ -163,7 +163,7 @@ impl<P: Precision> Prepared<P> {
                 // As bright as its codes are: a saturated colour looks brighter than its luminance.
                 return Some(luminance(light.to_array().map(|channel| encode(TransferCurve::Srgb, channel.clamp(0.0, 1.0)))));
             }
-            min = hit.t * P::Real::from_f64(1.0 + 1e-5);
+            min = hit.t * R::from_f64(1.0 + 1e-5);
         }
         None
     }

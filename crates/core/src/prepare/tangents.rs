@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::Vec3;
-use raywright_bvh::Precision;
+use raywright_bvh::Real;
 
 use super::geometry::Built;
 use super::{PrepareError, go_on};
@@ -35,11 +35,7 @@ pub(super) fn way(material: Option<&Material>, data: &MeshData) -> Option<Way> {
 ///
 /// # Errors
 /// [`PrepareError::Cancelled`], asked between meshes.
-pub(super) fn make<P: Precision>(
-    scene: &Scene,
-    built: &mut Built<P>,
-    observer: &dyn Observer,
-) -> Result<Vec<Corners>, PrepareError> {
+pub(super) fn make<R: Real>(scene: &Scene, built: &mut Built<R>, observer: &dyn Observer) -> Result<Vec<Corners>, PrepareError> {
     let lookup = Lookup::new(scene);
     let (mut tables, mut places) = (Vec::new(), HashMap::new());
     let bumpy = built.objects.iter_mut().zip(all(scene)).filter(|(record, _)| record.bumpy);

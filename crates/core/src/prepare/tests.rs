@@ -1,6 +1,4 @@
 //! What a prepared scene is made of.
-
-use raywright_bvh::Robust;
 use serde_json::json;
 
 use super::*;
@@ -35,7 +33,7 @@ fn prepared_is_flat() {
     plain::<DeltaLight<f32>>();
 
     let scene = textured();
-    let prepared = Prepared::<Robust>::new(&scene, &Settings::of(&scene), EffectSet::EMPTY, &()).expect("it can be prepared");
+    let prepared = Prepared::<f32>::new(&scene, &Settings::of(&scene), EffectSet::EMPTY, &()).expect("it can be prepared");
     let MeshSource::Inline(mesh) = &scene.meshes[0].source else { panic!("it has its arrays") };
     let image = scene.images[1].data.as_ref().expect("it has its pixels");
     assert!(prepared.meshes.len() == 1 && Arc::ptr_eq(&prepared.meshes[0], mesh));

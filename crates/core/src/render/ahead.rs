@@ -1,7 +1,7 @@
 //! Samples, made some ahead of being asked for: camera rays that leave one point find together what they hit, and paths go a segment
 //! at a time side by side; in less time and with the same bits.
 
-use raywright_bvh::{Precision, Ray, Real, Vector};
+use raywright_bvh::{Ray, Real, Vector};
 
 use crate::integrator::{Brought, CameraRay, FirstHit, FirstHits, Kernel, Stream, Tracer};
 use crate::sampler::{Address, Sequence};
@@ -21,28 +21,28 @@ pub(super) struct Samples<R: Real> {
 }
 
 /// The samples made so far, and which one is next.
-pub(super) struct Ahead<P: Precision> {
-    samples: Samples<P::Real>,
-    hits: FirstHits<P>,
-    stream: Stream<P>,
+pub(super) struct Ahead<R: Real> {
+    samples: Samples<R>,
+    hits: FirstHits<R>,
+    stream: Stream<R>,
     next: usize,
 }
 
-impl<P: Precision> Default for Ahead<P> {
+impl<R: Real> Default for Ahead<R> {
     fn default() -> Self {
         let samples = Samples { addresses: Vec::new(), rays: Vec::new(), sequences: Vec::new(), places: Vec::new() };
         Self { samples, hits: FirstHits::default(), stream: Stream::default(), next: 0 }
     }
 }
 
-impl<P: Precision> Ahead<P> {
+impl<R: Real> Ahead<R> {
     /// What the next sample brings: the first of those that `make` adds, at most so many, where none is left that was made ahead.
     #[inline(always)]
     pub fn next<K: Kernel>(
         &mut self,
-        tracer: &mut Tracer<'_, P, K>,
-        make: impl FnOnce(usize, &mut Samples<P::Real>),
-    ) -> Option<Brought<P::Real>> {
+        tracer: &mut Tracer<'_, R, K>,
+        make: impl FnOnce(usize, &mut Samples<R>),
+    ) -> Option<Brought<R>> {
         if self.next == self.samples.rays.len() {
             self.next = 0;
             self.samples.addresses.clear();
@@ -69,7 +69,7 @@ impl<P: Precision> Ahead<P> {
     /// What the camera ray of the sample that came last hit first, none for the sky, and what it saw without light from elsewhere; nothing
     /// where layers ask for none.
     #[inline(always)]
-    pub fn first<'a, K: Kernel>(&'a self, tracer: &'a Tracer<'_, P, K>) -> (Option<&'a FirstHit>, [f64; 3]) {
+    pub fn first<'a, K: Kernel>(&'a self, tracer: &'a Tracer<'_, R, K>) -> (Option<&'a FirstHit>, [f64; 3]) {
         let (first, direct) = if K::PATHS { self.stream.first(self.next - 1) } else { tracer.first() };
         (first, direct.to_f64().to_array())
     }

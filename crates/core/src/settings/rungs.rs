@@ -4,8 +4,6 @@
 /// on lights are the same f32 numbers, so what differs between their pictures is arithmetic alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PrecisionChoice {
-    /// Textbook formulas in f32.
-    Fast,
     /// f32 storage, cancellation-free intersections with an f64 core.
     #[default]
     Robust,

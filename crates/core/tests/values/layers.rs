@@ -235,11 +235,8 @@ fn layers_in_every_precision() {
         let count = picture.len() as f64;
         [0, 1, 2].map(|k| picture.iter().map(|pixel| f64::from(pixel[k])).sum::<f64>() / count)
     };
-    let [fast, robust, reference] = [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference].map(seen);
+    let [robust, reference] = [PrecisionChoice::Robust, PrecisionChoice::Reference].map(seen);
     for k in 0..3 {
-        assert!(
-            (fast[k] / reference[k] - 1.0).abs() < 2e-3 && (robust[k] / reference[k] - 1.0).abs() < 2e-3,
-            "{fast:?} {robust:?} {reference:?}"
-        );
+        assert!((robust[k] / reference[k] - 1.0).abs() < 2e-3, "{robust:?} {reference:?}");
     }
 }

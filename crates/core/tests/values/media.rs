@@ -35,7 +35,7 @@ fn pond(absorbs: bool, terms: &Value, parts: &Value) -> Scene {
 /// The absorbing pond shows of each channel what its way leaves of the clear one's, to this relative error.
 #[track_caller]
 fn dims(terms: &Value, parts: &Value, view: View, metres: f64, error: f64) {
-    for precision in [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference] {
+    for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
         for light_sampling in [LightSampling::Lights, LightSampling::Both] {
             let seen = [true, false].map(|absorbs| {
                 let found = pond(absorbs, terms, parts);

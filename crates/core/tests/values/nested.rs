@@ -135,7 +135,7 @@ fn the_same_bits() {
     for terms in
         [json!({}), json!({ "roughness": 0.4 }), json!({ "dispersion": 2, "attenuation_colour": 0.4, "attenuation_distance": 1 })]
     {
-        for precision in [PrecisionChoice::Fast, PrecisionChoice::Robust, PrecisionChoice::Reference] {
+        for precision in [PrecisionChoice::Robust, PrecisionChoice::Reference] {
             let of = |scene: &Scene| rendered(scene, &Settings { precision, ..wide(scene, 8) }).picture.rgb;
             assert_eq!(of(&alone(0, terms.clone())), of(&alone(3, terms.clone())), "{terms} {precision:?}");
         }

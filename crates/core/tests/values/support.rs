@@ -20,8 +20,7 @@ pub const SLANTED: View = [[3.0, 4.0, 0.0], [0.0; 3]];
 pub const FROM_BELOW: View = [[3.0, -4.0, 0.0], [0.0; 3]];
 
 /// Each precision, with the relative error that a value of a few operations may have in it.
-pub const PRECISIONS: [(PrecisionChoice, f64); 3] =
-    [(PrecisionChoice::Reference, 2e-7), (PrecisionChoice::Robust, 1e-5), (PrecisionChoice::Fast, 1e-4)];
+pub const PRECISIONS: [(PrecisionChoice, f64); 2] = [(PrecisionChoice::Reference, 2e-7), (PrecisionChoice::Robust, 1e-5)];
 
 /// A sound scene of these parts.
 #[track_caller]

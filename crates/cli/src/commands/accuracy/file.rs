@@ -165,14 +165,14 @@ mod tests {
     /// Protects: a command asks for what the measured one asked for, but for the ladders that the setting moves.
     #[test]
     fn commands_ask_for_everything() {
-        let [asked, flags] = [["--integrator path", "--rung samples=16"], ["--rung samples=64", "--rung precision=fast"]]
+        let [asked, flags] = [["--integrator path", "--rung samples=16"], ["--rung samples=64", "--rung precision=reference"]]
             .map(|list| list.map(str::to_owned));
         let command = command_of("a b.glb", &asked, &flags);
-        assert_eq!(command, "raywright render 'a b.glb' --integrator path --rung samples=64,precision=fast");
+        assert_eq!(command, "raywright render 'a b.glb' --integrator path --rung samples=64,precision=reference");
         assert_eq!(command_of("preset:x", &asked, &[]), "raywright render preset:x --integrator path --rung samples=16");
         assert_eq!(
             command_of("preset:x", &asked, &flags[1..]),
-            "raywright render preset:x --integrator path --rung samples=16,precision=fast"
+            "raywright render preset:x --integrator path --rung samples=16,precision=reference"
         );
         assert_eq!(command_of("preset:x", &[], &[]), "raywright render preset:x");
     }

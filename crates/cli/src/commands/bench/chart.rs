@@ -1,4 +1,4 @@
-//! The plot of `bench`: time a ray against N, both scans and the tree, and where the tree takes the lead.
+//! The plot of `bench`: time a ray against N, scan and tree, and where the tree takes the lead.
 
 use raywright_core::bench::{Cost, Crossover, Kind, PowerLaw, Row, Series};
 
@@ -9,16 +9,15 @@ use raywright_io::report::{Axis, Colour, Line, Mark, Plot, Point};
 /// Draws all series in one plot.
 pub fn draw(series: &[Series], report: &Report) -> String {
     let scans = series.iter().map(|s| line(s, "scan", Colour::First, s.scan_growth, |row| row.scan));
-    let simd_scans = series.iter().map(|s| line(s, "SIMD scan", Colour::Third, s.simd_scan_growth, |row| row.simd_scan));
     let trees = series.iter().map(|s| line(s, "tree", Colour::Second, s.tree_growth, |row| Some(row.tree)));
     let machine = report.processor.as_deref().map(|name| format!(" · {name}")).unwrap_or_default();
     Plot {
         title: "Time to find what a ray hits first".to_owned(),
-        subtitle: "scan: every primitive tested · SIMD scan: every box, four at a time · tree: a hierarchy of boxes".to_owned(),
+        subtitle: "scan: every primitive tested · tree: a hierarchy of boxes".to_owned(),
         circumstances: format!("one thread, {}{machine}", report.clock),
         x: Axis { label: "N, primitives of constant fill".to_owned(), tick: Some(count) },
         y: Axis { label: "time a ray: median, and range of the repeats".to_owned(), tick: Some(duration) },
-        lines: scans.chain(simd_scans).chain(trees).collect(),
+        lines: scans.chain(trees).collect(),
         falling: false,
         marks: series.iter().filter_map(mark).collect(),
     }

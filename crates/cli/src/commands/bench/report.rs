@@ -93,8 +93,7 @@ impl Report {
         let machine = self.processor.as_deref().map(|name| format!("{name}, ")).unwrap_or_default();
         vec![
             what,
-            "Closest hit: every primitive tested (scan), every primitive's box tested four at a time (SIMD scan), or a \
-             bounding-volume hierarchy (tree); the same hits, checked."
+            "Closest hit: every primitive tested (scan), or a bounding-volume hierarchy (tree); the same hits, checked."
                 .to_owned(),
             format!(
                 "{machine}one thread, {}; median of {} interleaved repeats ± half the distance of the quartiles.",

@@ -48,67 +48,64 @@ pub fn markdown(report: &Report) -> String {
 }
 
 /// What the columns of time are called.
-const TIMES: [&str; 5] = ["scan, ns/ray", "SIMD scan, ns/ray", "tree, ns/ray", "scan : tree", "SIMD scan : tree"];
+const TIMES: [&str; 3] = ["scan, ns/ray", "tree, ns/ray", "scan : tree"];
 
-fn of_series(series: &Series, report: &Report) -> Sheet<9> {
-    let [scan, simd_scan, tree, ratio, simd_ratio] = TIMES;
-    let names = ["N", "rays that hit", scan, simd_scan, tree, ratio, simd_ratio, "nodes/ray", "tests/ray"];
+fn of_series(series: &Series, report: &Report) -> Sheet<7> {
+    let [scan, tree, ratio] = TIMES;
+    let names = ["N", "rays that hit", scan, tree, ratio, "nodes/ray", "tests/ray"];
     let cells = |row: &Row| {
-        let [scan, simd_scan, tree, ratio, simd_ratio] = times(row);
+        let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
-        [row.primitives.to_string(), hits, scan, simd_scan, tree, ratio, simd_ratio, nodes, tests]
+        [row.primitives.to_string(), hits, scan, tree, ratio, nodes, tests]
     };
     let mut notes = Vec::new();
-    notes.push(lead("scan", series.crossover));
-    notes.push(lead("SIMD scan", series.simd_crossover));
+    notes.push(lead(series.crossover));
     notes.extend(series.tree_growth.map(|law| growth("tree", &law)));
     notes.extend(series.scan_growth.map(|law| growth("scan", &law)));
-    notes.extend(series.simd_scan_growth.map(|law| growth("SIMD scan", &law)));
     notes.extend(left_out(series.rows.iter(), report));
     Sheet {
         heading: capitalised(series.kind.name()),
-        columns: [Align::Right; 9],
+        columns: [Align::Right; 7],
         rows: table(names, series.rows.iter().map(cells)),
         notes,
     }
 }
 
-fn lead(scan: &str, crossover: Option<Crossover>) -> String {
+fn lead(crossover: Option<Crossover>) -> String {
     match crossover {
-        Some(Crossover::Always) => format!("The tree is ahead of the {scan} at every N measured."),
+        Some(Crossover::Always) => "The tree is ahead of the scan at every N measured.".to_owned(),
         Some(Crossover::At(n)) => format!(
-            "The tree is ahead of the {scan} from N = {} on (interpolated; before, the two are level or the {scan} is ahead).",
+            "The tree is ahead of the scan from N = {} on (interpolated; before, the two are level or the scan is ahead).",
             rounded(n)
         ),
-        Some(Crossover::Never) => format!("The tree is not ahead of the {scan} at the largest N measured."),
-        None => format!("The {scan} was not timed, so there is no crossover."),
+        Some(Crossover::Never) => "The tree is not ahead of the scan at the largest N measured.".to_owned(),
+        None => "The scan was not timed, so there is no crossover.".to_owned(),
     }
 }
 
 /// What it takes to have the structures.
-fn upkeep_of_series(series: &Series) -> Sheet<7> {
-    let names = ["N", "scan: build, ms", "bytes/N", "SIMD scan: build, ms", "bytes/N", "tree: build, ms", "bytes/N"];
+fn upkeep_of_series(series: &Series) -> Sheet<5> {
+    let names = ["N", "scan: build, ms", "bytes/N", "tree: build, ms", "bytes/N"];
     let cells = |row: &Row| {
         let per_primitive = |cost: Option<Cost>| upkeep(cost, |bytes| rounded(bytes as f64 / row.primitives as f64));
-        let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(row.simd_scan));
-        let [e, f] = per_primitive(Some(row.tree));
-        [row.primitives.to_string(), a, b, c, d, e, f]
+        let ([a, b], [c, d]) = (per_primitive(row.scan), per_primitive(Some(row.tree)));
+        [row.primitives.to_string(), a, b, c, d]
     };
     Sheet {
         heading: format!("{}: build and memory", capitalised(series.kind.name())),
-        columns: [Align::Right; 7],
+        columns: [Align::Right; 5],
         rows: table(names, series.rows.iter().map(cells)),
         notes: vec![],
     }
 }
 
-fn of_given(given: &Given, report: &Report) -> Sheet<10> {
-    let [scan, simd_scan, tree, ratio, simd_ratio] = TIMES;
-    let names = ["rays", "how many", "that hit", scan, simd_scan, tree, ratio, simd_ratio, "nodes/ray", "tests/ray"];
+fn of_given(given: &Given, report: &Report) -> Sheet<8> {
+    let [scan, tree, ratio] = TIMES;
+    let names = ["rays", "how many", "that hit", scan, tree, ratio, "nodes/ray", "tests/ray"];
     let cells = |name: &str, row: &Row| {
-        let [scan, simd_scan, tree, ratio, simd_ratio] = times(row);
+        let [scan, tree, ratio] = times(row);
         let [hits, nodes, tests] = visits(row);
-        [name.to_owned(), row.tree.rays.to_string(), hits, scan, simd_scan, tree, ratio, simd_ratio, nodes, tests]
+        [name.to_owned(), row.tree.rays.to_string(), hits, scan, tree, ratio, nodes, tests]
     };
     let camera = [cells("camera", &given.camera)];
     let mut notes = vec![];
@@ -116,10 +113,10 @@ fn of_given(given: &Given, report: &Report) -> Sheet<10> {
         notes.push("The camera sees nothing, so there are no bounces.".to_owned());
     }
     notes.extend(left_out([Some(&given.camera), given.bounce.as_ref()].into_iter().flatten(), report));
-    let mut columns = [Align::Right; 10];
+    let mut columns = [Align::Right; 8];
     columns[0] = Align::Left;
     let rows = table(names, camera.into_iter().chain(given.bounce.iter().map(|row| cells("bounce", row))));
-    Sheet { heading: "Scans against tree".to_owned(), columns, rows, notes }
+    Sheet { heading: "Scan against tree".to_owned(), columns, rows, notes }
 }
 
 fn upkeep_of_given(given: &Given) -> Sheet<3> {
@@ -128,7 +125,7 @@ fn upkeep_of_given(given: &Given) -> Sheet<3> {
         let [build, bytes] = upkeep(cost, |bytes| human_bytes(bytes as u64));
         [name.to_owned(), build, bytes]
     };
-    let structures = [("scan", row.scan), ("SIMD scan", row.simd_scan), ("tree", Some(row.tree))];
+    let structures = [("scan", row.scan), ("tree", Some(row.tree))];
     Sheet {
         heading: format!("Build and memory, {} primitives", row.primitives),
         columns: [Align::Left, Align::Right, Align::Right],
@@ -143,7 +140,7 @@ fn table<const N: usize>(names: [&str; N], rows: impl Iterator<Item = [String; N
 }
 
 /// Cells of [`TIMES`].
-fn times(row: &Row) -> [String; 5] {
+fn times(row: &Row) -> [String; 3] {
     let time = |cost: Option<Cost>| {
         cost.map_or_else(
             || "not run".to_owned(),
@@ -153,7 +150,7 @@ fn times(row: &Row) -> [String; 5] {
     let ratio = |ratio: Option<Spread>| {
         ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{}{}", rounded(ratio.median), spread(&ratio)))
     };
-    [time(row.scan), time(row.simd_scan), time(Some(row.tree)), ratio(row.ratio), ratio(row.simd_ratio)]
+    [time(row.scan), time(Some(row.tree)), ratio(row.ratio)]
 }
 
 /// Rays that hit, and what the tree visits for each ray.
@@ -184,7 +181,7 @@ fn growth(what: &str, law: &PowerLaw) -> String {
 }
 
 fn left_out<'a>(mut rows: impl Iterator<Item = &'a Row>, report: &Report) -> Option<String> {
-    rows.any(|row| row.scan.is_none() || row.simd_scan.is_none())
+    rows.any(|row| row.scan.is_none())
         .then(|| format!("Not run: a sample of it would take much longer than {} ms.", rounded(report.sample_seconds * 1e3)))
 }
 
@@ -256,7 +253,7 @@ mod tests {
         Cost { nanoseconds, rays: 400, nodes_per_ray: 7.25, tests_per_ray: 2.5, build_milliseconds, bytes }
     }
 
-    /// Protects: each figure of a row in its column: scan, SIMD scan and tree in this order, ratios of either scan, shares in percent,
+    /// Protects: each figure of a row in its column: scan and tree in this order, their ratio, shares in percent,
     /// and of a whole scene's structures time and memory.
     #[test]
     fn figures_are_in_their_columns() {
@@ -264,19 +261,17 @@ mod tests {
             primitives: 1000,
             hit_share: 0.625,
             scan: Some(cost(800.0, 1.0, 2000)),
-            simd_scan: Some(cost(200.0, 3.0, 4 << 10)),
             tree: cost(50.0, 5.0, 6 << 20),
             ratio: Some(spread(16.0)),
-            simd_ratio: Some(spread(4.0)),
         };
-        assert_eq!(times(&row), ["800 ± 5.0 %", "200 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %", "4.00 ± 5.0 %"]);
+        assert_eq!(times(&row), ["800 ± 5.0 %", "50.0 ± 5.0 %", "16.0 ± 5.0 %"]);
         assert_eq!(visits(&row), ["62.5 %", "7.2", "2.5"]);
         let given = Given { camera: row, bounce: None };
         let sheet = upkeep_of_given(&given);
         assert_eq!(sheet.heading, "Build and memory, 1000 primitives");
         let rows: Vec<String> = sheet.rows.iter().map(|row| row.join(" | ")).collect();
-        assert_eq!(rows[1..], ["scan | 1.00 ± 5.0 % | 2 KiB", "SIMD scan | 3.00 ± 5.0 % | 4 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]);
+        assert_eq!(rows[1..], ["scan | 1.00 ± 5.0 % | 2 KiB", "tree | 5.00 ± 5.0 % | 6 MiB"]);
         let untimed = Row { scan: None, ratio: None, ..row };
-        assert_eq!(times(&untimed)[..4], ["not run", "200 ± 5.0 %", "50.0 ± 5.0 %", "-"]);
+        assert_eq!(times(&untimed), ["not run", "50.0 ± 5.0 %", "-"]);
     }
 }

@@ -141,7 +141,7 @@ fn rungs_without_a_difference_are_left_out() {
     let session =
         Session::new(&scene, &Settings::of(&scene), Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
     assert_eq!(session.choices_of(Ladder::Shadows).map(|choice| choice.rung()).collect::<Vec<_>>(), ["on"]);
-    assert_eq!(session.choices_of(Ladder::Precision).count(), 3);
+    assert_eq!(session.choices_of(Ladder::Precision).count(), 2);
 }
 
 /// Protects: rungs whose numbers can't store the scene are left out, also of what is worth its time, so that doubles that can are measured.

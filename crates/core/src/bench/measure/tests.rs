@@ -14,13 +14,13 @@ fn a_ratio_is_scan_over_tree() {
         care: Care { repeats: 1, sample_seconds: 1e-4, build: BuildQuality::Fast },
         stopwatch: crate::bench::clock::steady,
     };
-    let mut scan = Challenger::new("scan", &who, &rays, &method);
+    let mut scan = Challenger::new(&who, &rays, &method);
     for [own, tree] in [[6.0, 2.0], [5.0, 2.0], [8.0, 4.0]] {
         scan.record(Some(own), tree);
     }
     let ratio = scan.ratio().expect("it was timed");
     assert_eq!((ratio.min, ratio.median, ratio.max), (2.0, 2.5, 3.0));
-    let mut slow = Challenger { sample: None, ..Challenger::new("scan", &who, &rays, &method) };
+    let mut slow = Challenger { sample: None, ..Challenger::new(&who, &rays, &method) };
     slow.record(None, 2.0);
     assert_eq!((slow.ratio(), slow.cost()), (None, None));
 }
@@ -29,7 +29,7 @@ fn a_ratio_is_scan_over_tree() {
 /// rays fill 0.1 ms. Of many rays every so many are taken, of few each is taken again, and never fewer than sixteen.
 #[test]
 fn samples_fill_their_time() {
-    let geometry = Geometry::<Robust>::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
+    let geometry = Geometry::<f32>::new(group(Kind::Spheres, 3, 1).unwrap(), AcceleratorKind::Linear);
     let sized = |rays: u32, sample_seconds| {
         let method = Method {
             care: Care { repeats: 1, sample_seconds, build: BuildQuality::Fast },

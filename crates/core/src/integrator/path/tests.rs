@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Hit, Occlusion, Robust, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Hit, Occlusion, Visibility};
 use serde_json::json;
 
 use super::super::{CameraRay, General};
@@ -53,11 +53,11 @@ struct Way {
 fn together_or_one_by_one() {
     let scene = everything();
     let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
-    let prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+    let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
     let mut usage = LightUsage::default();
-    let mut tracer = Tracer::<Robust, General>::new(&prepared, &mut usage, settings.max_depth, false, &());
+    let mut tracer = Tracer::<f32, General>::new(&prepared, &mut usage, settings.max_depth, false, &());
     let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
-    let begin = |tracer: &mut Tracer<'_, Robust, General>, pixel: [u32; 2]| {
+    let begin = |tracer: &mut Tracer<'_, f32, General>, pixel: [u32; 2]| {
         let ray = prepared.camera.ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
         tracer.camera_path(&ray, &Address { pixel, ..Address::default() })
     };
@@ -110,7 +110,7 @@ fn together_or_one_by_one() {
 }
 
 /// The objects of [`everything`] as instances that move, each its own way, or that stand where they are at a time.
-fn on_the_way(standing: Option<f64>) -> Geometry<Robust> {
+fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
     let ball = |x: f32, y: f32, z: f32, radius: f32| AnyShape::from(Sphere { centre: Vec3::new(x, y, z), radius });
     let quad = |z: f64| AnyShape::from(Quad::new(DVec3::new(-3.0, -2.0, z), DVec3::X * 6.0, DVec3::Y * 4.0));
     let shapes =
@@ -137,11 +137,11 @@ fn on_the_way(standing: Option<f64>) -> Geometry<Robust> {
 fn rays_keep_their_time() {
     let scene = everything();
     let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
-    let picture = |geometry: Geometry<Robust>, time: f32| {
-        let mut prepared = Prepared::<Robust>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+    let picture = |geometry: Geometry<f32>, time: f32| {
+        let mut prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
         prepared.geometry = geometry;
         let mut usage = LightUsage::default();
-        let mut tracer = Tracer::<Robust, General>::new(&prepared, &mut usage, settings.max_depth, false, &());
+        let mut tracer = Tracer::<f32, General>::new(&prepared, &mut usage, settings.max_depth, false, &());
         let mut pixel = |i: u32| {
             let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);
             tracer.camera_ray(CameraRay::unasked(&ray), &Address { pixel: [i % 24, i / 24], ..Address::default() }).radiance

@@ -1,6 +1,6 @@
 //! Vertices on layered surfaces. Out of line, with all that only they ask: surfaces without layers have one question more.
 
-use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::{Kernel, Tracer};
 use super::Walk;
@@ -11,30 +11,30 @@ use crate::material::{
 use crate::prepare::{Boundary, Here, Input, Layered, Physical};
 use crate::sampler::{Address, Purpose, pair};
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Sends a path on from a layered surface; whether it goes on.
     #[inline(never)]
     pub(super) fn layered(
         &mut self,
-        walk: &mut Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        (m, layered): (&Physical<P::Real>, &Layered<P::Real>),
+        walk: &mut Walk<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        (m, layered): (&Physical<R>, &Layered<R>),
     ) -> bool {
         let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
         let bent = self.layers_at(walk, hit, at, (m, layered), &mut bsdf);
-        self.scatter(walk, hit, at, &bsdf, (bent.as_ref(), P::Real::ONE))
+        self.scatter(walk, hit, at, &bsdf, (bent.as_ref(), R::ONE))
     }
 
     /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that bends it.
     pub(super) fn layers_at(
         &self,
-        walk: &mut Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        (m, layered): (&Physical<P::Real>, &Layered<P::Real>),
-        bsdf: &mut LayeredBsdf<P::Real>,
-    ) -> Option<Glass<P::Real>> {
+        walk: &mut Walk<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        (m, layered): (&Physical<R>, &Layered<R>),
+        bsdf: &mut LayeredBsdf<R>,
+    ) -> Option<Glass<R>> {
         let here = self.scene.sources.at(at);
         let (mut base, mut boundary) = (m.model_at(&here), m.boundary_at(&here));
         let mut ior = boundary.ior;
@@ -42,19 +42,19 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             boundary = Boundary::new(self.relative_index(walk, at, &here));
             ior = boundary.ior;
         } else if base.glass.is_some() && layered.dispersion > 0.0 {
-            ior = index_at(ior, layered.dispersion, wavelength::<P>(walk));
+            ior = index_at(ior, layered.dispersion, wavelength::<R>(walk));
         }
         if let Some(glass) = &mut base.glass {
             glass.ior = ior;
         }
         let two_sided = base.glass.is_some() || layered.diffused.is_some();
         let normal = if two_sided { at.towards() } else { at.normal };
-        let unit = |x: P::Real| Real::clamp(x.max(P::Real::ZERO), P::Real::ZERO, P::Real::ONE);
-        let tint = |c: Vec3Of<P>| c.max(Vector::ZERO).min(Vector::ONE);
-        let one = Vec3Of::<P>::ONE;
+        let unit = |x: R| Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE);
+        let tint = |c: R::Vec3| c.max(Vector::ZERO).min(Vector::ONE);
+        let one = R::Vec3::ONE;
         let film = layered.film.as_ref().map(|film| {
-            let thickest = film.thickness.number(&here).max(P::Real::ZERO);
-            let between = |image: &Input<P::Real>| film.thinnest + (thickest - film.thinnest) * image.number(&here);
+            let thickest = film.thickness.number(&here).max(R::ZERO);
+            let between = |image: &Input<R>| film.thinnest + (thickest - film.thinnest) * image.number(&here);
             let thickness = film.image.as_ref().map_or(thickest, between);
             Film { share: unit(film.factor.number(&here)), ior: film.ior, thickness }
         });
@@ -86,24 +86,24 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// The frame along which facets are combed.
     fn combed(
         &self,
-        walk: &Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        (layered, here, normal): (&Layered<P::Real>, &Here<'_, P::Real>, Vec3Of<P>),
-    ) -> Option<Combed<P::Real>> {
+        walk: &Walk<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        (layered, here, normal): (&Layered<R>, &Here<'_, R>, R::Vec3),
+    ) -> Option<Combed<R>> {
         let combed = layered.combed.as_ref()?;
         let frame = at.frame(self.scene, &walk.leg, hit);
         let [cos, sin] = combed.turn;
         let (x, y) = match &combed.image {
-            None => (P::Real::ONE, P::Real::ZERO),
+            None => (R::ONE, R::ZERO),
             Some(image) => {
                 let code = image.colour(here);
-                let one = P::Real::ONE;
+                let one = R::ONE;
                 (code.x() + code.x() - one, code.y() + code.y() - one)
             }
         };
         let along = frame.tangent * (x * cos - y * sin) + frame.bitangent * (x * sin + y * cos);
-        let strength = Real::clamp(combed.strength.number(here).max(P::Real::ZERO), P::Real::ZERO, P::Real::ONE);
+        let strength = Real::clamp(combed.strength.number(here).max(R::ZERO), R::ZERO, R::ONE);
         Some(Combed { strength, frame: Frame::along(normal, along, false) })
     }
 
@@ -111,17 +111,17 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// image bends the surface's.
     fn coat(
         &self,
-        walk: &Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        (layered, here, normal): (&Layered<P::Real>, &Here<'_, P::Real>, Vec3Of<P>),
+        walk: &Walk<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        (layered, here, normal): (&Layered<R>, &Here<'_, R>, R::Vec3),
         bumpy: bool,
-    ) -> Option<Coat<P::Real>> {
+    ) -> Option<Coat<R>> {
         let coat = layered.coat.as_ref()?;
-        let unit = |x: P::Real| Real::clamp(x.max(P::Real::ZERO), P::Real::ZERO, P::Real::ONE);
+        let unit = |x: R| Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE);
         let weight = unit(coat.factor.number(here));
         let own = if bumpy || coat.bump.is_some() {
-            let smooth = Interaction::smooth::<P, K>(self.scene, &walk.leg, hit);
+            let smooth = Interaction::smooth::<K>(self.scene, &walk.leg, hit);
             let bent = coat.bump.as_ref().map(|bump| smooth.bent(bump, self.scene, &walk.leg, hit));
             Interaction { normal: bent.unwrap_or(smooth.normal), ..smooth }
         } else {
@@ -134,11 +134,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 }
 
 /// The path's one wavelength; white ones become one here.
-pub(super) fn wavelength<P: Precision>(walk: &mut Walk<P::Real>) -> f64 {
+pub(super) fn wavelength<R: Real>(walk: &mut Walk<R>) -> f64 {
     *walk.wavelength.get_or_insert_with(|| {
         let [u, _] = pair(Address { bounce: 0, ..walk.address }, Purpose::Wavelength);
         let hero = Hero::drawn(f64::from(u));
-        walk.throughput *= Vec3Of::<P>::from_f64(hero.weight.into());
+        walk.throughput *= R::Vec3::from_f64(hero.weight.into());
         hero.nanometres
     })
 }

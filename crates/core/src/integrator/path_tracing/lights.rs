@@ -1,6 +1,6 @@
 //! What a vertex of a path receives from the light that it asks.
 
-use raywright_bvh::{Hit, Interval, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::shadow::Product;
 use super::super::{Kernel, Leg, Tracer};
@@ -41,17 +41,17 @@ impl Wanted {
     }
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Light of one light, drawn by chance, that a surface sends back along a path. `gain`: factor on lights without size, whose
     /// unit is not the same to both families of materials.
     #[inline(always)]
-    pub(super) fn asked<L: Scatters<P::Real>, const MOST: usize>(
+    pub(super) fn asked<L: Scatters<R>, const MOST: usize>(
         &mut self,
-        walk: &Walk<P::Real>,
-        at: &Interaction<P::Real>,
-        bsdf: &Bsdf<P::Real, L, MOST>,
-        gain: P::Real,
-    ) -> Vec3Of<P> {
+        walk: &Walk<R>,
+        at: &Interaction<R>,
+        bsdf: &Bsdf<R, L, MOST>,
+        gain: R,
+    ) -> R::Vec3 {
         if bsdf.is_delta() {
             return Vector::ZERO;
         }
@@ -59,13 +59,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         let (view, direction, through) = (-at.direction, question.seen.direction, question.through);
         let value = || if through { bsdf.eval_either(view, direction) } else { bsdf.eval(view, direction) };
         let (answer, share) = match question.wanted {
-            Wanted::Value => (value(), P::Real::ONE),
+            Wanted::Value => (value(), R::ONE),
             Wanted::Delta { shines: true } => (value(), gain),
             Wanted::Delta { .. } if through => return Vector::ZERO,
             Wanted::Delta { .. } => (bsdf.diffuse(view, direction), gain),
             Wanted::Weighed(density) => {
                 let (answer, other) = if through { (value(), bsdf.pdf(view, direction)) } else { bsdf.answer(view, direction) };
-                (answer, P::Real::from_f64(weight(density, other.to_f64())))
+                (answer, R::from_f64(weight(density, other.to_f64())))
             }
         };
         self.answered(walk, at, question, (answer, share))
@@ -75,11 +75,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     pub(super) fn question(
         &self,
-        walk: &Walk<P::Real>,
-        at: &Interaction<P::Real>,
-        normal: Vec3Of<P>,
+        walk: &Walk<R>,
+        at: &Interaction<R>,
+        normal: R::Vec3,
         lets_through: bool,
-    ) -> Option<Question<P::Real>> {
+    ) -> Option<Question<R>> {
         let (light, probability) = self.chosen(walk, at, if lets_through { Vector::ZERO } else { normal })?;
         let [.., u, v] = walk.draws.light;
         let seen = self.scene.lights.sample(light, at.surface.point, [u, v], probability)?;
@@ -88,13 +88,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// The light that a point asks, and how likely that was; `lit`: the normal on the side that is lit, zero where both are.
     #[inline(always)]
-    pub(super) fn chosen(&self, walk: &Walk<P::Real>, at: &Interaction<P::Real>, lit: Vec3Of<P>) -> Option<(LightId, f64)> {
+    pub(super) fn chosen(&self, walk: &Walk<R>, at: &Interaction<R>, lit: R::Vec3) -> Option<(LightId, f64)> {
         let choice = self.scene.lights.choice();
         if choice.is_empty() {
             return None;
         }
         let [coarse, fine, ..] = walk.draws.light;
-        choice.draw::<P::Real>(at.surface.point, lit, [coarse, fine])
+        choice.draw::<R>(at.surface.point, lit, [coarse, fine])
     }
 
     /// [`Self::question`] of a light that was drawn.
@@ -102,13 +102,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     pub(super) fn question_of(
         &self,
         light: LightId,
-        seen: LightSample<P::Real>,
-        at: &Interaction<P::Real>,
-        normal: Vec3Of<P>,
+        seen: LightSample<R>,
+        at: &Interaction<R>,
+        normal: R::Vec3,
         lets_through: bool,
-    ) -> Option<Question<P::Real>> {
+    ) -> Option<Question<R>> {
         let lights = &self.scene.lights;
-        let (facing, zero) = (normal.dot(seen.direction), P::Real::ZERO);
+        let (facing, zero) = (normal.dot(seen.direction), R::ZERO);
         // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
         let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
         let through = facing < zero;
@@ -131,11 +131,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     pub(super) fn answered(
         &mut self,
-        walk: &Walk<P::Real>,
-        at: &Interaction<P::Real>,
-        Question { light, seen, facing, through, .. }: Question<P::Real>,
-        (answer, share): (Vec3Of<P>, P::Real),
-    ) -> Vec3Of<P> {
+        walk: &Walk<R>,
+        at: &Interaction<R>,
+        Question { light, seen, facing, through, .. }: Question<R>,
+        (answer, share): (R::Vec3, R),
+    ) -> R::Vec3 {
         let scene = self.scene;
         let lights = &scene.lights;
         let Some(seen) = self.aimed(light, seen, at.surface.point) else { return Vector::ZERO };
@@ -167,13 +167,13 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Share of a light that arrives where it is asked from.
     #[inline]
-    fn arrives(&mut self, light: &LightSample<P::Real>, at: &Interaction<P::Real>) -> P::Real {
+    fn arrives(&mut self, light: &LightSample<R>, at: &Interaction<R>) -> R {
         // Where the light is where the ray would start, nothing is in between.
-        let Some((ray, mut range)) = self.towards(light, at) else { return P::Real::ONE };
+        let Some((ray, mut range)) = self.towards(light, at) else { return R::ONE };
         let sizeless = light.density == Density::Delta;
         if matches!(light.target, Target::Infinity) && !sizeless {
             // The scene's limit on shadows is that of its lights, not of its sky.
-            range = Interval { max: P::Real::INFINITY, ..range };
+            range = Interval { max: R::INFINITY, ..range };
         }
         self.counters.shadow += 1;
         let ray = ray.at_time(at.time);
@@ -189,22 +189,22 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             },
             &mut (),
         );
-        if blocked { P::Real::ZERO } else { P::Real::from_f64(product.value()) }
+        if blocked { R::ZERO } else { R::from_f64(product.value()) }
     }
 
     /// Share of light that passes an occluder straight: where it is absent, and the light of a light without size where it casts no
     /// shadow. Light with a size is found by paths too, which meet everything.
-    fn lets_through(&self, ray: &Ray<P::Real>, hit: &Hit<P::Real>, sizeless: bool) -> P::Real {
+    fn lets_through(&self, ray: &Ray<R>, hit: &Hit<R>, sizeless: bool) -> R {
         let record = &self.scene.objects[hit.outermost() as usize];
         if sizeless && !record.casts_shadow {
-            return P::Real::ONE;
+            return R::ONE;
         }
         match &self.scene.materials[record.material as usize] {
             Material::Physical(m) if m.alpha != Alpha::Opaque => {
-                let at = Interaction::of::<P, K>(self.scene, &Leg::of(*ray), hit);
-                P::Real::ONE - m.alpha_at(&self.scene.sources.at(&at))
+                let at = Interaction::of::<K>(self.scene, &Leg::of(*ray), hit);
+                R::ONE - m.alpha_at(&self.scene.sources.at(&at))
             }
-            _ => P::Real::ZERO,
+            _ => R::ZERO,
         }
     }
 }

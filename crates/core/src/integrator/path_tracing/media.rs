@@ -1,6 +1,6 @@
 //! Bodies that absorb light: which ones a path is in, and what passes.
 
-use raywright_bvh::{Interval, Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Interval, Real, Vector};
 
 use super::super::{Kernel, Leg, Tracer};
 use super::Walk;
@@ -62,18 +62,18 @@ impl Media {
     }
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// The bodies that the camera is in: those that a ray leaves more often than it enters them, the innermost one first.
     pub(in super::super) fn media_of_camera(&self) -> Media {
         let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
-        let mut leg = Leg::of(scene.camera.ray(P::Real::ZERO, P::Real::ZERO, [0.5; 2]));
-        if scene.camera.ahead() != P::Real::ZERO {
+        let mut leg = Leg::of(scene.camera.ray(R::ZERO, R::ZERO, [0.5; 2]));
+        if scene.camera.ahead() != R::ZERO {
             return around;
         }
         for _ in 0..MOST_CROSSINGS {
-            let range = Interval { min: self.secondary_min, max: P::Real::INFINITY };
+            let range = Interval { min: self.secondary_min, max: R::INFINITY };
             let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
-            let at = Interaction::of::<P, K>(scene, &leg, &hit);
+            let at = Interaction::of::<K>(scene, &leg, &hit);
             if self.absorbs(at.material).is_some() || self.nests() && self.bounds_glass(at.material) {
                 if at.outside || entered.has(at.material) {
                     entered = entered.beyond(at.material, at.outside);
@@ -81,14 +81,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     around = around.around_all(at.material);
                 }
             }
-            leg.go_on(&self.leave(&at, at.direction, -P::Real::ONE), Vector::ZERO);
+            leg.go_on(&self.leave(&at, at.direction, -R::ONE), Vector::ZERO);
         }
         around
     }
 
     /// The bodies that a path is in beyond a surface: the same beyond a thin wall.
     #[inline]
-    pub(super) fn beyond(&self, media: &Media, at: &Interaction<P::Real>) -> Media {
+    pub(super) fn beyond(&self, media: &Media, at: &Interaction<R>) -> Media {
         let bounds = self.scene.materials[at.material as usize].bounds_body();
         if bounds { media.beyond(at.material, at.outside) } else { *media }
     }
@@ -101,28 +101,28 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Takes from a path what is absorbed on its way to what it met.
     #[inline(always)]
-    pub(super) fn pass_media(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>) {
+    pub(super) fn pass_media(&self, walk: &mut Walk<R>, at: &Interaction<R>) {
         if self.scene.absorbs
             && let Some(absorption) = self.absorption(&walk.media, at)
         {
-            walk.throughput *= absorbed::<P::Real>(absorption, at.distance);
+            walk.throughput *= absorbed::<R>(absorption, at.distance);
         }
     }
 
     /// What a metre of the way to a hit absorbs; none where nothing does.
-    fn absorption(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Vec3Of<P>> {
+    fn absorption(&self, media: &Media, at: &Interaction<R>) -> Option<R::Vec3> {
         // Also where a path got in by a way that it was not seen to take.
         let around = self.around(media).or((!at.outside).then_some(at.material))?;
         self.absorbs(around)
     }
 
     /// Share of light that passes the way of a shadow ray, which meets nothing on it.
-    pub(super) fn passes_media(&self, media: &Media, distance: P::Real) -> Vec3Of<P> {
+    pub(super) fn passes_media(&self, media: &Media, distance: R) -> R::Vec3 {
         let absorption = self.around(media).and_then(|around| self.absorbs(around)).filter(|_| self.scene.absorbs);
-        absorption.map_or(Vector::ONE, |absorption| absorbed::<P::Real>(absorption, distance))
+        absorption.map_or(Vector::ONE, |absorption| absorbed::<R>(absorption, distance))
     }
 
-    fn absorbs(&self, material: u32) -> Option<Vec3Of<P>> {
+    fn absorbs(&self, material: u32) -> Option<R::Vec3> {
         match &self.scene.materials[material as usize] {
             Material::Classic(m) => m.mixture.as_ref().and_then(|mixture| mixture.absorption),
             Material::Physical(m) => m.absorption,

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use raywright_bvh::{Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Real, Vector};
 
 use super::super::{Kernel, Tracer};
 use super::{Onward, Walk};
@@ -48,32 +48,26 @@ impl Met {
     }
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Sends a path on from such a surface; whether it goes on.
     #[inline(never)]
-    pub(super) fn mixed(
-        &mut self,
-        walk: &mut Walk<P::Real>,
-        at: &Interaction<P::Real>,
-        m: &Mixture<P::Real>,
-        albedo: Vec3Of<P>,
-    ) -> bool {
+    pub(super) fn mixed(&mut self, walk: &mut Walk<R>, at: &Interaction<R>, m: &Mixture<R>, albedo: R::Vec3) -> bool {
         let (met, normal) = (Met::new(m, at), at.towards());
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
-            let matte = Bsdf::new(normal).with(Lobe::Lambert { albedo: albedo * P::Real::from_f64(diffused) });
-            let sent = self.asked(walk, at, &matte, P::Real::from_f64(PI));
+            let matte = Bsdf::new(normal).with(Lobe::Lambert { albedo: albedo * R::from_f64(diffused) });
+            let sent = self.asked(walk, at, &matte, R::from_f64(PI));
             walk.radiance += walk.throughput * sent;
         }
-        let [way, u, v, luck] = walk.draws.scatter.map(P::Real::from_f32);
+        let [way, u, v, luck] = walk.draws.scatter.map(R::from_f32);
         let way = way.to_f64();
         // The normal and an even point of the unit sphere together are drawn by the cosine.
-        let h = Frame::<P::Real>::about(normal).to_world(Lobe::<P::Real>::cosine([u, v]));
-        let blend = |smooth: glam::DVec3, about: Vec3Of<P>, roughness: f64| {
+        let h = Frame::<R>::about(normal).to_world(Lobe::<R>::cosine([u, v]));
+        let blend = |smooth: glam::DVec3, about: R::Vec3, roughness: f64| {
             let share = roughness * roughness;
-            Vec3Of::<P>::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
+            R::Vec3::from_f64((smooth * (1.0 - share) + about.to_f64() * share).normalize())
         };
-        let one = P::Real::ONE;
+        let one = R::ONE;
         let (direction, weight, chance, side) = if way < met.mirrored {
             (blend(met.interface.reflected, h, m.specular_roughness), m.specular_colour, met.mirrored, one)
         } else if let Some(refracted) = met.interface.refracted.filter(|_| way < met.mirrored + met.through) {
@@ -82,10 +76,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             (h, albedo, diffused, one)
         };
         let priced = side == one && way >= met.mirrored && !m.published_roulette;
-        let density = if priced { P::Real::from_f64(diffused / PI) * normal.dot(h) } else { P::Real::ZERO };
+        let density = if priced { R::from_f64(diffused / PI) * normal.dot(h) } else { R::ZERO };
         let mut drawn = Sampled { some: true, direction, weight, density, delta: !priced };
         if m.published_roulette {
-            let Some(weight) = published::<P>(walk.throughput, weight, chance, luck) else { return false };
+            let Some(weight) = published::<R>(walk.throughput, weight, chance, luck) else { return false };
             drawn.weight = weight;
         }
         let ray = self.leave(at, direction, if normal == at.normal { side } else { -side });
@@ -103,8 +97,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 }
 
 /// What a path is multiplied by under the published rule; none where it ends.
-fn published<P: Precision>(throughput: Vec3Of<P>, weight: Vec3Of<P>, chance: f64, luck: P::Real) -> Option<Vec3Of<P>> {
-    let divided = weight * P::Real::from_f64(1.0 / chance.max(LEAST_CHANCE));
+fn published<R: Real>(throughput: R::Vec3, weight: R::Vec3, chance: f64, luck: R) -> Option<R::Vec3> {
+    let divided = weight * R::from_f64(1.0 / chance.max(LEAST_CHANCE));
     let largest = (throughput * divided).max_element();
-    (luck < largest && largest.is_finite()).then(|| divided * (P::Real::ONE / largest))
+    (luck < largest && largest.is_finite()).then(|| divided * (R::ONE / largest))
 }

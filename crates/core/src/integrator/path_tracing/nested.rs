@@ -4,7 +4,7 @@
 //!
 //! Asked only where the table of priorities is not empty; out of line, so that other scenes have one question more.
 
-use raywright_bvh::Precision;
+use raywright_bvh::Real;
 
 use super::super::{Kernel, Tracer};
 use super::layered::wavelength;
@@ -13,7 +13,7 @@ use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
 use crate::prepare::{Boundary, Classic, Here, Material};
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Whether bodies are told apart by priority.
     #[inline(always)]
     pub(super) fn nests(&self) -> bool {
@@ -30,7 +30,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// The bodies on the near and on the far side of a boundary. One that is left was entered, also where that was not seen.
-    fn sides(&self, media: &Media, at: &Interaction<P::Real>) -> [Media; 2] {
+    fn sides(&self, media: &Media, at: &Interaction<R>) -> [Media; 2] {
         let known = at.outside || media.has(at.material);
         let near = if known { *media } else { media.beyond(at.material, true) };
         [near, near.beyond(at.material, at.outside)]
@@ -38,7 +38,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// The bodies beyond a boundary that is none, because a body of a greater priority is on both sides of it.
     #[inline(never)]
-    pub(super) fn hidden(&self, media: &Media, at: &Interaction<P::Real>) -> Option<Media> {
+    pub(super) fn hidden(&self, media: &Media, at: &Interaction<R>) -> Option<Media> {
         if !self.bounds_glass(at.material) {
             return None;
         }
@@ -47,7 +47,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Index of refraction of a body, for the path's wavelength where it bends them apart.
-    fn index_of(&self, walk: &mut Walk<P::Real>, body: Option<u32>, here: &Here<'_, P::Real>) -> f64 {
+    fn index_of(&self, walk: &mut Walk<R>, body: Option<u32>, here: &Here<'_, R>) -> f64 {
         match body.map(|material| &self.scene.materials[material as usize]) {
             Some(Material::Classic(m)) => match (&m.mixture, &m.transmission) {
                 (Some(mixture), _) => mixture.ior.unwrap_or(1.0),
@@ -57,7 +57,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             Some(Material::Physical(m)) => {
                 let dispersion = m.layered.map_or(0.0, |place| self.scene.layers[place as usize].dispersion);
                 let ior = m.boundary_at(here).ior;
-                if dispersion > 0.0 { crate::material::index_at(ior, dispersion, wavelength::<P>(walk)) } else { ior }
+                if dispersion > 0.0 { crate::material::index_at(ior, dispersion, wavelength::<R>(walk)) } else { ior }
             }
             Some(Material::Unused) | None => 1.0,
         }
@@ -66,7 +66,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Index of a surface's inside over that of its outside, where either may be a body: of glass by what light is in on both sides, of
     /// all else over the body that it is in.
     #[inline(never)]
-    pub(super) fn relative_index(&self, walk: &mut Walk<P::Real>, at: &Interaction<P::Real>, here: &Here<'_, P::Real>) -> f64 {
+    pub(super) fn relative_index(&self, walk: &mut Walk<R>, at: &Interaction<R>, here: &Here<'_, R>) -> f64 {
         if !self.bounds_glass(at.material) {
             let around = self.around(&walk.media);
             return self.index_of(walk, Some(at.material), here) / self.index_of(walk, around, here);
@@ -78,14 +78,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// A plain physical surface where it is: in what light is in.
     #[inline(never)]
-    pub(super) fn immersed(
-        &self,
-        walk: &mut Walk<P::Real>,
-        at: &Interaction<P::Real>,
-        here: &Here<'_, P::Real>,
-        model: &mut MetallicRoughness<P::Real>,
-    ) {
-        let boundary = Boundary::<P::Real>::new(self.relative_index(walk, at, here));
+    pub(super) fn immersed(&self, walk: &mut Walk<R>, at: &Interaction<R>, here: &Here<'_, R>, model: &mut MetallicRoughness<R>) {
+        let boundary = Boundary::<R>::new(self.relative_index(walk, at, here));
         model.dielectric = boundary.f0 * model.grazing;
         if let Some(glass) = &mut model.glass {
             glass.ior = boundary.ior;
@@ -96,11 +90,11 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(never)]
     pub(super) fn immersed_classic(
         &self,
-        walk: &mut Walk<P::Real>,
-        at: &Interaction<P::Real>,
-        here: &Here<'_, P::Real>,
-        m: &Classic<P::Real>,
-    ) -> Classic<P::Real> {
+        walk: &mut Walk<R>,
+        at: &Interaction<R>,
+        here: &Here<'_, R>,
+        m: &Classic<R>,
+    ) -> Classic<R> {
         let mut own = *m;
         if let Some(transmission) = &mut own.transmission {
             transmission.glass.ior = self.relative_index(walk, at, here);

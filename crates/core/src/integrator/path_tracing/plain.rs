@@ -6,7 +6,7 @@ mod lanes;
 use core::array::from_fn;
 use core::f64::consts::PI;
 
-use raywright_bvh::{Hit, Precision, Real, Vec3Of};
+use raywright_bvh::{Hit, Real};
 
 use lanes::{Shaded, bend, is_single, one, shade};
 
@@ -55,24 +55,18 @@ pub(super) struct Plain<R: Real> {
     question: Option<Question<R>>,
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Whether what a path met is to be one of these vertices, with what that takes; done with what only needs the point itself.
     #[inline(always)]
-    pub(super) fn plain(
-        &mut self,
-        place: u32,
-        walk: &mut Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-    ) -> Option<Plain<P::Real>> {
+    pub(super) fn plain(&mut self, place: u32, walk: &mut Walk<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<Plain<R>> {
         let scene = self.scene;
         if walk.traced + 1 >= self.max_depth {
             return None;
         }
         let (material, here) = (&scene.materials[at.material as usize], scene.sources.at(at));
         let (mut model, gain, bump) = match material {
-            Material::Physical(m) if m.plain => (m.model_at(&here), P::Real::ONE, m.bump.as_ref()),
-            Material::Classic(m) if m.matte => (matte(m, &here), P::Real::from_f64(PI), None),
+            Material::Physical(m) if m.plain => (m.model_at(&here), R::ONE, m.bump.as_ref()),
+            Material::Classic(m) if m.matte => (matte(m, &here), R::from_f64(PI), None),
             _ => return None,
         };
         if !model.is_rough() {
@@ -94,7 +88,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Adds what these surfaces send back along their paths, and sends the paths on; those that have an end are told.
-    pub(super) fn plains(&mut self, mut round: Round<'_, P::Real>, plains: &mut [Plain<P::Real>], mut ended: impl FnMut(u32)) {
+    pub(super) fn plains(&mut self, mut round: Round<'_, R>, plains: &mut [Plain<R>], mut ended: impl FnMut(u32)) {
         plains.chunks(LANES).for_each(|plains| self.bend(&mut round, plains));
         self.ask_lights(&round, plains);
         for plains in plains.chunks(LANES) {
@@ -108,15 +102,15 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Draws the lights that some vertices ask; those that ask the sky look there together.
-    fn ask_lights(&self, round: &Round<'_, P::Real>, plains: &mut [Plain<P::Real>]) {
+    fn ask_lights(&self, round: &Round<'_, R>, plains: &mut [Plain<R>]) {
         let lights = &self.scene.lights;
-        let (mut sky, mut seen) = (Vec::<(usize, Vec3Of<P>, f64)>::with_capacity(plains.len()), Vec::new());
+        let (mut sky, mut seen) = (Vec::<(usize, R::Vec3, f64)>::with_capacity(plains.len()), Vec::new());
         for (k, plain) in plains.iter_mut().enumerate() {
             let (walk, at) = round.of(plain);
             let Some((light, probability)) = self.chosen(walk, at, at.normal) else { continue };
             let [.., u, v] = walk.draws.light;
             match (light, lights.sky_sampler()) {
-                (LightId::Sky, Some(sampler)) => sky.push((k, sampler.drawn::<P::Real>([u, v]), probability)),
+                (LightId::Sky, Some(sampler)) => sky.push((k, sampler.drawn::<R>([u, v]), probability)),
                 _ => {
                     let drawn = lights.sample(light, at.surface.point, [u, v], probability);
                     plain.question = drawn.and_then(|drawn| self.question_of(light, drawn, at, at.normal, false));
@@ -133,7 +127,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// Bends the normals of some vertices.
-    fn bend(&self, round: &mut Round<'_, P::Real>, plains: &[Plain<P::Real>]) {
+    fn bend(&self, round: &mut Round<'_, R>, plains: &[Plain<R>]) {
         let bumpy = || plains.iter().filter_map(|plain| plain.bent.as_ref().map(|bent| (plain.place, bent)));
         let Some((_, first)) = bumpy().next() else { return };
         let (mut these, mut count) = ([first; LANES], 0);
@@ -143,8 +137,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         }
         let these = &these[..count];
         let places = bumpy().map(|(place, _)| place as usize);
-        if is_single::<P::Real>() {
-            let normals = bend::<P::Real>(these);
+        if is_single::<R>() {
+            let normals = bend::<R>(these);
             places.zip(normals).for_each(|(place, normal)| round.met[place].normal = normal);
         } else {
             places.zip(these).for_each(|(place, bent)| round.met[place].normal = bent.bent());
@@ -153,7 +147,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// What some vertices answer.
     #[inline(always)]
-    fn shaded(&self, round: &Round<'_, P::Real>, plains: &[Plain<P::Real>]) -> [Option<Shaded<P::Real>>; LANES] {
+    fn shaded(&self, round: &Round<'_, R>, plains: &[Plain<R>]) -> [Option<Shaded<R>>; LANES] {
         let of = |lane: usize| {
             let plain = &plains[lane.min(plains.len() - 1)];
             let (walk, at) = round.of(plain);
@@ -161,14 +155,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
         };
         let (these, compensated) = (from_fn::<_, LANES, _>(of), self.scene.compensates);
         let mut out = [None; LANES];
-        if is_single::<P::Real>() {
-            let all = shade::<Lanes<LANES>, P::Real>(&these, compensated);
+        if is_single::<R>() {
+            let all = shade::<Lanes<LANES>, R>(&these, compensated);
             for (lane, out) in out.iter_mut().enumerate() {
                 *out = Some(one(&all, lane));
             }
         } else {
             for (these, out) in these.chunks(1).zip(&mut out) {
-                *out = Some(shade::<P::Real, P::Real>(these, compensated));
+                *out = Some(shade::<R, R>(these, compensated));
             }
         }
         out
@@ -176,21 +170,21 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Adds what a vertex sends back of the light that it asked, and sends the path on; whether it goes on.
     #[inline(always)]
-    fn sent(&mut self, round: &mut Round<'_, P::Real>, plain: &Plain<P::Real>, shaded: &Shaded<P::Real>) -> bool {
+    fn sent(&mut self, round: &mut Round<'_, R>, plain: &Plain<R>, shaded: &Shaded<R>) -> bool {
         let place = plain.place as usize;
         let (walk, at) = (&mut round.walks[round.going[place] as usize], &round.met[place]);
         let Some(hit) = &round.hits[place] else { return false };
         if let Some(question) = plain.question {
             let answer = match question.wanted {
-                Wanted::Value => (shaded.answer, P::Real::ONE),
+                Wanted::Value => (shaded.answer, R::ONE),
                 Wanted::Delta { shines: true } => (shaded.answer, plain.gain),
                 Wanted::Delta { .. } => (shaded.diffuse, plain.gain),
-                Wanted::Weighed(density) => (shaded.answer, P::Real::from_f64(weight(density, shaded.density.to_f64()))),
+                Wanted::Weighed(density) => (shaded.answer, R::from_f64(weight(density, shaded.density.to_f64()))),
             };
             let sent = self.answered(walk, at, question, answer);
             walk.radiance += walk.throughput * sent;
         }
-        let luck = P::Real::from_f32(walk.draws.scatter[3]);
+        let luck = R::from_f32(walk.draws.scatter[3]);
         let normal = at.normal;
         self.leaves(walk, hit, at, &shaded.drawn, Leaves { normal, lit: normal, luck, bent: None, coated: false })
     }

@@ -3,7 +3,7 @@
 //!
 //! Asked only in scenes that have such walls or priorities.
 
-use raywright_bvh::{Hit, Interval, Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Interval, Real, Vector};
 
 use super::super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
 use super::{Media, Walk};
@@ -12,20 +12,20 @@ use crate::light::{Density, LightSample, Target};
 use crate::material::LayeredBsdf;
 use crate::prepare::{Alpha, Material};
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Share of a light that arrives where it is asked from, on a way that begins in these bodies, in each channel: what the way absorbs
     /// is taken too. Each thin wall takes a segment, as it does from paths. Of an emitter that varies, what is given off where the way
     /// meets it: there it is read, as paths read it.
     #[inline(never)]
     pub(super) fn arrives_straight(
         &mut self,
-        walk: &Walk<P::Real>,
+        walk: &Walk<R>,
         mut media: Media,
-        light: &LightSample<P::Real>,
-        (at, varied): (&Interaction<P::Real>, Option<u32>),
-    ) -> Vec3Of<P> {
+        light: &LightSample<R>,
+        (at, varied): (&Interaction<R>, Option<u32>),
+    ) -> R::Vec3 {
         let sizeless = light.density == Density::Delta;
-        let (mut from, mut share, mut segments) = (*at, Vec3Of::<P>::ONE, walk.traced + 1);
+        let (mut from, mut share, mut segments) = (*at, R::Vec3::ONE, walk.traced + 1);
         for _ in 0..=MAX_CUTOUTS {
             // Where the light is where the ray would start, nothing is in between.
             let Some((ray, range)) = self.towards(light, &from) else {
@@ -33,14 +33,14 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             };
             let before = range.max;
             let endless = varied.is_some() || matches!(light.target, Target::Infinity) && !sizeless;
-            let range = if endless { Interval { max: P::Real::INFINITY, ..range } } else { range };
+            let range = if endless { Interval { max: R::INFINITY, ..range } } else { range };
             self.counters.shadow += 1;
             let leg = Leg::of(ray.at_time(at.time));
             let Some(hit) = self.scene.geometry.closest(&leg.ray, range, &mut ()) else {
                 let left = if varied.is_some() { Vector::ZERO } else { share };
                 return left * self.passes_media(&media, from.distance_to(&light.target));
             };
-            let met = Interaction::of::<P, K>(self.scene, &leg, &hit);
+            let met = Interaction::of::<K>(self.scene, &leg, &hit);
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
             let through = if varied.is_some() && hit.t >= before {
                 // What lies before it was passed: it is met, or nothing of it.
@@ -52,7 +52,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 && let Some(beyond) = self.hidden(&media, &met)
             {
                 media = beyond;
-                Through::<P> { share: Vector::ONE, counts: false }
+                Through::<R> { share: Vector::ONE, counts: false }
             } else {
                 self.through_wall(walk, &leg, &hit, &met, sizeless)
             };
@@ -67,7 +67,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// What a surface gives off, in its share that is there.
-    fn given_off(&self, at: &Interaction<P::Real>) -> Vec3Of<P> {
+    fn given_off(&self, at: &Interaction<R>) -> R::Vec3 {
         if !self.shines(at) {
             return Vector::ZERO;
         }
@@ -76,22 +76,15 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     }
 
     /// What a surface lets straight through.
-    fn through_wall(
-        &self,
-        walk: &Walk<P::Real>,
-        leg: &Leg<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        sizeless: bool,
-    ) -> Through<P> {
-        let of = |share: Vec3Of<P>| Through::<P> { share, counts: false };
+    fn through_wall(&self, walk: &Walk<R>, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, sizeless: bool) -> Through<R> {
+        let of = |share: R::Vec3| Through::<R> { share, counts: false };
         if sizeless && !self.scene.objects[at.object as usize].casts_shadow {
             return of(Vector::ONE);
         }
         let Material::Physical(m) = &self.scene.materials[at.material as usize] else { return of(Vector::ZERO) };
         if m.alpha != Alpha::Opaque {
             // What covers a part lets nothing through: paths do not find light straight through it either.
-            return of(Vec3Of::<P>::splat(P::Real::ONE - m.alpha_at(&self.scene.sources.at(at))));
+            return of(R::Vec3::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))));
         }
         let Some(place) = m.layered.filter(|_| m.is_wall()) else { return of(Vector::ZERO) };
         let mut here = Walk { leg: *leg, ..*walk };
@@ -102,8 +95,8 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 }
 
 /// What a surface lets straight through.
-struct Through<P: Precision> {
-    share: Vec3Of<P>,
+struct Through<R: Real> {
+    share: R::Vec3,
     /// Whether a path that passes there has one more segment.
     counts: bool,
 }

@@ -1,7 +1,7 @@
 //! Many paths at a time, each segment of all of them before the next one of any: what one asks of memory is on its way while others
 //! compute, and rays, sky and surfaces each have the caches to themselves. No path's bits depend on which others it goes with.
 
-use raywright_bvh::{Hit, Precision, Ray, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::super::{Brought, FirstHit, FirstHits, Kernel, Tracer, clamping};
 use super::plain::{Plain, Round};
@@ -11,27 +11,27 @@ use crate::light::Seen;
 use crate::sampler::{Address, Purpose, Sequence, fours};
 
 /// Paths on their way together; kept by who has many, so that its lists are made once.
-pub(crate) struct Stream<P: Precision> {
-    walks: Vec<Walk<P::Real>>,
+pub(crate) struct Stream<R: Real> {
+    walks: Vec<Walk<R>>,
     /// What those that go on hit, in their order.
-    hits: Vec<Option<Hit<P::Real>>>,
+    hits: Vec<Option<Hit<R>>>,
     /// Those that have a ray to be traced, by their places.
     going: Vec<u32>,
     /// What their camera rays hit first, and saw without light from elsewhere, where that is kept.
     firsts: Vec<Option<FirstHit>>,
-    directs: Vec<Vec3Of<P>>,
+    directs: Vec<R::Vec3>,
     /// What those that met nothing see of the sky.
-    seen: Vec<Seen<P::Real>>,
+    seen: Vec<Seen<R>>,
     /// What the others met.
-    met: Vec<Interaction<P::Real>>,
+    met: Vec<Interaction<R>>,
     draws: Vec<[f32; 4]>,
-    plains: Vec<Plain<P::Real>>,
+    plains: Vec<Plain<R>>,
     /// Which of them go on.
     goes: Vec<bool>,
-    together: FirstHits<P>,
+    together: FirstHits<R>,
 }
 
-impl<P: Precision> Default for Stream<P> {
+impl<R: Real> Default for Stream<R> {
     fn default() -> Self {
         Self {
             walks: Vec::new(),
@@ -49,25 +49,25 @@ impl<P: Precision> Default for Stream<P> {
     }
 }
 
-impl<P: Precision> Stream<P> {
+impl<R: Real> Stream<R> {
     /// What the path of a camera ray brought, by its place among those that were followed.
     #[inline(always)]
-    pub fn brought(&self, place: usize) -> Brought<P::Real> {
+    pub fn brought(&self, place: usize) -> Brought<R> {
         let walk = &self.walks[place];
-        Brought { radiance: walk.radiance, coverage: if walk.hit { P::Real::ONE } else { P::Real::ZERO } }
+        Brought { radiance: walk.radiance, coverage: if walk.hit { R::ONE } else { R::ZERO } }
     }
 
     /// What it hit first, none for the sky, and what it saw without light from elsewhere; nothing where that is not kept.
-    pub fn first(&self, place: usize) -> (Option<&FirstHit>, Vec3Of<P>) {
+    pub fn first(&self, place: usize) -> (Option<&FirstHit>, R::Vec3) {
         let direct = self.directs.get(place).copied().unwrap_or(Vector::ZERO);
         (self.firsts.get(place).and_then(Option::as_ref), direct)
     }
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Follows the paths of camera rays to their ends. `together`: so many of them, one after the other, are asked at once what they hit
     /// first.
-    pub fn follow_all(&mut self, (rays, addresses): (&[Ray<P::Real>], &[Address]), together: usize, stream: &mut Stream<P>) {
+    pub fn follow_all(&mut self, (rays, addresses): (&[Ray<R>], &[Address]), together: usize, stream: &mut Stream<R>) {
         let Stream { walks, hits, going, firsts, directs, seen, met, draws, plains, goes, together: found } = stream;
         walks.clear();
         walks.extend(rays.iter().zip(addresses).map(|(&ray, &address)| self.walk(ray, address)));
@@ -93,7 +93,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 let (leg, Some(hit)) = (&walks[place as usize].leg, hit) else { continue };
                 met.push(Interaction::begun(self.scene, leg, hit));
                 let Some(at) = met.last_mut() else { continue };
-                at.finish::<P, K>(self.scene, leg, hit);
+                at.finish::<K>(self.scene, leg, hit);
                 self.scene.sources.prefetch(at);
             }
             self.draw(walks, going, draws);
@@ -117,17 +117,17 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             hits.extend(going.iter().map(|&place| self.ask(&walks[place as usize])));
         }
         for (direct, walk) in directs.iter_mut().zip(&*walks) {
-            let share = self.scene.clamp.map_or(P::Real::ONE, |most| clamping::<P::Real>(walk.radiance, most));
+            let share = self.scene.clamp.map_or(R::ONE, |most| clamping::<R>(walk.radiance, most));
             *direct = *direct * share + self.scene.veil;
         }
         for walk in walks {
-            let share = self.scene.clamp.map(|most| clamping::<P::Real>(walk.radiance, most));
+            let share = self.scene.clamp.map(|most| clamping::<R>(walk.radiance, most));
             walk.radiance = share.map_or(walk.radiance, |share| walk.radiance * share) + self.scene.veil;
         }
     }
 
     /// Makes the numbers that the vertices of these paths ask for.
-    fn draw(&self, walks: &mut [Walk<P::Real>], going: &[u32], draws: &mut Vec<[f32; 4]>) {
+    fn draw(&self, walks: &mut [Walk<R>], going: &[u32], draws: &mut Vec<[f32; 4]>) {
         let purposes: &[Purpose] =
             if self.scene.lights.choice().is_empty() { &[Purpose::Scatter] } else { &[Purpose::Scatter, Purpose::Light] };
         draws.clear();
@@ -146,10 +146,10 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// Ends the paths that hit nothing.
     fn escape(
         &mut self,
-        walks: &mut [Walk<P::Real>],
+        walks: &mut [Walk<R>],
         going: &mut Vec<u32>,
-        hits: &mut Vec<Option<Hit<P::Real>>>,
-        (seen, directs): (&mut Vec<Seen<P::Real>>, &mut [Vec3Of<P>]),
+        hits: &mut Vec<Option<Hit<R>>>,
+        (seen, directs): (&mut Vec<Seen<R>>, &mut [R::Vec3]),
     ) {
         let escaped = || going.iter().zip(&*hits).filter(|(_, hit)| hit.is_none()).map(|(&place, _)| place as usize);
         seen.clear();

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use raywright_bvh::{Hit, Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Hit, Real, Vector};
 
 use super::super::{Kernel, Tracer};
 use super::{Onward, Walk, classic};
@@ -12,23 +12,23 @@ use crate::material::{Bsdf, Frame, Glass, Interface, Sampled, Scatters};
 use crate::prepare::{Alpha, Material};
 
 /// How a path leaves a vertex.
-pub(super) struct Leaves<'a, P: Precision> {
+pub(super) struct Leaves<'a, R: Real> {
     /// The normal of its lobes.
-    pub normal: Vec3Of<P>,
+    pub normal: R::Vec3,
     /// Normal of the side that lights were asked for; zero for both.
-    pub lit: Vec3Of<P>,
+    pub lit: R::Vec3,
     /// A number in [0, 1): below what the path counts, it goes on.
-    pub luck: P::Real,
+    pub luck: R,
     /// The boundary of glass that bends it; none: it goes as drawn.
-    pub bent: Option<&'a Glass<P::Real>>,
+    pub bent: Option<&'a Glass<R>>,
     /// Whether its lobes may have normals of their own.
     pub coated: bool,
 }
 
-impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
+impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Adds what a surface sends back along a path; whether the path goes on.
     #[inline(always)]
-    pub(super) fn vertex(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>) -> bool {
+    pub(super) fn vertex(&mut self, walk: &mut Walk<R>, hit: &Hit<R>, at: &Interaction<R>) -> bool {
         let scene = self.scene;
         let here = scene.sources.at(at);
         match &scene.materials[at.material as usize] {
@@ -53,7 +53,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 let bsdf = classic::lobes(m, &here, at, normal);
                 let glass = m.transmission.as_ref().map(|transmission| transmission.glass);
                 // A light without size says how bright it makes a white classic surface that faces it, not what falls on it.
-                self.scatter(walk, hit, at, &bsdf, (glass.as_ref(), P::Real::from_f64(PI)))
+                self.scatter(walk, hit, at, &bsdf, (glass.as_ref(), R::from_f64(PI)))
             }
             Material::Physical(m) => {
                 if let Some(emission) = &m.emission {
@@ -77,7 +77,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                 }
                 let normal = if model.glass.is_some() { at.towards() } else { at.normal };
                 let bsdf = model.transport(normal, -at.direction, at.outside, scene.compensates);
-                self.scatter(walk, hit, at, &bsdf, (model.glass.as_ref(), P::Real::ONE))
+                self.scatter(walk, hit, at, &bsdf, (model.glass.as_ref(), R::ONE))
             }
             Material::Unused => false,
         }
@@ -85,7 +85,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Adds what a surface gives off, in the share that a ray has in finding it.
     #[inline]
-    pub(super) fn emits(&mut self, walk: &mut Walk<P::Real>, hit: &Hit<P::Real>, at: &Interaction<P::Real>, emission: Vec3Of<P>) {
+    pub(super) fn emits(&mut self, walk: &mut Walk<R>, hit: &Hit<R>, at: &Interaction<R>, emission: R::Vec3) {
         // What glows in parts is dark mostly; no share of nothing is worth asking for.
         if emission == Vector::ZERO || !self.shines(at) {
             return;
@@ -99,7 +99,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
                     lights.density(light, from, direction, &Target::Surface(at.surface), probability)
                 })
             }
-            None => P::Real::ONE,
+            None => R::ONE,
         };
         self.counters.found += u64::from(self.is_unaided(walk));
         let emitted = walk.throughput * emission * share;
@@ -109,21 +109,21 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
 
     /// Asks a light and draws the direction in which the path goes on.
     #[inline(always)]
-    pub(super) fn scatter<L: Scatters<P::Real>, const MOST: usize>(
+    pub(super) fn scatter<L: Scatters<R>, const MOST: usize>(
         &mut self,
-        walk: &mut Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        bsdf: &Bsdf<P::Real, L, MOST>,
-        (glass, gain): (Option<&Glass<P::Real>>, P::Real),
+        walk: &mut Walk<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        bsdf: &Bsdf<R, L, MOST>,
+        (glass, gain): (Option<&Glass<R>>, R),
     ) -> bool {
         let sent = self.asked(walk, at, bsdf, gain);
         walk.radiance += walk.throughput * sent;
-        let [lobe, u, v, luck] = walk.draws.scatter.map(P::Real::from_f32);
+        let [lobe, u, v, luck] = walk.draws.scatter.map(R::from_f32);
         let normal = bsdf.normal();
         let drawn = bsdf.sample(&Frame::about(normal), -at.direction, [lobe, u, v]);
         // A coat may mirror about a normal of its own.
-        let through = drawn.direction.dot(normal) < P::Real::ZERO;
+        let through = drawn.direction.dot(normal) < R::ZERO;
         let bent = glass.filter(|_| drawn.delta && (through || !L::COATED));
         let lit = if bsdf.lets_through() { Vector::ZERO } else { normal };
         self.leaves(walk, hit, at, &drawn, Leaves { normal, lit, luck, bent, coated: L::COATED })
@@ -133,19 +133,19 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     #[inline(always)]
     pub(super) fn leaves(
         &mut self,
-        walk: &mut Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        drawn: &Sampled<P::Real>,
-        Leaves { normal, lit, luck, bent, coated }: Leaves<'_, P>,
+        walk: &mut Walk<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        drawn: &Sampled<R>,
+        Leaves { normal, lit, luck, bent, coated }: Leaves<'_, R>,
     ) -> bool {
         if !drawn.some {
             return false;
         }
         let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
-        let through = drawn.direction.dot(normal) < P::Real::ZERO;
+        let through = drawn.direction.dot(normal) < R::ZERO;
         // A shading normal must not take a reflection below the surface, nor what goes through it above.
-        if (geometric.dot(drawn.direction) < P::Real::ZERO) != through {
+        if (geometric.dot(drawn.direction) < R::ZERO) != through {
             return false;
         }
         let (direction, rest) = match bent {
@@ -153,7 +153,7 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
             None => (drawn.direction, Vector::ZERO),
         };
         // Starts of rays count from the normal that the object has.
-        let side = if through == (normal == at.normal) { -P::Real::ONE } else { P::Real::ONE };
+        let side = if through == (normal == at.normal) { -R::ONE } else { R::ONE };
         // Of delta lobes only walls send light on without an index.
         let straight = coated && drawn.delta && through && self.is_wall(at.material);
         let ray = self.leave(at, direction, side);
@@ -175,18 +175,18 @@ impl<P: Precision, K: Kernel> Tracer<'_, P, K> {
     /// The direction that a boundary of glass sends a ray in, with the digits that storing takes from it.
     fn known(
         &self,
-        walk: &Walk<P::Real>,
-        hit: &Hit<P::Real>,
-        at: &Interaction<P::Real>,
-        (glass, through): (&Glass<P::Real>, bool),
-        drawn: &Sampled<P::Real>,
-    ) -> (Vec3Of<P>, Vec3Of<P>) {
-        let side = if at.direction.dot(at.normal) > P::Real::ZERO { -P::Real::ONE } else { P::Real::ONE };
+        walk: &Walk<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        (glass, through): (&Glass<R>, bool),
+        drawn: &Sampled<R>,
+    ) -> (R::Vec3, R::Vec3) {
+        let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
         let [d, n] = self.directions(&walk.leg, hit, at, side);
         let interface = Interface::new(d, n, glass.eta(at.outside));
         let exact = if through { interface.refracted } else { Some(interface.reflected) };
         exact.map_or((drawn.direction, Vector::ZERO), |exact| {
-            let stored = Vec3Of::<P>::from_f64(exact);
+            let stored = R::Vec3::from_f64(exact);
             (stored, Vector::from_f64(exact - stored.to_f64()))
         })
     }

@@ -7,10 +7,10 @@ use crate::light::{DeltaLight, EmitterList, Emitters, Glow};
 use crate::scene::{Colour, Falloff, Light as LightData, LightKind};
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
-use raywright_bvh::{Aabb, Reference, Side};
+use raywright_bvh::{Aabb, Side};
 
 /// Balls of light at places, with radiances.
-fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<Reference> {
+fn lights(balls: impl Iterator<Item = (DVec3, f64)>) -> Lights<f64> {
     let mut list = EmitterList::default();
     for (centre, radiance) in balls {
         list.next_object();
@@ -80,7 +80,7 @@ fn lights_are_drawn_by_their_probability() {
 /// and reaches each of them.
 #[test]
 fn many_lights_anywhere() {
-    let choose = |lights: &Lights<Reference>, from: DVec3| {
+    let choose = |lights: &Lights<f64>, from: DVec3| {
         let sum: f64 = lights.ids().map(|id| lights.choice().probability::<f64>(id, from, DVec3::ZERO)).sum();
         (sum, lights.choice().tree.depth())
     };
@@ -122,7 +122,7 @@ fn points_and_spots_shine_evenly() {
     // How often the first of them is asked from the origin, lit from everywhere.
     let share = |delta: Vec<DeltaLight<f64>>| {
         let scene = Aabb { min: DVec3::splat(-9.0), max: DVec3::splat(9.0) };
-        let mut lights = Lights::<Reference>::new(delta, Emitters::new(EmitterList::default()), Sky { kind: Kind::None }, &scene);
+        let mut lights = Lights::<f64>::new(delta, Emitters::new(EmitterList::default()), Sky { kind: Kind::None }, &scene);
         lights.prepare_choice();
         let first = (0..1000).filter(|i| {
             let drawn = lights.choice().draw::<f64>(DVec3::ZERO, DVec3::ZERO, [*i as f32 / 1000.0, 0.0]);

@@ -108,8 +108,8 @@ pub(super) fn unfolded([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use raywright_bvh::Vector;
     use raywright_bvh::shapes::{SampleArea, Triangle};
-    use raywright_bvh::{Reference, Vector};
 
     use super::*;
 
@@ -157,8 +157,8 @@ mod tests {
             for i in 0..count * count {
                 let numbers = [i % count, i / count].map(|i| (f64::from(i) + 0.5) / f64::from(count));
                 let (place, density) = table.place(cells, numbers);
-                let (point, _) = triangle.sample_area::<Reference>(place[0], place[1]);
-                let found = unfolded(triangle.vertices, point.stored::<Reference>().point.to_f64());
+                let (point, _) = triangle.sample_area(place[0], place[1]);
+                let found = unfolded(triangle.vertices, point.stored::<f64>().point.to_f64());
                 let apart = (found[0] - place[0]).abs().max((found[1] - place[1]).abs());
                 assert!(apart < 1e-9, "{found:?} for {place:?}");
                 assert_eq!(table.density(cells, place), density, "{place:?} of {across}");

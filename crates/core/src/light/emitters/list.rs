@@ -1,7 +1,7 @@
 //! The tables of emitters, as preparation fills them.
 
 use raywright_bvh::shapes::{AnyShape, Placed, Triangle};
-use raywright_bvh::{Precision, Real, Side, Vec3Of, Vector};
+use raywright_bvh::{Real, Side, Vector};
 
 use super::cells::{CellTable, Cells, bytes_of};
 
@@ -41,44 +41,44 @@ impl<R: Real> Emitter<R> {
 
 /// What an emitter gives off.
 #[derive(Clone, Copy, Debug)]
-pub struct Glow<P: Precision> {
+pub struct Glow<R: Real> {
     /// Radiance; the mean of it where it varies, by which it is asked as often as it is worth.
-    pub radiance: Vec3Of<P>,
+    pub radiance: R::Vec3,
     /// Whether it varies.
     pub varies: bool,
     /// Whether a ray may pass it, so that what is behind its first point is seen too.
     pub passable: bool,
 }
 
-impl<P: Precision> Glow<P> {
+impl<R: Real> Glow<R> {
     /// The same radiance everywhere.
-    pub fn even(radiance: Vec3Of<P>) -> Self {
+    pub fn even(radiance: R::Vec3) -> Self {
         Self { radiance, varies: false, passable: false }
     }
 
     /// The mean of what was found in places that are even over a surface; `passable`: whether a ray may pass it.
-    pub fn varied(found: &[Vec3Of<P>], passable: bool) -> Self {
-        let sum = found.iter().fold(Vec3Of::<P>::ZERO, |sum, &radiance| sum + radiance);
-        Self { radiance: sum * P::Real::from_f64(1.0 / found.len() as f64), varies: true, passable }
+    pub fn varied(found: &[R::Vec3], passable: bool) -> Self {
+        let sum = found.iter().fold(R::Vec3::ZERO, |sum, &radiance| sum + radiance);
+        Self { radiance: sum * R::from_f64(1.0 / found.len() as f64), varies: true, passable }
     }
 }
 
 /// Emitters as preparation finds them, object by object.
 #[derive(Clone, Debug)]
-pub struct EmitterList<P: Precision> {
-    pub(super) emitters: Vec<Emitter<P::Real>>,
-    pub(super) placed: Vec<Placed<P>>,
+pub struct EmitterList<R: Real> {
+    pub(super) emitters: Vec<Emitter<R>>,
+    pub(super) placed: Vec<Placed<R>>,
     pub(super) first: Vec<u32>,
     pub(super) cells: CellTable,
 }
 
-impl<P: Precision> Default for EmitterList<P> {
+impl<R: Real> Default for EmitterList<R> {
     fn default() -> Self {
         Self { emitters: Vec::new(), placed: Vec::new(), first: Vec::new(), cells: CellTable::default() }
     }
 }
 
-impl<P: Precision> EmitterList<P> {
+impl<R: Real> EmitterList<R> {
     /// Makes room for so many triangles whose emission varies, of so many cells each way.
     pub fn reserve_cells(&mut self, triangles: u64, across: u64) {
         self.cells.reserve(triangles, across);
@@ -96,8 +96,8 @@ impl<P: Precision> EmitterList<P> {
             return 0;
         }
         let each = [
-            (emitters, size_of::<Emitter<P::Real>>() + size_of::<f64>()),
-            (placed, size_of::<Placed<P>>()),
+            (emitters, size_of::<Emitter<R>>() + size_of::<f64>()),
+            (placed, size_of::<Placed<R>>()),
             (objects, size_of::<u32>()),
         ];
         let tables = each.into_iter().fold(0_u64, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)));
@@ -105,7 +105,7 @@ impl<P: Precision> EmitterList<P> {
     }
 
     /// Adds a shape, or the next triangle of a mesh. `area`: where the caller knows it.
-    pub fn plain(&mut self, shape: AnyShape<P::Real>, glow: Glow<P>, side: Side, area: Option<f64>) -> f64 {
+    pub fn plain(&mut self, shape: AnyShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(shape.area()));
         self.emitters.push(Emitter { form: Form::Plain(shape), radiance, varies, passable, side, area, cells: None });
@@ -114,9 +114,9 @@ impl<P: Precision> EmitterList<P> {
 
     /// Adds the next triangle of a mesh whose emission varies, from what it gives off in the middles of cells of the square that is folded onto
     /// it, row by row, so many each way.
-    pub fn varied(&mut self, triangle: Triangle<P::Real>, found: &[Vec3Of<P>], passable: bool, side: Side, across: usize) {
+    pub fn varied(&mut self, triangle: Triangle<R>, found: &[R::Vec3], passable: bool, side: Side, across: usize) {
         self.plain(AnyShape::Triangle(triangle), Glow::varied(found, passable), side, None);
-        let brightness = |radiance: &Vec3Of<P>| radiance.to_f64().element_sum();
+        let brightness = |radiance: &R::Vec3| radiance.to_f64().element_sum();
         let cells = self.cells.push(across, &found.iter().map(brightness).collect::<Vec<_>>());
         if let Some(emitter) = self.emitters.last_mut() {
             emitter.cells = cells;
@@ -124,7 +124,7 @@ impl<P: Precision> EmitterList<P> {
     }
 
     /// Adds a shape under a map.
-    pub fn placed(&mut self, placed: Placed<P>, glow: Glow<P>, side: Side, area: Option<f64>) -> f64 {
+    pub fn placed(&mut self, placed: Placed<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = Form::Placed(self.placed.len() as u32);

@@ -1,16 +1,16 @@
 //! Lamps by their middles: where shadows are hard, all of a lamp's light arrives or none of it.
 
 use raywright_bvh::shapes::{AnyShape, Cylinder, Ends};
-use raywright_bvh::{Precision, Real, Vec3Of, Vector};
+use raywright_bvh::{Real, Vector};
 
 use super::{Emitters, Form};
 use crate::light::{LightSample, Target};
 
-impl<P: Precision> Emitters<P> {
+impl<R: Real> Emitters<R> {
     /// What was drawn of an emitter, aimed at its middle: that of its bounds, or a point of a triangle, whose bounds' middle it need not hold.
     /// As it was drawn to who is within the bounds of a closed shape; none where such a shape itself hides what was drawn, because rays to
     /// its middle pass it. What else of its own light a torus hides is not noticed.
-    pub fn by_middle(&self, index: u32, drawn: LightSample<P::Real>, from: Vec3Of<P>) -> Option<LightSample<P::Real>> {
+    pub fn by_middle(&self, index: u32, drawn: LightSample<R>, from: R::Vec3) -> Option<LightSample<R>> {
         let (shape, plain) = match &self.list.emitters[index as usize].form {
             Form::Plain(shape) => (shape, true),
             Form::Placed(placed) => (self.list.placed[*placed as usize].shape(), false),
@@ -21,14 +21,14 @@ impl<P: Precision> Emitters<P> {
                 return Some(drawn);
             }
             if let Target::Surface(surface) = &drawn.target
-                && surface.normal.dot(drawn.direction) >= P::Real::ZERO
+                && surface.normal.dot(drawn.direction) >= R::ZERO
             {
                 return None;
             }
         }
-        let half = P::Real::from_f64(0.5);
+        let half = R::from_f64(0.5);
         let middle = match shape {
-            AnyShape::Triangle(_) if plain => shape.sample_area::<P>(half, half).map(|(at, _)| at.stored::<P>().point.to_f64()),
+            AnyShape::Triangle(_) if plain => shape.sample_area(half, half).map(|(at, _)| at.stored::<R>().point.to_f64()),
             _ => None,
         };
         let middle = middle.unwrap_or_else(|| space.centre());

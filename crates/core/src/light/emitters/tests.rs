@@ -2,11 +2,10 @@
 
 use super::*;
 use glam::Vec3;
-use raywright_bvh::Robust;
 use raywright_bvh::shapes::{Quad, Sphere};
 
 /// Balls of area one whose power is as given.
-fn lights(powers: &[f64]) -> Emitters<Robust> {
+fn lights(powers: &[f64]) -> Emitters<f32> {
     let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
     let mut list = EmitterList::default();
     for &power in powers {
@@ -16,12 +15,12 @@ fn lights(powers: &[f64]) -> Emitters<Robust> {
 }
 
 /// How often each of so many evenly spread picks from the first `share` of [0, 1) draws the emitter of a power.
-fn drawn(lights: &Emitters<Robust>, power: f32, share: f64, picks: u32) -> u32 {
+fn drawn(lights: &Emitters<f32>, power: f32, share: f64, picks: u32) -> u32 {
     let pick = |i: u32| {
         let cells = share * f64::from(i) / f64::from(picks) * f64::from(1 << 23);
         [(cells.floor() / f64::from(1 << 23)) as f32, cells.fract() as f32]
     };
-    let radiance = |lights: &Emitters<Robust>, pick| {
+    let radiance = |lights: &Emitters<f32>, pick| {
         lights.choose(pick).map(|(index, _)| lights.list.emitters[index as usize].radiance.x).expect("there are emitters")
     };
     (0..picks).filter(|&i| radiance(lights, pick(i)) == power).count() as u32
@@ -64,7 +63,7 @@ fn faint_emitters_are_drawn_as_often_as_they_should() {
 fn each_side_shines_or_does_not() {
     let quad: AnyShape<f32> = Quad::new(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0).into();
     for (side, shines) in [(Side::Outside, [true, false]), (Side::Inside, [false, true]), (Side::Both, [true, true])] {
-        let mut list = EmitterList::<Robust>::default();
+        let mut list = EmitterList::<f32>::default();
         list.plain(quad, Glow::even(Vec3::X), side, None);
         let lamp = Emitters::new(list);
         let sides = f64::from(u8::from(shines[0]) + u8::from(shines[1]));

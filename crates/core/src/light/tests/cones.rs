@@ -34,7 +34,7 @@ fn far_balls_keep_their_solid_angle() {
 fn far_balls_send_their_light_without_noise() {
     for ratio in [10.0, 1e3, 1e5, 1e7] {
         let ball = Sphere { centre: DVec3::new(0.0, 0.25 * ratio, 0.0), radius: 0.25 };
-        let (lights, _) = surface::<Reference>(ball.into(), None, Strategy::SolidAngle);
+        let (lights, _) = surface::<f64>(ball.into(), None, Strategy::SolidAngle);
         for i in 0..200 {
             let sample = lights.sample(LightId::Emitter(0), DVec3::ZERO, numbers(i), 1.0).expect("all of it is seen");
             let expected = PI / (ratio * ratio);
@@ -53,7 +53,7 @@ fn within_a_ball_points_are_drawn_by_area() {
     let centre = DVec3::new(1.0, 2.0, 3.0);
     assert!([DVec3::ZERO, DVec3::X, DVec3::Y * 0.5].iter().all(|&d| Cone::new(centre, 1.0, centre + d).is_none()));
     assert!(Cone::new(centre, 1.0, DVec3::NAN).is_none());
-    let mut list = EmitterList::<Reference>::default();
+    let mut list = EmitterList::<f64>::default();
     list.plain(Sphere { centre, radius: 1.0 }.into(), Glow::even(DVec3::ONE), Side::Inside, None);
     let lights = alone(list, Strategy::SolidAngle);
     let (mut sum, mut squares, count) = (0.0, 0.0, 40_000_u32);

@@ -4,10 +4,10 @@ use super::*;
 use crate::scene::{ImageData, Pixels};
 
 /// A triangle above the origin that gives off so much in each of so many cells each way, also as what rays can hit.
-fn spotted<P: Precision>(across: usize, found: &[f64]) -> (Lights<P>, Geometry<P>) {
-    let at = |x: f64, y: f64, z: f64| Vec3Of::<P>::from_f64(DVec3::new(x, y, z));
+fn spotted<R: Real>(across: usize, found: &[f64]) -> (Lights<R>, Geometry<R>) {
+    let at = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
     let triangle = Triangle { vertices: [at(-0.5, 1.0, -1.0), at(1.5, 1.3, -0.3), at(0.1, 1.6, 1.2)] };
-    let found: Vec<Vec3Of<P>> = found.iter().map(|&x| at(x, 0.0, 0.0)).collect();
+    let found: Vec<R::Vec3> = found.iter().map(|&x| at(x, 0.0, 0.0)).collect();
     let (mut list, mut group) = (EmitterList::default(), Group::default());
     list.next_object();
     list.varied(triangle, &found, false, Side::Both, across);
@@ -26,7 +26,7 @@ fn spots(across: usize) -> Vec<f64> {
 fn spotted_triangles_are_drawn_by_their_density() {
     let (from, light) = (DVec3::new(0.1, -0.2, 0.05), LightId::Emitter(0));
     for across in [3, 8, 32] {
-        let (lights, geometry) = spotted::<Reference>(across, &spots(across));
+        let (lights, geometry) = spotted::<f64>(across, &spots(across));
         agrees(&format!("{across} cells each way"), &lights, light, from, |d| {
             let ray = Ray::new(from, d);
             let hit = geometry.closest(&ray, Interval::positive(), &mut ());
@@ -43,13 +43,13 @@ fn spotted_triangles_are_drawn_by_their_density() {
         }
         assert_eq!(drawn, 2_000);
     }
-    let whole = [spotted::<Reference>(8, &[0.4; 64]).0, spotted::<Reference>(1, &[0.4]).0];
+    let whole = [spotted::<f64>(8, &[0.4; 64]).0, spotted::<f64>(1, &[0.4]).0];
     let [first, second] = whole.map(|lights| lights.sample(light, from, [0.3, 0.6], 1.0).expect("it shines there"));
     assert_eq!((first.direction, first.density), (second.direction, second.density));
 }
 
 /// A sky whose rows have this radiance from the zenith to the horizon, and that below it, of which what exceeds is drawn.
-fn halves(above: f32, below: f32) -> Lights<Reference> {
+fn halves(above: f32, below: f32) -> Lights<f64> {
     let (width, height) = (32, 16);
     let pixels = (0..width * height).map(|i| [if i < width * height / 2 { above } else { below }; 4]).collect();
     let image = std::sync::Arc::new(ImageData { width, height, pixels: Pixels::Linear(pixels) });
@@ -62,7 +62,7 @@ fn halves(above: f32, below: f32) -> Lights<Reference> {
 /// 0.1875, of 1 and 0.2 nothing below; and what the sky counts among other lights stays all that it gives.
 #[test]
 fn of_a_sky_most_of_the_mean_is_left() {
-    let density = |lights: &Lights<Reference>, y: f64| {
+    let density = |lights: &Lights<f64>, y: f64| {
         let direction = DVec3::new(0.6, y, 0.1).normalize();
         lights.density(LightId::Sky, DVec3::ZERO, direction, &Target::Infinity, 1.0)
     };

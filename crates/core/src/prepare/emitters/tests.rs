@@ -13,12 +13,12 @@ use crate::prepare::build_geometry;
 use crate::scene::Integrator;
 use crate::scene::{Generator, GeneratorKind, Object, TransformStep};
 use crate::settings::Settings;
-use raywright_bvh::{AcceleratorKind, Interval, Ray, Reference, Robust};
+use raywright_bvh::{AcceleratorKind, Interval, Ray};
 use serde_json::json;
 
-fn found(scene: &Scene) -> Emitters<Robust> {
+fn found(scene: &Scene) -> Emitters<f32> {
     let (sources, wanted) = (Sources::default(), Wanted { even: true, varied: false, read: false });
-    Emitters::new(emitters::<Robust>(scene, &Lookup::new(scene), (&[], &sources), wanted, &()).expect("nobody stops it"))
+    Emitters::new(emitters::<f32>(scene, &Lookup::new(scene), (&[], &sources), wanted, &()).expect("nobody stops it"))
 }
 
 /// Protects: what is only moved lights others as a shape of its own, so that tens of thousands of emitters are no matter, and
@@ -84,7 +84,7 @@ fn a_hit_finds_its_emitter() {
     .expect("a scene");
     let (lookup, emitters) = (Lookup::new(&scene), found(&scene));
     assert_eq!((emitters.len(), emitters.lit()), (10, 7));
-    let built = build_geometry::<Robust>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
+    let built = build_geometry::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
     let emitter_at = |x: f32, z: f32| {
         let ray = Ray::new(glam::Vec3::new(x, 3.0, z), glam::Vec3::NEG_Y);
         let hit = built.geometry.closest(&ray, Interval::positive(), &mut ()).expect("something lies below");
@@ -106,7 +106,7 @@ fn a_hit_finds_its_emitter() {
 
 /// A square of two triangles in the plane z = 0, whose texture coordinates are x and y, that glows in its upper right corner: a sixteenth of
 /// it, evenly but for `tilt`. Mirrored where `sign` is negative.
-fn screen(sign: f64) -> Prepared<Reference> {
+fn screen(sign: f64) -> Prepared<f64> {
     let square = json!({ "name": "square", "source": { "inline": {
         "positions": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "uvs": [[[0, 0], [1, 0], [1, 1], [0, 1]]],
         "indices": [[0, 1, 2], [0, 2, 3]] } } });

@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::scene::{Colour, Generator, GeneratorKind, Material, Mesh, MeshSource, Model, Physical, TransformStep};
-use raywright_bvh::Robust;
 use raywright_bvh::shapes::AnyShape;
 
 pub(in crate::prepare) fn glowing(shape: Shape, transform: Vec<TransformStep>) -> (Material, Object) {
@@ -36,12 +35,11 @@ fn collapsed_shapes_are_refused() {
     let kind = GeneratorKind::Grid { counts: [1, 1, 2], origin: [0.0, 0.0, 3e5], step: [0.0, 0.0, 1.0] };
     let scene = Scene { materials: vec![material], generators: vec![Generator { kind, object }], ..Scene::default() };
     let lookup = Lookup::new(&scene);
-    let narrow = build::<Robust>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
+    let narrow = build::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).err();
     let Some(PrepareError::Collapsed { problems }) = narrow else { panic!("{narrow:?}") };
     assert_eq!(problems.len(), 1);
     assert_eq!(problems[0].path, "generators[0].object.shape.box.max");
-    let wide =
-        build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("f64 tells its faces apart");
+    let wide = build::<f64>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("f64 tells its faces apart");
     assert_eq!(wide.objects.len(), 2);
 }
 
@@ -71,8 +69,8 @@ fn vanished_meshes_are_told() {
     let objects = placed.into_iter().map(|(name, x)| object(name, x)).collect();
     let scene = Scene { materials: vec![material], meshes, objects, ..Scene::default() };
     let lookup = Lookup::new(&scene);
-    let narrow = build::<Robust>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
+    let narrow = build::<f32>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
     assert_eq!(narrow.lost, [1, 6]);
-    let wide = build::<raywright_bvh::Reference>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
+    let wide = build::<f64>(&scene, &lookup, AcceleratorKind::Linear, &()).expect("it can be built");
     assert_eq!(wide.lost, [0; 0]);
 }

@@ -1,6 +1,6 @@
 //! Paths side by side against paths alone.
 
-use raywright_bvh::{Fast, Real, Reference, Robust, Vector};
+use raywright_bvh::{Real, Vector};
 use serde_json::json;
 
 use super::super::super::Paths;
@@ -68,13 +68,13 @@ fn everything() -> Scene {
 }
 
 /// What the paths of all pixels bring, so many of them side by side, with what they hit first and what was counted.
-fn followed<P: Precision>(prepared: &Prepared<P>, depth: u32, together: usize) -> (Vec<[u64; 5]>, Counters) {
+fn followed<R: Real>(prepared: &Prepared<R>, depth: u32, together: usize) -> (Vec<[u64; 5]>, Counters) {
     let mut usage = LightUsage::default();
-    let mut tracer = Tracer::<P, Paths>::new(prepared, &mut usage, depth, true, &());
+    let mut tracer = Tracer::<R, Paths>::new(prepared, &mut usage, depth, true, &());
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
     let addresses: Vec<_> =
         pixels.flat_map(|pixel| (0..4).map(move |index| Address { pixel, index, ..Address::default() })).collect();
-    let at = |x: u32| P::Real::from_f64(f64::from(x) + 0.5);
+    let at = |x: u32| R::from_f64(f64::from(x) + 0.5);
     let rays: Vec<_> = addresses.iter().map(|a| prepared.camera.ray(at(a.pixel[0]), at(a.pixel[1]), [0.5; 2])).collect();
     let (mut stream, mut out) = (Stream::default(), Vec::new());
     for (rays, addresses) in rays.chunks(together).zip(addresses.chunks(together)) {
@@ -102,11 +102,10 @@ fn in_bodies() -> Scene {
     scene
 }
 
-fn many_or_few<P: Precision>(scene: &Scene, effects: EffectSet) {
+fn many_or_few<R: Real>(scene: &Scene, effects: EffectSet) {
     let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(scene) };
-    let mut prepared = Prepared::<P>::new(scene, &settings, effects, &()).expect("it can be prepared");
-    let plain =
-        |m: &&Material<P::Real>| matches!(m, Material::Physical(m) if m.plain) || matches!(m, Material::Classic(m) if m.matte);
+    let mut prepared = Prepared::<R>::new(scene, &settings, effects, &()).expect("it can be prepared");
+    let plain = |m: &&Material<R>| matches!(m, Material::Physical(m) if m.plain) || matches!(m, Material::Classic(m) if m.matte);
     assert_eq!(prepared.materials.iter().filter(plain).count(), 7, "floor, metal, smooth, lamp, leaf, matte and tile");
     let (alone, counters) = followed(&prepared, 7, 1);
     assert!(counters.scatter > 1000 && counters.reflection > 100 && counters.refraction > 100, "{counters:?}");
@@ -130,9 +129,8 @@ fn many_or_few<P: Precision>(scene: &Scene, effects: EffectSet) {
 #[test]
 fn paths_bring_what_they_bring_alone() {
     let scene = everything();
-    many_or_few::<Robust>(&scene, EffectSet::ALL);
-    many_or_few::<Fast>(&scene, EffectSet::ALL);
-    many_or_few::<Reference>(&scene, EffectSet::ALL);
+    many_or_few::<f32>(&scene, EffectSet::ALL);
+    many_or_few::<f64>(&scene, EffectSet::ALL);
 }
 
 /// Protects: the same in bodies that absorb and bend, with priorities and without.
@@ -141,22 +139,22 @@ fn paths_in_bodies_bring_what_they_bring_alone() {
     let (scene, without) = (in_bodies(), EffectSet::ALL.without(EffectSet::of(&[Effect::NestedMedia])));
     let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
     let tracks = |effects| {
-        let prepared = Prepared::<Robust>::new(&scene, &settings, effects, &()).expect("it can be prepared");
+        let prepared = Prepared::<f32>::new(&scene, &settings, effects, &()).expect("it can be prepared");
         (prepared.absorbs, prepared.priorities.is_empty())
     };
     assert_eq!((tracks(EffectSet::ALL), tracks(without)), ((true, false), (true, true)));
-    many_or_few::<Robust>(&scene, EffectSet::ALL);
-    many_or_few::<Robust>(&scene, without);
-    many_or_few::<Reference>(&scene, EffectSet::ALL);
+    many_or_few::<f32>(&scene, EffectSet::ALL);
+    many_or_few::<f32>(&scene, without);
+    many_or_few::<f64>(&scene, EffectSet::ALL);
 }
 
 /// Rays through the middles of all pixels.
-fn rays<P: Precision>(prepared: &Prepared<P>) -> Vec<Ray<P::Real>> {
-    let at = |x: u32| P::Real::from_f64(f64::from(x) + 0.5);
+fn rays<R: Real>(prepared: &Prepared<R>) -> Vec<Ray<R>> {
+    let at = |x: u32| R::from_f64(f64::from(x) + 0.5);
     (0..SIZE[0] * SIZE[1]).map(|i| prepared.camera.ray(at(i % SIZE[0]), at(i / SIZE[0]), [0.5; 2])).collect()
 }
 
-fn prepared(scene: &Scene) -> Prepared<Robust> {
+fn prepared(scene: &Scene) -> Prepared<f32> {
     let settings = Settings { size: SIZE, integrator: crate::scene::Integrator::Path, ..Settings::of(scene) };
     Prepared::new(scene, &settings, EffectSet::ALL, &()).expect("it can be prepared")
 }
@@ -170,7 +168,7 @@ fn first_hits_veils_and_limits() {
     let address = |i: usize| Address { pixel: [i as u32 % SIZE[0], i as u32 / SIZE[0]], ..Address::default() };
     let addresses: Vec<_> = (0..rays.len()).map(address).collect();
     let mut usage = LightUsage::default();
-    let (mut tracer, mut stream) = (Tracer::<Robust, Paths>::new(&prepared, &mut usage, 7, true, &()), Stream::default());
+    let (mut tracer, mut stream) = (Tracer::<f32, Paths>::new(&prepared, &mut usage, 7, true, &()), Stream::default());
     tracer.follow_all((&rays, &addresses), 16, &mut stream);
     let mut hits = 0;
     for (place, ray) in rays.iter().enumerate() {
@@ -206,7 +204,7 @@ fn asking_ahead_changes_no_texel() {
     for ray in rays(&prepared) {
         let leg = super::super::super::Leg::of(ray);
         let Some(hit) = prepared.geometry.closest(&ray, raywright_bvh::Interval::positive(), &mut ()) else { continue };
-        let at = Interaction::smooth::<Robust, Paths>(&prepared, &leg, &hit);
+        let at = Interaction::smooth::<Paths>(&prepared, &leg, &hit);
         let Material::Physical(m) = &prepared.materials[at.material as usize] else { continue };
         let Some(bump) = &m.bump else { continue };
         let mut ahead = at;

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use raywright_bvh::{Interval, Precision, Probe, Ray, Real, Shape, ShapeHit, Side, Vector};
+use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, ShapeHit, Side, Vector};
 
 use crate::split_mix::step;
 
@@ -71,8 +71,8 @@ impl Random {
 }
 
 /// A vector rounded to the stored scalar.
-pub fn stored<P: Precision>(v: DVec3) -> <P::Real as Real>::Vec3 {
-    <P::Real as Real>::Vec3::from_f64(v)
+pub fn stored<R: Real>(v: DVec3) -> R::Vec3 {
+    R::Vec3::from_f64(v)
 }
 
 /// The same as f64 after rounding to f32: an exact input.
@@ -81,23 +81,23 @@ pub fn exact(v: DVec3) -> DVec3 {
 }
 
 /// A ray from exact origin and direction; nothing is normalised here.
-pub fn ray<P: Precision>(origin: DVec3, direction: DVec3) -> Ray<P::Real> {
-    Ray::new(stored::<P>(origin), stored::<P>(direction))
+pub fn ray<R: Real>(origin: DVec3, direction: DVec3) -> Ray<R> {
+    Ray::new(stored::<R>(origin), stored::<R>(direction))
 }
 
 /// A ray towards a point, its direction of unit length as far as f32 allows.
-pub fn towards<P: Precision>(origin: DVec3, target: DVec3) -> Ray<P::Real> {
+pub fn towards<R: Real>(origin: DVec3, target: DVec3) -> Ray<R> {
     let origin = exact(origin);
-    ray::<P>(origin, exact((target - origin).normalize()))
+    ray::<R>(origin, exact((target - origin).normalize()))
 }
 
 /// Nearest hit in front of the origin, from either side.
-pub fn hit<P: Precision>(shape: &impl Shape<P::Real>, ray: &Ray<P::Real>) -> Option<ShapeHit<P::Real>> {
-    shape.intersect(&Probe::<P>::new(*ray), Interval::positive(), Side::Both)
+pub fn hit<R: Real>(shape: &impl Shape<R>, ray: &Ray<R>) -> Option<ShapeHit<R>> {
+    shape.intersect(&PreparedRay::new(*ray), Interval::positive(), Side::Both)
 }
 
 /// Bit patterns of a ray in f32, for a message.
-pub fn hex<P: Precision>(ray: &Ray<P::Real>) -> String {
+pub fn hex<R: Real>(ray: &Ray<R>) -> String {
     let mut text = String::new();
     for (name, v) in [("origin", ray.origin.to_f32()), ("direction", ray.direction.to_f32())] {
         let _ = write!(text, " {name} {:08x} {:08x} {:08x}", v.x.to_bits(), v.y.to_bits(), v.z.to_bits());
@@ -196,17 +196,12 @@ impl Outcome {
     }
 }
 
-/// Share that the textbook formulas get wrong, printed beside those of `robust` and `reference` on the same rays.
+/// Share that the textbook's formulas get wrong, printed beside those of `robust` and `reference` on the same rays.
 pub fn textbook_share(outcomes: [Outcome; 3]) -> f64 {
-    let [fast, robust, reference] = outcomes.each_ref().map(Outcome::wrong_share);
+    let [textbook, robust, reference] = outcomes.each_ref().map(|outcome| 100.0 * outcome.wrong_share());
     let case = &outcomes[0].case;
-    eprintln!(
-        "{case}: wrong in fast {:.3} %, robust {:.3} %, reference {:.3} %",
-        100.0 * fast,
-        100.0 * robust,
-        100.0 * reference
-    );
-    fast
+    eprintln!("{case}: the textbook is wrong in {textbook:.3} %, robust in {robust:.3} %, reference in {reference:.3} %");
+    outcomes[0].wrong_share()
 }
 
 /// Judges the rays of a case that has `count`, in parallel, each with its own random numbers; which are shot [`shot`] says.

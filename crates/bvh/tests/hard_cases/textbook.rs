@@ -1,0 +1,157 @@
+//! The comparator: intersections as textbooks write them, all in f32. The library has none of them; they show what it costs to do without care.
+
+use glam::Vec3;
+use raywright_bvh::shapes::{AnyShape, Cone, Ellipsoid, Hyperboloid, Sphere, Torus, Triangle};
+use raywright_bvh::{Ray, Surface};
+
+/// Distances at which a ray goes into a body and out of it.
+type Crossings = [f32; 2];
+
+/// Where a ray meets a shape first.
+pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
+    match shape {
+        AnyShape::Sphere(sphere) => first(self::sphere(sphere, ray)?, |_| true),
+        AnyShape::Ellipsoid(body) => first(ellipsoid(body, ray)?, |_| true),
+        AnyShape::Hyperboloid(sheet) => {
+            first(hyperboloid(sheet, ray)?, |t| (ray.at(t).y - sheet.centre.y).abs() <= sheet.half_height)
+        }
+        AnyShape::Cone(cone) => first(self::cone(cone, ray)?, |_| true),
+        AnyShape::Torus(ring) => torus(ring, ray),
+        AnyShape::Triangle(face) => triangle(face, ray),
+        _ => unimplemented!("no case asks for it"),
+    }
+}
+
+/// The nearer crossing in front of the origin that is kept.
+fn first(crossings: Crossings, keep: impl Fn(f32) -> bool) -> Option<f32> {
+    let ahead = crossings.into_iter().filter(|&t| t > 0.0 && t < f32::INFINITY && keep(t));
+    ahead.min_by(f32::total_cmp)
+}
+
+/// (−b ± √(b² − a·c))/a.
+fn roots(a: f32, b: f32, c: f32) -> Option<Crossings> {
+    let discriminant = b * b - a * c;
+    (discriminant >= 0.0).then(|| [(-b - discriminant.sqrt()) / a, (discriminant.sqrt() - b) / a])
+}
+
+fn sphere(sphere: &Sphere<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+    let (f, d) = (ray.origin - sphere.centre, ray.direction);
+    roots(d.dot(d), f.dot(d), f.dot(f) - sphere.radius * sphere.radius)
+}
+
+/// The point at the distance, and the normal from the centre to it. It states no bound.
+pub fn sphere_surface(shape: &Sphere<f32>, ray: &Ray<f32>) -> Option<Surface<f32>> {
+    let point = ray.at(first(sphere(shape, ray)?, |_| true)?);
+    let normal = (point - shape.centre).normalize();
+    Some(Surface { point, above: point, below: point, error: f32::INFINITY, normal })
+}
+
+/// Where it is a sphere: each axis scaled by the other two half-lengths.
+fn ellipsoid(body: &Ellipsoid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+    let s = body.semi_axes;
+    let scale = Vec3::new(s.y * s.z, s.z * s.x, s.x * s.y);
+    let (d, f, radius) = (ray.direction * scale, (ray.origin - body.centre) * scale, s.x * s.y * s.z);
+    roots(d.dot(d), d.dot(f), f.dot(f) - radius * radius)
+}
+
+fn hyperboloid(sheet: &Hyperboloid<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+    let (a, c) = (sheet.waist, sheet.slope);
+    let scale = Vec3::new(c, a, c);
+    let (d, f) = (ray.direction * scale, (ray.origin - sheet.centre) * scale);
+    let form = |p: Vec3, q: Vec3| p.x * q.x + p.z * q.z - p.y * q.y;
+    roots(form(d, d), form(d, f), form(f, f) - (a * c) * (a * c))
+}
+
+/// The wall's nappe between the two ends.
+fn cone(cone: &Cone<f32>, ray: &Ray<f32>) -> Option<Crossings> {
+    let (axis, d, f) = (cone.axis, ray.direction, ray.origin - cone.base);
+    let (squared, taper) = (axis.dot(axis), cone.top_radius - cone.radius);
+    let (m, n) = (d.cross(axis), f.cross(axis));
+    // The radius at the ray's point, times the axis squared: reach + t·opening.
+    let (reach, opening) = (cone.radius * squared + taper * f.dot(axis), taper * d.dot(axis));
+    let a = squared * m.dot(m) - opening * opening;
+    let b = squared * m.dot(n) - reach * opening;
+    let c = squared * n.dot(n) - reach * reach;
+    let [enter, leave] = roots(a, b, c)?;
+    let wall = match () {
+        () if a > 0.0 && reach - opening * b / a < 0.0 => return None,
+        () if a > 0.0 => [enter, leave],
+        // Steeper than the wall: all beyond one root, on the side where the radius grows.
+        () if opening > 0.0 => [enter, f32::INFINITY],
+        () => [f32::NEG_INFINITY, leave],
+    };
+    let (height, slope) = (axis.dot(f), axis.dot(d));
+    let ends = [-height / slope, (squared - height) / slope];
+    let (near, far) = (wall[0].max(ends[0].min(ends[1])), wall[1].min(ends[0].max(ends[1])));
+    (near < far).then_some([near, far])
+}
+
+/// Coefficients from the origin, the cubic one removed afterwards.
+fn torus(ring: &Torus<f32>, ray: &Ray<f32>) -> Option<f32> {
+    let (major, tube, axis) = (ring.major_radius, ring.minor_radius, ring.axis.normalize());
+    let (f, d) = (ray.origin - ring.centre, ray.direction);
+    let (aa, b, ff) = (d.dot(d), f.dot(d), f.dot(f));
+    let (height, lean) = (f.dot(axis), d.dot(axis));
+    let g = ff + major * major - tube * tube;
+    let (rr, lead) = (4.0 * major * major, 1.0 / (aa * aa));
+    let c3 = 4.0 * aa * b * lead;
+    let c2 = (2.0 * aa * g + 4.0 * b * b - rr * (aa - lean * lean)) * lead;
+    let c1 = (4.0 * b * g - 2.0 * rr * (b - height * lean)) * lead;
+    let c0 = (g * g - rr * (ff - height * height)) * lead;
+    let shift = c3 / 4.0;
+    let s2 = shift * shift;
+    let p = c2 - 6.0 * s2;
+    let q = c1 - 2.0 * shift * c2 + 8.0 * s2 * shift;
+    let w = c0 - shift * c1 + s2 * c2 - 3.0 * s2 * s2;
+    quartic([p, q, w], (major + tube) * 1.001 / aa.sqrt(), |x| (x - shift > 0.0).then_some(x - shift))
+}
+
+/// The first zero of x⁴ + p·x² + q·x + w between −reach and reach that is taken: halved between the places where the curve turns.
+fn quartic([p, q, w]: [f32; 3], reach: f32, take: impl Fn(f32) -> Option<f32>) -> Option<f32> {
+    let value = |x: f32| ((x * x + p) * x + q) * x + w;
+    let slope = |x: f32| (4.0 * x * x + 2.0 * p) * x + q;
+    let knee = (-p / 6.0).max(0.0).sqrt().min(reach);
+    let mut turns = vec![-reach];
+    turns.extend([(-reach, -knee), (-knee, knee), (knee, reach)].into_iter().filter_map(|piece| zero(piece, slope)));
+    turns.push(reach);
+    turns.windows(2).filter_map(|piece| zero((piece[0], piece[1]), value)).find_map(take)
+}
+
+/// The zero of a function that runs one way between two places where it differs in sign.
+fn zero((mut low, mut high): (f32, f32), f: impl Fn(f32) -> f32) -> Option<f32> {
+    let rises = f(low) < 0.0;
+    if rises == (f(high) < 0.0) {
+        return None;
+    }
+    for _ in 0..48 {
+        let middle = 0.5 * (low + high);
+        if (f(middle) < 0.0) == rises {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// "Fast, Minimum Storage Ray/Triangle Intersection" (Möller, Trumbore 1997).
+fn triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
+    let [a, b, c] = face.vertices;
+    let (ab, ac) = (b - a, c - a);
+    let p = ray.direction.cross(ac);
+    let inverse = 1.0 / ab.dot(p);
+    let s = ray.origin - a;
+    let u = s.dot(p) * inverse;
+    let q = s.cross(ab);
+    let v = ray.direction.dot(q) * inverse;
+    if !(u.min(v).min(1.0 - (u + v)) >= 0.0) {
+        return None;
+    }
+    let t = ac.dot(q) * inverse;
+    (t > 0.0 && t < f32::INFINITY).then_some(t)
+}
+
+/// Whether a ray meets any of some triangles.
+pub fn hits_any(triangles: &[Triangle<f32>], ray: &Ray<f32>) -> bool {
+    triangles.iter().any(|face| triangle(face, ray).is_some())
+}

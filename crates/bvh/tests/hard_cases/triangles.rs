@@ -1,0 +1,129 @@
+//! P21: closed meshes, whose edges and corners let no ray through.
+
+use glam::{DVec3, Vec3};
+use raywright_bvh::shapes::Triangle;
+use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Real, Visibility};
+
+use super::support::{Outcome, Verdict, exact, hex, judge, ray, stored, towards};
+
+/// A closed mesh of corners and triangles.
+pub struct Mesh {
+    pub corners: Vec<Vec3>,
+    pub faces: Vec<[usize; 3]>,
+}
+
+/// An icosahedron, each face divided into four `levels` times, on the unit sphere.
+pub fn icosphere(levels: u32) -> Mesh {
+    let g = (1.0 + 5.0_f64.sqrt()) / 2.0;
+    let mut corners: Vec<DVec3> = vec![];
+    for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
+        corners.extend([DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)]);
+    }
+    let mut faces = vec![];
+    for i in 0..12 {
+        for j in 0..12 {
+            for k in 0..12 {
+                let edge = |a: usize, b: usize| (corners[a].distance(corners[b]) - 2.0).abs() < 1e-9;
+                let out = (corners[j] - corners[i]).cross(corners[k] - corners[i]).dot(corners[i]) > 0.0;
+                if i < j && i < k && edge(i, j) && edge(j, k) && edge(k, i) && out {
+                    faces.push([i, j, k]);
+                }
+            }
+        }
+    }
+    let mut corners: Vec<DVec3> = corners.into_iter().map(DVec3::normalize).collect();
+    for _ in 0..levels {
+        let mut middles = std::collections::BTreeMap::new();
+        let mut finer = vec![];
+        for [a, b, c] in faces {
+            let mut middle = |i: usize, j: usize| {
+                *middles.entry((i.min(j), i.max(j))).or_insert_with(|| {
+                    corners.push((corners[i] + corners[j]).normalize());
+                    corners.len() - 1
+                })
+            };
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            finer.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
+        }
+        faces = finer;
+    }
+    Mesh { corners: corners.into_iter().map(DVec3::as_vec3).collect(), faces }
+}
+
+/// The cube [−1, 1]³ with `n` × `n` cells a face, two triangles each; faces share the corners at edges by their bits.
+pub fn cube(n: usize) -> Mesh {
+    let mut mesh = Mesh { corners: vec![], faces: vec![] };
+    for axis in 0..3 {
+        for side in [-1.0_f32, 1.0] {
+            let first = mesh.corners.len();
+            for i in 0..=n {
+                for j in 0..=n {
+                    let at = |k: usize| k as f32 / n as f32 * 2.0 - 1.0;
+                    let mut p = Vec3::ZERO;
+                    (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (side, at(i), at(j));
+                    mesh.corners.push(p);
+                }
+            }
+            for i in 0..n {
+                for j in 0..n {
+                    let at = |a: usize, b: usize| first + (i + a) * (n + 1) + j + b;
+                    let (p, q, r, s) = (at(0, 0), at(1, 0), at(1, 1), at(0, 1));
+                    let two = if side > 0.0 { [[p, q, r], [p, r, s]] } else { [[p, r, q], [p, s, r]] };
+                    mesh.faces.extend(two);
+                }
+            }
+        }
+    }
+    mesh
+}
+
+impl Mesh {
+    /// Its triangles.
+    pub fn triangles<R: Real>(&self) -> Vec<Triangle<R>> {
+        let corners = |face: &[usize; 3]| face.map(|i| stored::<R>(self.corners[i].as_dvec3()));
+        self.faces.iter().map(|face| Triangle::new(corners(face))).collect()
+    }
+
+    /// In a tree.
+    pub fn geometry<R: Real>(&self) -> Geometry<R> {
+        let mut group = Group::<R>::default();
+        for triangle in self.triangles() {
+            group.shape(triangle.into(), Visibility::default()).expect("finite corners");
+        }
+        Geometry::new(group, AcceleratorKind::default())
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    Corner,
+    Edge,
+    FromCentre,
+    Anywhere,
+}
+
+/// Rays from inside a closed mesh; each must hit.
+pub fn leaks<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32, hits: impl Fn(&Ray<R>) -> bool + Sync) -> Outcome {
+    judge(&format!("P21 {name} {aim:?}"), 60 + aim as u64, count, |random| {
+        let face = mesh.faces[(random.bits() % mesh.faces.len() as u64) as usize];
+        let corner = |i: usize| mesh.corners[face[i]].as_dvec3();
+        let along = random.unit();
+        let target = match aim {
+            Aim::Corner => corner(0),
+            Aim::Edge => corner(0) + (corner(1) - corner(0)) * along,
+            Aim::FromCentre if random.sign() > 0.0 => corner(0),
+            Aim::FromCentre => corner(0) + (corner(1) - corner(0)) * along,
+            Aim::Anywhere => random.direction() * 2.0,
+        };
+        let origin = if aim == Aim::FromCentre { DVec3::ZERO } else { exact(random.direction() * (0.9 * random.unit())) };
+        // From the centre the direction *is* the corner, so that the ray passes through it exactly.
+        let ray = if aim == Aim::FromCentre { ray::<R>(origin, target) } else { towards::<R>(origin, target) };
+        Verdict::holds(hits(&ray), || format!("leak{}", hex::<R>(&ray)))
+    })
+}
+
+/// The same of the library.
+pub fn leaks_of_library<R: Real>(name: &str, mesh: &Mesh, aim: Aim, count: u32) -> Outcome {
+    let geometry = mesh.geometry::<R>();
+    leaks(name, mesh, aim, count, |ray| geometry.closest(ray, Interval::positive(), &mut ()).is_some())
+}
