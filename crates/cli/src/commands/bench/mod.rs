@@ -127,12 +127,8 @@ mod tests {
     /// Protects: a disagreement of scan and tree is a failure of the program, with its own exit code; everything else is the file's.
     #[test]
     fn a_disagreement_is_not_the_files_fault() {
-        let disagreement = raywright_core::bench::Disagreement {
-            ray: 1,
-            primitives: 2,
-            scan: String::new(),
-            tree: String::new(),
-        };
+        let disagreement =
+            raywright_core::bench::Disagreement { ray: 1, primitives: 2, scan: String::new(), tree: String::new() };
         assert_eq!(failed(BenchError::Disagreement(disagreement), "a").exit, Exit::Failed);
         assert_eq!(failed(BenchError::Empty, "a").exit, Exit::Input);
     }
