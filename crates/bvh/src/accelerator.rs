@@ -1,7 +1,7 @@
 //! The structures that choose which primitives a query tests. Hits do not depend on them.
 
 use crate::build::BuildQuality;
-use crate::wide::{Shares, Wide};
+use crate::bvh8::{Bvh8, PrimitiveCounts};
 
 /// Which structure answers queries. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Default for AcceleratorKind {
 pub(crate) enum Accelerator {
     /// None: so many places are tested one after the other.
     Linear(usize),
-    Wide(Wide),
+    Bvh8(Bvh8),
 }
 
 impl Accelerator {
@@ -31,12 +31,12 @@ impl Accelerator {
     pub fn bytes(&self) -> usize {
         match self {
             Self::Linear(_) => 0,
-            Self::Wide(wide) => wide.bytes(),
+            Self::Bvh8(bvh) => bvh.bytes(),
         }
     }
 
     /// The most bytes that the structure over so many boxes takes, of these kinds.
-    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64, shares: Shares) -> u64 {
+    pub fn most_bytes(kind: AcceleratorKind, boxes: u64, few: u64, shares: PrimitiveCounts) -> u64 {
         match kind {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::Tree(_) if boxes <= few => 0,
@@ -45,7 +45,7 @@ impl Accelerator {
                 let others = boxes.saturating_sub(shares.triangles);
                 let is_named = quality.splits() && triangles > 0;
                 let names = if is_named { triangles.saturating_add(others).saturating_mul(4) } else { 0 };
-                Wide::most_bytes(Shares { triangles, ..shares }, quality.packs()).saturating_add(names)
+                Bvh8::most_bytes(PrimitiveCounts { triangles, ..shares }, quality.packs()).saturating_add(names)
             }
         }
     }

@@ -5,8 +5,8 @@ mod binned;
 mod clustered;
 mod improved;
 mod morton;
+mod ploc_dry_run;
 mod presplit;
-mod rehearsal;
 mod reinsertion;
 
 use glam::Vec3;
@@ -15,10 +15,10 @@ use rayon::prelude::*;
 use self::binned::{Manner, binned};
 use self::clustered::clustered;
 use self::improved::improved;
-use self::presplit::{Shares, presplit};
+use self::presplit::{SplitBudget, presplit};
 use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
-use crate::wide::{Wide, cost};
+use crate::bvh8::{Bvh8, cost};
 
 /// How long a build may take for how good a tree, and how large it may be. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,22 +82,22 @@ pub struct BuildWork {
 /// A tree, the order in which its leaves name the boxes, and how it came about.
 pub(crate) struct Build {
     /// Its leaves are still to be filled. None where no tree is shallow enough for the stack of a traversal, which no builder leaves.
-    pub tree: Option<(Wide, Vec<u32>)>,
+    pub tree: Option<(Bvh8, Vec<u32>)>,
     pub work: BuildWork,
 }
 
 /// What a primitive may share a leaf of the wide tree with: seven more that are tested with it in lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Company {
+pub(crate) enum LeafKind {
     /// Nothing: it is tested alone.
     None,
     Triangles,
     Spheres,
-    Quads,
+    Quad8,
 }
 
 /// Says what kind of leaf each of the boxes goes into.
-pub(crate) type CompanyOf<'a> = &'a (dyn Fn(u32) -> Company + Sync);
+pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
 
 /// The corners of a box's triangle; none where there is another primitive in it.
 pub(crate) type Corners<'a> = &'a (dyn Fn(u32) -> Option<[Vec3; 3]> + Sync);
@@ -105,7 +105,7 @@ pub(crate) type Corners<'a> = &'a (dyn Fn(u32) -> Option<[Vec3; 3]> + Sync);
 /// What a wide tree is to know of the boxes.
 #[derive(Clone, Copy)]
 pub(crate) struct Triangles<'a> {
-    pub company: CompanyOf<'a>,
+    pub company: LeafKindOf<'a>,
     pub corners: Corners<'a>,
 }
 
@@ -147,17 +147,17 @@ fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
 
 /// Builds the tree over two boxes or more; none where `stop` said so.
 pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, kinds: Triangles<'_>, stop: Stop<'_>) -> Option<Build> {
-    let shares = Shares { more: MORE, least: 1e-8 };
+    let shares = SplitBudget { more: MORE, least: 1e-8 };
     let split = if quality.splits() { presplit(boxes, kinds.corners, shares) } else { None };
     let (all, owners) = split.as_ref().map_or((boxes, &[][..]), |(all, owners)| (all, owners));
     let (better, mut work) = binary(all, owners, quality, kinds.company, stop)?;
-    if let Some((tree, order, depth)) = Wide::collapse(&better, kinds.company) {
+    if let Some((tree, order, depth)) = Bvh8::collapse(&better, kinds.company) {
         return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
     }
     // Clustered or improved it may be too deep, and split from the top it is not.
     let (plain, again) = binary(all, owners, BuildQuality::Fast, kinds.company, stop)?;
     work.looks += again.looks;
-    let collapsed = Wide::collapse(&plain, kinds.company);
+    let collapsed = Bvh8::collapse(&plain, kinds.company);
     let depth = collapsed.as_ref().map_or(0, |(_, _, depth)| *depth);
     let tree = collapsed.map(|(tree, order, _)| (tree, order));
     Some(Build { tree, work: BuildWork { depth, clustered: false, ..work } })
@@ -168,14 +168,14 @@ fn binary(
     boxes: &[PaddedBox],
     owners: &[u32],
     quality: BuildQuality,
-    company: CompanyOf<'_>,
+    company: LeafKindOf<'_>,
     stop: Stop<'_>,
 ) -> Option<(Binary, BuildWork)> {
     let improves = quality != BuildQuality::Fast;
     // In least time all are taken to be alike.
     let [mean, unevenness] = if improves { sizes(boxes) } else { [0.0, 1.0] };
     let manner = Manner {
-        leaf: crate::wide::WIDTH,
+        leaf: crate::bvh8::WIDTH,
         sample: if improves { usize::MAX } else { SAMPLE },
         widest: if unevenness > ALIKE { (WIDEST_LEAF * mean) as f32 } else { f32::INFINITY },
     };
@@ -213,7 +213,7 @@ mod tests {
         (0..8000).map(|i| cube(at(i), if i % every == 0 { larger * edge } else { edge })).collect()
     }
 
-    const TRIANGLES: CompanyOf<'static> = &|_| Company::Triangles;
+    const TRIANGLES: LeafKindOf<'static> = &|_| LeafKind::Triangles;
 
     /// Protects: the measures of sizes, by hand: cubes of edge 1, half of whose surface is 3, and one of edge 3.
     #[test]

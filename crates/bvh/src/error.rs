@@ -1,6 +1,6 @@
 //! Why a primitive is refused.
 
-use crate::wide::MAX_PRIMITIVES;
+use crate::bvh8::MAX_PRIMITIVES;
 
 /// Why a primitive was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
 use crate::build::{Build, BuildWork, Stop, Triangles, build};
+use crate::bvh8::{Bvh8, Kernel};
 use crate::group::{Group, Kind, Slot};
 use crate::memory::{filled, roomy};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
-use crate::wide::{Kernel, Wide};
 
 /// A group with its accelerator.
 #[derive(Clone, Debug)]
@@ -103,14 +103,14 @@ impl Flat {
     /// None where there are more; so `few` never make a tree.
     fn of<R: Real>(bounded: &[Slot], few: usize) -> Option<Self> {
         let is_few = bounded.len() <= few;
-        let (spheres, triangles) = if R::IS_SINGLE && (is_few || Wide::may_be_flat(bounded.len())) {
+        let (spheres, triangles) = if R::IS_SINGLE && (is_few || Bvh8::may_be_flat(bounded.len())) {
             let count = |kind: Kind| bounded.iter().filter(|slot| slot.kind == kind).count();
             (count(Kind::Sphere), count(Kind::Triangle))
         } else {
             (0, 0)
         };
         let flat = Self { spheres, triangles, others: bounded.len() - spheres - triangles };
-        let is_flat = R::IS_SINGLE && Wide::is_flat(spheres as u64, triangles as u64, flat.others as u64);
+        let is_flat = R::IS_SINGLE && Bvh8::is_flat(spheres as u64, triangles as u64, flat.others as u64);
         (is_few || is_flat).then_some(flat)
     }
 }
@@ -140,7 +140,7 @@ impl Structure {
                 let place = |kind: Kind| [Kind::Sphere, Kind::Triangle].iter().position(|&first| first == kind);
                 bounded.sort_by_key(|slot| place(slot.kind).unwrap_or(2));
             }
-            let accelerator = Accelerator::Wide(Wide::flat(spheres, triangles, others));
+            let accelerator = Accelerator::Bvh8(Bvh8::flat(spheres, triangles, others));
             return Some(Self { accelerator, order: None, work: Some(BuildWork::default()), flat: Some(flat) });
         }
         let bounded = &*bounded;
@@ -153,7 +153,7 @@ impl Structure {
         let Build { tree, work } = build(boxes, quality, Triangles { company: &company, corners: &corners }, stop)?;
         Some(match tree {
             Some((tree, order)) => {
-                Self { accelerator: Accelerator::Wide(tree), order: Some(order), work: Some(work), flat: None }
+                Self { accelerator: Accelerator::Bvh8(tree), order: Some(order), work: Some(work), flat: None }
             }
             // Were the builders wrong, queries would be slow, and right.
             None => linear(Some(work)),
@@ -179,12 +179,12 @@ impl<R: Real> Geometry<R> {
         let Structure { mut accelerator, mut order, work, flat } =
             Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
         drop(boxes);
-        let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Wide(_));
+        let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Bvh8(_));
         let planes = if is_wide { planes_first(&mut slots) } else { 0 };
-        if let Accelerator::Wide(wide) = &mut accelerator
+        if let Accelerator::Bvh8(bvh) = &mut accelerator
             && order.as_ref().is_some_and(|order| order.len() > bounded.len())
         {
-            order = order.map(|order| wide.name(order, bounded.len(), unbounded));
+            order = order.map(|order| bvh.name(order, bounded.len(), unbounded));
         }
         let mut firsts = slots;
         let mut slots = roomy(unbounded + bounded.len() + nothing.len());
@@ -198,15 +198,15 @@ impl<R: Real> Geometry<R> {
         let faces = group.has_faces();
         group.slots = slots;
         if R::IS_SINGLE
-            && let Accelerator::Wide(wide) = &mut accelerator
+            && let Accelerator::Bvh8(bvh) = &mut accelerator
         {
-            group.move_triangles(wide, unbounded);
+            group.move_triangles(bvh, unbounded);
             let spheres = flat.map_or(0, |flat| flat.spheres);
             if flat.is_none() && matches!(kind, AcceleratorKind::Tree(quality) if quality.packs()) {
-                wide.pack();
+                bvh.pack();
             }
-            group.make_rows(wide, planes, unbounded..unbounded + spheres);
-            group.fill_leaves(wide, unbounded);
+            group.make_rows(bvh, planes, unbounded..unbounded + spheres);
+            group.fill_leaves(bvh, unbounded);
         }
         group.follow();
         Some(Self { faces, group, unbounded, planes, accelerator, work, bounds })
@@ -251,8 +251,8 @@ impl<R: Real> Geometry<R> {
     #[inline(always)]
     pub(crate) fn triangle(&self, index: usize) -> Triangle<R> {
         match &self.accelerator {
-            Accelerator::Wide(wide) if R::IS_SINGLE => {
-                Triangle { vertices: wide.triangle(index as u32).vertices.map(|v| Vector::from_f64(v.as_dvec3())) }
+            Accelerator::Bvh8(bvh) if R::IS_SINGLE => {
+                Triangle { vertices: bvh.triangle(index as u32).vertices.map(|v| Vector::from_f64(v.as_dvec3())) }
             }
             _ => self.group.triangles[index],
         }
@@ -261,7 +261,7 @@ impl<R: Real> Geometry<R> {
     /// Which code walks the tree; none where there is no wide one.
     pub fn kernel(&self) -> Option<Kernel> {
         match &self.accelerator {
-            Accelerator::Wide(wide) => Some(wide.kernel()),
+            Accelerator::Bvh8(bvh) => Some(bvh.kernel()),
             _ => None,
         }
     }
@@ -269,8 +269,8 @@ impl<R: Real> Geometry<R> {
     /// Lets other code walk the tree, here and in what instances show: for comparisons, since hits are the same. One that the
     /// processor can't run is as [`Kernel::Portable`].
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        if let Accelerator::Wide(wide) = &mut self.accelerator {
-            wide.set_kernel(kernel);
+        if let Accelerator::Bvh8(bvh) = &mut self.accelerator {
+            bvh.set_kernel(kernel);
         }
         self.group.parts.iter_mut().for_each(|part| part.set_kernel(kernel));
     }

@@ -6,7 +6,9 @@ use core::ops::Range;
 use glam::DAffine3;
 
 use crate::aabb::Aabb;
-use crate::build::Company;
+use crate::build::LeafKind;
+use crate::bvh8::MAX_PRIMITIVES;
+use crate::bvh8::{Bvh8, Row, WIDTH};
 use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::instance::Instance;
@@ -15,8 +17,6 @@ use crate::motion::Motion;
 use crate::ray::Visibility;
 use crate::scalar::{Real, Vector};
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
-use crate::wide::MAX_PRIMITIVES;
-use crate::wide::{Row, WIDTH, Wide};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -270,14 +270,14 @@ impl<R: Real> Group<R> {
 
     /// What a primitive may share a leaf with. A box does not gain by it: the lanes of a node test eight already, by the boxes' own
     /// faces, and what is left of those is nearly always hit.
-    pub(crate) fn company(&self, slot: &Slot) -> Company {
+    pub(crate) fn company(&self, slot: &Slot) -> LeafKind {
         match slot.kind {
             // The lanes of leaves are f32.
-            _ if !R::IS_SINGLE => Company::None,
-            Kind::Triangle => Company::Triangles,
-            Kind::Sphere => Company::Spheres,
-            Kind::Shape if matches!(self.shapes[slot.index as usize], AnyShape::Quad(_)) => Company::Quads,
-            _ => Company::None,
+            _ if !R::IS_SINGLE => LeafKind::None,
+            Kind::Triangle => LeafKind::Triangles,
+            Kind::Sphere => LeafKind::Spheres,
+            Kind::Shape if matches!(self.shapes[slot.index as usize], AnyShape::Quad(_)) => LeafKind::Quad8,
+            _ => LeafKind::None,
         }
     }
 
@@ -309,23 +309,23 @@ impl<R: Real> Group<R> {
     }
 
     /// Gives the triangles to the blocks of the tree, which keeps the only copy. The slots from `first` on are in its order.
-    pub(crate) fn move_triangles(&mut self, wide: &mut Wide, first: usize) {
+    pub(crate) fn move_triangles(&mut self, bvh: &mut Bvh8, first: usize) {
         let triangles = take(&mut self.triangles);
-        wide.fill(&mut self.slots, first, |slot| {
+        bvh.fill(&mut self.slots, first, |slot| {
             let triangle = triangles[slot.index as usize];
             (Triangle { vertices: triangle.vertices.map(Vector::to_f32) }, slot.visibility)
         });
     }
 
     /// Lets every query test the first slots, which are planes, and those of some spheres, in rows.
-    pub(crate) fn make_rows(&self, wide: &mut Wide, planes: usize, spheres: Range<usize>) {
+    pub(crate) fn make_rows(&self, bvh: &mut Bvh8, planes: usize, spheres: Range<usize>) {
         let plane = |slot: &Slot| {
             let Plane { point, normal, tangent } = self.planes[slot.index as usize];
             (Plane { point: point.to_f32(), normal: normal.to_f32(), tangent: tangent.to_f32() }, slot.visibility)
         };
         let firsts = |range: Range<usize>| range.clone().step_by(WIDTH).map(move |first| first..range.end.min(first + WIDTH));
-        wide.test_always(firsts(0..planes).map(|row| Row::of_planes(row.start, self.slots[row].iter().map(plane))));
-        wide.test_always(firsts(spheres).map(|row| self.row_of_spheres(row)));
+        bvh.test_always(firsts(0..planes).map(|row| Row::of_planes(row.start, self.slots[row].iter().map(plane))));
+        bvh.test_always(firsts(spheres).map(|row| self.row_of_spheres(row)));
     }
 
     fn row_of_spheres(&self, slots: Range<usize>) -> Row {
@@ -337,9 +337,9 @@ impl<R: Real> Group<R> {
     }
 
     /// Puts the spheres and quads that share leaves of the tree there. The slots from `first` on are in its order.
-    pub(crate) fn fill_leaves(&self, wide: &mut Wide, first: usize) {
-        wide.fill_rows(first, |slots| self.row_of_spheres(slots));
-        wide.fill_quads(first, |slot| match &self.shapes[self.slots[slot].index as usize] {
+    pub(crate) fn fill_leaves(&self, bvh: &mut Bvh8, first: usize) {
+        bvh.fill_rows(first, |slots| self.row_of_spheres(slots));
+        bvh.fill_quads(first, |slot| match &self.shapes[self.slots[slot].index as usize] {
             AnyShape::Quad(quad) => Some(quad.corners.map(Vector::to_f32)),
             _ => None,
         });

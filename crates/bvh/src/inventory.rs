@@ -1,12 +1,12 @@
 //! How many primitives of which kind a set will hold, and so what memory it will take, before there is one.
 
 use crate::accelerator::{Accelerator, AcceleratorKind};
+use crate::bvh8::{Bvh8, PrimitiveCounts};
 use crate::group::{Group, few};
 use crate::instance::Instance;
 use crate::motion::Motion;
 use crate::scalar::Real;
 use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
-use crate::wide::{Shares, Wide};
 
 /// Counts of primitives, by what a [`Group`] stores for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,15 +73,15 @@ impl Inventory {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
         let wide = R::IS_SINGLE && matches!(kind, AcceleratorKind::Tree(_));
-        let planes = if wide { Wide::bytes_of_rows(self.planes) } else { 0 };
+        let planes = if wide { Bvh8::bytes_of_rows(self.planes) } else { 0 };
         let others = bounded.saturating_sub(self.spheres).saturating_sub(self.triangles);
-        if wide && Wide::is_flat(self.spheres, self.triangles, others) {
-            let flat = Wide::bytes_of_rows(self.spheres).saturating_add(Wide::bytes_of_full_blocks(self.triangles));
+        if wide && Bvh8::is_flat(self.spheres, self.triangles, others) {
+            let flat = Bvh8::bytes_of_rows(self.spheres).saturating_add(Bvh8::bytes_of_full_blocks(self.triangles));
             return self.bytes::<R>(wide).saturating_add(planes).saturating_add(flat);
         }
         let Self { triangles, spheres, quads, .. } = *self;
-        let shares = Shares { triangles, spheres, quads, others: others.saturating_sub(quads) };
-        let shares = if R::IS_SINGLE { shares } else { Shares { triangles: 0, spheres: 0, quads: 0, others: bounded } };
+        let shares = PrimitiveCounts { triangles, spheres, quads, others: others.saturating_sub(quads) };
+        let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, quads: 0, others: bounded } };
         let tree = Accelerator::most_bytes(kind, bounded, few as u64, shares);
         self.bytes::<R>(wide).saturating_add(planes).saturating_add(tree)
     }
@@ -236,7 +236,7 @@ mod tests {
     #[test]
     fn the_emptiest_nodes_are_reckoned_with() {
         let most = |count: u64| {
-            let shares = Shares { triangles: 0, spheres: 0, quads: 0, others: count };
+            let shares = PrimitiveCounts { triangles: 0, spheres: 0, quads: 0, others: count };
             Accelerator::most_bytes(AcceleratorKind::default(), count, 2, shares)
         };
         assert_eq!([most(8), most(2)], [(4 * 8 + 3) / 7 * 256, 0]);

@@ -2,12 +2,12 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use crate::double_double::DoubleDouble;
 use crate::error::GeometryError;
 use crate::group::Group;
 use crate::instance::Instance;
 use crate::scalar::Real;
 use crate::shapes::Transform;
-use crate::twice::Twice;
 
 /// A map that runs from one at time 0 to another at time 1, each entry of it linearly.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +43,9 @@ impl Motion {
     /// here without a margin of its own. At both ends it is that end's, and what both have in common stays.
     pub fn map(&self, time: f64) -> DAffine3 {
         let [start, end] = self.ends.map(|end| end.to_cols_array());
-        let entry = |i: usize| (Twice::from(start[i]) + (Twice::from(end[i]) + Twice::from(-start[i])) * time).rounded();
+        let entry = |i: usize| {
+            (DoubleDouble::from(start[i]) + (DoubleDouble::from(end[i]) + DoubleDouble::from(-start[i])) * time).rounded()
+        };
         DAffine3::from_cols_array(&core::array::from_fn(entry))
     }
 }
@@ -84,17 +86,17 @@ impl Bounded {
 }
 
 /// x·(y × z) in twice the precision, and the sum of the sizes of its products, of which it is wrong by a share below 2⁻⁹⁶.
-fn determinant([x, y, z]: [DVec3; 3]) -> (Twice, f64) {
+fn determinant([x, y, z]: [DVec3; 3]) -> (DoubleDouble, f64) {
     let terms = [(0, 1, 2, 1.0), (1, 2, 0, 1.0), (2, 0, 1, 1.0), (0, 2, 1, -1.0), (1, 0, 2, -1.0), (2, 1, 0, -1.0)];
     terms.into_iter().fold(Default::default(), |(sum, size), (i, j, k, sign)| {
-        (sum + Twice::product(y[j], z[k]) * (sign * x[i]), size + (x[i] * y[j] * z[k]).abs())
+        (sum + DoubleDouble::product(y[j], z[k]) * (sign * x[i]), size + (x[i] * y[j] * z[k]).abs())
     })
 }
 
 /// The determinant of the map on the way is a cubic in time: its coefficients over Bernstein's polynomials. The determinant is
 /// linear in each column, so each coefficient is the mean of the determinants of all choices of so many columns from the end.
 fn determinants(ends: [DMat3; 2]) -> [Bounded; 4] {
-    let mut sums = [(Twice::default(), 0.0); 4];
+    let mut sums = [(DoubleDouble::default(), 0.0); 4];
     for choice in 0..8_usize {
         let (value, size) = determinant([0, 1, 2].map(|column| ends[choice >> column & 1].col(column)));
         let sum = &mut sums[choice.count_ones() as usize];

@@ -3,10 +3,10 @@
 //! Queries are functions of their own, one set for each scalar, so that whoever asks has a call in its loop and not a copy of every
 //! primitive's test. While they look, a hit is known by its slot; it gets its names once it is the answer.
 
-mod pencil;
+mod packet;
 mod visitor;
 
-pub use pencil::{FromOnePoint, Patience};
+pub use packet::{FromOnePoint, Patience};
 
 use core::ops::Range;
 
@@ -39,7 +39,7 @@ impl<R: Real> Geometry<R> {
     #[inline(never)]
     pub fn closest<T: Tally>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<Hit<R>> {
         let found = match &self.accelerator {
-            Accelerator::Wide(wide) if R::IS_SINGLE => self.nearest_as_stored(wide, ray, range, tally),
+            Accelerator::Bvh8(bvh) if R::IS_SINGLE => self.nearest_as_stored(bvh, ray, range, tally),
             _ => self.nearest_as_prepared(ray, range, tally),
         };
         found.map(|found| self.named(&found))
@@ -82,9 +82,9 @@ impl<R: Real> Geometry<R> {
     #[inline(never)]
     pub fn any<T: Tally>(&self, ray: &Ray<R>, range: Interval<R>, ask: &mut dyn FnMut(&Hit<R>) -> bool, tally: &mut T) -> bool {
         match &self.accelerator {
-            Accelerator::Wide(wide) if R::IS_SINGLE => {
+            Accelerator::Bvh8(bvh) if R::IS_SINGLE => {
                 let unbounded = self.unbounded > self.planes && self.any_unbounded(ray, range, ask, tally);
-                unbounded || self.any_as_stored(wide, ray, range, ask, tally)
+                unbounded || self.any_as_stored(bvh, ray, range, ask, tally)
             }
             _ => self.any_as_prepared(ray, range, ask, tally),
         }

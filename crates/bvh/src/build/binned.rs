@@ -12,7 +12,7 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 use self::split::{Item, Split, split};
-use super::{Company, CompanyOf, Stop};
+use super::{LeafKind, LeafKindOf, Stop};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
 use crate::memory::{filled, roomy};
@@ -61,7 +61,7 @@ enum Grown {
 pub(super) fn binned(
     boxes: &[PaddedBox],
     owners: &[u32],
-    company: CompanyOf<'_>,
+    company: LeafKindOf<'_>,
     manner: Manner,
     stop: Stop<'_>,
 ) -> (Binary, u64) {
@@ -74,8 +74,8 @@ pub(super) fn binned(
     items.par_extend((0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item));
     let mut room = filled(items.len(), Item::default());
     let mut order = filled(items.len(), 0);
-    let first = items.first().map_or(Company::None, Item::company);
-    let blocks = first != Company::None && items.par_iter().with_min_len(PARALLEL).all(|item| item.company() == first);
+    let first = items.first().map_or(LeafKind::None, Item::company);
+    let blocks = first != LeafKind::None && items.par_iter().with_min_len(PARALLEL).all(|item| item.company() == first);
     let builder = Builder { manner, all: items.len(), blocks, stop };
     let levels = halvings(items.len()) + SPARE;
     let (grown, work) = builder.grow([&mut items, &mut room], Room { order: &mut order, start: 0, levels });
@@ -85,8 +85,8 @@ pub(super) fn binned(
 
 /// Whether they may share a leaf.
 fn alike(items: &[Item]) -> bool {
-    let first = items.first().map_or(Company::None, Item::company);
-    first != Company::None && items.iter().all(|item| item.company() == first)
+    let first = items.first().map_or(LeafKind::None, Item::company);
+    first != LeafKind::None && items.iter().all(|item| item.company() == first)
 }
 
 /// Levels that halving takes to single boxes.
@@ -113,7 +113,7 @@ impl Builder<'_> {
     fn is_wide(&self, items: &[Item]) -> bool {
         // Most trees have no such bound, and then no box is made for it.
         let around = || items.iter().fold(PaddedBox::NOTHING, |all, item| all.union(&item.bounds()));
-        let bounded = self.manner.widest < f32::INFINITY && items[0].company() == Company::Triangles;
+        let bounded = self.manner.widest < f32::INFINITY && items[0].company() == LeafKind::Triangles;
         bounded && half_area(&around()) > self.manner.widest
     }
 
@@ -237,7 +237,7 @@ mod tests {
         for (leaf, sample, kind, widest) in [(8, 4096, 1, any), (8, usize::MAX, 3, any), (1, 4096, 1, any), (8, 4096, 1, 0.02)] {
             let build = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-                let company = |place: u32| if place.is_multiple_of(kind) { Company::Triangles } else { Company::None };
+                let company = |place: u32| if place.is_multiple_of(kind) { LeafKind::Triangles } else { LeafKind::None };
                 let manner = Manner { leaf, sample, widest };
                 let (binary, work) = pool.install(|| binned(&boxes, &[], &company, manner, &|| false));
                 let nodes: Vec<_> = binary.nodes.iter().map(|n| (n.bounds.min, n.bounds.max, n.first, n.count)).collect();
@@ -271,15 +271,15 @@ mod tests {
     #[test]
     fn only_triangles_are_kept_from_wide_leaves() {
         let boxes = boxes(1000);
-        let leaves = |company: Company, widest: f32| {
+        let leaves = |company: LeafKind, widest: f32| {
             let manner = Manner { leaf: 8, sample: usize::MAX, widest };
             let (binary, _) = binned(&boxes, &[], &|_| company, manner, &|| false);
             binary.nodes.iter().filter(|node| node.count > 0).count()
         };
-        let [shared, spheres] = [leaves(Company::Triangles, f32::INFINITY), leaves(Company::Spheres, 0.0)];
+        let [shared, spheres] = [leaves(LeafKind::Triangles, f32::INFINITY), leaves(LeafKind::Spheres, 0.0)];
         assert!(shared < 400 && spheres == shared, "{shared}, {spheres}");
-        let some = leaves(Company::Triangles, 0.02);
+        let some = leaves(LeafKind::Triangles, 0.02);
         assert!(shared < some && some < 1000, "{some}");
-        assert_eq!(leaves(Company::Triangles, 0.0), 1000);
+        assert_eq!(leaves(LeafKind::Triangles, 0.0), 1000);
     }
 }

@@ -6,7 +6,7 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance};
 use obvhs::{Boundable, BvhBuildParams, aabb};
 
 use super::morton::sorted;
-use super::rehearsal::{Passes, rehearse};
+use super::ploc_dry_run::{Passes, rehearse};
 use super::reinsertion::affordable;
 use super::{BuildQuality, Stop};
 use crate::aabb::PaddedBox;

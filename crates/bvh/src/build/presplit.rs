@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::{Corners, PIECE};
 use crate::aabb::{Aabb, PaddedBox, exact_half_area};
-use crate::wide::MAX_PRIMITIVES;
+use crate::bvh8::MAX_PRIMITIVES;
 
 /// Steps an axis has that a plane may lie at.
 const STEPS: f64 = (1 << 20) as f64;
@@ -24,7 +24,7 @@ const MOST: usize = 256;
 
 /// How much is split.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shares {
+pub(super) struct SplitBudget {
     /// Most references that come in addition, for each box.
     pub more: f64,
     /// Triangles that leave less of their box empty than this of the surface of everything are not worth it.
@@ -43,7 +43,7 @@ type Polygon = ArrayVec<DVec3, 9>;
 
 /// Splits triangles. Returns the boxes of all references, first one for each box in their order, and for those after them whose
 /// they are.
-pub(super) fn presplit(boxes: &[PaddedBox], corners: Corners<'_>, shares: Shares) -> Option<(Vec<PaddedBox>, Vec<u32>)> {
+pub(super) fn presplit(boxes: &[PaddedBox], corners: Corners<'_>, shares: SplitBudget) -> Option<(Vec<PaddedBox>, Vec<u32>)> {
     let whole = boxes.par_chunks(PIECE).map(|piece| piece.iter().fold(PaddedBox::NOTHING, |all, one| all.union(one)));
     let whole = whole.collect::<Vec<_>>().iter().fold(PaddedBox::NOTHING, |all, one| all.union(one));
     let grid = Grid::new(&whole);
@@ -245,7 +245,7 @@ mod tests {
         (corners.clone(), corners.iter().map(bounds).collect())
     }
 
-    const SHARES: Shares = Shares { more: 3.0, least: 1e-8 };
+    const SHARES: SplitBudget = SplitBudget { more: 3.0, least: 1e-8 };
 
     /// Protects: every point of a triangle lies in the box of a part, at any scale and place; parts are as many as are allowed and no
     /// more, stay within their triangle's box, and are smaller.

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Found, NO_PART, Nearest};
 use crate::accelerator::Accelerator;
+use crate::bvh8::{Bvh8, HitVisitor, LeafHeader, RayReparametrisation, SphereHits, TraversalRay, TriangleHit};
 use crate::geometry::Geometry;
 use crate::group::Slot;
 use crate::processor::prefetch;
@@ -11,7 +12,6 @@ use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::Real;
 use crate::shapes::PreparedRay;
 use crate::tally::Tally;
-use crate::wide::{Answer, Facts, Met, Rebase, Roots, Setup, Wide};
 
 /// A kind of query: closest, any, or each hit until one counts.
 pub(super) trait QueryKind<R: Real> {
@@ -22,9 +22,9 @@ pub(super) trait QueryKind<R: Real> {
     /// The greatest distance that still counts.
     fn far(&self) -> R;
     /// The lanes of a leaf that matter.
-    fn wanted(facts: &Facts) -> u8;
+    fn wanted(facts: &LeafHeader) -> u8;
     /// Those of them any hit of which ends the query.
-    fn opaque(facts: &Facts) -> u8;
+    fn opaque(facts: &LeafHeader) -> u8;
     /// Takes a hit within the range. Whether it ends the query.
     fn take(&mut self, geometry: &Geometry<R>, found: Found<R>) -> bool;
     /// Takes the hit of one primitive, where there is one. Whether it ends the query.
@@ -47,11 +47,11 @@ impl<R: Real> QueryKind<R> for Nearest<R> {
         self.found.as_ref().map_or_else(|| self.range.max.next_down(), |found| found.t)
     }
     #[inline(always)]
-    fn wanted(_: &Facts) -> u8 {
+    fn wanted(_: &LeafHeader) -> u8 {
         u8::MAX
     }
     #[inline(always)]
-    fn opaque(_: &Facts) -> u8 {
+    fn opaque(_: &LeafHeader) -> u8 {
         0
     }
     #[inline(always)]
@@ -86,11 +86,11 @@ impl<R: Real> QueryKind<R> for Any<'_, R> {
         self.range.max.next_down()
     }
     #[inline(always)]
-    fn wanted(facts: &Facts) -> u8 {
+    fn wanted(facts: &LeafHeader) -> u8 {
         facts.opaque | facts.asks
     }
     #[inline(always)]
-    fn opaque(facts: &Facts) -> u8 {
+    fn opaque(facts: &LeafHeader) -> u8 {
         facts.opaque
     }
     #[inline(always)]
@@ -121,11 +121,11 @@ impl<R: Real> QueryKind<R> for Each<'_, R> {
         self.range.max.next_down()
     }
     #[inline(always)]
-    fn wanted(_: &Facts) -> u8 {
+    fn wanted(_: &LeafHeader) -> u8 {
         u8::MAX
     }
     #[inline(always)]
-    fn opaque(_: &Facts) -> u8 {
+    fn opaque(_: &LeafHeader) -> u8 {
         0
     }
     #[inline(always)]
@@ -143,17 +143,17 @@ impl<R: Real> Geometry<R> {
     #[inline(always)]
     pub(super) fn nearest_as_stored<T: Tally>(
         &self,
-        wide: &Wide,
+        bvh: &Bvh8,
         ray: &Ray<R>,
         range: Interval<R>,
         tally: &mut T,
     ) -> Option<Found<R>> {
         // In its place from the start: to move it would wait for its stores.
-        let mut visitor = Visitor::stored(self, wide, ray, Nearest::new(range), tally);
+        let mut visitor = Visitor::stored(self, bvh, ray, Nearest::new(range), tally);
         if self.unbounded > self.planes {
             self.nearest_unbounded(ray, &mut visitor.query, visitor.tally);
         }
-        wide.ask(ray, visitor.query.range, &mut visitor);
+        bvh.ask(ray, visitor.query.range, &mut visitor);
         visitor.query.found
     }
 
@@ -169,13 +169,13 @@ impl<R: Real> Geometry<R> {
     #[inline(always)]
     pub(super) fn any_as_stored<T: Tally>(
         &self,
-        wide: &Wide,
+        bvh: &Bvh8,
         ray: &Ray<R>,
         range: Interval<R>,
         ask: &mut dyn FnMut(&Hit<R>) -> bool,
         tally: &mut T,
     ) -> bool {
-        wide.ask(ray, range, &mut Visitor::stored(self, wide, ray, Any { range, ask }, tally))
+        bvh.ask(ray, range, &mut Visitor::stored(self, bvh, ray, Any { range, ask }, tally))
     }
 
     /// Shows a query what a prepared ray meets. Returns whether that ended it, and the query.
@@ -183,7 +183,7 @@ impl<R: Real> Geometry<R> {
     pub(super) fn visit_all<Q: QueryKind<R>, T: Tally>(&self, ray: &PreparedRay, mut query: Q, tally: &mut T) -> (bool, Q) {
         let (tree, alone) = match &self.accelerator {
             Accelerator::Linear(count) => (None, 0..*count),
-            Accelerator::Wide(wide) => wide.places_alone().map_or((Some(wide), 0..0), |places| (None, places)),
+            Accelerator::Bvh8(bvh) => bvh.places_alone().map_or((Some(bvh), 0..0), |places| (None, places)),
         };
         for slot in self.unbounded().chain(self.bounded(alone)) {
             if query.test(self, slot, ray, tally) {
@@ -191,20 +191,20 @@ impl<R: Real> Geometry<R> {
             }
         }
         match tree {
-            Some(wide) => self.traverse(wide, ray, query, tally),
+            Some(bvh) => self.traverse(bvh, ray, query, tally),
             None => (false, query),
         }
     }
 
     /// The same of a tree. Rounded to f32 the ray is another one, so it is moved to beside what is there, and boxes take its error into account.
     #[inline(always)]
-    fn traverse<Q: QueryKind<R>, T: Tally>(&self, wide: &Wide, ray: &PreparedRay, query: Q, tally: &mut T) -> (bool, Q) {
+    fn traverse<Q: QueryKind<R>, T: Tally>(&self, bvh: &Bvh8, ray: &PreparedRay, query: Q, tally: &mut T) -> (bool, Q) {
         let near = query.range().min.to_f64();
-        let (setup, rebase) = Setup::mapped(ray.origin, ray.direction, near, &self.bounded_part());
+        let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
         let (stored, prepared, mailbox, culls) = (None, Some(*ray), Mailbox::default(), ray.culls);
         let mut visitor =
-            Visitor::<_, _, _, true> { geometry: self, wide, culls, stored, prepared, query, rebase, mailbox, tally };
-        let over = wide.ask_mapped(&setup, *ray, &mut visitor);
+            Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, mailbox, tally };
+        let over = bvh.ask_mapped(&setup, *ray, &mut visitor);
         (over, visitor.query)
     }
 }
@@ -216,34 +216,34 @@ struct Mailbox(BTreeSet<u32>);
 impl Mailbox {
     /// Whether this is the first time.
     #[inline(always)]
-    fn is_first(&mut self, facts: &Facts, lane: usize, slot: u32) -> bool {
+    fn is_first(&mut self, facts: &LeafHeader, lane: usize, slot: u32) -> bool {
         facts.twice >> lane & 1 == 0 || self.0.insert(slot)
     }
 }
 
-/// Hands what a traversal meets to a query. `MAPPED`: by a ray that was rounded, see [`Setup::mapped`].
+/// Hands what a traversal meets to a query. `MAPPED`: by a ray that was rounded, see [`TraversalRay::mapped`].
 struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
     geometry: &'a Geometry<R>,
-    wide: &'a Wide,
+    bvh: &'a Bvh8,
     culls: bool,
     /// One of the two: the ray as it is stored, from which the other one is made for the first primitive that has no leaf of its kind.
     stored: Option<&'a Ray<R>>,
     prepared: Option<PreparedRay>,
     query: Q,
-    rebase: Rebase,
+    rebase: RayReparametrisation,
     mailbox: Mailbox,
     tally: &'a mut T,
 }
 
 impl<'a, R: Real, Q, T> Visitor<'a, R, Q, T, false> {
     #[inline(always)]
-    fn stored(geometry: &'a Geometry<R>, wide: &'a Wide, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Self {
-        let (rebase, mailbox) = (Rebase::default(), Mailbox::default());
-        Self { geometry, wide, culls: ray.culls, stored: Some(ray), prepared: None, query, rebase, mailbox, tally }
+    fn stored(geometry: &'a Geometry<R>, bvh: &'a Bvh8, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Self {
+        let (rebase, mailbox) = (RayReparametrisation::default(), Mailbox::default());
+        Self { geometry, bvh, culls: ray.culls, stored: Some(ray), prepared: None, query, rebase, mailbox, tally }
     }
 }
 
-impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> Answer for Visitor<'_, R, Q, T, MAPPED> {
+impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
     const ANY: bool = Q::ANY;
 
     #[inline(always)]
@@ -275,7 +275,7 @@ impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> Answer for Visitor<
 
     #[inline(always)]
     fn block(&mut self, block: usize) {
-        self.tally.primitives(|| self.wide.facts(block).count.into());
+        self.tally.primitives(|| self.bvh.facts(block).count.into());
     }
 
     #[inline(always)]
@@ -283,15 +283,15 @@ impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> Answer for Visitor<
         if !Q::ANY {
             return [u32::MAX, 0];
         }
-        let facts = self.wide.facts(block);
+        let facts = self.bvh.facts(block);
         [Q::wanted(facts).into(), (Q::opaque(facts) & facts.two_sided(self.culls)).into()]
     }
 
     #[inline(always)]
-    fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool {
-        let facts = self.wide.facts(block);
+    fn triangle(&mut self, block: usize, lane: usize, met: &TriangleHit) -> bool {
+        let facts = self.bvh.facts(block);
         let [t, u, v] = [met.t, met.weights[0], met.weights[1]].map(R::from_f32);
-        let found = Found { t, u, v, slot: self.wide.slot(facts.first, lane), inner: NO_PART };
+        let found = Found { t, u, v, slot: self.bvh.slot(facts.first, lane), inner: NO_PART };
         if !Q::ANY {
             // Its names are asked for when the traversal is over.
             prefetch(&self.geometry.group.slots, found.slot as usize);
@@ -304,7 +304,7 @@ impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> Answer for Visitor<
     }
 
     #[inline(always)]
-    fn row(&mut self, facts: &Facts, roots: &Roots) -> bool {
+    fn row(&mut self, facts: &LeafHeader, roots: &SphereHits) -> bool {
         if roots.hits & Q::opaque(facts) != 0 {
             return true;
         }

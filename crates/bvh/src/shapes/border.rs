@@ -19,7 +19,7 @@ pub(super) enum Face {
 
 /// The shares of the two edges at a point, their gradients in the world, and the least that a share may be at a start, that of
 /// the third corner last.
-struct Shares {
+struct EdgeShares {
     at: [f64; 2],
     gradients: [DVec3; 2],
     least: [f64; 3],
@@ -43,13 +43,13 @@ pub(super) fn off_border<R: Real>(located: Located, face: Face, [ab, ac]: [DVec3
     // As far off the edge as a start may drift off its own face, too: then it is still behind one that leans over it.
     let lean = drift.along(located.normal);
     let least = [by_u, by_v, by_both].map(|gradient| drift.along(gradient) + lean * gradient.length());
-    let shares = Shares { at, gradients: [drift.in_world(by_u), drift.in_world(by_v)], least };
+    let shares = EdgeShares { at, gradients: [drift.in_world(by_u), drift.in_world(by_v)], least };
     let kept = if face == Face::Triangle { shares.within_triangle() } else { shares.within_parallelogram() };
     let start = located.point + ab * (kept[0] - u) + ac * (kept[1] - v);
     Located { above: start, below: start, ..located }
 }
 
-impl Shares {
+impl EdgeShares {
     /// The nearest ones in the world that are not below the least.
     fn within_triangle(&self) -> [f64; 2] {
         let ([u, v], [by_u, by_v], least) = (self.at, self.gradients, self.least);

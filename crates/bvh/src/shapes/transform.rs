@@ -4,8 +4,8 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Located, Parameters, PreparedRay};
 use crate::aabb::Aabb;
+use crate::double_double::DoubleDouble;
 use crate::scalar::{Real, Vector};
-use crate::twice::Twice;
 
 /// An invertible affine map, with the inverse of its linear part.
 #[derive(Clone, Copy, Debug)]
@@ -133,8 +133,8 @@ fn accurate_inverse(matrix: DMat3) -> DMat3 {
 /// b − M·x, the products exact and their sum in twice the precision.
 fn lacking(matrix: DMat3, x: DVec3, b: DVec3) -> DVec3 {
     let row = |i: usize| {
-        let taken = |sum: Twice, j: usize| sum + Twice::product(-matrix.col(j)[i], x[j]);
-        (0..3).fold(Twice::from(b[i]), taken).rounded()
+        let taken = |sum: DoubleDouble, j: usize| sum + DoubleDouble::product(-matrix.col(j)[i], x[j]);
+        (0..3).fold(DoubleDouble::from(b[i]), taken).rounded()
     };
     DVec3::new(row(0), row(1), row(2))
 }

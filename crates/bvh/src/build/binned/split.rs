@@ -6,8 +6,8 @@ use glam::{Mat4, Vec3A, Vec4, Vec4Swizzles};
 
 use super::Manner;
 use crate::aabb::PaddedBox;
-use crate::build::Company;
-use crate::wide::WIDTH;
+use crate::build::LeafKind;
+use crate::bvh8::WIDTH;
 
 /// Most bins an axis.
 const BINS: usize = 16;
@@ -29,12 +29,12 @@ impl Item {
     /// Makes a place a number that arithmetic in all lanes is not slowed down by.
     const NORMAL: u32 = 1 << 30;
 
-    pub fn new(bounds: &PaddedBox, place: u32, company: Company) -> Self {
+    pub fn new(bounds: &PaddedBox, place: u32, company: LeafKind) -> Self {
         let kind = match company {
-            Company::None => 0.0,
-            Company::Triangles => 1.0,
-            Company::Spheres => 2.0,
-            Company::Quads => 3.0,
+            LeafKind::None => 0.0,
+            LeafKind::Triangles => 1.0,
+            LeafKind::Spheres => 2.0,
+            LeafKind::Quad8 => 3.0,
         };
         Self { low: bounds.min.extend(f32::from_bits(Self::NORMAL | place)), high: bounds.max.extend(kind) }
     }
@@ -43,12 +43,12 @@ impl Item {
         self.low.w.to_bits() & !Self::NORMAL
     }
 
-    pub fn company(&self) -> Company {
+    pub fn company(&self) -> LeafKind {
         match self.high.w {
-            0.0 => Company::None,
-            1.0 => Company::Triangles,
-            2.0 => Company::Spheres,
-            _ => Company::Quads,
+            0.0 => LeafKind::None,
+            1.0 => LeafKind::Triangles,
+            2.0 => LeafKind::Spheres,
+            _ => LeafKind::Quad8,
         }
     }
 

@@ -8,7 +8,7 @@ fn items(count: usize, axes: usize) -> Vec<Item> {
     let centre = |i: usize| Vec3A::from_array(array::from_fn(|k| if k < axes { place(i, [3137, 6197, 8117][k]) } else { 0.5 }));
     let item = |i: usize| {
         let (centre, size) = (centre(i), 0.001 + 0.1 * place(i, 977) * place(i, 499));
-        Item::new(&PaddedBox { min: (centre - size).into(), max: (centre + size).into() }, i as u32, Company::Triangles)
+        Item::new(&PaddedBox { min: (centre - size).into(), max: (centre + size).into() }, i as u32, LeafKind::Triangles)
     };
     (0..count).map(item).collect()
 }

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 
 use crate::aabb::half_area;
 use crate::binary::{Binary, BinaryNode};
-use crate::build::{Company, CompanyOf};
+use crate::build::{LeafKind, LeafKindOf};
+use crate::bvh8::WIDTH;
 use crate::memory::filled;
-use crate::wide::WIDTH;
 
 /// What a block's test costs, that of a node being 1. Measured: `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
@@ -35,11 +35,11 @@ pub(super) struct Costs {
     pub leaves: u8,
     /// How many primitives of one company it is, up to `WIDTH`; more where there are more or others among them.
     pub alike: u8,
-    pub company: Company,
+    pub company: LeafKind,
 }
 
 impl Costs {
-    const NONE: Self = Self { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, alike: u8::MAX, company: Company::None };
+    const NONE: Self = Self { cost: [0.0; WIDTH], pick: [AS_LEAF; WIDTH], leaves: 1, alike: u8::MAX, company: LeafKind::None };
 }
 
 /// What the left one of two subtrees may get of so many lanes, where neither gets more than it has leaves.
@@ -48,25 +48,25 @@ pub(super) fn shares(left: &Costs, right: &Costs, lanes: usize) -> core::ops::Ra
 }
 
 /// The costs of one node, those of its children below it.
-fn costs(binary: &Binary, node: &BinaryNode, company: CompanyOf<'_>, below: impl Fn(usize) -> Costs) -> Costs {
+fn costs(binary: &Binary, node: &BinaryNode, company: LeafKindOf<'_>, below: impl Fn(usize) -> Costs) -> Costs {
     let area = half_area(&node.bounds);
     if node.count == 0 {
         return inner(&below(node.first as usize), &below(node.first as usize + 1), area);
     }
     let company = company(binary.order[node.first as usize]);
-    let alike = if company == Company::None { u8::MAX } else { node.count as u8 };
+    let alike = if company == LeafKind::None { u8::MAX } else { node.count as u8 };
     let mut pick = [FEWER; WIDTH];
     pick[0] = AS_LEAF;
     Costs { cost: [area * weight(company, alike); WIDTH], pick, leaves: 1, alike, company }
 }
 
 /// What the test of a leaf costs.
-pub(super) fn weight(company: Company, count: u8) -> f32 {
+pub(super) fn weight(company: LeafKind, count: u8) -> f32 {
     match company {
-        Company::Triangles => BLOCK,
-        Company::Spheres => ROW.min(SPHERE * f32::from(count)),
-        Company::Quads => QUADS.min(QUAD * f32::from(count)),
-        Company::None => OTHER,
+        LeafKind::Triangles => BLOCK,
+        LeafKind::Spheres => ROW.min(SPHERE * f32::from(count)),
+        LeafKind::Quad8 => QUADS.min(QUAD * f32::from(count)),
+        LeafKind::None => OTHER,
     }
 }
 
@@ -97,7 +97,7 @@ fn inner(l: &Costs, r: &Costs, area: f32) -> Costs {
 }
 
 /// Costs from the leaves up: each part by a thread of its own, then what is above them.
-pub(super) fn solve(binary: &Binary, company: CompanyOf<'_>) -> Vec<Costs> {
+pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
     let mut all = filled(binary.nodes.len(), Costs::NONE);
     let (tops, mut rest) = all.split_at_mut(binary.tops());
     let mut parts = Vec::with_capacity(binary.parts.len());
@@ -119,7 +119,7 @@ pub(super) fn solve(binary: &Binary, company: CompanyOf<'_>) -> Vec<Costs> {
 }
 
 /// What a ray that meets a binary tree is expected to spend in what becomes of it, in tests of nodes.
-pub(crate) fn cost(binary: &Binary, company: CompanyOf<'_>) -> f32 {
+pub(crate) fn cost(binary: &Binary, company: LeafKindOf<'_>) -> f32 {
     let all = solve(binary, company);
     let root = half_area(&binary.nodes[0].bounds);
     if root > 0.0 { all[0].cost[WIDTH - 1] / root } else { all[0].cost[WIDTH - 1] }

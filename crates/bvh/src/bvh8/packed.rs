@@ -6,8 +6,8 @@
 
 use rayon::prelude::*;
 
-use super::block::{Block, Facts};
-use super::{WIDTH, Wide};
+use super::triangle8::{LeafHeader, Triangle8};
+use super::{Bvh8, WIDTH};
 use crate::shapes::Triangle;
 
 /// Blocks that a thread packs at once. Nothing depends on it.
@@ -16,7 +16,7 @@ const PIECE: usize = 512;
 /// A block by the names of its corners.
 #[derive(Clone, Debug)]
 struct Named {
-    /// [`Block::longest`], rounded up.
+    /// [`Triangle8::longest`], rounded up.
     longest: [Above; WIDTH],
     /// Where its corners begin among those of all.
     first: u32,
@@ -53,8 +53,8 @@ impl Packed {
     /// The most bytes that a block takes: no two of its triangles share a corner.
     pub const MOST_BYTES: usize = size_of::<Named>() + 3 * WIDTH * size_of::<[f32; 3]>();
 
-    fn new(blocks: &[Block], facts: &[Facts]) -> Self {
-        let piece = |(blocks, facts): (&[Block], &[Facts])| {
+    fn new(blocks: &[Triangle8], facts: &[LeafHeader]) -> Self {
+        let piece = |(blocks, facts): (&[Triangle8], &[LeafHeader])| {
             let mut piece = Self { blocks: Vec::with_capacity(blocks.len()), corners: Vec::new() };
             blocks.iter().zip(facts).for_each(|(block, facts)| piece.push(block, facts.count.into()));
             piece
@@ -73,7 +73,7 @@ impl Packed {
     }
 
     /// Appends a block of so many triangles. Corners are the same where all bits are.
-    fn push(&mut self, block: &Block, count: usize) {
+    fn push(&mut self, block: &Triangle8, count: usize) {
         let first = self.corners.len();
         let mut corners = [[0; 3]; WIDTH];
         for (lane, names) in corners.iter_mut().enumerate().take(count) {
@@ -92,9 +92,9 @@ impl Packed {
 
     /// A block as the kernels read it; a lane that is not in use has some corner three times, and nothing hits it.
     #[inline(always)]
-    pub fn block(&self, number: usize) -> Block {
+    pub fn block(&self, number: usize) -> Triangle8 {
         let named = &self.blocks[number];
-        let mut block = Block { longest: named.longest.map(Above::number), ..Block::EMPTY };
+        let mut block = Triangle8 { longest: named.longest.map(Above::number), ..Triangle8::EMPTY };
         let own = &self.corners[named.first as usize..];
         for (lane, names) in named.corners.iter().enumerate() {
             for (side, &name) in names.iter().enumerate() {
@@ -118,7 +118,7 @@ impl Packed {
     }
 }
 
-impl Wide {
+impl Bvh8 {
     /// Lets the triangles of each block share corners from now on.
     pub(crate) fn pack(&mut self) {
         self.packed = Packed::new(&self.blocks, &self.facts);
@@ -158,13 +158,13 @@ mod tests {
         let fan = [&lanes[..], &[twins, lanes[3]]];
         // So many that they are packed in several pieces, each block in a place of its own.
         let block = |number: usize| {
-            let (mut block, triangles) = (Block::EMPTY, fan[number % 2]);
+            let (mut block, triangles) = (Triangle8::EMPTY, fan[number % 2]);
             for (lane, corners) in triangles.iter().enumerate() {
                 block.set(lane, corners.map(|p| Vec3::new(p.x, p.y + number as f32, p.z)));
             }
-            (block, Facts { count: triangles.len() as u8, ..Facts::default() })
+            (block, LeafHeader { count: triangles.len() as u8, ..LeafHeader::default() })
         };
-        let (blocks, facts): (Vec<Block>, Vec<Facts>) = (0..2 * PIECE).map(block).unzip();
+        let (blocks, facts): (Vec<Triangle8>, Vec<LeafHeader>) = (0..2 * PIECE).map(block).unzip();
         let packed = Packed::new(&blocks, &facts);
         assert_eq!(packed.bytes(), PIECE * (2 * 44 + (10 + 6) * 12));
         let bits = |corners: [Vec3; 3]| corners.map(|p| p.to_array().map(f32::to_bits));

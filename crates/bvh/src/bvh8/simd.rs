@@ -1,15 +1,15 @@
 //! What a kernel asks of a processor's registers: eight numbers of f32 side by side, and the exact test of some lanes.
 #![expect(unsafe_code, reason = "a sort of what was written")]
 
-use super::block::Block;
 use super::filter;
-use super::opaque::in_memory;
-use super::row::Line;
-use super::setup::{Aim, Setup};
-use super::sight::{Met, Sight, Unsure};
+use super::optimisation_barrier::in_memory;
+use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::row::RayF64;
 use super::stack::{Stack, Waiting};
-use super::walk::Answer;
-use super::{Child, WIDTH, Wide};
+use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traverse::HitVisitor;
+use super::triangle8::Triangle8;
+use super::{Bvh8, Child, WIDTH};
 use crate::shapes::PreparedRay;
 
 /// Eight lanes of f32. A minimum or maximum is its second operand unless the first one is less or greater, so that what is not a
@@ -51,36 +51,44 @@ pub(super) trait Simd: Copy {
     }
     /// The exact test of a lane, where this has one of its own.
     #[inline(always)]
-    fn crossing(self, _: &Block, _: usize, _: &Sight) -> Result<Option<Met>, Unsure> {
+    fn crossing(self, _: &Triangle8, _: usize, _: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
         Err(Unsure)
     }
     /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
-    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool;
-    /// [`unpacked`], the same way.
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool;
-    /// [`super::gather::gathered`], the same way.
-    fn gathered<A: Answer>(
+    fn settle<A: HitVisitor>(
         self,
-        wide: &Wide,
-        leaf: Child,
-        aim: &Aim,
+        block: &Triangle8,
+        at: [usize; 2],
+        aim: &LeafRay,
         probe: Option<&PreparedRay>,
-        line: &mut Option<Line>,
+        answer: &mut A,
+    ) -> bool;
+    /// [`unpacked`], the same way.
+    fn packed<A: HitVisitor>(self, bvh: &Bvh8, number: usize, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A)
+    -> bool;
+    /// [`super::gathered::gathered`], the same way.
+    fn gathered<A: HitVisitor>(
+        self,
+        bvh: &Bvh8,
+        leaf: Child,
+        aim: &LeafRay,
+        probe: Option<&PreparedRay>,
+        line: &mut Option<RayF64>,
         answer: &mut A,
     ) -> bool;
 }
 
 /// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.
 #[inline(always)]
-pub(super) fn settled<S: Simd, A: Answer>(
+pub(super) fn settled<S: Simd, A: HitVisitor>(
     s: S,
-    triangles: &Block,
+    triangles: &Triangle8,
     [number, lanes]: [usize; 2],
-    aim: &Aim,
+    aim: &LeafRay,
     probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
-    let sight = probe.map_or_else(|| Sight::new(aim.origin, aim.direction), Sight::of);
+    let sight = probe.map_or_else(|| ProjectedRay::new(aim.origin, aim.direction), ProjectedRay::of);
     let mut lanes = lanes as u32;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
@@ -95,16 +103,16 @@ pub(super) fn settled<S: Simd, A: Answer>(
 
 /// All that is asked about a block, from the filter on. Whether that ended it.
 #[inline(always)]
-pub(super) fn asked<S: Simd, A: Answer>(
+pub(super) fn asked<S: Simd, A: HitVisitor>(
     s: S,
-    block: &Block,
+    block: &Triangle8,
     number: usize,
-    aim: &Aim,
+    aim: &LeafRay,
     probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
     let far = answer.far();
-    let left = filter::left(s, aim, block, Setup::last(far));
+    let left = filter::left(s, aim, block, TraversalRay::last(far));
     if left.lanes == 0 {
         return false;
     }
@@ -118,23 +126,23 @@ pub(super) fn asked<S: Simd, A: Answer>(
 
 /// The same of a packed block.
 #[inline(always)]
-pub(super) fn unpacked<S: Simd, A: Answer>(
+pub(super) fn unpacked<S: Simd, A: HitVisitor>(
     s: S,
-    wide: &Wide,
+    bvh: &Bvh8,
     number: usize,
-    aim: &Aim,
+    aim: &LeafRay,
     probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
-    asked(s, &wide.packed.block(number), number, aim, probe, answer)
+    asked(s, &bvh.packed.block(number), number, aim, probe, answer)
 }
 
 /// The test of single triangles.
 #[inline(never)]
-fn alone(block: &Block, lane: usize, aim: &Aim, probe: Option<&PreparedRay>) -> Option<Met> {
+fn alone(block: &Triangle8, lane: usize, aim: &LeafRay, probe: Option<&PreparedRay>) -> Option<TriangleHit> {
     let triangle = block.triangle(lane);
     let crossing = probe.map_or_else(|| triangle.crossing(&PreparedRay::new(aim.ray())), |probe| triangle.crossing(probe))?;
-    Some(Met::from(&crossing))
+    Some(TriangleHit::from(&crossing))
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]
@@ -142,8 +150,8 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::bvh8::x86::Avx2;
     use crate::ray::Ray;
-    use crate::wide::x86::Avx2;
 
     /// Xorshift.
     fn next(state: &mut u64) -> u64 {
@@ -205,19 +213,19 @@ mod tests {
         let (state, mut hits, mut missed, mut left) = (&mut 88_172_645_463_325_252, 0, 0, 0);
         for round in 0..60_000 {
             let turn = |v: Vec3| [v, Vec3::new(v.z, v.x, v.y), Vec3::new(v.y, v.z, v.x)][round % 3];
-            let mut block = Block::EMPTY;
+            let mut block = Triangle8::EMPTY;
             let (corners, origin) = if round % 4 < 2 { (triangle(state), Vec3::ZERO) } else { long(state) };
             block.set(round % WIDTH, corners.map(turn));
             let tilt = Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
             let (origin, direction) = (turn(origin), turn((ALONG + tilt) * [1.0, -1.0][round / 4 % 2]));
             let alone = block.triangle(round % WIDTH).crossing(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
-            let sight = Sight::new(origin.to_array(), direction.to_array());
+            let sight = ProjectedRay::new(origin.to_array(), direction.to_array());
             let Ok(met) = avx2.crossing(&block, round % WIDTH, &sight) else {
                 left += 1;
                 continue;
             };
-            let bits = |met: Met| ([met.t, met.weights[0], met.weights[1]].map(f32::to_bits), met.from_outside);
-            assert_eq!(met.map(bits), alone.as_ref().map(|crossing| bits(Met::from(crossing))), "{block:?}, {direction}");
+            let bits = |met: TriangleHit| ([met.t, met.weights[0], met.weights[1]].map(f32::to_bits), met.from_outside);
+            assert_eq!(met.map(bits), alone.as_ref().map(|crossing| bits(TriangleHit::from(crossing))), "{block:?}, {direction}");
             hits += u32::from(met.is_some());
             missed += u32::from(met.is_none());
         }

@@ -47,7 +47,7 @@ impl Cluster {
 
 /// What clustering will do with boxes in Morton order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Rehearsal {
+pub(super) struct PlocDryRun {
     /// Whether it stays within the limit.
     pub passed: bool,
     /// Pairs of boxes that were compared to find that out.
@@ -57,7 +57,7 @@ pub(super) struct Rehearsal {
 }
 
 /// Rehearses clustering of boxes in the order in which it will have them; given up, it has not passed.
-pub(super) fn rehearse(boxes: &[PaddedBox], passes: Passes, stop: Stop<'_>) -> Rehearsal {
+pub(super) fn rehearse(boxes: &[PaddedBox], passes: Passes, stop: Stop<'_>) -> PlocDryRun {
     let limit = LIMIT * boxes.len() as u64;
     let worst = |clusters: usize| (clusters as u64).pow(2) / 2;
     let (mut looked, mut pairs) = (0, 0);
@@ -76,12 +76,12 @@ pub(super) fn rehearse(boxes: &[PaddedBox], passes: Passes, stop: Stop<'_>) -> R
         pairs += (rest * distance) as u64;
         // Costs that are not numbers leave every cluster alone.
         if looked > limit || clusters.len() == rest || stop() {
-            return Rehearsal { passed: false, pairs, ahead: 0 };
+            return PlocDryRun { passed: false, pairs, ahead: 0 };
         }
         rest = clusters.len();
         pass += 1;
     }
-    Rehearsal { passed: true, pairs, ahead: pairs + worst(rest) * passes.distance as u64 }
+    PlocDryRun { passed: true, pairs, ahead: pairs + worst(rest) * passes.distance as u64 }
 }
 
 /// One pass; the other two are room to work in.

@@ -1,13 +1,13 @@
 //! Which code walks the tree: chosen once from what the processor has, the same for every ray.
 
-use super::Wide;
+use super::Bvh8;
 use super::flat::{blocks, rows};
-use super::opaque::opaque;
-use super::pencil::{self, Asked, Meets, Pencil};
+use super::optimisation_barrier::opaque;
+use super::packet::{self, PacketResult, PacketState, PacketVisitor};
 use super::portable::Portable;
-use super::row::Line;
-use super::setup::{Aim, Setup};
-use super::walk::{Answer, walk};
+use super::row::RayF64;
+use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traverse::{HitVisitor, traverse};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{Avx2, Avx512};
 use crate::ray::{Interval, Ray};
@@ -75,10 +75,10 @@ impl Default for Chosen {
     }
 }
 
-impl Wide {
+impl Bvh8 {
     /// Asks `answer` about what the ray meets. Whether it ended the walk.
     #[inline(always)]
-    pub(crate) fn ask<R: Real, A: Answer>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
+    pub(crate) fn ask<R: Real, A: HitVisitor>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
         // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
         let one = |axis: usize| (opaque(ray.origin.axis(axis).to_f32()), opaque(ray.direction.axis(axis).to_f32()));
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
@@ -98,7 +98,7 @@ impl Wide {
             if self.blocks.is_empty() && self.others.is_empty() {
                 return false;
             }
-            return self.ask_flat(&Setup::new([ox, oy, oz], [dx, dy, dz], near).aim, None, answer);
+            return self.ask_flat(&TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim, None, answer);
         }
         match self.kernel {
             Chosen::Portable => walk_portable(self, ox, oy, oz, dx, dy, dz, near, answer),
@@ -111,7 +111,7 @@ impl Wide {
 
     /// The same of blocks and of the rest, one after the other, where there are no nodes.
     #[inline(never)]
-    fn ask_flat<A: Answer>(&self, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
+    fn ask_flat<A: HitVisitor>(&self, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
         match self.kernel {
             Chosen::Portable => blocks(Portable, self, aim, probe, answer),
             #[cfg(target_arch = "x86_64")]
@@ -122,12 +122,12 @@ impl Wide {
     }
 }
 
-impl Wide {
-    /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`Setup::mapped`].
+impl Bvh8 {
+    /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`TraversalRay::mapped`].
     #[inline(never)]
-    pub(crate) fn ask_mapped<A: Answer>(&self, setup: &Setup, probe: PreparedRay, answer: &mut A) -> bool {
+    pub(crate) fn ask_mapped<A: HitVisitor>(&self, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) -> bool {
         if self.always > 0 {
-            let line = Line::from(&probe);
+            let line = RayF64::from(&probe);
             let over = match self.kernel {
                 Chosen::Portable => rows(Portable, self, &line, answer),
                 #[cfg(target_arch = "x86_64")]
@@ -143,7 +143,7 @@ impl Wide {
             return self.ask_flat(&setup.aim, Some(&probe), answer);
         }
         match self.kernel {
-            Chosen::Portable => walk::<_, _, true>(Portable, self, setup, Some(&probe), answer),
+            Chosen::Portable => traverse::<_, _, true>(Portable, self, setup, Some(&probe), answer),
             #[cfg(target_arch = "x86_64")]
             Chosen::Avx2(avx2) => avx2.walk_mapped(self, setup, probe, answer),
             #[cfg(target_arch = "x86_64")]
@@ -154,8 +154,8 @@ impl Wide {
 
 #[inline(never)]
 #[expect(clippy::too_many_arguments, reason = "in registers")]
-fn walk_portable<A: Answer>(
-    wide: &Wide,
+fn walk_portable<A: HitVisitor>(
+    bvh: &Bvh8,
     ox: f32,
     oy: f32,
     oz: f32,
@@ -165,21 +165,21 @@ fn walk_portable<A: Answer>(
     near: f32,
     answer: &mut A,
 ) -> bool {
-    walk::<_, _, false>(Portable, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
+    traverse::<_, _, false>(Portable, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), None, answer)
 }
 
 #[inline(never)]
 #[expect(clippy::too_many_arguments, reason = "in registers")]
-fn rows_portable<A: Answer>(wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
-    rows(Portable, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer)
+fn rows_portable<A: HitVisitor>(bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A) -> bool {
+    rows(Portable, bvh, &RayF64::new([ox, oy, oz], [dx, dy, dz]), answer)
 }
 
-impl Wide {
+impl Bvh8 {
     /// Asks `meets` about what rays from one point meet.
     #[inline(never)]
-    pub(crate) fn ask_pencil<M: Meets>(&self, pencil: &mut Pencil, meets: &mut M) -> Asked {
+    pub(crate) fn ask_pencil<M: PacketVisitor>(&self, pencil: &mut PacketState, meets: &mut M) -> PacketResult {
         match self.kernel {
-            Chosen::Portable => pencil::walk(Portable, self, pencil, meets),
+            Chosen::Portable => packet::walk(Portable, self, pencil, meets),
             #[cfg(target_arch = "x86_64")]
             Chosen::Avx2(avx2) => avx2.pencil(self, pencil, meets),
             #[cfg(target_arch = "x86_64")]

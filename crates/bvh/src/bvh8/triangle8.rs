@@ -12,14 +12,14 @@ pub(super) const LARGE: f32 = (1_u64 << 38) as f32;
 /// Up to eight triangles, one array a coordinate: `corners[axis][corner][lane]`, as they were given.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-pub(crate) struct Block {
+pub(crate) struct Triangle8 {
     pub corners: [[[f32; WIDTH]; 3]; 3],
     /// No less than the longer one of the two edges at the first corner; −∞ in a lane that nothing can hit, which the filter
     /// then misses whatever else is in it, and ∞ where the filter must not decide.
     pub longest: [f32; WIDTH],
 }
 
-impl Block {
+impl Triangle8 {
     pub const EMPTY: Self = Self { corners: [[[0.0; WIDTH]; 3]; 3], longest: [f32::NEG_INFINITY; WIDTH] };
 
     /// Puts a triangle into a lane.
@@ -50,7 +50,7 @@ impl Block {
 /// What is known of a block's triangles besides where they are: read only where the filter leaves something. Masks have a bit
 /// a lane.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Facts {
+pub(crate) struct LeafHeader {
     /// The slot of the first lane, or its place in the list of slots where there is one; the others follow.
     pub first: u32,
     /// How many lanes are in use.
@@ -69,7 +69,7 @@ pub(crate) struct Facts {
     pub twice: u8,
 }
 
-impl Facts {
+impl LeafHeader {
     /// Takes down how a lane takes part.
     pub fn set(&mut self, lane: usize, visibility: Visibility) {
         let bit = 1 << lane;

@@ -10,17 +10,17 @@ mod exact;
 
 use core::arch::x86_64::*;
 
-use super::block::Block;
 use super::flat::{blocks, rows};
-use super::gather::gathered;
-use super::pencil::{self, Asked, Meets, Pencil};
-use super::row::Line;
-use super::setup::{Aim, Setup};
-use super::sight::{Met, Sight, Unsure};
+use super::gathered::gathered;
+use super::packet::{self, PacketResult, PacketState, PacketVisitor};
+use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::row::RayF64;
 use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
-use super::walk::{Answer, walk};
-use super::{Child, WIDTH, Wide};
+use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traverse::{HitVisitor, traverse};
+use super::triangle8::Triangle8;
+use super::{Bvh8, Child, WIDTH};
 use crate::shapes::PreparedRay;
 
 /// Entries of a set of instructions: methods of its token, each of which calls a function that is compiled for them.
@@ -52,27 +52,27 @@ macro_rules! traversals {
     ($token:ident, $features:literal) => {
         entries! { $token, $features:
             /// The walk with these instructions.
-            pub fn walk<A: Answer>(
-                s, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, answer: &mut A
-            ) { walk::<_, _, false>(s, wide, &Setup::new([ox, oy, oz], [dx, dy, dz], near), None, answer) } -> bool;
+            pub fn walk<A: HitVisitor>(
+                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, answer: &mut A
+            ) { traverse::<_, _, false>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), None, answer) } -> bool;
             /// The same for a ray in the space of an instance.
-            pub fn walk_mapped<A: Answer>(s, wide: &Wide, setup: &Setup, probe: PreparedRay, answer: &mut A) {
-                walk::<_, _, true>(s, wide, setup, Some(&probe), answer)
+            pub fn walk_mapped<A: HitVisitor>(s, bvh: &Bvh8, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) {
+                traverse::<_, _, true>(s, bvh, setup, Some(&probe), answer)
             } -> bool;
             /// The rows that every query tests.
-            pub fn rows<A: Answer>(
-                s, wide: &Wide, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
-            ) { rows(s, wide, &Line::new([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
+            pub fn rows<A: HitVisitor>(
+                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
+            ) { rows(s, bvh, &RayF64::new([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
             /// The same for a ray in the space of an instance.
-            pub fn rows_mapped<A: Answer>(s, wide: &Wide, line: &Line, answer: &mut A) { rows(s, wide, line, answer) } -> bool;
+            pub fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &RayF64, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
             /// Blocks and the rest where there are no nodes.
-            pub fn blocks<A: Answer>(s, wide: &Wide, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) {
-                blocks(s, wide, aim, probe, answer)
+            pub fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) {
+                blocks(s, bvh, aim, probe, answer)
             } -> bool;
             /// Rays from one point.
-            pub fn pencil<M: Meets>(s, wide: &Wide, pencil: &mut Pencil, meets: &mut M) {
-                pencil::walk(s, wide, pencil, meets)
-            } -> Asked;
+            pub fn pencil<M: PacketVisitor>(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) {
+                packet::walk(s, bvh, pencil, meets)
+            } -> PacketResult;
         }
     };
 }
@@ -81,17 +81,17 @@ macro_rules! traversals {
 macro_rules! leaves {
     ($token:ident, $features:literal) => {
         entries! { $token, $features:
-            fn settle<A: Answer>(
-                s, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A
+            fn settle<A: HitVisitor>(
+                s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
             ) { settled(s, block, at, aim, probe, answer) } -> bool;
             // Cold, or it is inlined all the same, and the walk copies to its stack for every ray what this reads of the tree.
             @[cold]
-            fn packed<A: Answer>(
-                s, wide: &Wide, number: usize, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A
-            ) { unpacked(s, wide, number, aim, probe, answer) } -> bool;
-            fn gathered<A: Answer>(
-                s, wide: &Wide, leaf: Child, aim: &Aim, probe: Option<&PreparedRay>, line: &mut Option<Line>, answer: &mut A
-            ) { gathered(s, wide, leaf, aim, probe, line, answer) } -> bool;
+            fn packed<A: HitVisitor>(
+                s, bvh: &Bvh8, number: usize, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
+            ) { unpacked(s, bvh, number, aim, probe, answer) } -> bool;
+            fn gathered<A: HitVisitor>(
+                s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, probe: Option<&PreparedRay>, line: &mut Option<RayF64>, answer: &mut A
+            ) { gathered(s, bvh, leaf, aim, probe, line, answer) } -> bool;
         }
     };
 }
@@ -201,7 +201,7 @@ macro_rules! eight_lanes {
             unsafe { _mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), b)) }
         }
         #[inline(always)]
-        fn crossing(self, block: &Block, lane: usize, sight: &Sight) -> Result<Option<Met>, Unsure> {
+        fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
             // SAFETY: `self` says that the processor has AVX2.
             unsafe { exact::crossing(block, lane, sight) }
         }

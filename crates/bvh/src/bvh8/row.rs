@@ -4,15 +4,15 @@
 use glam::{DVec3, Vec3};
 
 use super::WIDTH;
-use super::block::Facts;
 use super::doubles::{Doubles, dot};
 use super::simd::Simd;
+use super::triangle8::LeafHeader;
 use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::shapes::{FAR, Plane, PreparedRay, Shape, Sphere};
 
 /// A ray with what these tests need of a [`PreparedRay`], by its operations.
 #[derive(Clone, Copy)]
-pub(super) struct Line {
+pub(super) struct RayF64 {
     origin: DVec3,
     direction: DVec3,
     length_squared: f64,
@@ -20,7 +20,7 @@ pub(super) struct Line {
     inverse_length_squared: f64,
 }
 
-impl From<&PreparedRay> for Line {
+impl From<&PreparedRay> for RayF64 {
     #[inline(always)]
     fn from(probe: &PreparedRay) -> Self {
         let PreparedRay { origin, direction, length_squared, shortened, inverse_length_squared, .. } = *probe;
@@ -28,7 +28,7 @@ impl From<&PreparedRay> for Line {
     }
 }
 
-impl Line {
+impl RayF64 {
     /// Of a ray in the world.
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
@@ -48,7 +48,7 @@ impl Line {
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     kind: Kind,
-    pub facts: Facts,
+    pub facts: LeafHeader,
     /// Of a sphere the centre, of a plane the point; `places[axis][lane]`.
     places: [[f32; WIDTH]; 3],
     /// Of a sphere the radius first, of a plane the normal.
@@ -63,7 +63,7 @@ enum Kind {
 
 /// What a row says of a ray: which lanes it hits within the range, on an accepted side, which of those as it leaves a body, and where.
 #[derive(Clone, Copy)]
-pub(super) struct Hits<S: Simd> {
+pub(super) struct LaneHits<S: Simd> {
     pub hits: u32,
     pub leaving: u32,
     pub t: S::Floats,
@@ -71,16 +71,16 @@ pub(super) struct Hits<S: Simd> {
 
 /// The same in memory.
 #[derive(Clone, Copy)]
-pub(crate) struct Roots {
+pub(crate) struct SphereHits {
     pub hits: u8,
     pub leaving: u8,
     pub t: [f32; WIDTH],
 }
 
-impl<S: Doubles> Hits<S> {
+impl<S: Doubles> LaneHits<S> {
     #[inline(always)]
-    pub fn roots(&self, s: S) -> Roots {
-        Roots { hits: self.hits as u8, leaving: self.leaving as u8, t: s.row(self.t) }
+    pub fn roots(&self, s: S) -> SphereHits {
+        SphereHits { hits: self.hits as u8, leaving: self.leaving as u8, t: s.row(self.t) }
     }
 }
 
@@ -119,7 +119,7 @@ impl Row {
     }
 
     fn empty(kind: Kind, first: usize) -> Self {
-        let facts = Facts { first: first as u32, ..Facts::default() };
+        let facts = LeafHeader { first: first as u32, ..LeafHeader::default() };
         Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
     }
 
@@ -131,7 +131,7 @@ impl Row {
 
     /// Where a ray hits them.
     #[inline(always)]
-    pub(super) fn hits<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>, culls: bool) -> Hits<S> {
+    pub(super) fn hits<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
         match self.kind {
             Kind::Spheres => self.spheres(s, line, range, culls),
             Kind::Planes => self.planes(s, line, range, culls),
@@ -139,7 +139,7 @@ impl Row {
     }
 
     #[inline(always)]
-    fn spheres<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>, culls: bool) -> Hits<S> {
+    fn spheres<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
         let [x, y, z] = spread(s, line.origin);
         let [cx, cy, cz] = self.widened_places(s);
         let f = [s.minus(x, cx), s.minus(y, cy), s.minus(z, cz)];
@@ -149,7 +149,7 @@ impl Row {
         let zero = s.spread(0.0);
         let may_meet = s.at_least(s.minus(squared, s.times(outside, s.spread(line.shortened))), zero);
         if may_meet == 0 {
-            return Hits { hits: 0, leaving: 0, t: s.splat(0.0) };
+            return LaneHits { hits: 0, leaving: 0, t: s.splat(0.0) };
         }
         let discriminant = s.minus(squared, s.times(outside, s.spread(line.length_squared)));
         let met = s.at_least(discriminant, zero);
@@ -161,19 +161,19 @@ impl Row {
         let (first, last) = (s.splat(range.min), s.splat(range.max));
         let entering = met & s.less(first, near) & s.less(near, last) & !u32::from(self.facts.inside);
         let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.outside_alone(culls)) & !entering;
-        let hits = Hits { hits: entering | leaving, leaving, t: s.chosen(leaving, near, far) };
+        let hits = LaneHits { hits: entering | leaving, leaving, t: s.chosen(leaving, near, far) };
         let far_away = may_meet & s.above(outside, s.times(room, s.spread(FAR * FAR)));
         if far_away == 0 {
             return hits;
         }
-        let Roots { hits, leaving, t } = self.far_away(far_away, (*line, culls), range, hits.roots(s));
-        Hits { hits: hits.into(), leaving: leaving.into(), t: s.load(&t) }
+        let SphereHits { hits, leaving, t } = self.far_away(far_away, (*line, culls), range, hits.roots(s));
+        LaneHits { hits: hits.into(), leaving: leaving.into(), t: s.load(&t) }
     }
 
     /// Spheres so far away that their test takes another form: one by one.
     #[cold]
     #[inline(never)]
-    fn far_away(&self, mut lanes: u32, (line, culls): (Line, bool), range: Interval<f32>, mut roots: Roots) -> Roots {
+    fn far_away(&self, mut lanes: u32, (line, culls): (RayF64, bool), range: Interval<f32>, mut roots: SphereHits) -> SphereHits {
         let probe = line.probe();
         while lanes != 0 {
             let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
@@ -189,7 +189,7 @@ impl Row {
     }
 
     #[inline(always)]
-    fn planes<S: Doubles>(&self, s: S, line: &Line, range: Interval<f32>, culls: bool) -> Hits<S> {
+    fn planes<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
         let normal = [s.widen(&self.rest[0]), s.widen(&self.rest[1]), s.widen(&self.rest[2])];
         let slope = dot(s, normal, spread(s, line.direction));
         let [x, y, z] = spread(s, line.origin);
@@ -200,7 +200,7 @@ impl Row {
         let within = s.less(s.splat(range.min), t) & s.less(t, s.splat(range.max)) & s.less(t, s.splat(f32::INFINITY));
         let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
         let against = s.above(s.spread(0.0), slope) as u8;
-        Hits { hits: self.facts.accepted(finite as u8, against, culls).into(), leaving: 0, t }
+        LaneHits { hits: self.facts.accepted(finite as u8, against, culls).into(), leaving: 0, t }
     }
 
     /// One by one: a closure would not have the instructions of the function that it is in.
@@ -215,8 +215,8 @@ fn spread<S: Doubles>(s: S, v: DVec3) -> [S::Doubles; 3] {
     [s.spread(v.x), s.spread(v.y), s.spread(v.z)]
 }
 
-/// Eight rays from one point, as [`Line`] has one.
-pub(super) struct Lines<S: Doubles> {
+/// Eight rays from one point, as [`RayF64`] has one.
+pub(super) struct RaysF64<S: Doubles> {
     origin: DVec3,
     direction: [S::Doubles; 3],
     length_squared: S::Doubles,
@@ -226,7 +226,7 @@ pub(super) struct Lines<S: Doubles> {
     culls: bool,
 }
 
-impl<S: Doubles> Lines<S> {
+impl<S: Doubles> RaysF64<S> {
     /// By the operations of a probe, in lanes.
     #[inline(always)]
     pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
@@ -246,7 +246,7 @@ impl<S: Doubles> Lines<S> {
 impl Row {
     /// Where eight rays hit one of them, up to `far`: a bit a ray.
     #[inline(always)]
-    pub(super) fn lane<S: Doubles>(&self, s: S, lane: usize, lines: &Lines<S>, near: f32, far: S::Floats) -> Hits<S> {
+    pub(super) fn lane<S: Doubles>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> LaneHits<S> {
         let (lane, first) = (lane & (WIDTH - 1), s.splat(near));
         let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         let (bit, place, rest) = (1 << lane, of(&self.places).as_dvec3(), of(&self.rest));
@@ -259,7 +259,7 @@ impl Row {
             let counts =
                 s.less(first, t) & s.at_most(t, far) & s.less(t, s.splat(f32::INFINITY)) & s.less(s.splat(f32::NEG_INFINITY), t);
             let against = s.above(s.spread(0.0), slope);
-            return Hits { hits: counts & !(outside & !against) & !(inside & against), leaving: 0, t };
+            return LaneHits { hits: counts & !(outside & !against) & !(inside & against), leaving: 0, t };
         }
         let (f, r) = (lines.origin - place, f64::from(rest.x));
         let room = r * r;
@@ -268,7 +268,7 @@ impl Row {
         let squared = s.times(b, b);
         let may_meet = s.at_least(s.minus(squared, s.times(s.spread(beyond), lines.shortened)), s.spread(0.0));
         if may_meet == 0 {
-            return Hits { hits: 0, leaving: 0, t: first };
+            return LaneHits { hits: 0, leaving: 0, t: first };
         }
         if beyond > room * (FAR * FAR) {
             return self.lane_far_away(s, lane, lines, may_meet, near, far);
@@ -281,7 +281,7 @@ impl Row {
         let leave = s.narrow(s.times(s.minus(root, b), lines.inverse_length_squared));
         let entering = met & s.less(first, enter) & s.at_most(enter, far) & !inside;
         let leaving = met & s.less(first, leave) & s.at_most(leave, far) & !outside & !entering;
-        Hits { hits: entering | leaving, leaving, t: s.chosen(leaving, enter, leave) }
+        LaneHits { hits: entering | leaving, leaving, t: s.chosen(leaving, enter, leave) }
     }
 
     /// Rays from so far away that their test takes another form: one by one.
@@ -291,12 +291,12 @@ impl Row {
         &self,
         s: S,
         lane: usize,
-        lines: &Lines<S>,
+        lines: &RaysF64<S>,
         mut asked: u32,
         near: f32,
         far: S::Floats,
-    ) -> Hits<S> {
-        let (mut roots, far) = (Roots { hits: 0, leaving: 0, t: [0.0; WIDTH] }, s.row(far));
+    ) -> LaneHits<S> {
+        let (mut roots, far) = (SphereHits { hits: 0, leaving: 0, t: [0.0; WIDTH] }, s.row(far));
         while asked != 0 {
             let ray = asked.trailing_zeros() as usize & (WIDTH - 1);
             asked &= asked - 1;
@@ -307,7 +307,7 @@ impl Row {
                 roots.t[ray] = hit.t;
             }
         }
-        Hits { hits: roots.hits.into(), leaving: roots.leaving.into(), t: s.load(&roots.t) }
+        LaneHits { hits: roots.hits.into(), leaving: roots.leaving.into(), t: s.load(&roots.t) }
     }
 
     fn sphere(&self, lane: usize) -> Sphere<f32> {

@@ -6,12 +6,12 @@ use core::ops::{Add, Mul};
 /// few times 2⁻¹⁰⁶ of the sizes of what goes in ("Accurate Sum and Dot Product", Ogita, Rump, Oishi 2005), as long as nothing
 /// overflows or underflows.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Twice {
+pub(crate) struct DoubleDouble {
     most: f64,
     rest: f64,
 }
 
-impl Twice {
+impl DoubleDouble {
     /// a·b, exactly.
     #[inline(always)]
     pub fn product(a: f64, b: f64) -> Self {
@@ -26,14 +26,14 @@ impl Twice {
     }
 }
 
-impl From<f64> for Twice {
+impl From<f64> for DoubleDouble {
     #[inline(always)]
     fn from(most: f64) -> Self {
         Self { most, rest: 0.0 }
     }
 }
 
-impl Add for Twice {
+impl Add for DoubleDouble {
     type Output = Self;
 
     #[inline(always)]
@@ -46,7 +46,7 @@ impl Add for Twice {
     }
 }
 
-impl Mul<f64> for Twice {
+impl Mul<f64> for DoubleDouble {
     type Output = Self;
 
     #[inline(always)]

@@ -3,8 +3,8 @@
 use core::arch::x86_64::*;
 
 use super::super::WIDTH;
-use super::super::block::Block;
-use super::super::sight::{Met, Sight, Unsure, turned};
+use super::super::projected_ray::{ProjectedRay, TriangleHit, Unsure, turned};
+use super::super::triangle8::Triangle8;
 use crate::shapes::EDGE_ON;
 
 /// Lanes of corners.
@@ -42,7 +42,7 @@ fn greatest([a, b, c]: [f64; 3]) -> f64 {
 /// The processor has AVX2. Not a function with that feature, so that it is inlined into one: handed back by a call, the answer would
 /// wait in memory.
 #[inline(always)]
-pub(super) unsafe fn crossing(block: &Block, lane: usize, sight: &Sight) -> Result<Option<Met>, Unsure> {
+pub(super) unsafe fn crossing(block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
     let lane = lane & (WIDTH - 1);
     // SAFETY: the caller says that the processor has AVX2. Nothing is read through a pointer.
     unsafe {
@@ -83,6 +83,6 @@ pub(super) unsafe fn crossing(block: &Block, lane: usize, sight: &Sight) -> Resu
         let (u, v, w) = (u * inverse, v * inverse, w * inverse);
         let along = za * u + zb * v + zc * w;
         let t = (along * sight.inverse_length_squared) as f32;
-        Ok(Some(Met { t, weights: [v as f32, w as f32], from_outside: determinant > 0.0 }))
+        Ok(Some(TriangleHit { t, weights: [v as f32, w as f32], from_outside: determinant > 0.0 }))
     }
 }

@@ -9,25 +9,25 @@
 //! then what was met before would decide. So the exact test takes the distance at an edge then, for scan and tree alike
 //! ([`crate::shapes::EDGE_ON`]).
 
-mod block;
 mod collapse;
 mod doubles;
 mod filter;
 mod flat;
-mod gather;
+mod gathered;
 mod kernel;
 mod names;
-mod opaque;
+mod optimisation_barrier;
 mod packed;
-mod pencil;
+mod packet;
 mod portable;
-mod rebase;
+mod projected_ray;
+mod reparametrisation;
 mod row;
-mod setup;
-mod sight;
 mod simd;
 mod stack;
-mod walk;
+mod traversal_ray;
+mod traverse;
+mod triangle8;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -39,19 +39,19 @@ use crate::group::Slot;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
-use self::block::Block;
-pub(crate) use self::block::Facts;
 pub(crate) use self::collapse::cost;
-use self::gather::Quads;
+use self::gathered::Quad8;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
 use self::packed::Packed;
-pub(crate) use self::pencil::{Asked, Meets, Pencil, RAYS};
-pub(crate) use self::rebase::Rebase;
-pub(crate) use self::row::{Roots, Row};
-pub(crate) use self::setup::Setup;
-pub(crate) use self::sight::Met;
-pub(crate) use self::walk::Answer;
+pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
+pub(crate) use self::projected_ray::TriangleHit;
+pub(crate) use self::reparametrisation::RayReparametrisation;
+pub(crate) use self::row::{Row, SphereHits};
+pub(crate) use self::traversal_ray::TraversalRay;
+pub(crate) use self::traverse::HitVisitor;
+pub(crate) use self::triangle8::LeafHeader;
+use self::triangle8::Triangle8;
 
 /// The most primitives that one tree can address.
 pub const MAX_PRIMITIVES: usize = (1 << 27) - 1;
@@ -168,7 +168,7 @@ impl Node {
 
 /// How many primitives of each kind of leaf there are.
 #[derive(Clone, Copy)]
-pub(crate) struct Shares {
+pub(crate) struct PrimitiveCounts {
     pub triangles: u64,
     pub spheres: u64,
     pub quads: u64,
@@ -177,19 +177,19 @@ pub(crate) struct Shares {
 
 /// A bounding-volume hierarchy over places in an order that its build returned, with the triangles among them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Wide {
+pub(crate) struct Bvh8 {
     /// Root first; none where everything is tested.
     nodes: Vec<Node>,
-    blocks: Vec<Block>,
+    blocks: Vec<Triangle8>,
     /// The blocks, where they are packed.
     packed: Packed,
     /// Of each block.
-    facts: Vec<Facts>,
+    facts: Vec<LeafHeader>,
     /// First those that every query tests, then those of leaves.
     rows: Vec<Row>,
     always: usize,
     /// Of leaves.
-    quads: Vec<Quads>,
+    quads: Vec<Quad8>,
     /// Without nodes: the places of what is in no row and in no block.
     others: Range<usize>,
     /// The slots of the blocks' lanes; empty where these follow one another.
@@ -197,9 +197,9 @@ pub(crate) struct Wide {
     kernel: Chosen,
 }
 
-impl Wide {
+impl Bvh8 {
     /// Puts the triangles into the blocks: `taken` says what a slot's is and how it takes part. The slots from `first` on are in
-    /// the order of the leaves; those of triangles get the numbers by which [`Wide::triangle`] knows them.
+    /// the order of the leaves; those of triangles get the numbers by which [`Bvh8::triangle`] knows them.
     pub fn fill(&mut self, slots: &mut [Slot], first: usize, taken: impl Fn(&Slot) -> (Triangle<f32>, Visibility) + Sync) {
         const PIECE: usize = 512;
         if !self.names.is_empty() {
@@ -231,9 +231,10 @@ impl Wide {
     /// blocks are still to be filled.
     pub fn flat(spheres: usize, triangles: usize, others: usize) -> Self {
         let end = spheres + triangles;
-        let block = |first: usize| Facts { first: first as u32, count: (end - first).min(WIDTH) as u8, ..Facts::default() };
-        let facts: Vec<Facts> = (spheres..end).step_by(WIDTH).map(block).collect();
-        Self { blocks: vec![Block::EMPTY; facts.len()], facts, others: end..end + others, ..Self::default() }
+        let block =
+            |first: usize| LeafHeader { first: first as u32, count: (end - first).min(WIDTH) as u8, ..LeafHeader::default() };
+        let facts: Vec<LeafHeader> = (spheres..end).step_by(WIDTH).map(block).collect();
+        Self { blocks: vec![Triangle8::EMPTY; facts.len()], facts, others: end..end + others, ..Self::default() }
     }
 
     /// Adds rows that every query tests, before anything else.
@@ -245,7 +246,7 @@ impl Wide {
 
     /// The facts of a block.
     #[inline(always)]
-    pub fn facts(&self, block: usize) -> &Facts {
+    pub fn facts(&self, block: usize) -> &LeafHeader {
         &self.facts[block]
     }
 
@@ -277,7 +278,7 @@ impl Wide {
 
     /// Bytes of the blocks of so many triangles where they are filled one after the other.
     pub fn bytes_of_full_blocks(triangles: u64) -> u64 {
-        triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Block>() + size_of::<Facts>()) as u64)
+        triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64)
     }
 
     /// The most bytes that the tree over so many triangles and other primitives takes, its blocks packed or not.
@@ -287,7 +288,7 @@ impl Wide {
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(Shares { triangles, spheres, quads, others }: Shares, packed: bool) -> u64 {
+    pub fn most_bytes(PrimitiveCounts { triangles, spheres, quads, others }: PrimitiveCounts, packed: bool) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, quads, others].into_iter().fold(0, u64::saturating_add);
         // The most of one company are the triangles of the argument above, whatever they are.
@@ -296,8 +297,8 @@ impl Wide {
         let leaves = Self::most_bytes_of_leaves(spheres, quads, all - spheres - quads);
         let others = all - triangles;
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
-        let block = if packed { Packed::MOST_BYTES } else { size_of::<Block>() };
-        let each = (block + size_of::<Facts>()) as u64;
+        let block = if packed { Packed::MOST_BYTES } else { size_of::<Triangle8>() };
+        let each = (block + size_of::<LeafHeader>()) as u64;
         blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64)).saturating_add(leaves)
     }
 }

@@ -2,7 +2,7 @@
 #![expect(unsafe_code, reason = "the stack is read where it was written")]
 
 use super::*;
-use crate::wide::portable::Portable;
+use crate::bvh8::portable::Portable;
 
 /// What waits after the children of a mask were put upon two others, from the first on.
 fn waiting<S: Simd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::block::LARGE;
-use super::opaque::opaque;
-use super::rebase::Rebase;
+use super::optimisation_barrier::opaque;
+use super::reparametrisation::RayReparametrisation;
+use super::triangle8::LARGE;
 use crate::aabb::Aabb;
 use crate::ray::Ray;
 
@@ -20,14 +20,14 @@ const ROUNDED: f32 = 1.000_01;
 
 /// A ray as the kernels know it, all in f32.
 #[derive(Clone, Copy)]
-pub(crate) struct Setup {
-    pub slopes: Slopes,
-    pub aim: Aim,
+pub(crate) struct TraversalRay {
+    pub slopes: BoxRay,
+    pub aim: LeafRay,
 }
 
 /// What boxes ask besides the origin and the near end: a walk has it in registers.
 #[derive(Clone, Copy)]
-pub(crate) struct Slopes {
+pub(crate) struct BoxRay {
     pub inverse: [f32; 3],
     /// The same, widened for the planes through which the ray leaves.
     pub widened: [f32; 3],
@@ -43,7 +43,7 @@ pub(crate) struct Slopes {
 
 /// What blocks and what is in them ask: it stays in memory, from where the filter spreads it over its lanes.
 #[derive(Clone, Copy)]
-pub(crate) struct Aim {
+pub(crate) struct LeafRay {
     /// The excluded lower end of distances.
     pub near: f32,
     pub origin: [f32; 3],
@@ -72,7 +72,7 @@ fn least_of(v: [f32; 3]) -> f32 {
     lesser(v[0].abs(), lesser(v[1].abs(), v[2].abs()))
 }
 
-impl Setup {
+impl TraversalRay {
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3], near: f32) -> Self {
         let inverse = direction.map(|d| opaque(1.0 / d));
@@ -80,14 +80,14 @@ impl Setup {
         // No less than the length, be that below one or above, and without a root: directions are of unit length but for rounding.
         let length = greater(squared, 1.0) * ROUNDED;
         let sane = squared < LONG * LONG && squared > 4.0 / (LONG * LONG) && greatest_of(origin) < LARGE;
-        let slopes = Slopes {
+        let slopes = BoxRay {
             inverse,
             widened: inverse.map(|i| i * (1.0 + 8.0 * U)),
             early: [0.0; 3],
             late: [greater(-near, 0.0) * (16.0 * U); 3],
             side: direction.map(|d| (d.to_bits() >> 31) as usize),
         };
-        let aim = Aim {
+        let aim = LeafRay {
             origin,
             direction,
             near,
@@ -104,8 +104,8 @@ impl Setup {
     /// in each component of its direction. Boxes are entered earlier by that and left later, and what the bounds of
     /// [`super::filter`] take for a corner's distance is longer by so much that the errors of f64, 1.8 u E |d| of a weight for each
     /// unit, and 2.5 u E² of D and of T, are in them.
-    pub fn mapped(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> (Self, Rebase) {
-        let rebase = Rebase::new(origin, direction, near, bounds);
+    pub fn mapped(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> (Self, RayReparametrisation) {
+        let rebase = RayReparametrisation::new(origin, direction, near, bounds);
         let (moved, scaled) = (origin + direction * rebase.start, direction / rebase.scale);
         // Nothing is met farther from here than the farthest corner.
         let farthest = (moved - bounds.centre()).length() + bounds.extent().length();
@@ -117,14 +117,14 @@ impl Setup {
         let near = greater(rebase.rebased(near).next_down(), 0.0);
         let Self { slopes, aim } = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
         let early: [f32; 3] = core::array::from_fn(|axis| (wrong[axis] * 2.01) as f32 * slopes.inverse[axis].abs());
-        let slopes = Slopes {
+        let slopes = BoxRay {
             widened: slopes.inverse.map(|i| i * (1.0 + 16.0 * U)),
             early,
             late: early.map(|early| early + slopes.late[0]),
             ..slopes
         };
         let reach = aim.reach + (wrong.element_sum() * (0.1 * f64::from(ROUNDED) / f64::from(U))) as f32;
-        (Self { slopes, aim: Aim { reach, ..aim } }, rebase)
+        (Self { slopes, aim: LeafRay { reach, ..aim } }, rebase)
     }
 
     /// A far end as boxes use it, later by what the rounding of their distances may take.
@@ -134,7 +134,7 @@ impl Setup {
     }
 }
 
-impl Aim {
+impl LeafRay {
     /// The ray, at no time.
     pub fn ray(&self) -> Ray<f32> {
         Ray::new(self.origin.into(), self.direction.into())

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::{Child, WIDTH, Wide};
+use super::{Bvh8, Child, WIDTH};
 use crate::group::Slot;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
-impl Wide {
+impl Bvh8 {
     /// Names the places of leaves by slots, from `first` on in the order in which the leaves first name them, and returns that order:
     /// positions in the input, each once. `order` is that of the leaves, `count` how many there are in the input.
     pub fn name(&mut self, order: Vec<u32>, count: usize, first: usize) -> Vec<u32> {
@@ -33,7 +33,7 @@ impl Wide {
         once
     }
 
-    /// As [`Wide::fill`], where places have names.
+    /// As [`Bvh8::fill`], where places have names.
     pub(super) fn fill_named(&mut self, slots: &mut [Slot], taken: impl Fn(&Slot) -> (Triangle<f32>, Visibility) + Sync) {
         let names = &self.names;
         let mut times = vec![0_u8; slots.len()];

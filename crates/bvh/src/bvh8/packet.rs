@@ -11,15 +11,15 @@
 
 use glam::{DVec3, Vec3};
 
-use super::block::Block;
 use super::doubles::{Doubles, dot};
 use super::filter::{TOLD, UNDERFLOW, cross, sub3};
-use super::gather::Quads;
-use super::row::{Lines, Row};
-use super::setup::{Aim, Setup};
+use super::gathered::Quad8;
+use super::row::{RaysF64, Row};
 use super::simd::Simd;
 use super::stack::Stack;
-use super::{Child, Node, WIDTH, Wide};
+use super::traversal_ray::{LeafRay, TraversalRay};
+use super::triangle8::Triangle8;
+use super::{Bvh8, Child, Node, WIDTH};
 use crate::ray::Ray;
 use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
@@ -31,7 +31,7 @@ pub(crate) const RAYS: usize = GROUPS * WIDTH;
 const LEAST: f32 = 1e-30;
 
 /// What a pencil asks, with what it has found so far.
-pub(crate) struct Pencil {
+pub(crate) struct PacketState {
     origin: [f32; 3],
     /// One array an axis; where there is no ray, the direction of the first.
     directions: [[f32; RAYS]; 3],
@@ -48,7 +48,7 @@ pub(crate) struct Pencil {
     culls: bool,
 }
 
-impl Pencil {
+impl PacketState {
     /// No slot: nothing found.
     const NOTHING: u32 = u32::MAX;
 
@@ -129,11 +129,11 @@ impl Pencil {
 }
 
 /// What whoever asks makes of what a pencil meets.
-pub(crate) trait Meets {
+pub(crate) trait PacketVisitor {
     /// Whether the first slot comes before the second where both are hit at one distance.
     fn lower(&self, slot: u32, than: u32) -> bool;
     /// Another primitive is met, by the rays of a mask at most.
-    fn other(&mut self, place: usize, asked: u32, pencil: &mut Pencil);
+    fn other(&mut self, place: usize, asked: u32, pencil: &mut PacketState);
 }
 
 /// The rays as boxes and filters need them: those of the least and of the greatest components.
@@ -147,7 +147,7 @@ struct Bundle<S: Simd> {
     /// Least and greatest directions.
     spans: [[S::Floats; 2]; 3],
     /// Bounds of the filter that hold for each of the rays.
-    bounds: Aim,
+    bounds: LeafRay,
 }
 
 #[inline(always)]
@@ -157,9 +157,10 @@ fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
 
 impl<S: Doubles> Bundle<S> {
     #[inline(always)]
-    fn new(s: S, pencil: &Pencil) -> Option<Self> {
+    fn new(s: S, pencil: &PacketState) -> Option<Self> {
         let [least, most] = pencil.spans()?;
-        let (short, long) = (Setup::new(pencil.origin, least, pencil.near), Setup::new(pencil.origin, most, pencil.near));
+        let (short, long) =
+            (TraversalRay::new(pencil.origin, least, pencil.near), TraversalRay::new(pencil.origin, most, pencil.near));
         let [x, y, z] = pencil.origin;
         Some(Self {
             origin: [s.splat(x), s.splat(y), s.splat(z)],
@@ -171,7 +172,7 @@ impl<S: Doubles> Bundle<S> {
             spans: both(s, least, most),
             // The longest direction's e_T holds for all: 12 u E² R has no direction in it, and 14 u E² |d|² · 2R/|d| or, where |d| is below one,
             // 14 u E² · 2R/|d| is twice as much whatever |d| is.
-            bounds: Aim { reach: short.aim.reach.max(long.aim.reach), ..long.aim },
+            bounds: LeafRay { reach: short.aim.reach.max(long.aim.reach), ..long.aim },
         })
     }
 
@@ -210,7 +211,7 @@ struct Rays {
 
 /// Made when the first triangle asks.
 #[inline(never)]
-fn rays(pencil: &Pencil) -> [Rays; GROUPS] {
+fn rays(pencil: &PacketState) -> [Rays; GROUPS] {
     let none = || Rays { across: [[[0.0; WIDTH]; 3]; 2], direction: [[0.0; WIDTH]; 3], inverse_length_squared: [0.0; WIDTH] };
     let mut rays = [none(), none()];
     for ray in 0..RAYS {
@@ -283,7 +284,7 @@ fn crossed<S: Doubles>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays) ->
 }
 
 /// What eight triangles have to do with the common origin, a number of each triangle side by side.
-struct Seen {
+struct TriangleOrigin8 {
     u: [[f32; WIDTH]; 3],
     v: [[f32; WIDTH]; 3],
     normal: [[f32; WIDTH]; 3],
@@ -315,7 +316,7 @@ fn see<S: Doubles, const CORNERS: usize>(
     [b, c]: [usize; 2],
     longest: &[f32; WIDTH],
     far: f32,
-) -> Seen {
+) -> TriangleOrigin8 {
     let bounds = &bundle.bounds;
     let a = [s.load(&x[0]), s.load(&y[0]), s.load(&z[0])];
     let ab = sub3(s, [s.load(&x[b]), s.load(&y[b]), s.load(&z[b])], a);
@@ -338,7 +339,7 @@ fn see<S: Doubles, const CORNERS: usize>(
     let below = s.less(s.min(s.min(ug, vg), wg), s.negate(error));
     let above = s.less(error, s.max(s.max(ul, vl), wl));
     let distance = s.mul_add(normal[0], from[0], s.mul_add(normal[1], from[1], s.mul(normal[2], from[2])));
-    Seen {
+    TriangleOrigin8 {
         u: rows(s, u),
         v: rows(s, v),
         normal: rows(s, normal),
@@ -351,7 +352,7 @@ fn see<S: Doubles, const CORNERS: usize>(
     }
 }
 
-impl Seen {
+impl TriangleOrigin8 {
     /// The rays of a group that the exact test may say hit a triangle within the range, as [`super::filter::left`] has it.
     #[inline(always)]
     fn left<S: Simd>(&self, s: S, lane: usize, directions: [S::Floats; 3], near: S::Floats, far: S::Floats) -> u32 {
@@ -376,7 +377,7 @@ impl Seen {
 
 /// How asking rays together ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Asked {
+pub(crate) enum PacketResult {
     /// All is found that they meet.
     Whole,
     /// Each has its own way: it would take less to ask them one by one, and what they found so far is not all.
@@ -392,31 +393,31 @@ const MOST_LEAVES: u32 = 32;
 
 /// Asks about all that the rays may meet.
 #[inline(always)]
-pub(super) fn walk<S: Doubles, M: Meets>(s: S, wide: &Wide, pencil: &mut Pencil, meets: &mut M) -> Asked {
-    let bundle = if wide.nodes.is_empty() && wide.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
-    if bundle.is_none() && !(wide.nodes.is_empty() && wide.blocks.is_empty()) || wide.is_packed() {
-        return Asked::Unfit;
+pub(super) fn walk<S: Doubles, M: PacketVisitor>(s: S, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) -> PacketResult {
+    let bundle = if bvh.nodes.is_empty() && bvh.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
+    if bundle.is_none() && !(bvh.nodes.is_empty() && bvh.blocks.is_empty()) || bvh.is_packed() {
+        return PacketResult::Unfit;
     }
-    if wide.always > 0 {
-        rows_of_lanes(s, &wide.rows[..wide.always], pencil, meets);
+    if bvh.always > 0 {
+        rows_of_lanes(s, &bvh.rows[..bvh.always], pencil, meets);
     }
     if let Some(bundle) = bundle {
         let mut exact = None;
-        if wide.nodes.is_empty() {
-            for number in 0..wide.blocks.len() {
-                block(s, wide, number, &bundle, pencil, &mut exact, meets);
+        if bvh.nodes.is_empty() {
+            for number in 0..bvh.blocks.len() {
+                block(s, bvh, number, &bundle, pencil, &mut exact, meets);
             }
-        } else if !down(s, wide, &bundle, pencil, &mut exact, meets) {
-            return Asked::Parted;
+        } else if !down(s, bvh, &bundle, pencil, &mut exact, meets) {
+            return PacketResult::Parted;
         }
     }
-    wide.others.clone().for_each(|place| meets.other(place, u32::MAX, pencil));
-    Asked::Whole
+    bvh.others.clone().for_each(|place| meets.other(place, u32::MAX, pencil));
+    PacketResult::Whole
 }
 
 /// Spheres or planes, each asked about eight rays at a time.
 #[inline(always)]
-fn rows_of_lanes<S: Doubles, M: Meets>(s: S, rows: &[Row], pencil: &mut Pencil, meets: &M) {
+fn rows_of_lanes<S: Doubles, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &M) {
     let origin = Vec3::from(pencil.origin).as_dvec3();
     for group in 0..GROUPS {
         let first = group * WIDTH;
@@ -424,7 +425,7 @@ fn rows_of_lanes<S: Doubles, M: Meets>(s: S, rows: &[Row], pencil: &mut Pencil, 
             return;
         }
         let row = |axis: usize| -> [f32; WIDTH] { core::array::from_fn(|lane| pencil.directions[axis][first + lane]) };
-        let lines = Lines::new(s, origin, [&row(0), &row(1), &row(2)], pencil.culls);
+        let lines = RaysF64::new(s, origin, [&row(0), &row(1), &row(2)], pencil.culls);
         for row in rows {
             for lane in 0..usize::from(row.facts.count) {
                 let far: [f32; WIDTH] = core::array::from_fn(|lane| pencil.far[first + lane]);
@@ -448,13 +449,20 @@ fn rows_of_lanes<S: Doubles, M: Meets>(s: S, rows: &[Row], pencil: &mut Pencil, 
 
 /// A leaf of spheres, or one of quads, of which go on those that some ray may hit.
 #[inline(always)]
-fn gathered<S: Doubles, M: Meets>(s: S, wide: &Wide, leaf: Child, bundle: &Bundle<S>, pencil: &mut Pencil, meets: &mut M) {
+fn gathered<S: Doubles, M: PacketVisitor>(
+    s: S,
+    bvh: &Bvh8,
+    leaf: Child,
+    bundle: &Bundle<S>,
+    pencil: &mut PacketState,
+    meets: &mut M,
+) {
     if leaf.is_row() {
-        let row = wide.always + leaf.index();
-        return rows_of_lanes(s, &wide.rows[row..=row], pencil, meets);
+        let row = bvh.always + leaf.index();
+        return rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
     }
-    let quads = &wide.quads[leaf.index()];
-    let (far, Quads { corners, longest, .. }) = (last(pencil), quads);
+    let quads = &bvh.quads[leaf.index()];
+    let (far, Quad8 { corners, longest, .. }) = (last(pencil), quads);
     let (first, second) = (see(s, bundle, corners, [1, 2], longest, far), see(s, bundle, corners, [2, 3], longest, far));
     let mut lanes = (first.lanes | second.lanes) & quads.used();
     while lanes != 0 {
@@ -474,21 +482,21 @@ fn gathered<S: Doubles, M: Meets>(s: S, wide: &Wide, leaf: Child, bundle: &Bundl
 
 /// The greatest distance that still counts of any ray, as boxes use it.
 #[inline(always)]
-fn last(pencil: &Pencil) -> f32 {
+fn last(pencil: &PacketState) -> f32 {
     let mut far = f32::NEG_INFINITY;
     for &one in &pencil.far {
         far = if one > far { one } else { far };
     }
-    Setup::last(far)
+    TraversalRay::last(far)
 }
 
 /// Down the tree; whether to its end.
 #[inline(always)]
-fn down<S: Doubles, M: Meets>(
+fn down<S: Doubles, M: PacketVisitor>(
     s: S,
-    wide: &Wide,
+    bvh: &Bvh8,
     bundle: &Bundle<S>,
-    pencil: &mut Pencil,
+    pencil: &mut PacketState,
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
 ) -> bool {
@@ -496,7 +504,7 @@ fn down<S: Doubles, M: Meets>(
     let (mut stack, mut top, mut current) = (Stack::new(), 0, Child(0));
     loop {
         if !current.is_leaf() {
-            let node = &wide.nodes[current.node()];
+            let node = &bvh.nodes[current.node()];
             let (entered, entry) = bundle.enter(s, node, s.splat(far));
             if entered != 0 {
                 if entered & (entered - 1) == 0 {
@@ -511,8 +519,8 @@ fn down<S: Doubles, M: Meets>(
                 return false;
             }
             match () {
-                () if current.is_block() => block(s, wide, current.index(), bundle, pencil, exact, meets),
-                () if current.is_gathered() => gathered(s, wide, current, bundle, pencil, meets),
+                () if current.is_block() => block(s, bvh, current.index(), bundle, pencil, exact, meets),
+                () if current.is_gathered() => gathered(s, bvh, current, bundle, pencil, meets),
                 () => meets.other(current.index(), u32::MAX, pencil),
             }
             far = last(pencil);
@@ -533,7 +541,7 @@ fn down<S: Doubles, M: Meets>(
 
 /// The directions of a group, and the greatest distances that still count.
 #[inline(always)]
-fn group_of<S: Doubles>(s: S, pencil: &Pencil, group: usize) -> ([S::Floats; 3], S::Floats) {
+fn group_of<S: Doubles>(s: S, pencil: &PacketState, group: usize) -> ([S::Floats; 3], S::Floats) {
     let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
     let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
     (directions, s.load_from(&pencil.far, first))
@@ -541,16 +549,16 @@ fn group_of<S: Doubles>(s: S, pencil: &Pencil, group: usize) -> ([S::Floats; 3],
 
 /// The triangles of a block.
 #[inline(always)]
-fn block<S: Doubles, M: Meets>(
+fn block<S: Doubles, M: PacketVisitor>(
     s: S,
-    wide: &Wide,
+    bvh: &Bvh8,
     number: usize,
     bundle: &Bundle<S>,
-    pencil: &mut Pencil,
+    pencil: &mut PacketState,
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
 ) {
-    let Block { corners, longest } = &wide.blocks[number];
+    let Triangle8 { corners, longest } = &bvh.blocks[number];
     let seen = see(s, bundle, corners, [1, 2], longest, last(pencil));
     let mut lanes = seen.lanes;
     while lanes != 0 {
@@ -561,7 +569,7 @@ fn block<S: Doubles, M: Meets>(
             let left = seen.left(s, lane, directions, bundle.near, far) & pencil.asked(group);
             if left != 0 {
                 let rays = exact.get_or_insert_with(|| rays(pencil));
-                settle(s, wide, [number, lane, group], left, &rays[group], pencil, meets);
+                settle(s, bvh, [number, lane, group], left, &rays[group], pencil, meets);
             }
         }
     }
@@ -569,17 +577,17 @@ fn block<S: Doubles, M: Meets>(
 
 /// The exact test of a triangle for some rays of a group.
 #[inline(always)]
-fn settle<S: Doubles, M: Meets>(
+fn settle<S: Doubles, M: PacketVisitor>(
     s: S,
-    wide: &Wide,
+    bvh: &Bvh8,
     [number, lane, group]: [usize; 3],
     left: u32,
     rays: &Rays,
-    pencil: &mut Pencil,
+    pencil: &mut PacketState,
     meets: &M,
 ) {
-    let triangle: Triangle<f32> = wide.blocks[number].triangle(lane);
-    let facts = wide.facts(number);
+    let triangle: Triangle<f32> = bvh.blocks[number].triangle(lane);
+    let facts = bvh.facts(number);
     let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
     let (mut outside, mut hits) = (found.outside, found.hits & left);
     let (mut t, [mut u, mut v]) = (s.row(found.t), [s.row(found.weights[0]), s.row(found.weights[1])]);
@@ -604,7 +612,7 @@ fn settle<S: Doubles, M: Meets>(
         let ray = hits.trailing_zeros() as usize & (WIDTH - 1);
         hits &= hits - 1;
         if pencil.near < t[ray] {
-            let slots = [wide.slot(facts.first, lane), u32::MAX];
+            let slots = [bvh.slot(facts.first, lane), u32::MAX];
             pencil.consider(group * WIDTH + ray, [t[ray], u[ray], v[ray]], slots, |a, b| meets.lower(a, b));
         }
     }

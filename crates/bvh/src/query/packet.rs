@@ -2,11 +2,11 @@
 
 use super::Found;
 use crate::accelerator::Accelerator;
+use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;
-use crate::wide::{Asked, Meets, Pencil, RAYS};
 
 /// Fewer rays are asked one by one.
 const FEWEST: usize = 4;
@@ -54,14 +54,14 @@ impl Patience {
     }
 
     /// Learns how that ended.
-    fn learn(&mut self, asked: Asked) {
+    fn learn(&mut self, asked: PacketResult) {
         match asked {
-            Asked::Whole => self.pause = 0,
-            Asked::Parted => {
+            PacketResult::Whole => self.pause = 0,
+            PacketResult::Parted => {
                 self.pause = (2 * self.pause).clamp(1, Self::LONGEST);
                 self.alone = self.pause;
             }
-            Asked::Unfit => {}
+            PacketResult::Unfit => {}
         }
     }
 }
@@ -73,9 +73,10 @@ impl<R: Real> Geometry<R> {
         hits.clear();
         hits.reserve(rays.directions.len());
         for some in rays.directions.chunks(RAYS) {
-            let asked = if some.len() >= FEWEST && patience.tries() { self.together(rays, some, hits) } else { Asked::Unfit };
+            let asked =
+                if some.len() >= FEWEST && patience.tries() { self.together(rays, some, hits) } else { PacketResult::Unfit };
             patience.learn(asked);
-            if asked != Asked::Whole {
+            if asked != PacketResult::Whole {
                 hits.extend(some.iter().map(|&direction| self.closest(&rays.ray(direction), rays.range, &mut ())));
             }
         }
@@ -83,19 +84,19 @@ impl<R: Real> Geometry<R> {
 
     /// Up to [`RAYS`] of them at once. Only where that has gone to its end are there more hits than before.
     #[inline(never)]
-    fn together(&self, rays: &FromOnePoint<'_, R>, directions: &[R::Vec3], hits: &mut Vec<Option<Hit<R>>>) -> Asked {
-        let Accelerator::Wide(wide) = &self.accelerator else { return Asked::Unfit };
+    fn together(&self, rays: &FromOnePoint<'_, R>, directions: &[R::Vec3], hits: &mut Vec<Option<Hit<R>>>) -> PacketResult {
+        let Accelerator::Bvh8(bvh) = &self.accelerator else { return PacketResult::Unfit };
         if !R::IS_SINGLE {
-            return Asked::Unfit;
+            return PacketResult::Unfit;
         }
         let mut stored = [glam::Vec3::ZERO; RAYS];
         stored.iter_mut().zip(directions).for_each(|(to, from)| *to = from.to_f32());
         let last = rays.range.max.next_down().to_f32();
         let mut pencil =
-            Pencil::new(rays.origin.to_f32(), &stored[..directions.len()], [rays.range.min.to_f32(), last], rays.culls);
-        let mut asking = Asking { geometry: self, rays, directions };
-        let asked = wide.ask_pencil(&mut pencil, &mut asking);
-        if asked != Asked::Whole {
+            PacketState::new(rays.origin.to_f32(), &stored[..directions.len()], [rays.range.min.to_f32(), last], rays.culls);
+        let mut asking = PacketQuery { geometry: self, rays, directions };
+        let asked = bvh.ask_pencil(&mut pencil, &mut asking);
+        if asked != PacketResult::Whole {
             return asked;
         }
         for slot in self.planes..self.unbounded {
@@ -111,16 +112,16 @@ impl<R: Real> Geometry<R> {
 }
 
 /// What a pencil asks of a geometry.
-struct Asking<'a, 'r, R: Real> {
+struct PacketQuery<'a, 'r, R: Real> {
     geometry: &'a Geometry<R>,
     rays: &'a FromOnePoint<'r, R>,
     directions: &'a [R::Vec3],
 }
 
-impl<R: Real> Asking<'_, '_, R> {
+impl<R: Real> PacketQuery<'_, '_, R> {
     /// What has no test for several rays, for those of a mask.
     #[inline(never)]
-    fn one_by_one(&self, slot: usize, asked: u32, pencil: &mut Pencil) {
+    fn one_by_one(&self, slot: usize, asked: u32, pencil: &mut PacketState) {
         let geometry = self.geometry;
         for (ray, &direction) in self.directions.iter().enumerate().filter(|(ray, _)| asked >> ray & 1 != 0) {
             let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
@@ -133,14 +134,14 @@ impl<R: Real> Asking<'_, '_, R> {
     }
 }
 
-impl<R: Real> Meets for Asking<'_, '_, R> {
+impl<R: Real> PacketVisitor for PacketQuery<'_, '_, R> {
     #[inline(always)]
     fn lower(&self, slot: u32, than: u32) -> bool {
         let order = |slot: u32| self.geometry.group.slots[slot as usize].order();
         order(slot) < order(than)
     }
 
-    fn other(&mut self, place: usize, asked: u32, pencil: &mut Pencil) {
+    fn other(&mut self, place: usize, asked: u32, pencil: &mut PacketState) {
         self.one_by_one(self.geometry.unbounded + place, asked, pencil);
     }
 }
@@ -161,18 +162,18 @@ mod tests {
         let mut patience = Patience::default();
         for turns in [1, 2, 4, 8, 16, 32, 64, 64, 64] {
             assert!(patience.tries());
-            patience.learn(Asked::Parted);
+            patience.learn(PacketResult::Parted);
             for _ in 0..turns {
                 assert!(!patience.tries());
-                patience.learn(Asked::Unfit);
+                patience.learn(PacketResult::Unfit);
             }
         }
         assert!(patience.tries());
-        patience.learn(Asked::Unfit);
+        patience.learn(PacketResult::Unfit);
         assert!(patience.tries());
-        patience.learn(Asked::Whole);
+        patience.learn(PacketResult::Whole);
         assert!(patience.tries());
-        patience.learn(Asked::Parted);
+        patience.learn(PacketResult::Parted);
         assert!([patience.tries(), patience.tries()] == [false, true]);
     }
 

@@ -8,7 +8,7 @@ use crate::shapes::{Crossing, PreparedRay};
 /// components of the direction: with the axes turned so that the direction's largest component comes first, (p, q, r), a corner's two
 /// coordinates are q·a + p·b and r·c + p·d.
 #[derive(Clone, Copy)]
-pub(crate) struct Sight {
+pub(crate) struct ProjectedRay {
     pub origin: [f64; 3],
     pub direction: [f64; 3],
     /// The axis of the direction's largest component; the two that follow it come next.
@@ -20,7 +20,7 @@ pub(crate) struct Sight {
 
 /// A triangle is hit.
 #[derive(Clone, Copy)]
-pub(crate) struct Met {
+pub(crate) struct TriangleHit {
     pub t: f32,
     /// Weights of the second and third corners.
     pub weights: [f32; 2],
@@ -37,7 +37,7 @@ pub(super) fn turned<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
     (around[major], around[major + 1], around[major + 2])
 }
 
-impl Sight {
+impl ProjectedRay {
     #[inline(always)]
     pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         let d = DVec3::from_array(direction.map(f64::from));
@@ -62,7 +62,7 @@ impl Sight {
     }
 }
 
-impl From<&Crossing> for Met {
+impl From<&Crossing> for TriangleHit {
     fn from(crossing: &Crossing) -> Self {
         let &Crossing { t, weights: [u, v], from_outside } = crossing;
         Self { t: t as f32, weights: [u as f32, v as f32], from_outside }

@@ -2,15 +2,15 @@
 
 use glam::Vec4;
 
-use super::block::Block;
 use super::doubles::Doubles;
-use super::gather::gathered;
-use super::row::Line;
-use super::setup::Aim;
+use super::gathered::gathered;
+use super::row::RayF64;
 use super::simd::{Simd, settled, unpacked};
 use super::stack::{Stack, Waiting, two};
-use super::walk::Answer;
-use super::{Child, WIDTH, Wide};
+use super::traversal_ray::LeafRay;
+use super::traverse::HitVisitor;
+use super::triangle8::Triangle8;
+use super::{Bvh8, Child, WIDTH};
 use crate::shapes::PreparedRay;
 
 /// No instruction beyond those of the platform.
@@ -116,24 +116,38 @@ impl Simd for Portable {
         stack.push(top, children, &[low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]], mask)
     }
     #[inline(never)]
-    fn settle<A: Answer>(self, block: &Block, at: [usize; 2], aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
+    fn settle<A: HitVisitor>(
+        self,
+        block: &Triangle8,
+        at: [usize; 2],
+        aim: &LeafRay,
+        probe: Option<&PreparedRay>,
+        answer: &mut A,
+    ) -> bool {
         settled(self, block, at, aim, probe, answer)
     }
     #[inline(never)]
-    fn packed<A: Answer>(self, wide: &Wide, number: usize, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
-        unpacked(self, wide, number, aim, probe, answer)
-    }
-    #[inline(never)]
-    fn gathered<A: Answer>(
+    fn packed<A: HitVisitor>(
         self,
-        wide: &Wide,
-        leaf: Child,
-        aim: &Aim,
+        bvh: &Bvh8,
+        number: usize,
+        aim: &LeafRay,
         probe: Option<&PreparedRay>,
-        line: &mut Option<Line>,
         answer: &mut A,
     ) -> bool {
-        gathered(self, wide, leaf, aim, probe, line, answer)
+        unpacked(self, bvh, number, aim, probe, answer)
+    }
+    #[inline(never)]
+    fn gathered<A: HitVisitor>(
+        self,
+        bvh: &Bvh8,
+        leaf: Child,
+        aim: &LeafRay,
+        probe: Option<&PreparedRay>,
+        line: &mut Option<RayF64>,
+        answer: &mut A,
+    ) -> bool {
+        gathered(self, bvh, leaf, aim, probe, line, answer)
     }
 }
 

@@ -3,20 +3,20 @@
 //! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
 #![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
-use super::block::{Block, Facts};
 use super::filter;
-use super::opaque::in_memory;
-use super::row::Roots;
-use super::setup::Setup;
-use super::sight::Met;
+use super::optimisation_barrier::in_memory;
+use super::projected_ray::TriangleHit;
+use super::row::SphereHits;
 use super::simd::Simd;
 use super::stack::{Stack, Waiting};
-use super::{Child, Node, Wide};
+use super::traversal_ray::TraversalRay;
+use super::triangle8::{LeafHeader, Triangle8};
+use super::{Bvh8, Child, Node};
 use crate::ray::Interval;
 use crate::shapes::PreparedRay;
 
 /// What a query makes of what a walk meets.
-pub(crate) trait Answer {
+pub(crate) trait HitVisitor {
     /// Whether any hit will do. Then children are visited in no order.
     const ANY: bool;
     /// The greatest distance that still counts.
@@ -34,9 +34,9 @@ pub(crate) trait Answer {
     /// The lanes that matter, and those of which a hit within the range counts whatever it is: it ends a walk that any hit ends.
     fn lanes(&self, block: usize) -> [u32; 2];
     /// A triangle is hit at some distance. True ends the walk.
-    fn triangle(&mut self, block: usize, lane: usize, met: &Met) -> bool;
+    fn triangle(&mut self, block: usize, lane: usize, met: &TriangleHit) -> bool;
     /// These of a row are hit within the range. True ends the walk.
-    fn row(&mut self, facts: &Facts, roots: &Roots) -> bool;
+    fn row(&mut self, facts: &LeafHeader, roots: &SphereHits) -> bool;
     /// Another primitive is met. True ends the walk.
     fn other(&mut self, place: usize) -> bool;
 }
@@ -52,7 +52,7 @@ struct Far<S: Simd> {
 impl<S: Simd> Far<S> {
     #[inline(always)]
     fn new(s: S, value: f32) -> Self {
-        let last = Setup::last(value);
+        let last = TraversalRay::last(value);
         Self { value, last, boxes: s.splat(last) }
     }
 }
@@ -69,8 +69,8 @@ struct Slabs<S: Simd, const MAPPED: bool> {
 
 impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     #[inline(always)]
-    fn new(s: S, setup: &Setup) -> Self {
-        let Setup { slopes, aim } = setup;
+    fn new(s: S, setup: &TraversalRay) -> Self {
+        let TraversalRay { slopes, aim } = setup;
         let ([ex, ey, ez], [lx, ly, lz]) = (slopes.early, slopes.late);
         let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (aim.origin, slopes.inverse, slopes.widened);
         Self {
@@ -97,10 +97,10 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
 
 /// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block that is not packed.
 #[inline(always)]
-fn fetch<S: Simd>(s: S, wide: &Wide, child: Child) {
+fn fetch<S: Simd>(s: S, bvh: &Bvh8, child: Child) {
     let (start, bytes) = match () {
-        () if !child.is_leaf() => (wide.nodes.as_ptr().cast::<u8>(), size_of::<Node>()),
-        () if child.is_block() && !wide.blocks.is_empty() => (wide.blocks.as_ptr().cast::<u8>(), size_of::<Block>()),
+        () if !child.is_leaf() => (bvh.nodes.as_ptr().cast::<u8>(), size_of::<Node>()),
+        () if child.is_block() && !bvh.blocks.is_empty() => (bvh.blocks.as_ptr().cast::<u8>(), size_of::<Triangle8>()),
         () => return,
     };
     let start = start.wrapping_add(child.index() * bytes);
@@ -114,12 +114,12 @@ fn fetch<S: Simd>(s: S, wide: &Wide, child: Child) {
 const PACKED: u32 = u32::MAX;
 
 /// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
-/// `MAPPED`: the ray was rounded, see [`Setup::mapped`].
+/// `MAPPED`: the ray was rounded, see [`TraversalRay::mapped`].
 #[inline(always)]
-pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
+pub(super) fn traverse<S: Simd, A: HitVisitor, const MAPPED: bool>(
     s: S,
-    wide: &Wide,
-    setup: &Setup,
+    bvh: &Bvh8,
+    setup: &TraversalRay,
     probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
@@ -135,7 +135,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
         // Down to a leaf that has to be looked at. Nothing is called in here, so the ray keeps its registers.
         let left = loop {
             if !current.is_leaf() {
-                let node = &wide.nodes[current.node()];
+                let node = &bvh.nodes[current.node()];
                 answer.node();
                 let [[x0, y0, z0], [x1, y1, z1]] = [
                     [&node.planes[0][sx], &node.planes[1][sy], &node.planes[2][sz]],
@@ -156,7 +156,7 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
                         top += 1;
                         current = Child(a.0.min(b.0) as u32);
                         // The nearer one is read at once.
-                        fetch(s, wide, Child(a.0.max(b.0) as u32));
+                        fetch(s, bvh, Child(a.0.max(b.0) as u32));
                         continue;
                     }
                     top = if A::ANY {
@@ -168,13 +168,13 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
                     // SAFETY: more than one was just written.
                     current = unsafe { stack.get(top) }.child();
                     // SAFETY: as before.
-                    fetch(s, wide, unsafe { stack.get(top - 1) }.child());
+                    fetch(s, bvh, unsafe { stack.get(top - 1) }.child());
                     continue;
                 }
             } else if current.is_block() {
                 answer.block(current.index());
-                s.prefetch(wide.facts.as_ptr().wrapping_add(current.index()));
-                let Some(block) = wide.blocks.get(current.index()) else { break PACKED };
+                s.prefetch(bvh.facts.as_ptr().wrapping_add(current.index()));
+                let Some(block) = bvh.blocks.get(current.index()) else { break PACKED };
                 let left = filter::left(s, in_memory(&aim), block, far.last);
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());
@@ -201,10 +201,10 @@ pub(super) fn walk<S: Simd, A: Answer, const MAPPED: bool>(
             };
         };
         let over = match left {
-            0 if current.is_gathered() => s.gathered(wide, current, &aim, probe, &mut line, answer),
+            0 if current.is_gathered() => s.gathered(bvh, current, &aim, probe, &mut line, answer),
             0 => answer.other(current.index()),
-            PACKED => s.packed(wide, current.index(), &aim, probe, answer),
-            lanes => s.settle(&wide.blocks[current.index()], [current.index(), lanes as usize], &aim, probe, answer),
+            PACKED => s.packed(bvh, current.index(), &aim, probe, answer),
+            lanes => s.settle(&bvh.blocks[current.index()], [current.index(), lanes as usize], &aim, probe, answer),
         };
         if over {
             return true;

@@ -9,13 +9,13 @@ const U: f64 = 5.960_464_477_539_063e-8;
 
 /// A distance t is (t − start) · scale to the walk.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Rebase {
+pub(crate) struct RayReparametrisation {
     pub start: f64,
     /// A power of two.
     pub scale: f64,
 }
 
-impl Rebase {
+impl RayReparametrisation {
     /// Starts where the ray comes to the sphere around the box, or at `near` where that is later, so that no distance that counts
     /// is below zero. Steps are of about unit length.
     pub fn new(origin: DVec3, direction: DVec3, near: f64, bounds: &Aabb) -> Self {

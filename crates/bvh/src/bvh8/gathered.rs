@@ -5,30 +5,30 @@
 //! quads are missed: with as many roundings, since the exact test of a half is that of a triangle. A quad goes on to its own test where
 //! either half is left. Where neither is, the first half is missed or hit out of range, and the second one is too where it is asked.
 
-use super::block::{Block, Facts};
 use super::doubles::Doubles;
 use super::filter;
-use super::row::{Line, Row};
-use super::setup::{Aim, Setup};
-use super::walk::Answer;
-use super::{Child, WIDTH, Wide};
+use super::row::{RayF64, Row};
+use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traverse::HitVisitor;
+use super::triangle8::{LeafHeader, Triangle8};
+use super::{Bvh8, Child, WIDTH};
 use crate::shapes::PreparedRay;
 use glam::Vec3;
 
 /// Up to eight quads, as the filter reads them.
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
-pub(super) struct Quads {
+pub(super) struct Quad8 {
     /// One array a coordinate: `corners[axis][corner][lane]`.
     pub corners: [[[f32; WIDTH]; 4]; 3],
-    /// As [`Block::longest`], of both halves.
+    /// As [`Triangle8::longest`], of both halves.
     pub longest: [f32; WIDTH],
     /// The place of the first; the others follow.
     pub first: u32,
     pub count: u8,
 }
 
-impl Quads {
+impl Quad8 {
     /// Room for so many.
     pub fn room(first: usize, count: usize) -> Self {
         Self { corners: [[[0.0; WIDTH]; 4]; 3], longest: [f32::NEG_INFINITY; WIDTH], first: first as u32, count: count as u8 }
@@ -44,26 +44,26 @@ impl Quads {
         for (corner, place) in [a, b, c, d].into_iter().enumerate() {
             (0..3).for_each(|axis| self.corners[axis][corner][lane] = place[axis]);
         }
-        let mut halves = [Block::EMPTY, Block::EMPTY];
+        let mut halves = [Triangle8::EMPTY, Triangle8::EMPTY];
         halves[0].set(lane, [a, b, c]);
         halves[1].set(lane, [a, c, d]);
         self.longest[lane] = halves[0].longest[lane].max(halves[1].longest[lane]);
     }
 }
 
-impl Wide {
+impl Bvh8 {
     /// Bytes of leaves of so many spheres and so many quads, at most: of a sphere or a quad beside `others` of other kinds, few leaves are full.
     pub(super) fn most_bytes_of_leaves(spheres: u64, quads: u64, others: u64) -> u64 {
         let most =
             |count: u64, others: u64| (count / 2).min((count / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
         let rows = most(spheres, others.saturating_add(quads)).saturating_mul(size_of::<Row>() as u64);
-        rows.saturating_add(most(quads, others.saturating_add(spheres)).saturating_mul(size_of::<Quads>() as u64))
+        rows.saturating_add(most(quads, others.saturating_add(spheres)).saturating_mul(size_of::<Quad8>() as u64))
     }
 
     /// Fills the leaves of spheres; `row` makes one of some slots, of which the tree's begin at `first`.
     pub(crate) fn fill_rows(&mut self, first: usize, row: impl Fn(core::ops::Range<usize>) -> Row) {
         for at in self.always..self.rows.len() {
-            let Facts { first: place, count, .. } = self.rows[at].facts;
+            let LeafHeader { first: place, count, .. } = self.rows[at].facts;
             let start = self.named(place, first);
             self.rows[at] = row(start..start + usize::from(count));
         }
@@ -91,25 +91,25 @@ impl Wide {
 
 /// All that is asked about a leaf of spheres or of quads. Whether that ended the walk.
 #[inline(always)]
-pub(super) fn gathered<S: Doubles, A: Answer>(
+pub(super) fn gathered<S: Doubles, A: HitVisitor>(
     s: S,
-    wide: &Wide,
+    bvh: &Bvh8,
     leaf: Child,
-    aim: &Aim,
+    aim: &LeafRay,
     probe: Option<&PreparedRay>,
-    line: &mut Option<Line>,
+    line: &mut Option<RayF64>,
     answer: &mut A,
 ) -> bool {
     if leaf.is_row() {
-        let row = &wide.rows[wide.always + leaf.index()];
+        let row = &bvh.rows[bvh.always + leaf.index()];
         answer.several(row.facts.count.into());
         // Made for the first row that the ray meets.
-        let line = line.get_or_insert_with(|| probe.map_or_else(|| Line::new(aim.origin, aim.direction), Line::from));
+        let line = line.get_or_insert_with(|| probe.map_or_else(|| RayF64::new(aim.origin, aim.direction), RayF64::from));
         let found = row.hits(s, line, answer.range(), answer.culls());
         return found.hits != 0 && answer.row(&row.facts, &found.roots(s));
     }
-    let quads = &wide.quads[leaf.index()];
-    let mut lanes = filter::left_of_quads(s, aim, quads, Setup::last(answer.far()));
+    let quads = &bvh.quads[leaf.index()];
+    let mut lanes = filter::left_of_quads(s, aim, quads, TraversalRay::last(answer.far()));
     answer.several(u64::from(u32::from(quads.count) - lanes.count_ones()));
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
@@ -129,7 +129,7 @@ mod tests {
     /// parallelogram's are within a factor of two and bounds are rarely met by half.
     #[test]
     fn quads_are_as_long_as_their_longer_half() {
-        let mut quads = Quads::room(0, 2);
+        let mut quads = Quad8::room(0, 2);
         let (a, b, d) = (Vec3::ONE, Vec3::new(2.0, 1.0, 1.0), Vec3::new(-0.5, 1.0, 1.5));
         quads.set(0, [a, b, b + d - a, d]);
         quads.set(1, [a, d, b + d - a, b]);

@@ -4,11 +4,11 @@
 use core::ops::Range;
 
 use super::doubles::Doubles;
-use super::row::Line;
-use super::setup::Aim;
+use super::row::RayF64;
 use super::simd::{Simd, asked};
-use super::walk::Answer;
-use super::{WIDTH, Wide};
+use super::traversal_ray::LeafRay;
+use super::traverse::HitVisitor;
+use super::{Bvh8, WIDTH};
 use crate::shapes::PreparedRay;
 
 /// What a scan may take before a tree takes over, and what it takes for a row and for a block: nanoseconds as they were measured, of
@@ -18,7 +18,7 @@ const LIMIT: u64 = 100;
 const ROW: u64 = 5;
 const BLOCK: u64 = 11;
 
-impl Wide {
+impl Bvh8 {
     /// The places of all there is, where that is nothing but primitives that are tested one by one.
     pub fn places_alone(&self) -> Option<Range<usize>> {
         (self.nodes.is_empty() && self.blocks.is_empty() && self.always == 0).then(|| self.others.clone())
@@ -38,8 +38,8 @@ impl Wide {
 
 /// Asks about the rows that every query meets. Whether some answer ended it.
 #[inline(always)]
-pub(super) fn rows<S: Doubles, A: Answer>(s: S, wide: &Wide, line: &Line, answer: &mut A) -> bool {
-    for row in &wide.rows[..wide.always] {
+pub(super) fn rows<S: Doubles, A: HitVisitor>(s: S, bvh: &Bvh8, line: &RayF64, answer: &mut A) -> bool {
+    for row in &bvh.rows[..bvh.always] {
         answer.several(u64::from(row.facts.count));
         let found = row.hits(s, line, answer.range(), answer.culls());
         if found.hits == 0 {
@@ -54,12 +54,18 @@ pub(super) fn rows<S: Doubles, A: Answer>(s: S, wide: &Wide, line: &Line, answer
 
 /// Asks about each block, and then about what comes in no block. Whether some answer ended it.
 #[inline(always)]
-pub(super) fn blocks<S: Simd, A: Answer>(s: S, wide: &Wide, aim: &Aim, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
-    for (number, block) in wide.blocks.iter().enumerate() {
+pub(super) fn blocks<S: Simd, A: HitVisitor>(
+    s: S,
+    bvh: &Bvh8,
+    aim: &LeafRay,
+    probe: Option<&PreparedRay>,
+    answer: &mut A,
+) -> bool {
+    for (number, block) in bvh.blocks.iter().enumerate() {
         answer.block(number);
         if asked(s, block, number, aim, probe, answer) {
             return true;
         }
     }
-    wide.others.clone().any(|place| answer.other(place))
+    bvh.others.clone().any(|place| answer.other(place))
 }

@@ -7,14 +7,14 @@ mod costs;
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
 
-use super::{Child, MAX_DEPTH, Node, WIDTH, Wide};
+use super::{Bvh8, Child, MAX_DEPTH, Node, WIDTH};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::Binary;
-use crate::build::{Company, CompanyOf};
+use crate::build::{LeafKind, LeafKindOf};
+use crate::bvh8::gathered::Quad8;
+use crate::bvh8::row::Row;
+use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled, roomy};
-use crate::wide::block::{Block, Facts};
-use crate::wide::gather::Quads;
-use crate::wide::row::Row;
 pub(crate) use costs::cost;
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
@@ -39,9 +39,9 @@ struct Collapse<'a> {
 #[derive(Default)]
 struct Piece {
     nodes: Vec<Node>,
-    facts: Vec<Facts>,
+    facts: Vec<LeafHeader>,
     rows: Vec<Row>,
-    quads: Vec<Quads>,
+    quads: Vec<Quad8>,
     order: Vec<u32>,
     deepest: u32,
     jobs: Vec<Job>,
@@ -139,21 +139,21 @@ impl Collapse<'_> {
 
 impl Piece {
     /// Puts primitives that share a leaf into one.
-    fn leaf(&mut self, company: Company, places: &[u32]) -> Child {
+    fn leaf(&mut self, company: LeafKind, places: &[u32]) -> Child {
         let places = once(places);
         let (first, count) = (self.order.len(), places.len());
         self.order.extend(places);
         match company {
-            Company::Spheres if count > 1 => {
+            LeafKind::Spheres if count > 1 => {
                 self.rows.push(Row::room(first, count));
                 Child::row(self.rows.len() - 1)
             }
-            Company::Quads if count > 1 => {
-                self.quads.push(Quads::room(first, count));
+            LeafKind::Quad8 if count > 1 => {
+                self.quads.push(Quad8::room(first, count));
                 Child::quads(self.quads.len() - 1)
             }
-            Company::Triangles => {
-                self.facts.push(Facts { first: first as u32, count: count as u8, ..Facts::default() });
+            LeafKind::Triangles => {
+                self.facts.push(LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() });
                 Child::block(self.facts.len() - 1)
             }
             _ => Child::other(first),
@@ -161,11 +161,11 @@ impl Piece {
     }
 }
 
-impl Wide {
+impl Bvh8 {
     /// Collapses a binary tree whose leaves are primitives of one company, as many as a block takes, or one other primitive. Returns the order in
     /// which its leaves name the boxes, and its depth; none where that is more than a traversal's stack allows, or where there is
     /// no inner node.
-    pub(crate) fn collapse(binary: &Binary, company: CompanyOf<'_>) -> Option<(Self, Vec<u32>, u32)> {
+    pub(crate) fn collapse(binary: &Binary, company: LeafKindOf<'_>) -> Option<(Self, Vec<u32>, u32)> {
         if binary.nodes.first().is_none_or(|root| root.count > 0) {
             return None;
         }
@@ -176,28 +176,28 @@ impl Wide {
         drop(collapse);
         let total = |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
         let [nodes, blocks] = [total(|piece| piece.nodes.len()), total(|piece| piece.facts.len())];
-        let mut wide = Self { nodes: roomy(nodes), facts: roomy(blocks), rows: top.rows, quads: top.quads, ..Self::default() };
-        wide.nodes.extend(top.nodes);
-        wide.facts.extend(top.facts);
+        let mut bvh = Self { nodes: roomy(nodes), facts: roomy(blocks), rows: top.rows, quads: top.quads, ..Self::default() };
+        bvh.nodes.extend(top.nodes);
+        bvh.facts.extend(top.facts);
         let (mut order, mut deepest) = (roomy(binary.order.len()), top.deepest);
         order.extend(top.order);
         for (job, piece) in top.jobs.iter().zip(pieces) {
-            let bases = [wide.nodes.len(), wide.facts.len(), order.len(), wide.rows.len(), wide.quads.len()];
+            let bases = [bvh.nodes.len(), bvh.facts.len(), order.len(), bvh.rows.len(), bvh.quads.len()];
             let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
-            wide.nodes[job.slot].children[job.lane] = Child::inner(wide.nodes.len());
+            bvh.nodes[job.slot].children[job.lane] = Child::inner(bvh.nodes.len());
             let moved = |mut source: Node| {
                 source.children = source.children.map(|child| child.moved(bases));
                 source
             };
-            wide.nodes.extend(piece.nodes.into_iter().map(moved));
-            wide.facts.extend(piece.facts.into_iter().map(|facts| Facts { first: facts.first + place, ..facts }));
-            wide.rows.extend(piece.rows.into_iter().map(|row| row.moved(place)));
-            wide.quads.extend(piece.quads.into_iter().map(|quads| Quads { first: quads.first + place, ..quads }));
+            bvh.nodes.extend(piece.nodes.into_iter().map(moved));
+            bvh.facts.extend(piece.facts.into_iter().map(|facts| LeafHeader { first: facts.first + place, ..facts }));
+            bvh.rows.extend(piece.rows.into_iter().map(|row| row.moved(place)));
+            bvh.quads.extend(piece.quads.into_iter().map(|quads| Quad8 { first: quads.first + place, ..quads }));
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
-        wide.blocks = filled(wide.facts.len(), Block::EMPTY);
-        Some((wide, order, deepest))
+        bvh.blocks = filled(bvh.facts.len(), Triangle8::EMPTY);
+        Some((bvh, order, deepest))
     }
 }
 
@@ -216,7 +216,7 @@ fn once(places: &[u32]) -> ArrayVec<u32, WIDTH> {
 enum Kind {
     Inner(u32),
     Other(u32),
-    Several(Company, ArrayVec<u32, WIDTH>),
+    Several(LeafKind, ArrayVec<u32, WIDTH>),
 }
 
 struct Filled {
@@ -265,9 +265,9 @@ fn pair(filled: &[Filled]) -> Option<(usize, usize)> {
         Some(half_area(&filled[lane].bounds) * weight(company, own as u8))
     };
     // Blocks of triangles that are sparse take memory. Other leaves are put together where that costs rays less.
-    let pays = |a: usize, b: usize, company: Company, together: usize| {
+    let pays = |a: usize, b: usize, company: LeafKind, together: usize| {
         let area = half_area(&filled[a].bounds.union(&filled[b].bounds));
-        company == Company::Triangles
+        company == LeafKind::Triangles
             || spent(a).zip(spent(b)).is_some_and(|(a, b)| area * weight(company, together as u8) < a + b)
     };
     let growth = |&(a, b): &(usize, usize)| {

@@ -32,12 +32,12 @@
 //!
 //! **What is not a number** is never missed: comparisons are written so that it is left to the exact test. Corners, origins
 //! and directions so large or small that a product of three lengths might leave the range of f32 get infinite bounds
-//! ([`super::block::LARGE`], [`super::setup`]).
+//! ([`super::triangle8::LARGE`], [`super::traversal_ray`]).
 
-use super::block::Block;
-use super::gather::Quads;
-use super::setup::Aim;
+use super::gathered::Quad8;
 use super::simd::Simd;
+use super::traversal_ray::LeafRay;
+use super::triangle8::Triangle8;
 
 /// So many times its error a determinant has to be before anything is said of the distance: what the exact test places because it is
 /// seen edge-on ([`crate::shapes::EDGE_ON`]) has less. Such a triangle's D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and with the
@@ -84,14 +84,14 @@ pub(super) fn sub3<S: Simd>(s: S, a: [S::Floats; 3], b: [S::Floats; 3]) -> [S::F
 }
 
 #[inline(always)]
-fn corner<S: Simd>(s: S, block: &Block, place: usize) -> [S::Floats; 3] {
+fn corner<S: Simd>(s: S, block: &Triangle8, place: usize) -> [S::Floats; 3] {
     [s.load(&block.corners[0][place]), s.load(&block.corners[1][place]), s.load(&block.corners[2][place])]
 }
 
 /// The lanes that the exact test may hit before `far`. The ray comes from memory, one number at a time:
 /// a processor spreads them over its lanes as it reads them, and the walk keeps its registers.
 #[inline(always)]
-pub(super) fn left<S: Simd>(s: S, ray: &Aim, block: &Block, far: f32) -> Left<S> {
+pub(super) fn left<S: Simd>(s: S, ray: &LeafRay, block: &Triangle8, far: f32) -> Left<S> {
     let a = corner(s, block, 0);
     let (ab, ac) = (sub3(s, corner(s, block, 1), a), sub3(s, corner(s, block, 2), a));
     let from = sub3(s, a, spread(s, ray.origin));
@@ -126,7 +126,7 @@ pub(super) fn left<S: Simd>(s: S, ray: &Aim, block: &Block, far: f32) -> Left<S>
 /// Of quads the lanes of which the exact test may hit one half or the other before `far`: of the triangles of the first three corners
 /// and of the first, the third and the fourth, each as in [`left`], with the bounds of both.
 #[inline(always)]
-pub(super) fn left_of_quads<S: Simd>(s: S, ray: &Aim, quads: &Quads, far: f32) -> u32 {
+pub(super) fn left_of_quads<S: Simd>(s: S, ray: &LeafRay, quads: &Quad8, far: f32) -> u32 {
     let a = place(s, quads, 0);
     let (ab, ac, ad) = (sub3(s, place(s, quads, 1), a), sub3(s, place(s, quads, 2), a), sub3(s, place(s, quads, 3), a));
     let from = sub3(s, a, spread(s, ray.origin));
@@ -164,7 +164,7 @@ pub(super) fn left_of_quads<S: Simd>(s: S, ray: &Aim, quads: &Quads, far: f32) -
 }
 
 #[inline(always)]
-fn place<S: Simd>(s: S, quads: &Quads, corner: usize) -> [S::Floats; 3] {
+fn place<S: Simd>(s: S, quads: &Quad8, corner: usize) -> [S::Floats; 3] {
     [s.load(&quads.corners[0][corner]), s.load(&quads.corners[1][corner]), s.load(&quads.corners[2][corner])]
 }
 
