@@ -156,9 +156,9 @@ fn texts_are_read_as_they_are_written() {
 /// corners is none.
 #[test]
 fn polygons_and_strips() {
-    let mut ring = Written::default();
-    ring.positions = (0..200).map(|i| [(f32::from(i as u8) / 10.0).cos(), (f32::from(i as u8) / 10.0).sin(), 0.0]).collect();
-    ring.faces = vec![(0..63).collect(), vec![0, 9, 30], vec![4, 5], vec![]];
+    let corner = |i: u8| [(f32::from(i) / 10.0).cos(), (f32::from(i) / 10.0).sin(), 0.0];
+    let faces = vec![(0..63).collect(), vec![0, 9, 30], vec![4, 5], vec![]];
+    let ring = Written { positions: (0..200).map(corner).collect(), faces, ..Written::default() };
     for encoding in ENCODINGS {
         let loaded = read(&ring.ply(encoding, "")).expect("a mesh");
         assert_eq!(triangle_count(&loaded), 61 + 1);

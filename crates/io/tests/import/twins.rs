@@ -69,7 +69,7 @@ fn one_mesh_in_every_format() {
     moved.positions[9][2] += 0.5;
     same(files, Some(&moved));
     let corner = |i: u32| {
-        let out = if i % 2 == 0 { 2.0 } else { 0.75 };
+        let out = if i.is_multiple_of(2) { 2.0 } else { 0.75 };
         let [x, y] = [[1.0, 0.0], [0.75, 0.5], [0.25, 1.0], [-0.5, 0.75], [-1.0, 0.0], [-0.75, -0.5], [0.0, -1.0], [0.5, -0.75]]
             [i as usize];
         [x * out, y * out, 0.25 * x]
