@@ -1,4 +1,4 @@
-//! Raywright is a data-driven scene engine: one file in - a scene, a glTF or an OBJ model - and one honest picture out.
+//! Raywright is a data-driven scene engine: one file in - a scene, a glTF, OBJ, STL or PLY model - and one honest picture out.
 //!
 //! This crate only re-exports. [`bvh`] knows rays, shapes and acceleration; [`core`] knows scenes, effects and light; [`io`]
 //! knows files; [`cli`] is the program. The way of the data, from a scene that the program carries to a picture:
@@ -20,7 +20,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Loading completes a scene as the command line does: a model without lights stands under the neutral sky, and one without a camera is
+//! Loading completes a scene as the command line does: a model without lights stands in the default studio, and one without a camera is
 //! shown whole. Ask for [`EnvironmentSource::None`](io::EnvironmentSource) and it stays dark.
 //!
 //! ```
@@ -40,7 +40,7 @@
 //!
 //! A scene is shaded by Whitted's integrator where that is all it calls for, and by the path tracer otherwise.
 //!
-//! What is not done yet: caustics of lights without size, subsurface scattering, lights that move, denoising. A render says what a
+//! What is not done yet: caustics of lights without size, subsurface scattering, lights that move. A render says what a
 //! scene calls for and does not get ([`core::effects`]).
 #![forbid(unsafe_code)]
 

@@ -81,6 +81,17 @@ impl Desk {
     }
 }
 
+impl Desk {
+    /// Runs the program to its end with these bytes on its standard input.
+    pub fn pipe<A: AsRef<OsStr>>(&self, args: &[A], bytes: &[u8]) -> Run {
+        self.write("pipe", bytes);
+        let source = std::fs::File::open(self.path("pipe")).expect("just written");
+        let output = self.command(args).stdin(source).output().expect("the program starts");
+        std::fs::remove_file(self.path("pipe")).expect("it is there");
+        Run::of(args, output)
+    }
+}
+
 impl Run {
     fn of<A: AsRef<OsStr>>(args: &[A], output: Output) -> Self {
         let words: Vec<_> = args.iter().map(|word| word.as_ref().to_string_lossy()).collect();

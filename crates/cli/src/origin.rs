@@ -29,9 +29,9 @@ pub fn metadata(loaded: &Loaded, plan: &Plan, choices: &ChoiceArgs) -> Metadata 
 
 /// What tells a scene from others, with all that flags change in it: parts of one picture have the same.
 pub fn identity(loaded: &Loaded, changes: &SceneArgs, choices: &ChoiceArgs) -> String {
-    let SceneArgs { at, set, model_scene, variant, env, env_rotation, env_strength, allow_outside: _ } = changes;
+    let SceneArgs { at, set, model_scene, variant, env, studio, ground, env_rotation, env_strength, allow_outside: _ } = changes;
     // What an environment is read from counts towards the hash.
-    let environment = (env.is_some(), env_rotation, env_strength);
+    let environment = (env.is_some(), studio, ground, env_rotation, env_strength);
     format!("{} {:?} {environment:?}{}", loaded.hash, (at, set, model_scene, variant), of_picture(choices))
 }
 

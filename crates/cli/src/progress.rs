@@ -23,6 +23,9 @@ pub struct Progress {
     start: Instant,
     display: Display,
     reports: AtomicU64,
+    /// Pieces of the same work that are finished, of how many.
+    finished: AtomicU64,
+    of: u64,
 }
 
 #[derive(Debug)]
@@ -36,11 +39,22 @@ impl Progress {
     /// A display of work in a word that suits where standard error goes, unless the user chose one.
     pub fn start(what: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
         let display = Display::of(what, style, verbosity, io::stderr().is_terminal());
-        Self { what, start: Instant::now(), display, reports: AtomicU64::new(0) }
+        Self { what, start: Instant::now(), display, reports: AtomicU64::new(0), finished: AtomicU64::new(0), of: 1 }
     }
 
-    /// `done` of `total` pieces of work are finished.
+    /// The same of work in so many pieces, each of which reports for itself.
+    pub fn of_pieces(self, of: usize) -> Self {
+        Self { of: of as u64, ..self }
+    }
+
+    /// One more piece is finished.
+    pub fn finish_piece(&self) {
+        self.finished.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// `done` of `total` steps of the work, or of the piece under way, are finished.
     pub fn report(&self, done: u64, total: u64) {
+        let (done, total) = (done + self.finished.load(Ordering::Relaxed) * total, total * self.of);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
         let work = Work { elapsed: self.start.elapsed(), reports, done, total };
         if let Some(line) = self.display.report(self.what, work) {

@@ -2,11 +2,11 @@
 
 use std::cmp::Reverse;
 
-use raywright_core::camera;
+use raywright_core::framing::{Silhouette, View};
 use raywright_core::prepare::PrepareError;
 use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
-use raywright_core::{Memory, Observer, Ready, Scene, extent, prepare};
+use raywright_core::{Memory, Observer, Ready, Scene, prepare};
 use raywright_io::{Error, Loaded, SourceInfo, human_bytes};
 
 use crate::failure::{Exit, Failure};
@@ -50,10 +50,10 @@ fn too_much(name: &str, needed: &Memory, allowed: Option<u64>) -> Error {
     }
 }
 
-/// The camera that shows the whole scene, for one that has none.
-pub fn framed(scene: &Scene, settings: &Settings) -> Camera {
-    let [width, height] = settings.size.map(f64::from);
-    camera::frame(&extent(scene, settings.precision).bounds, width / height)
+/// The camera that shows a whole scene from a view, or from the one that suits it.
+pub fn framed(scene: &Scene, view: Option<View>, fov: f64, aspect: f64) -> Camera {
+    let silhouette = Silhouette::of(scene);
+    silhouette.frame(view.unwrap_or_else(|| silhouette.front()), fov, aspect)
 }
 
 #[cfg(test)]

@@ -1,12 +1,13 @@
 //! Reading the scene that a command names, for every command that reads one.
 
 use std::ffi::{OsStr, OsString};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use raywright_io::{
-    Environment, Error, ErrorKind, Input, LightShortage, Limits, LoadOptions, Loaded, ModelOptions, Overrides, load_observed,
-    presets,
+    Environment, EnvironmentSource, Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, ModelOptions,
+    Overrides, load_observed, presets,
 };
 
 use crate::args::{DEFAULT_PRESET, ProgressStyle, SceneArgs};
@@ -30,8 +31,13 @@ pub fn watched(
 ) -> Result<Loaded, Failure> {
     let overrides = Overrides { at: changes.at, set: changes.set.clone() };
     let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
-    let input = named(name);
-    let environment = Environment { source: changes.env.clone(), rotation: changes.env_rotation, strength: changes.env_strength };
+    let input = named(name, &limits)?;
+    let environment = Environment {
+        source: if changes.studio { Some(EnvironmentSource::Studio) } else { changes.env.clone() },
+        ground: changes.ground,
+        rotation: changes.env_rotation,
+        strength: changes.env_strength,
+    };
     let options = LoadOptions { overrides, model, environment, allow_outside: changes.allow_outside, limits };
     let progress = Progress::start("loading", style, verbosity);
     let loaded = load_observed(&input, &options, &Watch { progress: Some(&progress), ..Watch::until(&AtomicBool::new(false)) });
@@ -64,23 +70,37 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
 pub fn tell_completed(loaded: &Loaded, verbosity: Verbosity) {
     let name = &loaded.source.name;
     if let Some(shortage) = loaded.added_sky {
-        let why = match shortage {
-            LightShortage::NoLight => "no light",
-            LightShortage::TooDim => "too little light to be seen by",
+        let said = match (loaded.source.format, shortage) {
+            (Format::Native(_), _) => "has no light; a neutral grey sky is added",
+            (_, LightShortage::NoLight) => "brings no lights; it stands in the default studio",
+            (_, LightShortage::TooDim) => "brings too little light to be seen by; it stands in the default studio",
         };
-        verbosity.say(format_args!("note: {name} has {why}; a neutral grey sky is added"));
+        verbosity.say(format_args!("note: {name} {said}"));
     }
     if loaded.scene.cameras.is_empty() {
-        verbosity.say(format_args!("note: {name} has no camera; the whole scene is shown, from slightly above and to the side"));
+        verbosity.say(format_args!("note: {name} has no camera; the whole scene is shown"));
     }
 }
 
-/// A path, or `preset:NAME`.
-fn named(name: &OsStr) -> Input {
-    match name.to_str().and_then(|name| name.strip_prefix("preset:")) {
+/// A path, `preset:NAME`, or `-` for what comes through standard input.
+fn named(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
+    if name == "-" {
+        return piped(limits);
+    }
+    Ok(match name.to_str().and_then(|name| name.strip_prefix("preset:")) {
         Some(preset) => Input::Preset(preset.to_owned()),
         None => Input::Path(PathBuf::from(name)),
+    })
+}
+
+/// What comes through standard input. A terminal would be waited for without a word.
+fn piped(limits: &Limits) -> Result<Input, Error> {
+    let source = std::io::stdin();
+    if source.is_terminal() {
+        let hint = "pipe one into it: raywright render - < model.stl";
+        return Err(Error::usage("`-` reads a scene or model from standard input, which is a terminal here").with_hint(hint));
     }
+    Input::from_reader("standard input", source.lock(), limits)
 }
 
 /// A file that does not exist is sometimes a preset without its prefix.

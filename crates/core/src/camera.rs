@@ -72,8 +72,8 @@ enum Kind<R: Real> {
     ThinLens { radius: R, focus: R },
 }
 
-/// Orthonormal right, up, back.
-fn axes(pose: &Pose) -> (DVec3, DMat3) {
+/// Where it stands, and orthonormal right, up, back.
+pub(crate) fn axes(pose: &Pose) -> (DVec3, DMat3) {
     match *pose {
         Pose::LookAt { eye, target, up } => (eye.into(), look_at(eye.into(), target.into(), up.into())),
         Pose::Orbit { target, distance, azimuth, elevation } => {
@@ -249,39 +249,6 @@ impl<R: Real> Camera<R> {
                 Ray::new(self.eye + origin, (sharp - origin).normalize()).culling()
             }
         }
-    }
-}
-
-/// A camera that shows everything inside `bounds`, from slightly above and to the side.
-///
-/// The corners of the box are projected and the distance is the least one at which all of them are inside the picture with
-/// a margin of a twentieth.
-pub fn frame(bounds: &Aabb, aspect: f64) -> CameraData {
-    const VERTICAL_FOV: f64 = 40.0;
-    let bounds = if bounds.is_empty() { Aabb::around(DVec3::ZERO, DVec3::ONE) } else { *bounds };
-    let centre = bounds.centre();
-    let (azimuth, elevation) = (30.0_f64, 20.0_f64);
-    let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-    let back = DVec3::new(libm::cos(e) * libm::sin(a), libm::sin(e), libm::cos(e) * libm::cos(a));
-    let axes = look_at(back, DVec3::ZERO, DVec3::Y);
-    let half_height = libm::tan(VERTICAL_FOV.to_radians() * 0.5) * 0.95;
-    let half_width = half_height * aspect;
-    let distance = bounds
-        .corners()
-        .iter()
-        .map(|&corner| {
-            let p = axes.transpose() * (corner - centre);
-            p.z + (p.x.abs() / half_width).max(p.y.abs() / half_height)
-        })
-        .fold(0.0, f64::max);
-    let distance = if distance > 0.0 { distance } else { 1.0 };
-    CameraData {
-        name: "framed".to_owned(),
-        pose: Pose::LookAt { eye: (centre + back * distance).into(), target: centre.into(), up: [0.0, 1.0, 0.0] },
-        projection: Projection::Pinhole(Pinhole { vertical_fov: Some(VERTICAL_FOV), ..Pinhole::default() }),
-        aspect: None,
-        pose_end: None,
-        shutter: None,
     }
 }
 

@@ -10,7 +10,7 @@ use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
 use crate::prepare::{self, ClosedGap, Extent, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
-use crate::scene::{Integrator, MeshSource, Scene};
+use crate::scene::{Camera, Integrator, MeshSource, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
 use crate::validate::Problem;
 
@@ -135,6 +135,24 @@ impl KernelName {
 }
 
 impl Ready {
+    /// Takes another camera: as if the scene, which has to be the one it was made from, had been prepared for it, to the bit, without
+    /// building again what no camera changes. False, and nothing changed, where that would be another picture altogether: with a
+    /// shutter, other effects, or effects switched off.
+    pub fn turn_to(&mut self, scene: &Scene, camera: &Camera) -> bool {
+        let settings = Settings { camera: Some(camera.clone()), ..self.settings.clone() };
+        let effects = detect(scene, &settings);
+        let has_shutter = |settings: &Settings| settings.camera.as_ref().is_some_and(|camera| camera.shutter.is_some());
+        let simulated = effects.simulated();
+        let differs = simulated != self.effects.simulated() || !settings.without.is_empty();
+        if differs || has_shutter(&settings) || has_shutter(&self.settings) {
+            return false;
+        }
+        let prepared = Settings { integrator: chosen(scene, &settings), ..settings.clone() };
+        each!(&mut self.inner, p => p.turn_to(scene, &prepared, camera, simulated));
+        (self.settings, self.effects) = (settings, effects);
+        true
+    }
+
     /// Renders the picture on the current thread pool.
     pub fn render(&self, observer: &dyn Observer) -> Rendered {
         let mut film = self.film("");

@@ -41,6 +41,8 @@ pub enum Purpose {
     Coverage = 7,
     /// The one wavelength of a path that was bent apart.
     Wavelength = 8,
+    /// From where the studio's ground asks for light.
+    Ground = 9,
 }
 
 /// Points that one scramble of the sequence holds.
@@ -193,6 +195,7 @@ mod tests {
             Purpose::Scatter,
             Purpose::Coverage,
             Purpose::Wavelength,
+            Purpose::Ground,
         ];
         let numbers = others.iter().map(|&at| pair(at, Purpose::Pixel)).chain(purposes.map(|purpose| pair(base, purpose)));
         let distinct: BTreeSet<_> = numbers.map(|p| p.map(f32::to_bits)).collect();

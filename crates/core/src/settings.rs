@@ -250,7 +250,7 @@ impl Settings {
 mod tests {
     use super::*;
 
-    /// Protects: one picture below 8 samples, two below 64, four from there on: see "Replicates carry the error" in ARCHITECTURE.md.
+    /// Protects: one picture below 8 samples, two below 64, four from there on: docs/decisions/0033-replicates.md.
     #[test]
     fn pictures_are_divided_by_their_samples() {
         for samples in 0..200 {

@@ -1,5 +1,5 @@
-//! The sky that a scene is seen under: its own, none, the neutral one, or a picture from a file of the user's; and the neutral one where a
-//! scene would be black.
+//! What a scene is seen under: its own sky, none, the neutral one, the default studio, or a picture from a file of the user's; and what is
+//! added where a scene brings no light.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -7,22 +7,24 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use raywright_core::Scene;
-use raywright_core::effects::{has_light, is_lit, neutral_sky};
-use raywright_core::scene::{Colour, Image, Sky, SkyMap};
+use raywright_core::effects::{has_light, lights_reach, neutral_sky};
+use raywright_core::scene::{Colour, Image, Sky, SkyMap, Studio};
 
 use crate::error::Error;
-use crate::folder::{Folder, read_limited};
+use crate::folder::{Folder, read_file};
 use crate::image_file;
 use crate::import::FaultKind;
 use crate::limits::{Limits, human_bytes};
 use crate::source::Format;
 
-/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own as it is, and one that would be black
-/// gets the neutral sky.
+/// What is to be the environment, and how it is turned and weighed. Nothing: a scene keeps its own as it is, a scene that would be black
+/// gets the neutral sky, and a model that brings no lights stands in the default studio.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     /// In place of the scene's own sky.
     pub source: Option<EnvironmentSource>,
+    /// What lies below a scene in a studio.
+    pub ground: GroundRule,
     /// Degrees by which it is turned further about +y.
     pub rotation: Option<f64>,
     /// Factor on its radiance, at least zero.
@@ -36,21 +38,33 @@ pub enum EnvironmentSource {
     None,
     /// The neutral grey sky of scenes without light.
     Default,
+    /// The default studio, also in place of the scene's lights.
+    Studio,
     /// An equirectangular picture: HDR, EXR, PNG or JPEG.
     File(PathBuf),
 }
 
-/// Why a scene was given the neutral sky that neither its file nor the user asks for.
+/// What lies below a scene in a studio.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GroundRule {
+    /// As the studio says: the default one has a ground that catches shadows.
+    #[default]
+    Auto,
+    /// Nothing.
+    None,
+}
+
+/// Why a scene was given light that neither its file nor the user asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightShortage {
-    /// Nothing in it gives light.
+    /// Nothing in it gives light; of a model: it has no lights of its own, whatever glows in it.
     NoLight,
-    /// The light that it has is too little to be seen by.
+    /// The lights that it has are too faint to be seen by.
     TooDim,
 }
 
-/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs. Returns why the neutral sky was added where
-/// nobody asked for one.
+/// Puts an environment into a scene; what was read counts towards the folder's hash and inputs. Returns why light was added where nobody
+/// asked for any: the neutral sky to scenes of our format, the default studio around models.
 ///
 /// # Errors
 /// A file that can't be read, is no picture or is over a limit, and a sky that can't be turned or weighed.
@@ -61,14 +75,30 @@ pub(crate) fn apply(
     folder: &Folder,
     limits: &Limits,
 ) -> Result<Option<LightShortage>, Error> {
+    let studio = || Sky::Studio(Studio::default());
     match &wish.source {
         None => {}
         Some(EnvironmentSource::None) => scene.sky = None,
         Some(EnvironmentSource::Default) => scene.sky = Some(neutral_sky()),
+        Some(EnvironmentSource::Studio) => {
+            scene.sky = Some(studio());
+            scene.lights.clear();
+        }
         Some(EnvironmentSource::File(path)) => picture(scene, path, folder, limits)?,
     }
     if wish.source.is_some() {
         folder.note(format!("environment {:?}", wish.source).as_bytes());
+    }
+    let shortage = if wish.source.is_some() { None } else { shortage(scene, format) };
+    let is_model = !matches!(format, Format::Native(_));
+    if shortage.is_some() && is_model {
+        scene.sky = Some(studio());
+    }
+    if wish.ground == GroundRule::None {
+        folder.note(b"ground none");
+        if let Some(Sky::Studio(studio)) = &mut scene.sky {
+            studio.ground = false;
+        }
     }
     for (key, value) in [("rotation", wish.rotation), ("strength", wish.strength)] {
         let Some(value) = value else { continue };
@@ -80,19 +110,20 @@ pub(crate) fn apply(
         };
         if key == "rotation" { turn(sky, value)? } else { weigh(sky, value)? }
     }
-    let shortage = if wish.source == Some(EnvironmentSource::None) { None } else { shortage(scene, format) };
-    if shortage.is_some() {
+    if shortage.is_some() && !is_model {
         scene.sky = Some(neutral_sky());
     }
     Ok(shortage)
 }
 
-/// What light a scene lacks. Who writes a scene may want it dark; a model that is nearly black is of no use to anyone.
+/// What light a scene lacks. Who writes a scene may want it dark; a model without lights that reach it is of no use to anyone, since what
+/// glows in it seldom lights it.
 fn shortage(scene: &Scene, format: Format) -> Option<LightShortage> {
-    match (has_light(scene), format) {
-        (false, _) => Some(LightShortage::NoLight),
-        (true, Format::Native(_)) => None,
-        (true, _) => (!is_lit(scene)).then_some(LightShortage::TooDim),
+    match format {
+        Format::Native(_) => (!has_light(scene)).then_some(LightShortage::NoLight),
+        _ if scene.sky.is_some() => None,
+        _ if scene.lights.is_empty() => Some(LightShortage::NoLight),
+        _ => (!lights_reach(scene)).then_some(LightShortage::TooDim),
     }
 }
 
@@ -103,7 +134,7 @@ fn picture(scene: &mut Scene, path: &Path, folder: &Folder, limits: &Limits) -> 
     if path.exists() && !path.is_file() {
         return Err(Error::input(path.display(), "is not a regular file"));
     }
-    let bytes = read_limited(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
+    let bytes = read_file(&File::open(path).map_err(unreadable)?, limits.file_bytes).map_err(unreadable)?;
     let larger =
         || Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limits.file_bytes)));
     let bytes = bytes.ok_or_else(larger)?;
@@ -127,6 +158,7 @@ fn turn(sky: &mut Sky, degrees: f64) -> Result<(), Error> {
     match sky {
         Sky::Constant(_) => {}
         Sky::Map(map) => map.rotation += degrees,
+        Sky::Studio(studio) => studio.rotation += degrees,
         Sky::Gradient { suns, .. } => {
             // As a picture: what was along +x is seen along +z after 90°.
             let turn = DQuat::from_rotation_y(-degrees.to_radians());
@@ -144,6 +176,7 @@ fn weigh(sky: &mut Sky, factor: f64) -> Result<(), Error> {
     match sky {
         Sky::Constant(colour) => scaled(colour),
         Sky::Map(map) => map.strength *= factor,
+        Sky::Studio(studio) => studio.strength *= factor,
         Sky::Gradient { bottom, top, suns } => {
             [bottom, top].into_iter().for_each(scaled);
             suns.iter_mut().for_each(|sun| sun.weight *= factor);
@@ -190,14 +223,15 @@ mod tests {
         assert_eq!((map.rotation, map.strength), (120.0, 1.5));
         let error = under(Some(Sky::Expression(ColourInput::Expression("d".to_owned()))), wish()).expect_err("an expression");
         assert_eq!(error.kind(), ErrorKind::Usage);
-        let error = under(None, wish()).expect_err("no sky").to_string();
+        let none = Environment { source: Some(EnvironmentSource::None), ..wish() };
+        let error = under(None, none).expect_err("no sky").to_string();
         assert!(error.contains("the scene has none") && error.contains("--env default"), "{error}");
     }
 
-    /// Protects: whoever loads a scene without light gets one that can be seen, with the reason, unless no environment is wished for; dim
-    /// light is enough for a scene that somebody wrote, and not for a model.
+    /// Protects: whoever loads a scene without light gets one that can be seen, with the reason, unless no environment is wished for: the
+    /// neutral sky for a scene that somebody wrote, where dim light is enough, and the studio for a model whose own lights don't reach it.
     #[test]
-    fn scenes_that_would_be_black_get_the_neutral_sky() {
+    fn scenes_that_would_be_black_get_light() {
         let to_light = [0.0, 1.0, 0.0];
         let light = |colour: f64| Light {
             name: String::new(),
@@ -206,24 +240,35 @@ mod tests {
             shadows: true,
             specular: true,
         };
-        let native = Format::Native(Notation::Toml);
+        let (native, studio) = (Format::Native(Notation::Toml), Sky::Studio(Studio::default()));
         for (brightness, format, expected) in [
-            (None, native, Some(LightShortage::NoLight)),
-            (None, Format::Obj, Some(LightShortage::NoLight)),
+            (None, native, Some((LightShortage::NoLight, neutral_sky()))),
+            (None, Format::Obj, Some((LightShortage::NoLight, studio.clone()))),
             (Some(1e-3), native, None),
-            (Some(1e-3), Format::Gltf, Some(LightShortage::TooDim)),
+            (Some(1e-3), Format::Gltf, Some((LightShortage::TooDim, studio.clone()))),
             (Some(1.0), Format::Gltf, None),
         ] {
             let bare = Scene { lights: brightness.map(light).into_iter().collect(), ..Scene::default() };
             let lit = |wish: &Environment| {
                 let mut scene = bare.clone();
                 let added = apply(&mut scene, format, wish, &Folder::none(1 << 20), &Limits::default()).expect("no file");
-                (added, scene.sky)
+                (added, scene.sky, scene.lights.len())
             };
-            assert_eq!(lit(&Environment::default()), (expected, expected.map(|_| neutral_sky())), "{brightness:?}, {format:?}");
-            let none = Environment { source: Some(EnvironmentSource::None), ..Environment::default() };
-            assert_eq!(lit(&none), (None, None), "{brightness:?}, {format:?}");
+            let (why, sky) = expected.unzip();
+            assert_eq!(lit(&Environment::default()), (why, sky, bare.lights.len()), "{brightness:?}, {format:?}");
+            let with = |source| Environment { source: Some(source), ..Environment::default() };
+            assert_eq!(lit(&with(EnvironmentSource::None)), (None, None, bare.lights.len()), "{brightness:?}, {format:?}");
+            let asked = lit(&with(EnvironmentSource::Studio));
+            assert_eq!(asked, (None, Some(studio.clone()), 0), "{brightness:?}, {format:?}");
         }
+    }
+
+    /// Protects: the studio that a model stands in is turned and weighed as any sky, and its ground can be left out.
+    #[test]
+    fn a_studio_is_turned_and_weighed() {
+        let wish = Environment { rotation: Some(30.0), strength: Some(0.5), ground: GroundRule::None, ..Environment::default() };
+        let expected = Studio { rotation: 30.0, strength: 0.5, ground: false, backdrop: None };
+        assert_eq!(under(None, wish).expect("a studio").sky, Some(Sky::Studio(expected)));
     }
 
     /// Protects: a sky goes, and the neutral one comes; what can't be read is said with its place.

@@ -35,8 +35,10 @@ impl fmt::Display for ReadError {
 /// A scene's folder, the hash of everything read so far, and the files that were read or named.
 #[derive(Debug)]
 pub struct Folder {
-    /// Canonical path; none: the scene has no folder (a preset), and every reference is refused.
+    /// Canonical path; none: the scene has no folder, and every reference is refused.
     root: Option<PathBuf>,
+    /// What has none.
+    rootless: &'static str,
     /// Whether files elsewhere may be read too, because the user says so.
     outside: bool,
     file_bytes: u64,
@@ -67,9 +69,18 @@ impl Folder {
         Self { outside: allowed, ..self }
     }
 
-    /// The folder of a scene that has none.
+    /// The folder of a scene that the program carries, which has none.
     pub fn none(file_bytes: u64) -> Self {
-        Self { root: None, outside: false, file_bytes, hash: RefCell::default(), inputs: Rc::default() }
+        let rootless = "a scene that the program carries cannot read files";
+        Self { root: None, rootless, outside: false, file_bytes, hash: RefCell::default(), inputs: Rc::default() }
+    }
+
+    /// The folder of what came through a pipe, which has none.
+    pub fn nowhere(file_bytes: u64) -> Self {
+        Self {
+            rootless: "what comes through a pipe lies in no folder to find it in; name the scene's file instead",
+            ..Self::none(file_bytes)
+        }
     }
 
     /// The bytes of a file named inside the scene, by a path relative to the folder with `/` between its parts.
@@ -83,7 +94,7 @@ impl Folder {
             return Err(ReadError::Refused(format!("`{reference}` is not a regular file")));
         }
         let file = File::open(&path).map_err(unreadable)?;
-        let bytes = read_limited(&file, self.file_bytes).map_err(unreadable)?.ok_or_else(|| {
+        let bytes = read_file(&file, self.file_bytes).map_err(unreadable)?.ok_or_else(|| {
             ReadError::TooLarge(format!("`{reference}` is larger than the limit of {}", human_bytes(self.file_bytes)))
         })?;
         self.note(reference.as_bytes());
@@ -130,7 +141,7 @@ impl Folder {
             return refuse("is an address, and only files in the scene's own folder are read");
         }
         let Some(root) = &self.root else {
-            return refuse("is a file, and a scene that the program carries cannot read files");
+            return refuse(&format!("is a file, and {}", self.rootless));
         };
         const OUT: &str = "leads out of the scene's folder, and only files in it are read (--allow-outside reads others)";
         let path = match inside(local) {
@@ -193,11 +204,15 @@ fn has_scheme(reference: &str) -> bool {
 }
 
 /// All bytes of a file, or none if there are more than `limit`.
-pub(crate) fn read_limited(source: &File, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
+pub(crate) fn read_file(file: &File, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
+    read_limited(file, file.metadata().map_or(0, |told| told.len()), limit)
+}
+
+/// All bytes of a source that says how many it has, or none if there are more than `limit`.
+pub(crate) fn read_limited(source: impl Read, told: u64, limit: u64) -> std::io::Result<Option<Vec<u8>>> {
     let mut bytes = Vec::new();
     // Without this they are copied each time that the list grows. What can't be had at once may not be there at all.
-    let length = source.metadata().map_or(0, |told| told.len()).min(limit);
-    let _ = bytes.try_reserve_exact(usize::try_from(length).unwrap_or_default());
+    let _ = bytes.try_reserve_exact(usize::try_from(told.min(limit)).unwrap_or_default());
     source.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     Ok((bytes.len() as u64 <= limit).then_some(bytes))
 }

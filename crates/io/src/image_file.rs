@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use raywright_core::scene::{ImageData, Pixels};
 
 use crate::import::{Budget, Fault, Outcome, ask_system};
-use crate::{Limits, basis};
+use crate::{Limits, ktx2};
 
 /// What a file's first bytes say it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub(crate) fn sniff(bytes: &[u8]) -> Kind {
         (b"#?RADIANCE", Kind::Hdr),
         (b"#?RGBE", Kind::Hdr),
         (b"\x76\x2f\x31\x01", Kind::Exr),
-        (basis::SIGNATURE, Kind::Ktx2),
+        (ktx2::SIGNATURE, Kind::Ktx2),
         (b"GIF8", Kind::Foreign("GIF")),
         (b"BM", Kind::Foreign("BMP")),
         (b"DDS ", Kind::Foreign("DDS")),
@@ -68,24 +68,10 @@ pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
         Kind::WebP => decode_with(ImageFormat::WebP, bytes, limits),
         Kind::Hdr => decode_with(ImageFormat::Hdr, bytes, limits),
         Kind::Exr => decode_exr(bytes, limits),
-        Kind::Ktx2 => basis::decode(bytes, limits),
+        Kind::Ktx2 => ktx2::decode(bytes, limits),
         Kind::Foreign(name) => Err(Fault::input(format!("is a {name} picture; PNG, JPEG, WebP, KTX2, HDR and EXR are read"))),
         Kind::Unknown => Err(Fault::input("is no picture that is read here (PNG, JPEG, WebP, KTX2, HDR, EXR)")),
     }
-}
-
-/// Whether bytes are a texture that will be read, or why a picture can do without them: a format that is not read here, or, `beside`
-/// the scene in a file of its own, none that is known. Only the header is looked at, and the memory of the pixels is claimed.
-///
-/// # Errors
-/// As [`decode`] where the format is read, as far as a header tells, and of kind limit when the budget does not last.
-pub(crate) fn accept_texture(bytes: &[u8], beside: bool, limits: &Limits, budget: &mut Budget) -> Outcome<Result<(), String>> {
-    let kind = sniff(bytes);
-    if matches!(kind, Kind::Foreign(_)) || beside && kind == Kind::Unknown {
-        return Ok(decode(bytes, limits).map(drop).map_err(|fault| fault.message));
-    }
-    claim(bytes, limits, budget)?;
-    Ok(Ok(()))
 }
 
 /// Claims the memory that a picture will take, by its header.
@@ -113,7 +99,7 @@ fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
         Kind::WebP => size(ImageFormat::WebP),
         Kind::Hdr => size(ImageFormat::Hdr),
         Kind::Exr => exr_size(bytes, limits),
-        Kind::Ktx2 => basis::size(bytes, limits),
+        Kind::Ktx2 => ktx2::size(bytes, limits),
         // Decoding says what is wrong with it.
         Kind::Foreign(_) | Kind::Unknown => decode(bytes, limits).map(|image| [image.width, image.height]),
     }

@@ -76,6 +76,18 @@ impl From<ReadError> for Fault {
     }
 }
 
+/// What a picture can do without: wrong content becomes why it is not there, and stays no fault.
+///
+/// # Errors
+/// A fault of any other kind.
+pub(crate) fn endurable<T>(outcome: Outcome<T>) -> Outcome<Result<T, String>> {
+    match outcome {
+        Ok(value) => Ok(Ok(value)),
+        Err(Fault { kind: FaultKind::Input, message }) => Ok(Err(message)),
+        Err(fault) => Err(fault),
+    }
+}
+
 /// A scene that the rest of the program may rely on: whatever slipped through the importer is refused here.
 ///
 /// # Errors

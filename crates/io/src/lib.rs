@@ -21,7 +21,6 @@
 //! [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points and lines (a warning).
 #![forbid(unsafe_code)]
 
-mod basis;
 mod diagnostic;
 mod environment;
 mod error;
@@ -32,23 +31,29 @@ mod hash;
 mod image_file;
 mod import;
 mod inputs;
+mod ktx2;
 mod limits;
 mod load;
 mod mesh_file;
 mod mesh_tools;
+mod model_file;
 mod native;
 mod obj;
 pub mod output;
+mod ply;
+mod polygon;
 pub mod presets;
 pub mod report;
 mod schema;
 mod source;
+mod stl;
+mod text;
 mod uri;
 mod waiting;
 mod work;
 
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
-pub use environment::{Environment, EnvironmentSource, LightShortage};
+pub use environment::{Environment, EnvironmentSource, GroundRule, LightShortage};
 pub use error::{Error, Warning};
 pub use error_kind::ErrorKind;
 pub use folder::{Folder, ReadError};

@@ -1,6 +1,7 @@
 //! From a path or preset to a checked scene, whatever notation or model format it is in.
 
 use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use raywright_core::scene::MeshSource;
@@ -8,22 +9,40 @@ use raywright_core::{Observer, Scene, generate};
 
 use crate::environment::{self, Environment, LightShortage};
 use crate::error::{Error, Warning};
-use crate::folder::{Folder, read_limited};
-use crate::gltf::{self, Choice, Contents};
+use crate::folder::{Folder, read_file, read_limited};
+use crate::gltf::{Choice, Contents, Model};
 use crate::hash::SceneHash;
 use crate::inputs::Inputs;
 use crate::limits::{Limits, human_bytes};
 use crate::native::{self, Notation, Overrides};
-use crate::source::{Format, SourceInfo};
-use crate::{obj, presets};
+use crate::source::{Format, MODELS, SourceInfo};
+use crate::{model_file, presets};
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// A file: a native scene, glTF, GLB or OBJ.
+    /// A file: a native scene, glTF, GLB, OBJ, STL or PLY.
     Path(PathBuf),
+    /// The content of such a file without a place of its own, as a pipe brings it: what it names beside itself can't be read.
+    Bytes {
+        /// What messages call it.
+        name: String,
+        /// All of it, from which its format is told.
+        bytes: Vec<u8>,
+    },
     /// One that the program carries, by its name.
     Preset(String),
+}
+
+impl Input {
+    /// All that a reader gives, under a name for messages.
+    ///
+    /// # Errors
+    /// An error of kind file where it can't be read, of kind limit where it gives more than a file may have.
+    pub fn from_reader(name: &str, source: impl Read, limits: &Limits) -> Result<Self, Error> {
+        let bytes = limited(Path::new(name), read_limited(source, 0, most(limits)), limits)?;
+        Ok(Self::Bytes { name: name.to_owned(), bytes })
+    }
 }
 
 /// What loading may be told.
@@ -65,12 +84,12 @@ pub struct Loaded {
     pub inputs: Inputs,
     /// What a glTF file holds besides; empty for every other.
     pub contents: Contents,
-    /// Why the neutral sky was added to it; none: it has light, or [`EnvironmentSource::None`](crate::EnvironmentSource::None) was asked for.
+    /// Why the neutral sky was added to it or, of a model, the default studio; none: it has light, or an environment was asked for.
     pub added_sky: Option<LightShortage>,
 }
 
-/// Reads and checks a scene, and completes it: one without light, and a model with too little to be seen by, gets the neutral sky
-/// ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
+/// Reads and checks a scene, and completes it: one without light gets the neutral sky, and a model whose own lights are none or too faint to
+/// be seen by stands in the default studio ([`Loaded::added_sky`] says so). Where it has no camera, preparation frames the whole of it.
 ///
 /// # Errors
 /// [`Error`] says which kind: content, file, limit, or a preset or parameter that does not exist.
@@ -95,16 +114,32 @@ pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observ
             let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
             let folder = folder.allowing_outside(options.allow_outside);
             folder.note_file(path);
-            let name = path.display().to_string();
-            match format_of(path, &bytes)? {
-                Format::Native(notation) => {
-                    refuse_choice(&name, &options.model)?;
-                    let text = native::text(&name, bytes, options.limits.text_bytes)?;
-                    native_scene(&name, &stem(path), &text, notation, &folder, options)
-                }
-                format => model(path, bytes, format, &folder, options, observer),
-            }
+            content(path, &stem(path), bytes, &folder, options, observer)
         }
+        Input::Bytes { name, bytes } => {
+            let folder = Folder::nowhere(options.limits.file_bytes);
+            content(Path::new(name), &name.replace(' ', "-"), bytes.clone(), &folder, options, observer)
+        }
+    }
+}
+
+/// A scene or model, by its bytes.
+fn content(
+    path: &Path,
+    stem: &str,
+    bytes: Vec<u8>,
+    folder: &Folder,
+    options: &LoadOptions,
+    observer: &dyn Observer,
+) -> Result<Loaded, Error> {
+    let name = path.display().to_string();
+    match format_of(path, &bytes)? {
+        Format::Native(notation) => {
+            refuse_choice(&name, &options.model)?;
+            let text = native::text(&name, bytes, options.limits.text_bytes)?;
+            native_scene(&name, stem, &text, notation, folder, options)
+        }
+        format => model(path, stem, bytes, format, folder, options, observer),
     }
 }
 
@@ -122,6 +157,7 @@ fn refuse_choice(name: &str, model: &ModelOptions) -> Result<(), Error> {
 /// A model becomes a whole scene.
 fn model(
     path: &Path,
+    stem: &str,
     bytes: Vec<u8>,
     format: Format,
     folder: &Folder,
@@ -138,22 +174,16 @@ fn model(
     for (kind, wish) in [("scene", &options.model.scene), ("variant", &options.model.variant)] {
         wish.iter().for_each(|wish| [kind, wish].iter().for_each(|text| folder.note(text.as_bytes())));
     }
-    let (mut scene, warnings, contents) = match format {
-        Format::Obj => {
-            refuse_choice(&name, &options.model)?;
-            let (scene, warnings) = obj::load(path, &bytes, folder, &options.limits)?;
-            (scene, warnings, Contents::default())
-        }
-        _ => {
-            let ModelOptions { scene, variant } = &options.model;
-            let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), time: options.overrides.at };
-            let gltf::Model { scene, warnings, contents } = gltf::load(path, &bytes, folder, &options.limits, &choice, observer)?;
-            (scene, warnings, contents)
-        }
-    };
+    if !format.has_choices() {
+        refuse_choice(&name, &options.model)?;
+    }
+    let ModelOptions { scene, variant } = &options.model;
+    let choice = Choice { scene: scene.as_deref(), variant: variant.as_deref(), time: options.overrides.at };
+    let Model { mut scene, warnings, contents } =
+        model_file::load(format, path, &bytes, (folder, &options.limits), &choice, observer)?;
     within_limits(&name, &scene, &options.limits)?;
     let added_sky = environment::apply(&mut scene, format, &options.environment, folder, &options.limits)?;
-    let source = SourceInfo::new(name, stem(path), format, None);
+    let source = SourceInfo::new(name, stem, format, None);
     Ok(Loaded { scene, warnings, hash: folder.take_hash(), source, inputs: folder.inputs(), contents, added_sky })
 }
 
@@ -212,46 +242,37 @@ fn note_overrides(folder: &Folder, overrides: &Overrides) {
 }
 
 fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
-    let unreadable = |cause: std::io::Error| Error::read(path, &cause);
-    let file = File::open(path).map_err(unreadable)?;
-    let limit = limits.file_bytes.max(limits.text_bytes);
-    read_limited(&file, limit)
-        .map_err(unreadable)?
-        .ok_or_else(|| Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(limit))))
+    let file = File::open(path).map_err(|cause| Error::read(path, &cause))?;
+    limited(path, read_file(&file, most(limits)), limits)
+}
+
+/// Bytes that any input may have; which kind it is of is not known before.
+fn most(limits: &Limits) -> u64 {
+    limits.file_bytes.max(limits.text_bytes)
+}
+
+/// What was read, if it was not too much.
+fn limited(path: &Path, read: std::io::Result<Option<Vec<u8>>>, limits: &Limits) -> Result<Vec<u8>, Error> {
+    read.map_err(|cause| Error::read(path, &cause))?.ok_or_else(|| {
+        Error::limit(path.display(), format!("the file is larger than the limit of {}", human_bytes(most(limits))))
+    })
 }
 
 /// The file's name without its folder and endings.
 fn stem(path: &Path) -> String {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let endings = [".scene.toml", ".scene.json", ".toml", ".json", ".gltf", ".glb", ".obj"];
+    let endings = [".scene.toml", ".scene.json", ".toml", ".json", ".gltf", ".glb", ".obj", ".stl", ".ply"];
     let ending = endings.iter().find(|ending| name.to_ascii_lowercase().ends_with(*ending) && name.len() > ending.len());
     name[..name.len() - ending.map_or(0, |ending| ending.len())].to_owned()
 }
 
-/// What a file is written in, by its ending or, where that says nothing, by its first characters.
+/// What an input is written in.
 fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, Error> {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let start = bytes.trim_ascii_start();
-    match ending.as_str() {
-        _ if bytes.starts_with(b"glTF") => Ok(Format::Glb),
-        "glb" => Ok(Format::Glb),
-        "gltf" => Ok(Format::Gltf),
-        "obj" => Ok(Format::Obj),
-        "toml" => Ok(Format::Native(Notation::Toml)),
-        "json" => Ok(Format::Native(Notation::Json)),
-        _ if start.starts_with(b"{") && contains(start, b"\"asset\"") => Ok(Format::Gltf),
-        _ if start.starts_with(b"{") => Ok(Format::Native(Notation::Json)),
-        _ if start.starts_with(b"format") || start.starts_with(b"#") => Ok(Format::Native(Notation::Toml)),
-        _ => {
-            let message = "cannot tell what kind of scene this is";
-            let hint = "scenes are read from .scene.toml, .scene.json, .gltf, .glb and .obj files";
-            Err(Error::input(path.display(), message).with_hint(hint))
-        }
-    }
-}
-
-fn contains(bytes: &[u8], part: &[u8]) -> bool {
-    bytes.windows(part.len()).any(|window| window == part)
+    Format::of(path, bytes).ok_or_else(|| {
+        let message = if bytes.is_empty() { "is empty" } else { "cannot tell what kind of scene this is" };
+        let hint = format!("scenes are read from .scene.toml and .scene.json files, models from {MODELS}");
+        Error::input(path.display(), message).with_hint(hint)
+    })
 }
 
 #[cfg(test)]

@@ -8,10 +8,12 @@ use raywright_core::{Lookup, Scene, affine};
 
 use crate::error::{Error, Warning};
 use crate::folder::Folder;
+use crate::gltf::Choice;
 use crate::limits::Limits;
-use crate::{gltf, obj};
+use crate::model_file;
+use crate::source::{Format, MODELS};
 
-/// All triangles of a glTF, GLB or OBJ file, where the file puts them in the scene and at the time that are asked for.
+/// All triangles of a model file, where the file puts them in the scene and at the time that are asked for.
 pub(crate) fn read(
     file: &Path,
     bytes: &[u8],
@@ -19,20 +21,14 @@ pub(crate) fn read(
     limits: &Limits,
     model: &ModelPart,
 ) -> Result<(MeshData, Vec<Warning>), Error> {
-    let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let (scene, warnings) = match ending.as_str() {
-        "gltf" | "glb" => {
-            let choice = gltf::Choice { scene: model.scene.as_deref(), variant: None, time: model.time };
-            let model = gltf::load(file, bytes, folder, limits, &choice, &())?;
-            (model.scene, model.warnings)
-        }
-        "obj" if *model != ModelPart::default() => {
-            return Err(Error::input(file.display(), "an OBJ file has no scenes and no time"));
-        }
-        "obj" => obj::load(file, bytes, folder, limits)?,
-        _ => return Err(Error::input(file.display(), "meshes are read from .obj, .gltf and .glb files")),
-    };
-    Ok((merged(&scene), warnings))
+    let format =
+        Format::of_model(file).ok_or_else(|| Error::input(file.display(), format!("meshes are read from {MODELS} files")))?;
+    if !format.has_choices() && *model != ModelPart::default() {
+        return Err(Error::input(file.display(), format!("{} has no scenes and no time", format.file())));
+    }
+    let choice = Choice { scene: model.scene.as_deref(), variant: None, time: model.time };
+    let model = model_file::load(format, file, bytes, (folder, limits), &choice, &())?;
+    Ok((merged(&model.scene), model.warnings))
 }
 
 /// The meshes of a scene in one, each as often as an object shows it.

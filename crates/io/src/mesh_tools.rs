@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
-use raywright_core::scene::{MeshData, TransformStep};
+use raywright_core::display::curve;
+use raywright_core::scene::{MeshData, TransferCurve, TransformStep};
 use raywright_core::validate::{FARTHEST, SMALLEST};
 
 /// Whether a transform can be undone; rays are traced in a mesh's own space.
@@ -52,6 +53,13 @@ pub(crate) fn drop_unusable(mesh: &mut MeshData) -> usize {
         *position = stand_in;
     }
     before - mesh.indices.len()
+}
+
+/// A colour of a vertex or face of a format without colour management: written as shown, by the sRGB curve; what is no number is white.
+pub(crate) fn painted(rgb: [f32; 3]) -> [f32; 4] {
+    let linear = |c: f32| if c.is_nan() { 1.0 } else { curve::decode(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32 };
+    let [r, g, b] = rgb.map(linear);
+    [r, g, b, 1.0]
 }
 
 /// Brings normals to unit length; one that has none (zero, not usable) becomes the mean of its facets' normals.

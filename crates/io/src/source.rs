@@ -1,5 +1,6 @@
 //! Where a scene came from, and where in its text its parts stand.
 
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use raywright_core::validate::Problem;
@@ -7,6 +8,8 @@ use raywright_core::validate::Problem;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::error::Error;
 use crate::native::{self, Notation};
+use crate::text::lines;
+use crate::{ply, stl};
 
 /// What a scene was written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +22,80 @@ pub enum Format {
     Glb,
     /// Wavefront OBJ.
     Obj,
+    /// STL, binary or text.
+    Stl,
+    /// PLY, ASCII or binary.
+    Ply,
+}
+
+/// The endings of model files, for messages.
+pub(crate) const MODELS: &str = ".stl, .ply, .obj, .gltf and .glb";
+
+impl Format {
+    /// The format of a model file with that name.
+    pub(crate) fn of_model(file: &Path) -> Option<Self> {
+        let ending = file.extension()?.to_string_lossy().to_ascii_lowercase();
+        match ending.as_str() {
+            "gltf" => Some(Self::Gltf),
+            "glb" => Some(Self::Glb),
+            "obj" => Some(Self::Obj),
+            "stl" => Some(Self::Stl),
+            "ply" => Some(Self::Ply),
+            _ => None,
+        }
+    }
+
+    /// Whether files of it may have scenes, variants and animations.
+    pub(crate) fn has_choices(self) -> bool {
+        matches!(self, Self::Gltf | Self::Glb)
+    }
+
+    /// A file of it, as messages call one.
+    pub(crate) fn file(self) -> &'static str {
+        match self {
+            Self::Native(_) => "a scene file",
+            Self::Gltf | Self::Glb => "a glTF file",
+            Self::Obj => "an OBJ file",
+            Self::Stl => "an STL file",
+            Self::Ply => "a PLY file",
+        }
+    }
+
+    /// What an input is written in, by its ending or, where that says nothing, by its content.
+    pub(crate) fn of(file: &Path, bytes: &[u8]) -> Option<Self> {
+        let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        match ending.as_str() {
+            _ if bytes.starts_with(b"glTF") => Some(Self::Glb),
+            "toml" => Some(Self::Native(Notation::Toml)),
+            "json" => Some(Self::Native(Notation::Json)),
+            _ => Self::of_model(file).or_else(|| Self::of_content(bytes)),
+        }
+    }
+
+    fn of_content(bytes: &[u8]) -> Option<Self> {
+        let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+        if ply::is_ply(bytes) {
+            return Some(Self::Ply);
+        }
+        if stl::is_stl(bytes) {
+            return Some(Self::Stl);
+        }
+        if start.starts_with(b"{") {
+            let is_gltf = start.windows(7).any(|window| window == b"\"asset\"");
+            return Some(if is_gltf { Self::Gltf } else { Self::Native(Notation::Json) });
+        }
+        // The first line that is no comment tells the two formats of lines apart: a key and its value, or a keyword.
+        let mut statements =
+            lines(start).map(|line| line.trim_ascii()).filter(|line| !line.is_empty() && !line.starts_with(b"#"));
+        let first = statements.next().unwrap_or_default();
+        let keyword = first.split(|byte| byte.is_ascii_whitespace()).next().unwrap_or_default();
+        const KEYWORDS: [&[u8]; 11] = [b"v", b"vt", b"vn", b"vp", b"f", b"g", b"o", b"s", b"l", b"mtllib", b"usemtl"];
+        if KEYWORDS.contains(&keyword) {
+            return Some(Self::Obj);
+        }
+        let is_toml = first.starts_with(b"format") || first.starts_with(b"[") || start.starts_with(b"#");
+        is_toml.then_some(Self::Native(Notation::Toml))
+    }
 }
 
 /// Where a scene came from.

@@ -1,13 +1,15 @@
 //! Pictures of a model that were found and are decoded together.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use raywright_core::scene::{Image, ImageData};
+use raywright_core::Scene;
+use raywright_core::scene::{Image, ImageData, Model};
 
 use crate::Limits;
 use crate::image_file::decode;
-use crate::import::Outcome;
+use crate::import::{Outcome, endurable};
 
 /// Pictures on their way into a scene: looked at one by one, in order, and decoded together on the threads of the current pool.
 #[derive(Debug, Default)]
@@ -19,27 +21,49 @@ impl<'a> Waiting<'a> {
         self.0.push((image, place, bytes));
     }
 
-    /// Decodes all of them into their images; `done` is told of each.
+    /// Decodes all of them into their images; `done` is told of each. Returns the places of those that can't be decoded, in the order in
+    /// which they came, each with why: what uses them takes its factor alone, as [`drop_missing`] sees to.
     ///
     /// # Errors
-    /// That of the first picture, in the order in which they came, which can't be decoded.
-    pub fn decode(self, images: &mut [Image], limits: &Limits, done: &(dyn Fn() + Sync)) -> Outcome<()> {
+    /// A fault of kind limit of the first picture that asks for more than is allowed.
+    pub fn decode(self, images: &mut [Image], limits: &Limits, done: &(dyn Fn() + Sync)) -> Outcome<Vec<String>> {
         let one = |(image, place, bytes): (usize, String, Cow<'a, [u8]>)| {
-            let data = decode(&bytes, limits).map_err(|fault| fault.at(place))?;
+            let data = decode(&bytes, limits);
             done();
-            Ok((image, data))
+            (image, place, data)
         };
         // A single one need not wake a pool.
-        let decoded: Vec<Outcome<(usize, ImageData)>> = match self.0.len() {
+        let decoded: Vec<(usize, String, Outcome<ImageData>)> = match self.0.len() {
             0 | 1 => self.0.into_iter().map(one).collect(),
             _ => self.0.into_par_iter().map(one).collect(),
         };
-        for picture in decoded {
-            let (image, data) = picture?;
-            if let Some(image) = images.get_mut(image) {
-                image.data = Some(data.into());
+        let mut broken = Vec::new();
+        for (image, place, data) in decoded {
+            match endurable(data.map_err(|fault| fault.at(place)))? {
+                Err(why) => broken.push(why),
+                Ok(data) => {
+                    if let Some(image) = images.get_mut(image) {
+                        image.data = Some(data.into());
+                    }
+                }
             }
         }
-        Ok(())
+        Ok(broken)
+    }
+}
+
+/// Takes images without pixels, with the textures of them and their uses, out of an imported scene.
+pub(crate) fn drop_missing(scene: &mut Scene) {
+    let missing: HashSet<String> = scene.images.extract_if(.., |image| image.data.is_none()).map(|image| image.name).collect();
+    if missing.is_empty() {
+        return;
+    }
+    let gone: HashSet<String> =
+        scene.textures.extract_if(.., |texture| missing.contains(&texture.image)).map(|texture| texture.name).collect();
+    for material in &mut scene.materials {
+        let Model::Physical(model) = &mut material.model else { continue };
+        let uses = model.inputs_mut().into_iter();
+        uses.filter(|input| input.texture().is_some_and(|(_, used)| gone.contains(&used.name)))
+            .for_each(|input| input.flatten(true, false));
     }
 }

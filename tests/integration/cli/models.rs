@@ -149,8 +149,8 @@ fn files_outside_are_read_where_allowed() {
     desk.run(&["check", "sub/b.scene.toml", "--allow-outside"]).exits_with(0);
 }
 
-/// Protects: a picture in which nothing was met says where the scene is; one in which something was says nothing. A model that its
-/// own lights do not reach gets the neutral sky, and is told so; a scene that is dark on purpose stays dark.
+/// Protects: a picture in which nothing was met says where the scene is; one in which something was says nothing. A model that brings no
+/// lights stands in the studio, whatever glows in it, and is told so; a scene that is dark on purpose stays dark.
 #[test]
 fn nothing_to_be_seen_is_told() {
     let desk = Desk::new();
@@ -164,7 +164,7 @@ fn nothing_to_be_seen_is_told() {
     };
     let there = render("a.obj", "0.2,0.2,0");
     assert!(
-        !there.contains("no camera ray") && there.contains("has too little light to be seen by; a neutral grey sky"),
+        !there.contains("no camera ray") && there.contains("a.obj brings no lights; it stands in the default studio"),
         "{there}"
     );
     let away = render("a.obj", "0.2,0.2,9");
@@ -173,7 +173,7 @@ fn nothing_to_be_seen_is_told() {
     assert!(away.contains(said), "{away}");
     desk.write("dim.scene.toml", "format = 1\n[[models]]\nfile = \"a.obj\"\n");
     let dim = render("dim.scene.toml", "0.2,0.2,0");
-    assert!(!dim.contains("sky"), "{dim}");
+    assert!(!dim.contains("sky") && !dim.contains("studio"), "{dim}");
 }
 
 /// Protects: a library that loads, prepares and renders gets the command line's picture, bit for bit, of models and scenes without light
@@ -199,4 +199,48 @@ fn the_library_completes_what_the_program_completes() {
             assert_eq!(loaded.added_sky, source.is_none().then_some(LightShortage::NoLight), "{file}");
         }
     }
+}
+
+/// A square of two triangles, in three formats.
+fn square() -> [(&'static str, &'static str); 3] {
+    let stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+        property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+    [("square.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"), ("square.stl", stl), ("square.ply", ply)]
+}
+
+/// Protects: every command that reads a model reads all formats, from a file and through a pipe, and each shows the same picture; a picture
+/// of a pipe is named after it, and what names other files is told that they are not to be had.
+#[test]
+fn formats_and_pipes() {
+    let desk = Desk::new();
+    let render = ["render", "--size", "16x12", "--spp", "4", "-q", "--no-metadata", "-o", "-"];
+    let mut pictures = Vec::new();
+    for (name, text) in square() {
+        desk.write(name, text);
+        let format = ["Wavefront OBJ", "STL", "PLY"]
+            .into_iter()
+            .find(|format| format.to_lowercase().ends_with(&name[7..]))
+            .expect("known");
+        for (input, bytes) in [(name, ""), ("-", text)] {
+            let info = desk.pipe(&["info", input], bytes.as_bytes());
+            for row in [format!("format      {format}"), "triangles   2 in 1 mesh".to_owned()] {
+                assert!(info.exits_with(0).text().lines().any(|line| line == row), "{row}\n{}", info.text());
+            }
+            desk.pipe(&["check", input], bytes.as_bytes()).exits_with(0);
+            assert!(desk.pipe(&["explain", input], bytes.as_bytes()).exits_with(0).text().contains("sky"));
+            pictures.push(desk.pipe(&[&render[..], &[input]].concat(), bytes.as_bytes()).exits_with(0).stdout.clone());
+        }
+    }
+    assert!(pictures[0].len() > 100 && pictures.iter().all(|picture| *picture == pictures[0]));
+    let before = desk.names();
+    desk.pipe(&["render", "--size", "2x2", "--spp", "1", "-q", "-"], square()[1].1.as_bytes()).exits_with(0);
+    let new: Vec<String> = desk.names().into_iter().filter(|name| !before.contains(name)).collect();
+    assert_eq!(new, ["standard-input.png"]);
+    let beside = desk.pipe(&["check", "-"], b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    beside
+        .exits_with(0)
+        .says_like("standard input: material library: `a.mtl` is a file, and what comes through a pipe lies in no folder");
+    desk.pipe(&["check", "-"], b"").exits_with(3).says_like("error: standard input: is empty");
+    desk.pipe(&["check", "-", "--variant", "red"], square()[2].1.as_bytes()).exits_with(2).says_like("has no variants");
 }

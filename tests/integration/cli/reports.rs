@@ -234,7 +234,7 @@ material = "plain"
         said,
         [
             "note: bare.scene.toml has no light; a neutral grey sky is added",
-            "note: bare.scene.toml has no camera; the whole scene is shown, from slightly above and to the side",
+            "note: bare.scene.toml has no camera; the whole scene is shown",
         ]
     );
     let framed = desk.picture("bare.png");

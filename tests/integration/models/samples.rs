@@ -9,12 +9,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use raywright::core::Scene;
 use raywright::core::display::curve::decode;
 use raywright::core::picture::Picture;
 use raywright::core::scene::TransferCurve;
+use raywright::io::{Environment, EnvironmentSource, Input, LoadOptions, load};
 use serde_json::Value;
 
-use super::{assets, looking, picture, scene};
+use super::{assets, looking, picture};
 
 /// Pixels a side: the samples have four times as many.
 const SIZE: usize = 100;
@@ -47,12 +49,19 @@ fn pairs(folder: &Path) -> Vec<Pair> {
             }
             let eye: [f64; 3] = serde_json::from_value(model["camera"]["translation"].clone()).expect("a camera");
             let view = looking(eye, [0.0; 3], FIELD_OF_VIEW);
-            let ours = picture(&scene(&file), Some(view), [SIZE as u32; 2], 16);
+            let ours = picture(&evenly_lit(&file), Some(view), [SIZE as u32; 2], 16);
             let name = text(&model["fileName"]).replace(".gltf", "");
             pairs.push(Pair { name, camera: format!("{eye:?}"), ours, theirs: sampled(&sample) });
         }
     }
     pairs
+}
+
+/// A model's scene under the neutral sky, whose shades are the least that are not the samples'.
+fn evenly_lit(path: &Path) -> Scene {
+    let environment = Environment { source: Some(EnvironmentSource::Default), ..Environment::default() };
+    let options = LoadOptions { environment, ..LoadOptions::default() };
+    load(&Input::Path(path.to_owned()), &options).unwrap_or_else(|e| panic!("{e}")).scene
 }
 
 /// A sample in linear light at our size.

@@ -23,7 +23,7 @@ Examples:
   raywright accuracy scene.scene.toml --rung samples=16   Beside another setting of one's own
   raywright accuracy duck.glb --json > duck.json          For other programs")]
 pub struct AccuracyArgs {
-    /// Scene or model to measure: .scene.toml, .scene.json, glTF/GLB, OBJ, or preset:NAME [default: the default preset]
+    /// Scene or model to measure: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME, or - for standard input [default: the default preset]
     #[arg(value_name = "SCENE")]
     pub scene: Option<OsString>,
 

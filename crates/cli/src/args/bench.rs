@@ -23,7 +23,7 @@ Examples:
   raywright bench duck.glb                    A model's own rays
   raywright bench duck.glb --build compact    The same in the smallest tree")]
 pub struct BenchArgs {
-    /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB, OBJ, or preset:NAME
+    /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME, or - for standard input
     #[arg(value_name = "SCENE")]
     pub scene: Option<OsString>,
 

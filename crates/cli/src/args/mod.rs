@@ -17,7 +17,8 @@ pub use compare::CompareArgs;
 pub use denoise::DenoiseArgs;
 pub use merge::MergeArgs;
 pub use render::{
-    DisplayArgs, FilmArgs, LightArgs, MOST_SAMPLES, Precision, ProgressStyle, RenderArgs, ReportArgs, Share, ViewArgs,
+    DisplayArgs, FilmArgs, Frames, LightArgs, MOST_SAMPLES, Precision, ProgressStyle, RenderArgs, ReportArgs, Share, ViewArgs,
+    Views,
 };
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 
@@ -47,7 +48,7 @@ For TOML, the first line of a scene may name it:
 
   #:schema ./scene.schema.json";
 
-/// Render a scene - a text file, a glTF or an OBJ model - to a picture.
+/// Render a scene - a text file, a glTF, OBJ, STL or PLY model - to a picture.
 #[derive(Debug, Parser)]
 #[command(name = "raywright", version, propagate_version = false, after_help = examples(), max_term_width = 100)]
 #[command(subcommand_value_name = "COMMAND")]

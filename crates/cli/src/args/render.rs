@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::{ArgAction, Args, ValueEnum};
 use raywright_core::Settings;
 use raywright_core::bvh::{AcceleratorKind, BuildQuality};
+use raywright_core::framing::View;
 use raywright_core::scene::{Integrator, ToneMap, TransferCurve};
 use raywright_core::settings::{Aov, Background, Crop, PrecisionChoice};
 
@@ -25,6 +26,8 @@ fn examples() -> String {
   raywright render                             The preset {DEFAULT_PRESET}
   raywright render preset:{DEFAULT_PRESET} --at 2.5     Another moment of it
   raywright render duck.glb -o d.png -o d.exr  A model, to two files
+  raywright render duck.glb --views front,left,top   Three pictures of it
+  raywright render duck.glb --turntable 72 -o spin-%04d.png   Once around it
   raywright render a.scene.toml --crop 100,50,320,200
   raywright render a.scene.toml -o - | display
   raywright render a.scene.toml --quick        A first look: 16 samples, denoised
@@ -42,7 +45,7 @@ Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read o
 pub struct RenderArgs {
     /// What is rendered.
     #[arg(value_name = "SCENE", help = format!(
-        "Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME [default: preset:{DEFAULT_PRESET}]"
+        "Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input [default: preset:{DEFAULT_PRESET}]"
     ))]
     pub scene: Option<OsString>,
 
@@ -101,6 +104,31 @@ pub struct ViewArgs {
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
 
+    /// Show the whole scene from there: front, back, left, right, top, bottom, iso, or azimuth and elevation in degrees (0,0 is the front,
+    /// on the +z side, 90,0 the right) [default: the scene's camera; without one slightly above and to the side, flat things and open
+    /// rooms from their front]
+    #[arg(long, value_name = "VIEW|AZ,EL", value_parser = values::view, allow_hyphen_values = true,
+        conflicts_with_all = ["camera", "eye", "target", "up"])]
+    pub view: Option<View>,
+
+    /// One picture from each of these views, separated by commas; named SCENE-VIEW.png, or numbered where %04d is in the name
+    #[arg(long, value_name = "LIST", value_parser = values::views, allow_hyphen_values = true,
+        conflicts_with_all = ["view", "camera", "eye", "target", "up", "turntable", "frames"])]
+    pub views: Option<Views>,
+
+    /// N pictures once around the whole scene, from the height of the view in force
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3600),
+        conflicts_with_all = ["camera", "eye", "target", "up", "frames"])]
+    pub turntable: Option<u32>,
+
+    /// One picture for each moment from A up to, but not at, B seconds, so many a second, such as 0..2:25; each is that of --at
+    #[arg(long, value_name = "A..B:FPS", value_parser = values::frames, allow_hyphen_values = true, conflicts_with = "at")]
+    pub frames: Option<Frames>,
+
+    /// Enlarge what is in the middle of the picture
+    #[arg(long, value_name = "X", value_parser = values::zoom)]
+    pub zoom: Option<f64>,
+
     /// Move the camera to this point
     #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
     pub eye: Option<[f64; 3]>,
@@ -113,7 +141,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = values::triple, allow_hyphen_values = true)]
     pub up: Option<[f64; 3]>,
 
-    /// Vertical field of view in degrees
+    /// Vertical field of view in degrees; a scene that is shown whole stays whole
     #[arg(long, value_name = "DEG", value_parser = values::field_of_view)]
     pub fov: Option<f64>,
 
@@ -124,6 +152,29 @@ pub struct ViewArgs {
     /// What is seen where nothing is hit: env (the sky), transparent, or a linear colour [default: env]
     #[arg(long, value_name = "env|transparent|R,G,B", value_parser = values::background)]
     pub background: Option<Background>,
+}
+
+/// Views with their names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Views(pub Vec<(String, View)>);
+
+/// Moments of a film: from the first second up to the last, so many a second.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frames {
+    /// The first moment.
+    pub from: f64,
+    /// Where the moments end.
+    pub to: f64,
+    /// How many a second.
+    pub rate: f64,
+}
+
+impl Frames {
+    /// Each moment.
+    pub fn times(self) -> impl Iterator<Item = f64> {
+        let count = ((self.to - self.from) * self.rate - 1e-9).ceil().max(1.0) as u32;
+        (0..count).map(move |i| self.from + f64::from(i) / self.rate)
+    }
 }
 
 /// How light is computed, and how carefully.

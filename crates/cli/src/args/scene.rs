@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use raywright_core::effects::Effect;
 use raywright_core::ladder::Choice;
-use raywright_io::EnvironmentSource;
+use raywright_io::{EnvironmentSource, GroundRule};
 
 use super::values;
 
@@ -35,6 +35,16 @@ pub struct SceneArgs {
     #[arg(long, value_name = "none|default|FILE", value_parser = values::environment())]
     pub env: Option<EnvironmentSource>,
 
+    /// Light the scene by the default studio in place of its own lights and sky. A model that brings no lights stands in it anyway: soft key,
+    /// fill and rim lights that go round with the camera, a backdrop that is dark behind bright models and light behind dark ones, and
+    /// a ground that catches shadows alone; --env none leaves all of it out
+    #[arg(long, conflicts_with = "env")]
+    pub studio: bool,
+
+    /// Ground of the studio: auto (it catches shadows and is not seen otherwise) or none
+    #[arg(long, value_name = "auto|none", value_parser = values::ground, default_value = "auto", hide_default_value = true)]
+    pub ground: GroundRule,
+
     /// Turn the environment by so many degrees about +y: 90 shows along +z what was along +x
     #[arg(long, value_name = "DEG", value_parser = values::number, allow_hyphen_values = true)]
     pub env_rotation: Option<f64>,
@@ -58,7 +68,7 @@ pub struct ChoiceArgs {
 
     /// Switch effects off, separated by commas: ambient-light, direct-light, shadows, highlights, rim-light, emission,
     /// mirror-reflection, fuzzy-reflection, refraction, transparency, image-textures, checkerboard, vertex-colours,
-    /// smooth-shading, normal-maps, sky, environment-map, sky-light, depth-of-field, motion, soft-shadows
+    /// smooth-shading, normal-maps, sky, environment-map, ground-shadow, sky-light, depth-of-field, motion, soft-shadows
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = values::effect)]
     pub without: Vec<Effect>,
 }
@@ -66,7 +76,7 @@ pub struct ChoiceArgs {
 /// Arguments of `explain`.
 #[derive(Debug, Args)]
 pub struct ExplainArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
     #[arg(value_name = "SCENE")]
     pub scene: OsString,
 
@@ -95,7 +105,7 @@ pub struct ExplainArgs {
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 
@@ -112,7 +122,7 @@ pub struct InfoArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Exit code: 0 the file can be rendered, 3 it cannot, 4 it cannot be read, 5 it is over a limit.")]
 pub struct CheckArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB or OBJ model, or preset:NAME
+    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
     #[arg(value_name = "FILE")]
     pub scene: OsString,
 

@@ -5,15 +5,16 @@
 use std::path::PathBuf;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use raywright_io::EnvironmentSource;
+use raywright_io::{EnvironmentSource, GroundRule};
 use std::str::FromStr;
 use std::time::Duration;
 
 use raywright_core::effects::{Effect, SWITCHABLE};
+use raywright_core::framing::View;
 use raywright_core::settings::{Background, Crop};
 use raywright_core::suggest::closest;
 
-use super::Share;
+use super::{Frames, Share, Views};
 
 /// Largest width or height of a picture, in pixels.
 pub const MAX_EDGE: u32 = 65536;
@@ -160,6 +161,65 @@ pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
         Some("default") => EnvironmentSource::Default,
         _ => EnvironmentSource::File(PathBuf::from(text)),
     })
+}
+
+/// What lies below a scene in a studio.
+pub fn ground(text: &str) -> Result<GroundRule, String> {
+    match text {
+        "auto" => Ok(GroundRule::Auto),
+        "none" => Ok(GroundRule::None),
+        _ => Err("expected auto or none".to_owned()),
+    }
+}
+
+/// A view by its name, or by azimuth and elevation in degrees, `AZ,EL`.
+pub fn view(text: &str) -> Result<View, String> {
+    let named = View::NAMED.iter().find(|(name, _)| *name == text).map(|(_, view)| *view);
+    let listed = || list::<f64, 2>(text).map(|[azimuth, elevation]| View { azimuth, elevation });
+    match named.or_else(listed) {
+        Some(view) if view.azimuth.is_finite() && (-90.0..=90.0).contains(&view.elevation) => Ok(view),
+        Some(_) => Err("expected an elevation from -90 to 90 degrees".to_owned()),
+        None => {
+            let names: Vec<&str> = View::NAMED.iter().map(|(name, _)| *name).collect();
+            Err(format!("expected {} or azimuth and elevation in degrees, such as 30,20", names.join(", ")))
+        }
+    }
+}
+
+/// Views, separated by commas: names, or pairs of degrees.
+pub fn views(text: &str) -> Result<Views, String> {
+    let mut parts = text.split(',');
+    let mut views = Vec::new();
+    while let Some(part) = parts.next() {
+        let name = match part.trim().parse::<f64>() {
+            Ok(_) => format!("{part},{}", parts.next().unwrap_or_default()),
+            Err(_) => part.to_owned(),
+        };
+        views.push((name.clone(), view(&name)?));
+    }
+    Ok(Views(views))
+}
+
+/// Moments of a film, `A..B:FPS`, at most 100,000.
+pub fn frames(text: &str) -> Result<Frames, String> {
+    const MOST: f64 = 1e5;
+    let expected = || "expected A..B:FPS, such as 0..2:25 for two seconds of 25 pictures each".to_owned();
+    let (span, rate) = text.rsplit_once(':').ok_or_else(expected)?;
+    let (from, to) = span.split_once("..").ok_or_else(expected)?;
+    let frames = Frames { from: number(from)?, to: number(to)?, rate: number(rate)? };
+    match frames {
+        Frames { from, to, rate } if rate > 0.0 && to > from && (to - from) * rate <= MOST => Ok(frames),
+        Frames { from, to, rate } if rate > 0.0 && to > from => Err(format!("{} pictures are too many", (to - from) * rate)),
+        _ => Err(expected()),
+    }
+}
+
+/// A factor above zero.
+pub fn zoom(text: &str) -> Result<f64, String> {
+    match number(text)? {
+        value if (1e-3..=1e3).contains(&value) => Ok(value),
+        _ => Err("expected a factor from 0.001 to 1000, such as 2".to_owned()),
+    }
 }
 
 /// An effect that can be switched off, spelled with hyphens for blanks.

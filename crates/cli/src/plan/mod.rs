@@ -8,6 +8,7 @@ pub use rungs::choose;
 
 use raywright_core::Settings;
 use raywright_core::display::Display;
+use raywright_core::framing::View;
 use raywright_core::ladder::Ladder;
 use raywright_core::scene::{Camera, Scene};
 use raywright_core::settings::{Crop, Sampling};
@@ -28,9 +29,9 @@ pub struct Plan {
     pub display: Display,
 }
 
-/// Settles what is rendered. `framed` makes the camera of a scene that has none; it is asked only where a flag changes
-/// that camera.
-pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -> Camera) -> Result<Plan, Failure> {
+/// Settles what is rendered. `framed` makes the camera that shows a whole scene from a view under a vertical angle, for an aspect; it is
+/// asked only where a flag says something of that camera.
+pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(Option<View>, f64, f64) -> Camera) -> Result<Plan, Failure> {
     rungs::refuse_two_words(args)?;
     let (view, light, display) = (&args.view, &args.light, &args.display);
     let own = Settings::of(scene);
@@ -52,7 +53,8 @@ pub fn settle(scene: &Scene, args: &RenderArgs, framed: impl FnOnce(&Settings) -
         max_memory: Some(args.machine.max_memory.unwrap_or(Limits::default().memory_bytes)),
         ..own
     };
-    settings.camera = view::camera(scene, view, || framed(&settings))?;
+    let aspect = f64::from(size[0]) / f64::from(size[1]);
+    settings.camera = view::camera(scene, view, |view, fov| framed(view, fov, aspect))?;
     let own = Display::of(&scene.render);
     let display = Display {
         tone_map: display.tonemap.unwrap_or(own.tone_map),

@@ -1,6 +1,7 @@
 //! Which camera the picture is taken with: the chosen one, with what the flags change of it.
 
 use glam::DVec3;
+use raywright_core::framing::{FIELD_OF_VIEW, View};
 use raywright_core::scene::{Camera, Pinhole, Pose, Projection, Scene, Triple};
 use raywright_io::Error;
 
@@ -8,13 +9,20 @@ use crate::args::ViewArgs;
 use crate::failure::Failure;
 use crate::suggest;
 
-/// The camera that the flags ask for; none: the scene has none, nothing is changed, and framing is left to the renderer.
-pub fn camera(scene: &Scene, args: &ViewArgs, framed: impl FnOnce() -> Camera) -> Result<Option<Camera>, Failure> {
-    let changed = args.eye.is_some() || args.target.is_some() || args.up.is_some() || args.fov.is_some();
+/// The camera that the flags ask for; none: the scene has none, nothing is changed, and framing is left to the renderer. `framed` makes the
+/// camera that shows everything from a view, or from the one that suits the scene, under a vertical angle.
+pub fn camera(
+    scene: &Scene,
+    args: &ViewArgs,
+    framed: impl FnOnce(Option<View>, f64) -> Camera,
+) -> Result<Option<Camera>, Failure> {
+    let changed = args.eye.is_some() || args.target.is_some() || args.up.is_some() || args.fov.is_some() || args.zoom.is_some();
+    let frame = || framed(args.view, args.fov.unwrap_or(FIELD_OF_VIEW));
     let mut camera = match (&args.camera, scene.cameras.first()) {
+        _ if args.view.is_some() => frame(),
         (Some(name), _) => chosen(scene, name)?,
         (None, Some(first)) => first.clone(),
-        (None, None) if changed => framed(),
+        (None, None) if changed => frame(),
         (None, None) => return Ok(None),
     };
     if args.eye.is_some() || args.target.is_some() || args.up.is_some() {
@@ -25,6 +33,9 @@ pub fn camera(scene: &Scene, args: &ViewArgs, framed: impl FnOnce() -> Camera) -
     match args.fov {
         Some(fov) => set_fov(&mut camera.projection, fov)?,
         None => keep_vertical_fov(&mut camera, scene.render.size, args.size),
+    }
+    if let Some(factor) = args.zoom {
+        zoom(&mut camera.projection, factor);
     }
     Ok(Some(camera))
 }
@@ -99,6 +110,21 @@ fn set_fov(projection: &mut Projection, fov: f64) -> Result<(), Failure> {
     }
 }
 
+/// Makes everything so many times as large in the picture as it was, about its middle.
+fn zoom(projection: &mut Projection, factor: f64) {
+    match projection {
+        Projection::Pinhole(pinhole) | Projection::ThinLens { pinhole, .. } => {
+            let narrowed = |degrees: &mut f64| {
+                *degrees = (2.0 * libm::atan(libm::tan(degrees.to_radians() * 0.5) / factor)).to_degrees();
+            };
+            pinhole.vertical_fov.iter_mut().for_each(narrowed);
+            pinhole.horizontal_fov.iter_mut().for_each(narrowed);
+            pinhole.focal_length.iter_mut().for_each(|length| *length *= factor);
+        }
+        Projection::Orthographic { height } => *height /= factor,
+    }
+}
+
 /// A horizontal angle is meant for the shape of picture that the file asks for; in another shape the vertical one that
 /// follows from it is kept.
 fn keep_vertical_fov(camera: &mut Camera, file: [u32; 2], asked: Option<[u32; 2]>) {
@@ -139,7 +165,7 @@ mod tests {
     }
 
     fn taken(args: &ViewArgs) -> Result<Camera, Failure> {
-        let taken = camera(&scene(), args, || panic!("the scene has cameras"))?;
+        let taken = camera(&scene(), args, |_, _| panic!("the scene has cameras"))?;
         Ok(taken.expect("the scene has cameras"))
     }
 
@@ -190,7 +216,7 @@ mod tests {
         scene.cameras[2].pose = Pose::Axes { eye: [0.0, 0.0, 5.0], right: [h, h, 0.0], up: [-h, h, 0.0], back: [0.0, 0.0, 1.0] };
         let pose = |target: Triple| {
             let args = ViewArgs { target: Some(target), ..named("2") };
-            camera(&scene, &args, || panic!("the scene has cameras")).expect("a camera").expect("one").pose
+            camera(&scene, &args, |_, _| panic!("the scene has cameras")).expect("a camera").expect("one").pose
         };
         let eye = [0.0, 0.0, 5.0];
         assert_eq!(pose([1.0, 2.0, 0.0]), Pose::LookAt { eye, target: [1.0, 2.0, 0.0], up: [0.0, 1.0, 0.0] });
@@ -203,10 +229,37 @@ mod tests {
         let mut scene = scene();
         let end = Pose::LookAt { eye: [1.0; 3], target: [0.0; 3], up: [0.0, 1.0, 0.0] };
         (scene.cameras[0].pose_end, scene.cameras[0].shutter) = (Some(end.clone()), Some([0.0, 1.0]));
-        let taken = |args: &ViewArgs| camera(&scene, args, || panic!("the scene has cameras")).expect("a camera").expect("one");
+        let taken =
+            |args: &ViewArgs| camera(&scene, args, |_, _| panic!("the scene has cameras")).expect("a camera").expect("one");
         assert_eq!(taken(&ViewArgs { fov: Some(20.0), ..named("front") }).pose_end, Some(end));
         let put = taken(&ViewArgs { eye: Some([1.0, 2.0, 3.0]), ..named("front") });
         assert_eq!((put.pose_end, put.shutter), (None, Some([0.0, 1.0])));
+    }
+
+    /// Protects: a zoom enlarges by its factor whatever kind of camera it is, beside an angle of its own too; a view takes the place of the
+    /// scene's cameras and is framed for the angle in force.
+    #[test]
+    fn zooms_and_views_go_with_an_angle() {
+        let half = |args: ViewArgs| {
+            let Projection::Pinhole(pinhole) = taken(&args).expect("a camera").projection else { panic!("a pinhole") };
+            libm::tan(pinhole.vertical_fov.or(pinhole.horizontal_fov).expect("an angle").to_radians() / 2.0)
+        };
+        for args in [named("front"), named("side"), ViewArgs { fov: Some(50.0), ..named("side") }] {
+            let zoomed = half(ViewArgs { zoom: Some(4.0), ..args.clone() });
+            assert!((half(args) / zoomed - 4.0).abs() < 1e-12);
+        }
+        let mut flat = Projection::Orthographic { height: 3.0 };
+        zoom(&mut flat, 1.5);
+        assert_eq!(flat, Projection::Orthographic { height: 2.0 });
+        let side = View { azimuth: 10.0, elevation: 20.0 };
+        for (fov, expected) in [(None, FIELD_OF_VIEW), (Some(15.0), 15.0)] {
+            let asked = |view, fov| {
+                assert_eq!((view, fov), (Some(side), expected));
+                scene().cameras[1].clone()
+            };
+            let args = ViewArgs { view: Some(side), fov, ..ViewArgs::default() };
+            assert_eq!(camera(&scene(), &args, asked).expect("a view").map(|camera| camera.name), Some("side".to_owned()));
+        }
     }
 
     /// A view that shows nothing sensible is refused before anything is rendered.
@@ -237,7 +290,7 @@ mod tests {
         let mut scene = scene();
         scene.cameras[0].aspect = Some(1.0);
         let args = ViewArgs { size: Some([100, 100]), ..named("front") };
-        let taken = camera(&scene, &args, || panic!("the scene has cameras")).expect("a camera");
+        let taken = camera(&scene, &args, |_, _| panic!("the scene has cameras")).expect("a camera");
         assert_eq!(taken.map(|camera| camera.projection), Some(scene.cameras[0].projection.clone()));
     }
 }

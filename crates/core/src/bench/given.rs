@@ -6,7 +6,8 @@ use serde::Serialize;
 use super::generated::Numbers;
 use super::measure::{Contest, Contestant, Method, Row, row, timed_builds};
 use super::{BenchError, Care, SEEDS};
-use crate::camera::{Camera, frame};
+use crate::camera::Camera;
+use crate::framing::{FIELD_OF_VIEW, Silhouette, View};
 use crate::lookup::Lookup;
 use crate::prepare::build_geometry;
 use crate::scene::Scene;
@@ -60,7 +61,10 @@ fn measured(scene: &Scene, settings: &Settings, method: &Method, on_row: &mut dy
 fn camera_rays(geometry: &Geometry<f32>, settings: &Settings) -> Vec<Ray<f32>> {
     let [width, height] = settings.size;
     let aspect = f64::from(width) / f64::from(height);
-    let camera = settings.camera.clone().unwrap_or_else(|| frame(&geometry.bounded_part(), aspect));
+    let camera = settings.camera.clone().unwrap_or_else(|| {
+        let whole = Silhouette::of_box(&geometry.bounded_part());
+        whole.frame(View::USUAL, FIELD_OF_VIEW, aspect)
+    });
     let camera = Camera::<f32>::new(&camera, settings.size);
     let pixels = u64::from(width) * u64::from(height);
     let step = (1..).find(|s| u64::from(CAMERA_RAYS) * s * s >= pixels).unwrap_or(1) as usize;

@@ -250,6 +250,12 @@ fn what_paths_find(list: &mut List, f: &Facts) {
         "a rough surface blurs what it transmits",
         "no rough surface transmits",
     );
+    list.plain(
+        Effect::GroundShadow,
+        &f.ground,
+        "the studio's backdrop is dimmed by what the scene takes of the light on its ground",
+        NO_GROUND,
+    );
     list.plain(Effect::MixedScattering, &f.mixture, "a surface sends each ray one of three ways by chance", NOT_MIXED);
     list.plain(Effect::Absorption, &f.absorption, "light is absorbed on its way through a body", NOT_ABSORBED);
     list.plain(
@@ -354,6 +360,7 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         "no rough surface transmits",
         path,
     );
+    list.missing(Effect::GroundShadow, &f.ground, "the studio's backdrop shows no shadows", NO_GROUND, path);
     list.missing(Effect::MixedScattering, &f.mixture, "its other terms stand for a surface's mixture", NOT_MIXED, path);
     list.missing(Effect::Absorption, &f.absorption, "bodies that absorb light are shown clear", NOT_ABSORBED, path);
     list.missing(Effect::NestedMedia, &f.nested, "each boundary bends light as from and into air", NOT_NESTED, path);
@@ -366,6 +373,9 @@ fn what_needs_a_path_tracer(list: &mut List, f: &Facts) {
         path,
     );
 }
+
+/// Why no shadow lies on a ground.
+const NO_GROUND: &str = "no studio has a ground";
 
 /// Why there is no mixed scattering.
 const NOT_MIXED: &str = "every surface answers by its terms";

@@ -60,6 +60,8 @@ pub(super) struct Facts {
     pub unbounded: Source,
     pub sky: Source,
     pub sky_map: Source,
+    /// A studio whose ground catches shadows.
+    pub ground: Source,
     /// The first material of which the file says more than the scene has.
     pub unread: Source,
     /// All that it says, with the materials' names.
@@ -152,7 +154,12 @@ impl Facts {
             None => {}
             Some(Sky::Map(_)) => note(&mut facts.sky_map, true, || "sky.map".to_owned()),
             Some(Sky::Expression(_)) => note(&mut facts.program, true, || "sky.expression".to_owned()),
-            Some(_) => {}
+            // What has no end has no ground below it.
+            Some(Sky::Studio(studio)) => {
+                let ground = studio.ground && facts.unbounded.is_none();
+                note(&mut facts.ground, ground, || "sky.studio.ground".to_owned());
+            }
+            Some(Sky::Constant(_) | Sky::Gradient { .. }) => {}
         }
         note(&mut facts.sky, scene.sky.is_some(), || "sky".to_owned());
         let lens = |c: &Camera| matches!(&c.projection, Projection::ThinLens { aperture_radius, .. } if *aperture_radius > 0.0);

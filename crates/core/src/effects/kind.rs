@@ -74,6 +74,8 @@ effects! {
     Sky = "sky",
     /// A sky that is a picture.
     EnvironmentMap = "environment map",
+    /// A ground that nothing but shadows shows.
+    GroundShadow = "ground shadow",
     /// Physical materials receive the sky's cosine-weighted average.
     SkyLight = "sky light",
     /// A camera with an aperture.

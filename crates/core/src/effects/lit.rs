@@ -3,10 +3,9 @@
 use glam::DVec3;
 
 use super::facts::Facts;
-use crate::affine::affine;
 use crate::lookup::Lookup;
-use crate::prepare::{any_shape, extent};
-use crate::scene::{Colour, Falloff, Light, LightKind, Object, Scene, Shape, Sky};
+use crate::prepare::extent;
+use crate::scene::{Colour, Falloff, Light, LightKind, Scene, Sky};
 
 /// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.
 pub fn neutral_sky() -> Sky {
@@ -22,31 +21,14 @@ pub fn has_light(scene: &Scene) -> bool {
 /// Irradiance below which light counts as none: a white surface under it is darker than a tenth of what displays show.
 const DIM: f64 = 0.02;
 
-/// Whether light of a model's own reaches its surfaces: lights by their power and reach and surfaces that glow evenly by theirs,
-/// at the distance of the model's size, a sky always. A model that asks for no light, because it shows its colours as they are
-/// or glows all over, is lit too. What glows by an image is seen and lights nothing that counts on.
-pub fn is_lit(scene: &Scene) -> bool {
-    let facts = Facts::gather(scene, None);
-    if facts.sky.is_some() || facts.ambient.is_some() || facts.lit.is_none() && facts.unlit.is_some() {
-        return true;
-    }
-    let lookup = Lookup::new(scene);
-    let glow = |object: &Object| lookup.material(&object.material).and_then(|(_, material)| material.even_emission());
-    if !scene.objects.is_empty() && scene.objects.iter().all(|object| glow(object).is_some()) {
-        return true;
-    }
-    let bounds = extent::<f32>(scene, &lookup).bounds;
+/// Whether the lights of a model reach its surfaces, by their power and reach at the distance of the model's size.
+pub fn lights_reach(scene: &Scene) -> bool {
+    let bounds = extent::<f32>(scene, &Lookup::new(scene)).bounds;
     let (centre, radius) = match bounds.is_empty() {
         true => (DVec3::ZERO, 1.0),
         false => ((bounds.min + bounds.max) * 0.5, (bounds.max - bounds.min).length() * 0.5),
     };
-    let lights = scene.lights.iter().map(|light| reaching(light, centre, radius));
-    let lamps = scene.objects.iter().filter_map(|object| {
-        let Colour(radiance) = glow(object)?;
-        // Seen under a right angle from as far as the model reaches.
-        Some(strongest(radiance) * area(object, &lookup) / (radius * radius).max(f64::MIN_POSITIVE))
-    });
-    lights.chain(lamps).sum::<f64>() >= DIM
+    scene.lights.iter().map(|light| reaching(light, centre, radius)).sum::<f64>() >= DIM
 }
 
 fn strongest(colour: [f64; 3]) -> f64 {
@@ -70,22 +52,6 @@ fn reaching(light: &Light, centre: DVec3, radius: f64) -> f64 {
         // One that stands within is as far from most of the model as half its size.
         Falloff::InverseSquare => strength / (away * away).max(0.25 * radius * radius).max(f64::MIN_POSITIVE),
         _ => strength,
-    }
-}
-
-/// How large an object's surface is, about: a mesh's triangles, of a shape its own or that of a ball around it.
-fn area(object: &Object, lookup: &Lookup<'_>) -> f64 {
-    let map = affine(&object.transform);
-    match &object.shape {
-        Shape::Mesh(name) => lookup.mesh_data(name).map_or(0.0, |data| {
-            let corner = |i: u32| map.transform_point3(DVec3::from(data.positions[i as usize].map(f64::from)));
-            let triangles = data.indices.iter().map(|corners| corners.map(corner));
-            triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
-        }),
-        shape => {
-            let scale = map.matrix3.determinant().abs().cbrt();
-            any_shape::<f64>(shape, DVec3::ZERO).and_then(|shape| shape.area()).map_or(0.0, |area| area * scale * scale)
-        }
     }
 }
 
@@ -128,43 +94,29 @@ mod tests {
 
     /// A white sheet of edge 2 at the origin, and what else there is.
     fn room(parts: serde_json::Value) -> Scene {
-        let sheet = |z: f64, size: f64| {
-            serde_json::json!({ "positions": [[-size, -size, z], [size, -size, z], [size, size, z], [-size, size, z]],
-            "indices": [[0, 1, 2], [0, 2, 3]] })
-        };
+        let sheet = serde_json::json!({ "positions": [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]],
+            "indices": [[0, 1, 2], [0, 2, 3]] });
         let mut scene = serde_json::json!({ "format": 1,
-            "meshes": [{ "name": "sheet", "source": { "inline": sheet(0.0, 1.0) } }, { "name": "lamp", "source": { "inline": sheet(1.0, 0.1) } }],
-            "materials": [{ "name": "white", "model": { "physical": {} } }, { "name": "glow", "model": { "physical": { "emission": 15 } } },
-                { "name": "faint", "model": { "physical": { "emission": 0.1 } } }, { "name": "bare", "model": { "physical": { "unlit": true } } },
-                { "name": "sign", "model": { "physical": { "emission": "15*u" } } }],
+            "meshes": [{ "name": "sheet", "source": { "inline": sheet } }],
+            "materials": [{ "name": "white", "model": { "physical": {} } }],
             "objects": [{ "shape": { "mesh": "sheet" }, "material": "white" }] });
         for (key, value) in parts.as_object().expect("a table") {
-            let list = scene[key].as_array().cloned().unwrap_or_default();
-            scene[key] = [list, value.as_array().cloned().unwrap_or_default()].concat().into();
+            scene[key] = value.clone();
         }
         serde_json::from_value(scene).expect("a scene")
     }
 
-    /// Protects: light counts where it reaches the model with some strength, not because it is there: lights by distance and
-    /// range, lamps by size; what glows by an image lights nothing, and what asks for no light lacks none.
+    /// Protects: a light counts where it reaches the model with some strength, not because it is there: by distance and range.
     #[test]
-    fn light_counts_by_what_it_brings() {
+    fn lights_count_by_what_they_bring() {
         use serde_json::json;
         let light = |kind: serde_json::Value, colour: f64| room(json!({ "lights": [{ "kind": kind, "colour": colour }] }));
         let point = |z: f64, range: Option<f64>| json!({ "point": { "position": [0, 0, z], "range": range } });
-        let lamp = |material: &str| room(json!({ "objects": [{ "shape": { "mesh": "lamp" }, "material": material }] }));
-        assert!(!is_lit(&room(json!({}))));
-        assert!(is_lit(&light(json!({ "directional": { "to_light": [0, 0, 1] } }), 1.0)));
-        assert!(!is_lit(&light(json!({ "directional": { "to_light": [0, 0, 1] } }), 0.001)));
-        assert!(is_lit(&light(point(2.0, None), 1.0)) && !is_lit(&light(point(200.0, None), 1.0)));
-        assert!(is_lit(&light(point(200.0, None), 1e4)) && !is_lit(&light(point(200.0, Some(150.0)), 1e4)));
-        assert!(is_lit(&lamp("glow")) && !is_lit(&lamp("faint")) && !is_lit(&lamp("sign")) && !is_lit(&lamp("bare")));
-        for (material, lit) in [("glow", true), ("faint", true), ("bare", true), ("sign", false), ("white", false)] {
-            let mut alone = room(json!({}));
-            alone.objects[0].material = material.to_owned();
-            assert_eq!(is_lit(&alone), lit, "{material}");
-        }
-        assert!(!is_lit(&Scene::default()) && is_lit(&Scene { sky: Some(neutral_sky()), ..Scene::default() }));
+        assert!(!lights_reach(&room(json!({}))) && !lights_reach(&Scene::default()));
+        assert!(lights_reach(&light(json!({ "directional": { "to_light": [0, 0, 1] } }), 1.0)));
+        assert!(!lights_reach(&light(json!({ "directional": { "to_light": [0, 0, 1] } }), 0.001)));
+        assert!(lights_reach(&light(point(2.0, None), 1.0)) && !lights_reach(&light(point(200.0, None), 1.0)));
+        assert!(lights_reach(&light(point(200.0, None), 1e4)) && !lights_reach(&light(point(200.0, Some(150.0)), 1e4)));
     }
 
     /// Protects: a light whose range ends within the model reaches it: the range counts from the model's near side, and not from its
@@ -173,7 +125,7 @@ mod tests {
     fn a_range_that_ends_within_the_model_reaches_it() {
         let reaches = |range: f64| {
             let point = serde_json::json!({ "point": { "position": [0, 0, 2], "range": range } });
-            is_lit(&room(serde_json::json!({ "lights": [{ "kind": point, "colour": 1 }] })))
+            lights_reach(&room(serde_json::json!({ "lights": [{ "kind": point, "colour": 1 }] })))
         };
         let gap = 2.0 - 2.0_f64.sqrt();
         assert_eq!([gap - 0.01, gap + 0.01, 1.0, 1.99, 2.01].map(reaches), [false, true, true, true, true]);

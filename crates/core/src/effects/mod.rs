@@ -17,7 +17,7 @@ pub(crate) use detect::chosen;
 pub use detect::detect;
 pub(crate) use facts::MIRROR_ROUGHNESS;
 pub use kind::{Effect, EffectSet, LAYERS};
-pub use lit::{has_light, is_lit, neutral_sky};
+pub use lit::{has_light, lights_reach, neutral_sky};
 pub use switch::SWITCHABLE;
 pub(crate) use switch::switched_off;
 

@@ -25,6 +25,7 @@ pub const SWITCHABLE: EffectSet = EffectSet::of(&[
     Effect::NormalMaps,
     Effect::Sky,
     Effect::EnvironmentMap,
+    Effect::GroundShadow,
     Effect::SkyLight,
     Effect::DepthOfField,
     Effect::Motion,
@@ -72,6 +73,9 @@ pub(crate) fn switched_off(scene: &Scene, camera: &Option<Camera>, off: EffectSe
     let is_map = matches!(scene.sky, Some(Sky::Map(_)));
     if off.has(Effect::Sky) || off.has(Effect::EnvironmentMap) && is_map {
         scene.sky = None;
+    }
+    if let Some(Sky::Studio(studio)) = &mut scene.sky {
+        studio.ground &= !off.has(Effect::GroundShadow);
     }
     if off.has(Effect::DepthOfField)
         && let Some(Camera { projection: Projection::ThinLens { aperture_radius, .. }, .. }) = &mut camera

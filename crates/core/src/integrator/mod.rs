@@ -8,6 +8,7 @@ mod bump;
 mod classic;
 mod cone;
 mod frame;
+mod ground;
 mod kernel;
 mod path;
 mod path_tracing;
@@ -203,7 +204,11 @@ impl<'a, R: Real, K: Kernel> Tracer<'a, R, K> {
     fn advance(&mut self, path: &mut Path<R>, hit: Option<&Hit<R>>) -> Step<R> {
         let Some(hit) = hit else {
             let backdrop = if path.camera { self.scene.backdrop } else { None };
-            let seen = backdrop.unwrap_or_else(|| self.scene.lights.sky.radiance(path.leg.start(), path.leg.ray.direction));
+            let direction = path.leg.ray.direction;
+            let seen = match backdrop {
+                Some(backdrop) => backdrop.seen(direction),
+                None => self.scene.lights.sky.radiance(path.leg.start(), direction),
+            };
             path.radiance += path.throughput * seen;
             self.see(path.camera, path.throughput * seen);
             return Step::Ended;

@@ -177,7 +177,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     #[inline(always)]
     fn escaped(&mut self, walk: &Walk<R>, seen: &Seen<R>) -> R::Vec3 {
         if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
-            return backdrop;
+            return backdrop.seen(walk.leg.ray.direction) * self.light_on_ground(&walk.leg, &walk.address);
         }
         let direction = walk.leg.ray.direction;
         let lights = &self.scene.lights;

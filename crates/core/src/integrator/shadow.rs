@@ -95,7 +95,12 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
 
     /// Traces towards a light.
     #[inline]
-    fn between(&mut self, (ray, range): (&Ray<R>, Interval<R>), target: &Target<R>, want_distance: bool) -> Between<R> {
+    pub(super) fn between(
+        &mut self,
+        (ray, range): (&Ray<R>, Interval<R>),
+        target: &Target<R>,
+        want_distance: bool,
+    ) -> Between<R> {
         self.counters.shadow += 1;
         let scene = self.scene;
         let mut nearest = R::INFINITY;

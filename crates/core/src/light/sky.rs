@@ -12,7 +12,7 @@ use raywright_bvh::{Real, Vector};
 use crate::expr::{Inputs, Programs, Scope, compile};
 use crate::lookup::Lookup;
 use crate::prepare::PrepareError;
-use crate::scene::{ColourInput, ImageData, Pixels, Scene, Sky as SkyData};
+use crate::scene::{ColourInput, ImageData, Pixels, Sky as SkyData};
 
 /// What a ray sees that hits nothing.
 #[derive(Clone, Debug)]
@@ -56,12 +56,12 @@ pub(super) struct Sun<R: Real> {
 
 /// The sky of a scene, black where it has none.
 pub(crate) fn prepare<R: Real>(
-    scene: &Scene,
+    sky: Option<&SkyData>,
     lookup: &Lookup<'_>,
     names: &BTreeMap<String, f64>,
 ) -> Result<Sky<R>, PrepareError> {
     let v = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
-    let kind = match &scene.sky {
+    let kind = match sky {
         None => Kind::None,
         Some(SkyData::Constant(c)) => Kind::Constant(v(*c)),
         Some(SkyData::Gradient { bottom, top, suns }) => {
@@ -79,6 +79,8 @@ pub(crate) fn prepare<R: Real>(
         Some(SkyData::Expression(ColourInput::Constant(c))) => Kind::Constant(v(*c)),
         // Validation has said that a sky has no surface for these.
         Some(SkyData::Expression(ColourInput::Texture(_) | ColourInput::Checker(_))) => Kind::None,
+        // Its lights stand about a camera: preparation puts them in its place.
+        Some(SkyData::Studio(_)) => Kind::None,
         Some(SkyData::Map(map)) => {
             let image = lookup.image(&map.image);
             let missing = || PrepareError::Missing { path: "sky.map.image".to_owned(), kind: "image", name: map.image.clone() };

@@ -12,6 +12,7 @@ mod material;
 mod pyramid;
 mod shape;
 mod shut;
+mod studio;
 mod tangents;
 pub(crate) mod texture;
 mod uses;
@@ -20,16 +21,17 @@ use std::sync::Arc;
 
 use raywright_bvh::{Geometry, GeometryError, Occlusion, Real, Vector};
 
-use crate::camera::{Camera, Cone, frame};
+use crate::camera::{Camera, Cone};
 use crate::effects::{Effect, EffectSet};
 use crate::expr::ExprError;
+use crate::framing::{FIELD_OF_VIEW, Silhouette};
 use crate::light::{DeltaLight, EmitterList, Emitters, Irradiance, LightId, LightUsage, Lights, Strategy, prepare_sky};
 use crate::lookup::Lookup;
 use crate::memory::Memory;
 use crate::motion::{simulated_camera, simulated_scene};
 use crate::observer::Observer;
 use crate::scene::{
-    self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, SpawnRule,
+    self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, Sky, SpawnRule, Studio,
 };
 use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Roulette, Settings};
 use crate::validate::Problem;
@@ -45,6 +47,7 @@ pub(crate) use input::{Here, Input, Sources};
 pub(crate) use material::{Alpha, Boundary, Bump, Classic, Index, Layered, Material, Mixture, Passage, Physical, Specular};
 pub(crate) use shape::any_shape;
 pub use shut::ShutAway;
+use studio::{Backdrop, Ground};
 pub(crate) use tangents::Corners;
 pub(crate) use texture::Place;
 
@@ -158,7 +161,11 @@ pub struct Prepared<R: Real> {
     /// Lights, emissive surfaces and the sky; no table holds what no surface would answer to.
     pub lights: Lights<R>,
     /// What camera rays see that hit nothing; none: the sky.
-    pub(crate) backdrop: Option<R::Vec3>,
+    pub(crate) backdrop: Option<Backdrop<R>>,
+    /// What the backdrop is dimmed by; none where no studio has one.
+    pub(crate) ground: Option<Ground<R>>,
+    /// Radiance of a studio's backdrop, once it is decided.
+    studio_backdrop: Option<f64>,
     /// The sky's cosine-weighted average; none where no material asks for it.
     pub(crate) irradiance: Option<Irradiance<R>>,
     pub(crate) camera: Camera<R>,
@@ -259,7 +266,16 @@ impl<R: Real> Prepared<R> {
         let mut built = geometry::build_with::<R>(scene, &lookup, settings.accelerator, (&shown, &facets), observer)?;
         go_on(observer)?;
         let tangents = tangents::make(scene, &mut built, observer)?;
-        let sky = prepare_sky::<R>(scene, &lookup, &names)?;
+        let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
+        // The view that shows everything shows it wherever it goes, also where it stands in the picture.
+        let framed = || {
+            let silhouette = Silhouette::of(whole);
+            silhouette.frame(silhouette.front(), FIELD_OF_VIEW, aspect)
+        };
+        let view = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
+        let studio = studio_of(scene);
+        let lit_by = studio.map(|studio| crate::studio::lights(&studio, &view));
+        let sky = prepare_sky::<R>(lit_by.as_ref().or(scene.sky.as_ref()), &lookup, &names)?;
         let lit = simulated.has(Effect::DirectLight) || simulated.has(Effect::Highlights);
         let casters = simulated.has(Effect::Shadows);
         let irradiance = (simulated.has(Effect::SkyLight) && !paths && !sky.is_black()).then(|| Irradiance::new(&sky));
@@ -286,19 +302,15 @@ impl<R: Real> Prepared<R> {
             }
             lights.prepare_choice();
         }
-        let aspect = f64::from(settings.size[0]) / f64::from(settings.size[1]);
-        // The view that shows everything shows it wherever it goes, also where it stands in the picture.
-        let framed = || frame(&extent::<R>(whole, &Lookup::new(whole)).bounds, aspect);
-        let camera = simulated_camera(settings.camera.clone().unwrap_or_else(framed), simulated);
         let backdrop = match settings.background {
             Background::Environment => None,
-            Background::Transparent => Some(Vector::ZERO),
-            Background::Colour(c) => Some(Vector::from_f64(c.into())),
+            Background::Transparent => Some(Backdrop::Plain(Vector::ZERO)),
+            Background::Colour(c) => Some(Backdrop::Plain(Vector::from_f64(c.into()))),
         };
-        let camera = Camera::towards(&camera, settings.size, &built.geometry.bounded_part());
+        let camera = Camera::towards(&view, settings.size, &built.geometry.bounded_part());
         let absorbs = simulated.has(Effect::Absorption) && materials.iter().any(Material::absorbs);
         let priorities = if paths && simulated.has(Effect::NestedMedia) { priorities(scene) } else { Vec::new() };
-        Ok(Self {
+        let mut prepared = Self {
             geometry_bytes: built.geometry.bytes(),
             geometry: built.geometry,
             meshes: built.meshes,
@@ -314,6 +326,8 @@ impl<R: Real> Prepared<R> {
             sources: inputs.sources,
             lights,
             backdrop,
+            ground: None,
+            studio_backdrop: None,
             irradiance,
             camera,
             rules: Rules::new(&scene.classic),
@@ -324,7 +338,33 @@ impl<R: Real> Prepared<R> {
             clamp: settings.clamp.map(R::from_f64),
             compensates: settings.microfacets == Microfacets::Compensated,
             veil: Vector::from_f64(scene.render.veil.0.into()),
-        })
+        };
+        if let Some(studio) = &studio {
+            prepared.furnish(studio, &view, settings, simulated);
+        }
+        Ok(prepared)
+    }
+
+    /// Takes another camera that calls for the same effects, as if the scene had been prepared for it: what goes with the camera is made
+    /// anew, and nothing else. A camera whose shutter is open for a time is none of these.
+    pub(crate) fn turn_to(&mut self, scene: &Scene, settings: &Settings, view: &scene::Camera, simulated: EffectSet) {
+        let view = simulated_camera(view.clone(), simulated);
+        self.camera = Camera::towards(&view, settings.size, &self.geometry.bounded_part());
+        self.cone = self.cone.is_some().then(|| self.camera.cone());
+        let Some(studio) = studio_of(scene) else { return };
+        let lit_by = crate::studio::lights(&studio, &view);
+        // A gradient with suns refers to nothing.
+        let Ok(sky) = prepare_sky::<R>(Some(&lit_by), &Lookup::new(scene), &names(scene)) else { return };
+        self.irradiance = self.irradiance.is_some().then(|| Irradiance::new(&sky));
+        self.lights.sky = sky;
+        if self.lights.sky_sampler().is_some() {
+            self.lights.prepare_sky();
+            if settings.light_sampling == LightSampling::Both {
+                self.lights.draw_excess_of_sky();
+            }
+            self.lights.prepare_choice();
+        }
+        self.furnish(&studio, &view, settings, simulated);
     }
 
     /// How a path tracer finds a light with a size. Lamps of which the middle alone counts are asked, since a path that meets one by chance
@@ -388,6 +428,11 @@ impl<R: Real> Prepared<R> {
             texture_bytes: self.texture_bytes(),
         }
     }
+}
+
+/// The studio that a scene stands in.
+fn studio_of(scene: &Scene) -> Option<Studio> {
+    if let Some(Sky::Studio(studio)) = &scene.sky { Some(*studio) } else { None }
 }
 
 /// The priority of each material's body.

@@ -100,6 +100,29 @@ pub enum Sky {
     Expression(ColourInput),
     /// An equirectangular environment picture.
     Map(SkyMap),
+    /// A photographer's studio: soft lights that go round with the camera, and a grey backdrop.
+    Studio(Studio),
+}
+
+/// A studio: key, fill and rim lights far away, which stand about the camera's azimuth, and a grey backdrop that camera rays alone see.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Studio {
+    /// Degrees by which the lights are turned about +y from where they stand about the camera; 90 brings to +z what was at +x.
+    pub rotation: f64,
+    /// Factor on the lights.
+    pub strength: f64,
+    /// Radiance of the backdrop in the middle of the picture; none: dark behind what is bright and light behind what is dark.
+    pub backdrop: Option<f64>,
+    /// Whether a ground below everything catches shadows: camera rays see the backdrop dimmed there by what the scene takes of the
+    /// studio's light. No other ray meets it.
+    pub ground: bool,
+}
+
+impl Default for Studio {
+    fn default() -> Self {
+        Self { rotation: 0.0, strength: 1.0, backdrop: None, ground: true }
+    }
 }
 
 /// A lobe around a direction: weight · colour · max(0, d·direction)^exponent.

@@ -20,7 +20,7 @@ pub use camera::{Camera, Pinhole, Pose, Projection};
 pub use input::{
     Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, TextureRef, Value, Varying, Weight,
 };
-pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Sun};
+pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
 pub use material::{
     AlphaMode, Anisotropy, Classic, Clearcoat, Conductor, DiffuseTransmission, Fuzz, Iridescence, Material, Mixture, Model,
     Physical, Reflection, Rim, Sheen, Specular, SpecularModel, Transmission, TransmissionChoice,

@@ -61,6 +61,11 @@ pub(super) fn sky(check: &mut Check<'_>, sky: &Sky) {
             check.finite("rotation", map.rotation);
             check.not_negative("strength", map.strength);
         }),
+        Sky::Studio(studio) => check.inside("studio", |check| {
+            check.finite("rotation", studio.rotation);
+            check.not_negative("strength", studio.strength);
+            check.not_negative("backdrop", studio.backdrop.unwrap_or(0.0));
+        }),
     }
 }
 

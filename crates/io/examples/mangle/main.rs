@@ -1,6 +1,6 @@
 //! Mangles files and loads what comes out, for as long as it is told: no file may make the library panic or take long.
 //!
-//! `cargo run --release -p raywright-io --example mangle -- FOLDER.. gltf|obj|scene|picture SECONDS [SEED]` takes the files of that
+//! `cargo run --release -p raywright-io --example mangle -- FOLDER.. gltf|obj|stl|ply|scene|picture SECONDS [SEED]` takes the files of that
 //! kind below the folders, those that have cost least so far first, and changes bits, numbers, lines and lengths of each at random,
 //! or the values of the JSON in it. Every fourth that the loader lets through is also prepared and rendered, small. It goes on for so
 //! many seconds of the *processor*, all threads together. A file that panics or takes more than five such seconds stays behind under
@@ -35,9 +35,11 @@ const EVERY: f64 = 60.0;
 /// A kind of file: its name, the endings of what is mangled, and those that are loaded by the file of another ending beside them.
 type Kind = (&'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
 
-const KINDS: [Kind; 4] = [
+const KINDS: [Kind; 6] = [
     ("gltf", &[".gltf", ".glb", ".bin"], &[("bin", "gltf")]),
     ("obj", &[".obj", ".mtl"], &[("mtl", "obj")]),
+    ("stl", &[".stl"], &[]),
+    ("ply", &[".ply"], &[]),
     ("scene", &[".scene.toml", ".scene.json"], &[]),
     ("picture", &[".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".hdr", ".exr"], &[]),
 ];
@@ -103,7 +105,7 @@ fn mangled(seed: &Seed, pool: &Pool, random: &mut Random) -> (Vec<u8>, Option<&'
         return (bytes, None);
     }
     match name.rsplit('.').next() {
-        Some("obj" | "mtl" | "toml") if random.below(2) == 0 => bytes::mangle_lines(&mut bytes, random),
+        Some("obj" | "mtl" | "stl" | "ply" | "toml") if random.below(2) == 0 => bytes::mangle_lines(&mut bytes, random),
         _ => bytes::mangle(&mut bytes, random),
     }
     if name.ends_with(".png") && random.below(4) > 0 {
@@ -230,7 +232,7 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let place = words.iter().position(|word| KINDS.iter().any(|kind| kind.0 == word));
     let Some((folders, rest)) = place.filter(|&place| place > 0).map(|place| words.split_at(place)) else {
-        println!("mangle FOLDER.. gltf|obj|scene|picture SECONDS [SEED]");
+        println!("mangle FOLDER.. gltf|obj|stl|ply|scene|picture SECONDS [SEED]");
         std::process::exit(2);
     };
     let kind = KINDS.iter().find(|kind| kind.0 == rest[0]).expect("a kind that was found");

@@ -13,7 +13,8 @@ use glam::{DQuat, DVec4};
 use super::accessor::{Accessor, Reader};
 use super::buffers::absent;
 use super::document::Document;
-use super::entries::{AnimationSampler, Interpolation};
+use super::entries::{Animation, AnimationSampler, Interpolation};
+use super::pointer;
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// What animations say of a node.
@@ -44,19 +45,21 @@ pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: 
     for (i, animation) in document.animations.iter().enumerate() {
         for (j, channel) in animation.channels.iter().enumerate() {
             let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
-            // A channel without a node is another's: an extension's.
-            let Some(index) = channel.target.node.map(|node| node as usize) else { continue };
+            // What else an extension moves is no business of nodes.
+            let named = || channel.target.node.map(|node| (node, channel.target.path.as_str()));
+            let Some((index, path)) = pointer::node(channel).or_else(named).filter(|(_, path)| *path != "pointer") else {
+                continue;
+            };
+            let index = index as usize;
             let list = &document.nodes;
             let node = list.get(index).ok_or_else(|| place(absent("nodes", index, list.len())))?;
-            if node.matrix.is_some() && channel.target.path != "weights" {
+            if node.matrix.is_some() && path != "weights" {
                 warnings.add(format!("nodes[{index}]: has a matrix, which no animation can move; it stands still"));
                 continue;
             }
-            let samplers = &animation.samplers;
-            let number = channel.sampler as usize;
-            let sampler = samplers.get(number).ok_or_else(|| place(absent("samplers", number, samplers.len())))?;
+            let sampler = sampler(animation, channel.sampler).map_err(place)?;
             let node = moved.entry(index).or_default();
-            match channel.target.path.as_str() {
+            match path {
                 "translation" if node.translation.is_none() => {
                     node.translation = Some(keys.vector(sampler, time).map_err(place)?);
                 }
@@ -71,6 +74,15 @@ pub(super) fn at(time: f64, document: &Document, reader: &Reader<'_>, warnings: 
         }
     }
     Ok(moved)
+}
+
+/// The sampler of a channel.
+///
+/// # Errors
+/// A fault of kind input where there is none.
+pub(super) fn sampler(animation: &Animation, index: u32) -> Outcome<&AnimationSampler> {
+    let (list, index) = (&animation.samplers, index as usize);
+    list.get(index).ok_or_else(|| absent("samplers", index, list.len()))
 }
 
 /// Whether each key has a tangent before and after its value.
@@ -133,8 +145,8 @@ impl<'a> Keys<'a> {
         Ok((values, between))
     }
 
-    /// A translation or a scale at a time.
-    fn vector<const N: usize>(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<[f64; N]> {
+    /// Numbers at a time, each along its own line or spline.
+    pub fn vector<const N: usize>(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<[f64; N]> {
         let (values, between) = self.find(sampler, time, N)?;
         let value = |element: usize| values.vector::<N>(element).map(f64::from);
         Ok(match between {
@@ -149,7 +161,7 @@ impl<'a> Keys<'a> {
     }
 
     /// The weights of all morph targets at a time, each along its own line or spline.
-    fn weights(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<Vec<f64>> {
+    pub fn weights(&mut self, sampler: &AnimationSampler, time: f64) -> Outcome<Vec<f64>> {
         let parts = if cubic(sampler) { 3 } else { 1 };
         let (values, between) = self.find(sampler, time, 1)?;
         let targets = values.count() / (parts * self.open(sampler.input)?.count());

@@ -7,10 +7,11 @@ use serde_json::Value;
 use crate::import::{Fault, Outcome, Warnings, shown};
 
 /// Extensions that are read, or whose absence changes nothing in the picture of the default state.
-const READ: [&str; 25] = [
+const READ: [&str; 27] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
+    "KHR_animation_pointer",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
@@ -29,6 +30,7 @@ const READ: [&str; 25] = [
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
+    "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
     // Metadata.

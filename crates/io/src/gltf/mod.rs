@@ -25,6 +25,7 @@ mod material;
 mod mesh;
 mod nodes;
 mod objects;
+mod pointer;
 mod specular_glossiness;
 mod texture;
 
@@ -48,7 +49,7 @@ use specular_glossiness::Bakery;
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Names, Outcome, Warnings, checked};
-use crate::waiting::Waiting;
+use crate::waiting::{Waiting, drop_missing};
 use crate::work::Work;
 use crate::{Error, Limits, Warning, uri};
 
@@ -64,7 +65,7 @@ pub(crate) struct Model {
 ///
 /// # Errors
 /// An error of kind input when the file or a buffer is wrong or needs what is not supported, of kind limit when it asks for
-/// more than `limits`, of kind usage for a scene or variant that it has not. A texture that is missing is only a warning.
+/// more than `limits`, of kind usage for a scene or variant that it has not. A texture that can't be had is only a warning.
 pub(crate) fn load(
     file: &Path,
     bytes: &[u8],
@@ -97,15 +98,20 @@ impl Source<'_> {
             true => glb::parse(bytes, &mut warnings).map(|parts| (parts.json, parts.binary))?,
             false => (bytes, None),
         };
-        let document = document::parse(json, limits, &mut warnings)?;
+        let mut document = document::parse(json, limits, &mut warnings)?;
         let scene = choice.scene.map(|wish| choose::scene(&document, wish)).transpose()?;
         let variant = choice.variant.map(|wish| choose::variant(&document, wish)).transpose()?;
         // Images that nothing visible uses are not read, and are the user's all the same.
         document.images.iter().filter_map(|image| image.uri.as_ref()).for_each(|uri| uri::name(folder, uri));
         let mut buffers = Buffers::load(&document, binary, folder, &mut budget)?;
         compressed::decode(&document, &mut buffers, limits, &mut budget)?;
-        let reader =
-            Reader { document: &document, buffers: &buffers, memory_bytes: limits.memory_bytes, invented: MOST_INVENTED.into() };
+        let (memory_bytes, buffers) = (limits.memory_bytes, &buffers);
+        let keyed = Reader { document: &document, buffers, memory_bytes, invented: MOST_INVENTED.into() };
+        let moved = choice.time.map(|time| pointer::at(time, json, &keyed, limits, &mut budget, &mut warnings)).transpose()?;
+        if let Some(moved) = moved.flatten() {
+            document = moved;
+        }
+        let reader = Reader { document: &document, buffers, memory_bytes, invented: MOST_INVENTED.into() };
         let import = Import {
             document: &document,
             reader,
@@ -219,8 +225,11 @@ impl Import<'_> {
             self.warnings.add(format!("points and lines are ignored: {} of the primitives that are shown are such", self.thin));
         }
         let (waiting, work) = (core::mem::take(&mut self.waiting), &self.work);
-        waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))?;
+        for why in waiting.decode(&mut self.scene.images, self.limits, &|| work.done(Work::IMAGE))? {
+            self.warnings.add(format!("{why}; the material's factor alone counts"));
+        }
         core::mem::take(&mut self.bakery).bake(&mut self.scene, &mut self.budget)?;
+        drop_missing(&mut self.scene);
         if self.scene.objects.is_empty() {
             self.warnings.add("the scene that is shown has no triangles: nothing to see");
         }
@@ -231,7 +240,7 @@ impl Import<'_> {
     /// How many vertices and indices the meshes of some nodes have, each mesh counted once.
     fn elements(&self, shown: &[Placed]) -> u64 {
         let node = |placed: &Placed| self.document.nodes.get(placed.node)?.mesh;
-        let meshes: HashSet<u32> = shown.iter().filter_map(node).collect();
+        let meshes: HashSet<u32> = shown.iter().filter(|placed| placed.visible).filter_map(node).collect();
         let primitives =
             meshes.iter().filter_map(|&mesh| self.document.meshes.get(mesh as usize)).flat_map(|mesh| &mesh.primitives);
         primitives.flat_map(|primitive| mesh::elements(self.document, primitive)).fold(0, u64::saturating_add)
@@ -241,7 +250,7 @@ impl Import<'_> {
     fn node(&mut self, placed: &Placed) -> Outcome<()> {
         let Some(node) = self.document.nodes.get(placed.node) else { return Ok(()) };
         let node_name = node.name.clone().unwrap_or_default();
-        if let Some(index) = node.mesh {
+        if let Some(index) = node.mesh.filter(|_| placed.visible) {
             self.mesh_of_node(index as usize, node, placed)?;
         }
         if let Some(index) = node.camera.map(|i| i as usize) {
@@ -250,7 +259,7 @@ impl Import<'_> {
             let name = camera.name.clone().filter(|name| !name.is_empty()).unwrap_or(node_name.clone());
             self.scene.cameras.extend(camera::convert(camera, index, name, placed, &mut self.warnings));
         }
-        if let Some(index) = node.extensions.light.light.map(|i| i as usize) {
+        if let Some(index) = node.extensions.light.light.filter(|_| placed.visible).map(|i| i as usize) {
             let list = &self.document.extensions.lights.lights;
             let light = list.get(index).ok_or_else(|| absent("KHR_lights_punctual.lights", index, list.len()))?;
             let name = light.name.clone().filter(|name| !name.is_empty()).unwrap_or(node_name);

@@ -17,6 +17,8 @@ pub(super) struct Placed {
     pub node: usize,
     /// From its own space to the world.
     pub world: DAffine3,
+    /// Whether what it carries is seen (KHR_node_visibility), cameras apart.
+    pub visible: bool,
 }
 
 /// Where all nodes of a file are.
@@ -66,8 +68,8 @@ struct Walk<'a> {
 
 /// What is to be done next.
 enum Turn {
-    /// To come to a node from what its parent makes of space.
-    Enter(usize, DAffine3),
+    /// To come to a node from what its parent makes of space, and from whether that is seen.
+    Enter(usize, DAffine3, bool),
     /// To leave a node after its children.
     Leave(usize),
 }
@@ -77,10 +79,10 @@ impl Walk<'_> {
         let nodes = &self.document.nodes;
         let (mut out, mut repeated) = (Vec::new(), 0);
         // Last in, first out: pushed backwards, nodes come out in the file's order.
-        let mut waiting: Vec<Turn> = roots.into_iter().rev().map(|root| Turn::Enter(root, DAffine3::IDENTITY)).collect();
+        let mut waiting: Vec<Turn> = roots.into_iter().rev().map(|root| Turn::Enter(root, DAffine3::IDENTITY, true)).collect();
         while let Some(turn) = waiting.pop() {
-            let (index, parent) = match turn {
-                Turn::Enter(index, parent) => (index, parent),
+            let (index, parent, seen) = match turn {
+                Turn::Enter(index, parent, seen) => (index, parent, seen),
                 Turn::Leave(index) => {
                     self.open[index] = false;
                     continue;
@@ -104,9 +106,10 @@ impl Walk<'_> {
             if repeated > MOST_REPEATED {
                 return Err(place(Fault::limit("has several parents, and nodes would be shown over and over again")));
             }
-            out.push(Placed { node: index, world });
+            let visible = seen && node.extensions.visibility.visible;
+            out.push(Placed { node: index, world, visible });
             waiting.push(Turn::Leave(index));
-            waiting.extend(node.children.iter().rev().map(|&child| Turn::Enter(child as usize, world)));
+            waiting.extend(node.children.iter().rev().map(|&child| Turn::Enter(child as usize, world, visible)));
         }
         Ok(out)
     }

@@ -159,7 +159,10 @@ impl Bakery {
         for (recipe, image, texture) in self.recipes {
             let own = |name: &str| textures.get(name).map(|&i| &scene.textures[i]);
             let pixels = |name: &str| scene.images[*images.get(&own(name)?.image)?].data.clone();
-            let (Some(glossy), Some(like)) = (pixels(&recipe.glossy), own(&recipe.glossy).cloned()) else { continue };
+            let Some(like) = own(&recipe.glossy).cloned() else { continue };
+            // One that can't be decoded leaves its factors.
+            let white = || ImageData { width: 1, height: 1, pixels: Pixels::Codes(vec![[255; 4]]) };
+            let glossy = pixels(&recipe.glossy).unwrap_or_else(|| white().into());
             let diffuse = recipe.diffuse.as_deref().and_then(pixels);
             let size = larger(&glossy, diffuse.as_deref());
             budget.memory(size[0] as usize * size[1] as usize, 2 * size_of::<[u8; 4]>())?;

@@ -8,7 +8,7 @@ use super::Import;
 use super::buffers::absent;
 use super::entries::{Image, Sampler, Texture, TextureTransform, TextureUse};
 use super::mesh::MOST_UV_SETS;
-use crate::import::{Fault, FaultKind, Outcome};
+use crate::import::{Fault, Outcome, endurable};
 use crate::{image_file, uri};
 
 /// What a texture's numbers mean.
@@ -25,7 +25,14 @@ impl<'a> Import<'a> {
     pub(super) fn texture(&mut self, info: Option<&TextureUse>, used_as: Use) -> Outcome<Option<TextureRef>> {
         let Some(info) = info else { return Ok(None) };
         let index = info.index as usize;
-        let Some(name) = self.named_texture(index, used_as)? else { return Ok(None) };
+        let name = match endurable(self.named_texture(index, used_as))? {
+            Ok(name) => name,
+            Err(why) => {
+                self.warnings.add(format!("{why}; the material's factor alone counts"));
+                None
+            }
+        };
+        let Some(name) = name else { return Ok(None) };
         let transform = info.extensions.transform.as_ref();
         let uv_set = transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
         if uv_set >= MOST_UV_SETS {
@@ -89,7 +96,8 @@ impl<'a> Import<'a> {
         }
     }
 
-    /// The scene's image for one of the file's; none with a warning when it can't be had or is of a format not read here.
+    /// The scene's image for one of the file's; none with a warning when it can't be had, by its header is broken, or is of a format not
+    /// read here.
     fn image(&mut self, index: usize) -> Outcome<Option<String>> {
         if let Some(known) = self.images.get(&index) {
             return Ok(known.clone());
@@ -97,16 +105,11 @@ impl<'a> Import<'a> {
         let list = &self.document.images;
         let source = list.get(index).ok_or_else(|| absent("images", index, list.len()))?;
         let place = |fault: Fault| fault.at(format_args!("images[{index}]"));
-        let bytes = self.image_bytes(source).map_err(place)?;
-        let beside = source.uri.as_ref().is_some_and(|uri| !uri::is_data(uri));
-        let accepted = match bytes {
-            Ok(bytes) => {
-                let accepted = image_file::accept_texture(&bytes, beside, self.limits, &mut self.budget);
-                accepted.map_err(place)?.map(|()| bytes)
-            }
-            Err(why) => Err(why),
-        };
-        let name = match accepted {
+        let accepted = self.image_bytes(source).and_then(|bytes| {
+            image_file::claim(&bytes, self.limits, &mut self.budget)?;
+            Ok(bytes)
+        });
+        let name = match endurable(accepted.map_err(place))? {
             Ok(bytes) => {
                 let file = self.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
                 let path =
@@ -117,7 +120,7 @@ impl<'a> Import<'a> {
                 Some(name)
             }
             Err(why) => {
-                self.warnings.add(format!("images[{index}]: {why}; the material's factor alone counts"));
+                self.warnings.add(format!("{why}; the material's factor alone counts"));
                 None
             }
         };
@@ -125,17 +128,13 @@ impl<'a> Import<'a> {
         Ok(name)
     }
 
-    /// An image's bytes, or why a picture can do without them: a file beside the scene that is missing or may not be read.
-    fn image_bytes(&self, source: &Image) -> Outcome<Result<Cow<'a, [u8]>, String>> {
+    /// An image's bytes.
+    fn image_bytes(&self, source: &Image) -> Outcome<Cow<'a, [u8]>> {
         if let Some(view) = source.buffer_view {
-            return self.reader.buffers.view(self.document, view as usize).map(|(bytes, _)| Ok(bytes.into()));
+            return self.reader.buffers.view(self.document, view as usize).map(|(bytes, _)| bytes.into());
         }
-        let Some(uri) = &source.uri else { return Ok(Err("has neither uri nor bufferView".to_owned())) };
-        match uri::read(self.folder, uri) {
-            Ok(bytes) => Ok(Ok(bytes.into())),
-            Err(fault) if fault.kind == FaultKind::Limit || uri::is_data(uri) => Err(fault),
-            Err(fault) => Ok(Err(fault.message)),
-        }
+        let uri = source.uri.as_ref().ok_or_else(|| Fault::input("has neither uri nor bufferView"))?;
+        uri::read(self.folder, uri).map(Cow::from)
     }
 }
 

@@ -22,10 +22,17 @@ fn kinds_of_files_are_told() {
         ("a", "format = 1", toml),
         ("a", "\n# a scene", toml),
         ("a.txt", "format = 1", toml),
+        ("a.STL", "ply", Format::Stl),
+        ("a.ply", "solid", Format::Ply),
+        ("a", "ply\r\nformat", Format::Ply),
+        ("a", "  SOLID x", Format::Stl),
+        ("a", "# by somebody\n\n  v 0 0 0", Format::Obj),
+        ("a", "mtllib a.mtl", Format::Obj),
+        ("a", "# by somebody\n[render]", toml),
     ] {
         assert_eq!(format_of(Path::new(name), bytes.as_bytes()).ok(), Some(format), "{name} {bytes}");
     }
-    for (name, bytes) in [("a", ""), ("a.png", "\u{89}PNG"), ("a", "v 0 0 0")] {
+    for (name, bytes) in [("a", ""), ("a.png", "\u{89}PNG"), ("a", "vision"), ("a", "plywood")] {
         assert!(
             format_of(Path::new(name), bytes.as_bytes()).is_err_and(|error| error.kind() == crate::ErrorKind::Input),
             "{name}"
@@ -45,6 +52,8 @@ fn stems_lack_their_ending() {
         ("a.b.gltf", "a.b"),
         ("duck.glb", "duck"),
         ("teapot.obj", "teapot"),
+        ("bunny.ply", "bunny"),
+        ("part.STL", "part"),
         ("teapot", "teapot"),
         ("teapot.txt", "teapot.txt"),
         (".obj", ".obj"),

@@ -15,9 +15,11 @@ use super::files::unread;
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
 use crate::folder::Folder;
+use crate::gltf::Choice;
 use crate::import::{Names, shown};
 use crate::limits::Limits;
-use crate::{gltf, obj};
+use crate::model_file;
+use crate::source::{Format, MODELS};
 
 /// What is read once: a file, with the scene, variant and time that are meant of it.
 type Key = (String, Option<String>, Option<String>, Option<u64>);
@@ -107,22 +109,17 @@ fn load(
     // What earlier models took is gone.
     let taken = images.chain(meshes).sum::<usize>() as u64;
     let limits = Limits { memory_bytes: limits.memory_bytes.saturating_sub(taken), ..*limits };
-    let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let format = Format::of_model(file)
+        .ok_or_else(|| parsed.error(ErrorKind::Input, &at("file"), format!("models are read from {MODELS} files")))?;
     let asks = [("scene", model.scene.is_some()), ("variant", model.variant.is_some()), ("time", model.time.is_some())];
-    let loaded = match (ending.as_str(), asks.iter().find(|(_, asked)| *asked)) {
-        ("obj", Some((key, _))) => {
-            return Err(parsed.error(ErrorKind::Input, &at(key), "an OBJ file has no scenes, no variants and no time"));
-        }
-        ("obj", None) => obj::load(file, &bytes, &folder, &limits),
-        ("gltf" | "glb", _) => {
-            let (scene, variant) = (model.scene.as_deref(), model.variant.as_deref());
-            let choice = gltf::Choice { scene, variant, time: model.time };
-            gltf::load(file, &bytes, &folder, &limits, &choice, &()).map(|loaded| (loaded.scene, loaded.warnings))
-        }
-        _ => return Err(parsed.error(ErrorKind::Input, &at("file"), "models are read from .obj, .gltf and .glb files")),
-    };
+    if let Some((key, _)) = asks.iter().find(|(_, asked)| *asked && !format.has_choices()) {
+        let message = format!("{} has no scenes, no variants and no time", format.file());
+        return Err(parsed.error(ErrorKind::Input, &at(key), message));
+    }
+    let choice = Choice { scene: model.scene.as_deref(), variant: model.variant.as_deref(), time: model.time };
+    let loaded = model_file::load(format, file, &bytes, (&folder, &limits), &choice, &());
     outer.note(folder.take_hash().to_string().as_bytes());
-    loaded.map_err(|error| match error.kind() {
+    loaded.map(|loaded| (loaded.scene, loaded.warnings)).map_err(|error| match error.kind() {
         // What a command line is blamed for there stands in the scene here.
         ErrorKind::Usage if error.message().contains("has no variant") => {
             parsed.error(ErrorKind::Input, &at("variant"), error.message())

@@ -21,7 +21,7 @@ use raywright_core::scene::{
 };
 
 use super::texture::{Map, Textures};
-use crate::import::{Budget, Outcome, Warnings, shown};
+use crate::import::{Warnings, shown};
 
 /// Perceptual roughness of the lobe that a Phong exponent describes: its α is √(2/(n+2)) (Walter, Marschner, Li, Torrance,
 /// "Microfacet Models for Refraction through Rough Surfaces", 2007), and roughness is √α.
@@ -29,36 +29,36 @@ fn roughness(exponent: f64) -> f64 {
     (2.0 / (exponent.max(0.0) + 2.0)).sqrt().sqrt()
 }
 
-/// A material as the scene wants it.
-///
-/// # Errors
-/// A fault when a texture is broken or too large.
-pub(super) fn convert(
-    source: &tobj::Material,
-    textures: &mut Textures,
-    scene: &mut Scene,
-    budget: &mut Budget,
-    warnings: &mut Warnings,
-) -> Outcome<Physical> {
-    let unknown = |key: &str| source.unknown_param.get(key).map(String::as_str);
-    let mut texture = |statement: Option<&str>, space, warnings: &mut Warnings| -> Outcome<Option<TextureRef>> {
-        statement.map_or(Ok(None), |statement| textures.get(statement, space, scene, budget, warnings))
-    };
+/// The statements of a material that name images which are read.
+pub(super) fn images(source: &tobj::Material) -> impl Iterator<Item = &str> {
+    let known = [&source.diffuse_texture, &source.dissolve_texture].into_iter().filter_map(Option::as_deref);
+    known.chain(["map_Ke", "map_Pr", "map_Pm", "norm"].into_iter().filter_map(|key| unknown(source, key)))
+}
+
+/// What stands behind a key that `tobj` does not know.
+fn unknown<'s>(source: &'s tobj::Material, key: &str) -> Option<&'s str> {
+    source.unknown_param.get(key).map(String::as_str)
+}
+
+/// A material as the scene wants it, with the images that there are.
+pub(super) fn convert(source: &tobj::Material, textures: &mut Textures, scene: &mut Scene, warnings: &mut Warnings) -> Physical {
+    let unknown = |key: &str| unknown(source, key);
+    let mut texture = |statement: Option<&str>, space| textures.get(statement?, space, scene);
     let mut out = surface(source);
-    out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb, warnings)?;
-    out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb, warnings)?;
+    out.base_colour_texture = texture(source.diffuse_texture.as_deref(), ColourSpace::Srgb);
+    out.emission_texture = texture(unknown("map_Ke"), ColourSpace::Srgb);
     let emission = source.emissive.unwrap_or(if out.emission_texture.is_some() { [1.0; 3] } else { [0.0; 3] });
     out.emission = Colour(emission.map(|c| if c.is_finite() { f64::from(c).max(0.0) } else { 0.0 })).into();
     for (key, image, input) in [("Pr", "map_Pr", &mut out.roughness), ("Pm", "map_Pm", &mut out.metallic)] {
         let value = unknown(key).and_then(parsed).map(unit);
-        match texture(unknown(image), ColourSpace::Linear, warnings)? {
+        match texture(unknown(image), ColourSpace::Linear) {
             Some(image) => *input = pictured(image, value.unwrap_or(1.0)),
             None => *input = value.map_or(input.clone(), NumberInput::from),
         }
     }
     layers(source, &mut out);
     if let Some(statement) = unknown("norm") {
-        out.normal_texture = texture(Some(statement), ColourSpace::Linear, warnings)?;
+        out.normal_texture = texture(Some(statement), ColourSpace::Linear);
         out.normal_scale = Map::parse(statement).bump;
     }
     if !out.may_transmit() {
@@ -72,11 +72,11 @@ pub(super) fn convert(
             out.alpha = AlphaMode::Blend;
         }
         let cover = source.dissolve_texture.as_deref().filter(|_| !own_alpha);
-        if let Some(image) = texture(cover, ColourSpace::Linear, warnings)? {
+        if let Some(image) = texture(cover, ColourSpace::Linear) {
             (out.alpha, out.opacity) = (AlphaMode::Blend, pictured(image, opacity));
         }
     }
-    Ok(out)
+    out
 }
 
 /// Colour and lobes, by the table above.

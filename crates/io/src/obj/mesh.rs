@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
-use raywright_core::display::curve;
-use raywright_core::scene::{MeshData, TransferCurve};
+use raywright_core::scene::MeshData;
 
-use super::polygon::{self, Clipper};
 use super::survey::{Run, Shading};
 use crate::import::{Fault, Outcome};
+use crate::mesh_tools::painted;
+use crate::polygon::{self, Clipper};
 
 /// The faces of one material that are all flat, or all smooth.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ pub(super) fn build(runs: &[Run], models: Vec<tobj::Model>) -> Outcome<Vec<Part>
     // Some programs count colours to 255.
     let bytes = models.iter().flat_map(|(_, mesh)| &mesh.vertex_color).any(|&c| c > 1.0);
     let scale = if bytes { 1.0 / 255.0 } else { 1.0 };
-    let mut clipper = Clipper::new();
+    let mut clipper = Clipper::default();
     let mut parts: Vec<Part> = Vec::new();
     let mut numbers: HashMap<(Option<usize>, bool), usize> = HashMap::new();
     for (run, mesh) in &models {
@@ -117,7 +117,7 @@ fn append_vertices(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, normals: &H
     }
     append_uvs(out, run, mesh, before, count);
     if !mesh.vertex_color.is_empty() {
-        out.colours.extend((0..count).map(|i| colour(triple(&mesh.vertex_color, i).map(|c| c * scale))));
+        out.colours.extend((0..count).map(|i| painted(triple(&mesh.vertex_color, i).map(|c| c * scale))));
     }
     Ok(())
 }
@@ -150,11 +150,4 @@ fn append_uvs(out: &mut MeshData, run: &Run, mesh: &tobj::Mesh, before: usize, c
         _ => [0.0; 2],
     };
     set.extend((0..count).map(uv));
-}
-
-/// Vertex colours are written as shown, by the sRGB curve; what is no number is white, as [`survey`](super::survey) writes it.
-fn colour(rgb: [f32; 3]) -> [f32; 4] {
-    let linear = |c: f32| if c.is_nan() { 1.0 } else { curve::decode(TransferCurve::Srgb, f64::from(c.clamp(0.0, 1.0))) as f32 };
-    let [r, g, b] = rgb.map(linear);
-    [r, g, b, 1.0]
 }

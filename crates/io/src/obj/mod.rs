@@ -9,7 +9,6 @@ mod lines;
 mod material;
 mod mesh;
 mod mtl;
-mod polygon;
 mod survey;
 mod texture;
 
@@ -17,12 +16,14 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use raywright_core::Scene;
-use raywright_core::scene::{Material, Mesh, MeshSource, Model, Object, Shape, SideRule, Unread};
+use raywright_core::scene::{Material, Mesh, MeshData, MeshSource, Model, Object, Shape, SideRule, Unread};
 
 use crate::folder::Folder;
 use crate::import::{Budget, Fault, Imported, Names, Outcome, Warnings, checked};
+use crate::text::refuse_foreign;
 use crate::{Error, Limits, mesh_tools};
 
+use mesh::Part;
 use mtl::Library;
 use survey::Survey;
 use texture::Textures;
@@ -38,20 +39,40 @@ pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) 
 fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
     let mut warnings = Warnings::default();
     let mut budget = Budget::new(limits);
-    lines::refuse_foreign(bytes)?;
+    refuse_foreign(bytes)?;
     let survey = survey::survey(&lines::decode(bytes), &mut budget, &mut warnings)?;
     let library = mtl::load(&survey.libraries, folder, &mut warnings)?;
     let models = models(&survey)?;
     let parts = mesh::build(&survey.runs, models)?;
+    let materials = Materials::new(survey.materials, library, Textures::new(folder, limits));
+    scene(file, parts, materials, budget, warnings)
+}
+
+/// The scene of a file that is one mesh, and perhaps an image on it: as that of an OBJ file without a material, so that the same mesh gives
+/// the same picture in every format.
+pub(crate) fn of_mesh(
+    file: &Path,
+    data: MeshData,
+    image: Option<String>,
+    (folder, limits): (&Folder, &Limits),
+    budget: Budget,
+    warnings: Warnings,
+) -> Outcome<Imported> {
+    let materials = Materials::new(Vec::new(), Library::of_default(image), Textures::new(folder, limits));
+    scene(file, vec![Part { material: None, data }], materials, budget, warnings)
+}
+
+/// A scene with an object for each part.
+fn scene(
+    file: &Path,
+    parts: Vec<Part>,
+    mut materials: Materials,
+    mut budget: Budget,
+    mut warnings: Warnings,
+) -> Outcome<Imported> {
     let mut scene =
         Scene { title: file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(), ..Scene::default() };
-    let mut materials = Materials {
-        survey: &survey,
-        library,
-        textures: Textures::new(folder, limits),
-        names: Names::default(),
-        known: HashMap::new(),
-    };
+    materials.read_images(&parts, &mut scene, &mut budget, &mut warnings)?;
     let mut names = Names::default();
     for mut part in parts {
         let dropped = mesh_tools::drop_unusable(&mut part.data);
@@ -62,7 +83,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
             continue;
         }
         mesh_tools::mend_normals(&mut part.data);
-        let material = materials.get(part.material, !part.data.colours.is_empty(), &mut scene, &mut budget, &mut warnings)?;
+        let material = materials.get(part.material, !part.data.colours.is_empty(), &mut scene, &mut warnings);
         budget.object()?;
         let label = materials.label(part.material).to_owned();
         let name = names.unique(&label);
@@ -78,7 +99,6 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
             transform_end: None,
         });
     }
-    materials.textures.waiting.decode(&mut scene.images, limits, &|| {})?;
     if scene.objects.is_empty() {
         warnings.add("the file has no triangles: nothing to see");
     }
@@ -97,7 +117,8 @@ fn models(survey: &Survey) -> Outcome<Vec<tobj::Model>> {
 
 /// The materials of a file, converted when they are first used.
 struct Materials<'a> {
-    survey: &'a Survey,
+    /// The names that the file uses, by number.
+    used: Vec<String>,
     library: Library,
     textures: Textures<'a>,
     names: Names,
@@ -105,33 +126,41 @@ struct Materials<'a> {
     known: HashMap<(Option<usize>, bool), String>,
 }
 
-impl Materials<'_> {
+impl<'a> Materials<'a> {
+    /// None converted yet.
+    fn new(used: Vec<String>, library: Library, textures: Textures<'a>) -> Self {
+        Self { used, library, textures, names: Names::default(), known: HashMap::new() }
+    }
+
     /// The name that the file uses.
     fn label(&self, number: Option<usize>) -> &str {
-        number.and_then(|i| self.survey.materials.get(i)).map_or("default", String::as_str)
+        number.and_then(|i| self.used.get(i)).map_or(mtl::DEFAULT, String::as_str)
+    }
+
+    /// Reads the images of the materials that some parts show.
+    fn read_images(&mut self, parts: &[Part], scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
+        let mut statements = Vec::new();
+        for part in parts {
+            let source = self.library.get(self.label(part.material), false, warnings);
+            statements.extend(material::images(&source).map(str::to_owned));
+        }
+        self.textures.load(statements.iter().map(String::as_str), scene, budget, warnings)
     }
 
     /// Name in the scene of a material for meshes with or without colours of their own.
-    fn get(
-        &mut self,
-        number: Option<usize>,
-        coloured: bool,
-        scene: &mut Scene,
-        budget: &mut Budget,
-        warnings: &mut Warnings,
-    ) -> Outcome<String> {
+    fn get(&mut self, number: Option<usize>, coloured: bool, scene: &mut Scene, warnings: &mut Warnings) -> String {
         if let Some(name) = self.known.get(&(number, coloured)) {
-            return Ok(name.clone());
+            return name.clone();
         }
         let label = self.label(number).to_owned();
         let source = self.library.get(&label, number.is_some(), warnings);
-        let mut model = material::convert(source.as_ref(), &mut self.textures, scene, budget, warnings)?;
+        let mut model = material::convert(source.as_ref(), &mut self.textures, scene, warnings);
         model.vertex_colours = coloured;
         let name = self.names.unique(&label);
         let unread = material::unread(source.as_ref()).into_iter();
         scene.unread.extend(unread.map(|what| Unread { material: name.clone(), what }));
         scene.materials.push(Material { name: name.clone(), model: Model::Physical(Box::new(model)) });
         self.known.insert((number, coloured), name.clone());
-        Ok(name)
+        name
     }
 }

@@ -6,10 +6,11 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-use super::lines::{Statement, decode, has_decimal_comma, number, relative, statements};
+use super::lines::{Statement, decode, relative, statements};
 use super::texture::Map;
 use crate::folder::{Folder, ReadError};
 use crate::import::{Fault, Outcome, Warnings, shown};
+use crate::text::{has_decimal_comma, number};
 
 /// The materials of all libraries that an OBJ file names; of two of one name, the later counts.
 #[derive(Debug, Default)]
@@ -17,7 +18,16 @@ pub(super) struct Library {
     materials: HashMap<String, tobj::Material>,
 }
 
+/// The name of what faces show that name no material.
+pub(super) const DEFAULT: &str = "default";
+
 impl Library {
+    /// What faces without a material show, with an image on them where there is one.
+    pub fn of_default(image: Option<String>) -> Self {
+        let material = tobj::Material { diffuse_texture: image, ..tobj::Material::default() };
+        Self { materials: HashMap::from([(DEFAULT.to_owned(), material)]) }
+    }
+
     /// A material by name; a default one, with a warning if `asked` for by name, when there is none.
     pub fn get(&self, name: &str, asked: bool, warnings: &mut Warnings) -> Cow<'_, tobj::Material> {
         match self.materials.get(name) {

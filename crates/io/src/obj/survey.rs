@@ -9,8 +9,9 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::lines::{Statement, no_number, number, statements};
+use super::lines::{Statement, statements};
 use crate::import::{Budget, Fault, Outcome, Warnings, shown};
+use crate::text::{no_number, number};
 
 /// Where a run's normals come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,6 +63,15 @@ struct Walk<'s, 'a> {
     run_numbers: HashMap<Run, usize>,
     /// Faces of the rewritten text, by run.
     faces: Vec<String>,
+    /// Of faces that refer to texture coordinates and to normals that there are not.
+    dangling: [Option<Dangling>; 2],
+}
+
+/// References to what a file does not have.
+struct Dangling {
+    /// The first: line, corner and cause.
+    first: String,
+    faces: usize,
 }
 
 /// Walks over a text.
@@ -86,9 +96,15 @@ pub(super) fn survey(text: &str, budget: &mut Budget, warnings: &mut Warnings) -
         material_numbers: HashMap::new(),
         run_numbers: HashMap::new(),
         faces: Vec::new(),
+        dangling: [None, None],
     };
     for statement in statements(text) {
         walk.statement(&statement).map_err(|fault| fault.at(format_args!("line {}", statement.line)))?;
+    }
+    for (dangling, what) in walk.dangling.iter().zip(["texture coordinates", "normals"]) {
+        let Some(Dangling { first, faces }) = dangling else { continue };
+        let whose = if *faces == 1 { "1 face refers".to_owned() } else { format!("{faces} faces refer") };
+        walk.warnings.add(format!("{first}; {whose} to {what} that the file does not have, and did without"));
     }
     let Walk { mut survey, faces, .. } = walk;
     for (i, faces) in faces.iter().enumerate() {
@@ -122,7 +138,7 @@ impl<'a> Walk<'_, 'a> {
             "v" => self.position(statement.rest)?,
             "vt" => self.vertex(1, "vt", statement.rest, 1..=2)?,
             "vn" => self.vertex(2, "vn", statement.rest, 3..=3)?,
-            "f" | "fo" => self.face(statement.rest)?,
+            "f" | "fo" => self.face(statement)?,
             "usemtl" => {
                 let next = self.material_numbers.len();
                 let number = *self.material_numbers.entry(statement.rest).or_insert(next);
@@ -189,10 +205,17 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    fn face(&mut self, rest: &str) -> Outcome<()> {
+    fn face(&mut self, statement: &Statement<'a>) -> Outcome<()> {
         let mut corners = Vec::with_capacity(4);
-        for word in rest.split_whitespace() {
-            corners.push(self.corner(word).map_err(|fault| fault.at(format_args!("f: `{}`", shown(word))))?);
+        let mut dangling = [None, None];
+        for word in statement.rest.split_whitespace() {
+            let place = |fault: Fault| fault.at(format_args!("f: `{}`", shown(word)));
+            corners.push(self.corner(word, &mut dangling).map_err(place)?);
+        }
+        for (all, one) in self.dangling.iter_mut().zip(dangling) {
+            let Some(what) = one else { continue };
+            let first = || Dangling { first: format!("line {}: f: {what}", statement.line), faces: 0 };
+            all.get_or_insert_with(first).faces += 1;
         }
         if corners.len() < 3 {
             self.warnings.add("faces with fewer than three corners are ignored");
@@ -228,30 +251,27 @@ impl<'a> Walk<'_, 'a> {
         Ok(())
     }
 
-    /// The indices of a corner, each of something that exists. Normals alone may be referred to where a file has none at all, which
-    /// some programs write, if a smoothing group says how to make them.
-    fn corner(&mut self, word: &str) -> Outcome<Corner> {
+    /// The indices of a corner, each of something that exists. A texture coordinate or normal that there is not is none, and noted where it is
+    /// the face's first: some programs write indices of lines that they leave out, and what is lost is a refinement.
+    fn corner(&self, word: &str, dangling: &mut [Option<String>; 2]) -> Outcome<Corner> {
         let mut parts = word.split('/');
         let [v, vt, vn] = [parts.next().unwrap_or_default(), parts.next().unwrap_or_default(), parts.next().unwrap_or_default()];
         if parts.next().is_some() {
             return Err(Fault::input("has more than three parts"));
         }
-        let there = |part: &str, kind: usize, what: &str, remedy: &str| {
-            let missing = || Fault::input(format!("{what} {} of {}{remedy}", shown(part), self.totals[kind]));
-            self.index(part, kind)?.ok_or_else(missing)
+        let missing = |part: &str, kind: usize, what: &str| format!("{what} {} of {}", shown(part), self.totals[kind]);
+        let mut optional = |part: &str, kind: usize, what: &str| -> Outcome<Option<usize>> {
+            if part.is_empty() {
+                return Ok(None);
+            }
+            let index = self.index(part, kind)?;
+            if index.is_none() {
+                dangling[kind - 1].get_or_insert_with(|| format!("`{}`: {}", shown(word), missing(part, kind, what)));
+            }
+            Ok(index)
         };
-        let optional = |part: &str, kind: usize, what: &str, remedy: &str| match part.is_empty() {
-            true => Ok(None),
-            false => there(part, kind, what, remedy).map(Some),
-        };
-        let texture = optional(vt, 1, "texture coordinate", "; export it again with its `vt` lines, or without this index")?;
-        let made = self.totals[2] == 0 && self.smoothing != 0;
-        let normal =
-            if made { None } else { optional(vn, 2, "normal", "; export it again with its `vn` lines, or without this index")? };
-        let position = there(v, 0, "vertex", "")?;
-        if made && !vn.is_empty() {
-            self.warnings.add("faces refer to normals, of which the file has none; they were made by smoothing groups");
-        }
+        let (texture, normal) = (optional(vt, 1, "texture coordinate")?, optional(vn, 2, "normal")?);
+        let position = self.index(v, 0)?.ok_or_else(|| Fault::input(missing(v, 0, "vertex")))?;
         Ok(Corner { position, texture, normal })
     }
 

@@ -1,13 +1,14 @@
 //! Textures of material libraries: options, file name, image.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use raywright_core::Scene;
 use raywright_core::scene::{Colour, ColourSpace, Filter, Image, Texture, TextureRef, Wrap};
 
-use super::lines::{number, relative};
-use crate::folder::{Folder, ReadError};
-use crate::import::{Budget, Fault, Names, Outcome, Warnings};
+use super::lines::relative;
+use crate::folder::Folder;
+use crate::import::{Budget, Fault, Names, Outcome, Warnings, endurable};
+use crate::text::number;
 use crate::waiting::Waiting;
 use crate::{Limits, image_file};
 
@@ -111,83 +112,74 @@ fn first_word(text: &str) -> (&str, &str) {
 pub(super) struct Textures<'f> {
     folder: &'f Folder,
     limits: &'f Limits,
-    /// By path; none where an image could not be had.
-    images: HashMap<String, Option<String>>,
+    /// Paths of images that statements name, and of those among them that are in the scene, by that name.
+    asked: HashSet<String>,
+    images: HashSet<String>,
     /// Name of a texture by its image, whether that holds colours, and whether it is clamped.
     textures: HashMap<(String, bool, bool), String>,
     names: Names,
-    /// Images that are known to be readable and not yet decoded.
-    pub waiting: Waiting<'static>,
 }
 
 impl<'f> Textures<'f> {
     /// None yet.
     pub fn new(folder: &'f Folder, limits: &'f Limits) -> Self {
-        Self {
-            folder,
-            limits,
-            images: HashMap::new(),
-            textures: HashMap::new(),
-            names: Names::default(),
-            waiting: Waiting::default(),
-        }
+        let (asked, images) = Default::default();
+        Self { folder, limits, asked, images, textures: HashMap::new(), names: Names::default() }
     }
 
-    /// A use of the texture that a statement describes; none with a warning when its image could not be had.
+    /// Reads and decodes the images that statements name, all of them before any material is made: what a material is depends on whether
+    /// its images are there. One that can't be had is a warning.
     ///
     /// # Errors
-    /// A fault of kind input when the image is broken, of kind limit when it is too large.
-    pub fn get(
+    /// A fault of kind limit when an image is too large.
+    pub fn load<'s>(
         &mut self,
-        statement: &str,
-        space: ColourSpace,
+        statements: impl Iterator<Item = &'s str>,
         scene: &mut Scene,
         budget: &mut Budget,
         warnings: &mut Warnings,
-    ) -> Outcome<Option<TextureRef>> {
-        let map = Map::parse(statement);
-        let image = match self.images.get(&map.path) {
-            Some(known) => known.clone(),
-            None => {
-                let image = self.image(&map.path, scene, budget, warnings)?;
-                self.images.insert(map.path.clone(), image.clone());
-                image
+    ) -> Outcome<()> {
+        let mut waiting = Waiting::default();
+        let warn = |why: String| format!("texture: {why}; the material's factor alone counts");
+        for path in statements.map(|statement| Map::parse(statement).path) {
+            if !self.asked.insert(path.clone()) {
+                continue;
             }
-        };
-        let Some(image) = image else { return Ok(None) };
+            let accepted = self.folder.read(&path).map_err(Fault::from).and_then(|bytes| {
+                image_file::claim(&bytes, self.limits, budget).map_err(|fault| fault.at(format_args!("`{path}`")))?;
+                Ok(bytes)
+            });
+            match endurable(accepted)? {
+                Ok(bytes) => {
+                    waiting.add(scene.images.len(), format!("`{path}`"), bytes.into());
+                    scene.images.push(Image { name: path.clone(), path, data: None });
+                }
+                Err(why) => warnings.add(warn(why)),
+            }
+        }
+        waiting.decode(&mut scene.images, self.limits, &|| {})?.into_iter().for_each(|why| warnings.add(warn(why)));
+        scene.images.retain(|image| image.data.is_some());
+        self.images = scene.images.iter().map(|image| image.path.clone()).collect();
+        Ok(())
+    }
+
+    /// A use of the texture that a statement describes; none where its image could not be had.
+    pub fn get(&mut self, statement: &str, space: ColourSpace, scene: &mut Scene) -> Option<TextureRef> {
+        let map = Map::parse(statement);
+        if !self.images.contains(&map.path) {
+            return None;
+        }
         let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-        let key = (image.clone(), space == ColourSpace::Srgb, map.clamp);
+        let key = (map.path.clone(), space == ColourSpace::Srgb, map.clamp);
         let name = self.textures.entry(key).or_insert_with(|| {
-            let name = self.names.unique(&image);
+            let (name, image) = (self.names.unique(&map.path), map.path.clone());
             let texture =
                 Texture { name: name.clone(), image, colour_space: space, filter: Filter::Bilinear, wrap_u: wrap, wrap_v: wrap };
             scene.textures.push(texture);
             name
         });
-        let name = name.clone();
-        Ok(Some(TextureRef { name, uv_set: 0, uv: None, uv_transform: map.rows(), factor: Colour::WHITE, channel: None }))
-    }
-
-    fn image(&mut self, path: &str, scene: &mut Scene, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<Option<String>> {
-        let place = format!("`{path}`");
-        let accepted = match self.folder.read(path) {
-            Ok(bytes) => {
-                image_file::accept_texture(&bytes, true, self.limits, budget).map_err(|fault| fault.at(&place))?.map(|()| bytes)
-            }
-            Err(ReadError::TooLarge(why)) => return Err(Fault::limit(why)),
-            Err(why) => Err(why.to_string()),
-        };
-        match accepted {
-            Ok(bytes) => {
-                self.waiting.add(scene.images.len(), place, bytes.into());
-                scene.images.push(Image { name: path.to_owned(), path: path.to_owned(), data: None });
-                Ok(Some(path.to_owned()))
-            }
-            Err(why) => {
-                warnings.add(format!("texture: {why}; the material's factor alone counts"));
-                Ok(None)
-            }
-        }
+        let uv_transform = map.rows();
+        Some(TextureRef { name: name.clone(), uv_set: 0, uv: None, uv_transform, factor: Colour::WHITE, channel: None })
     }
 }
 

@@ -11,7 +11,7 @@ use png::{ColorType, Decoder, Transformations};
 use raywright_core::picture::{Encoding, Layer, Picture};
 
 use crate::error::Error;
-use crate::folder::read_limited;
+use crate::folder::read_file;
 use crate::limits::{Limits, human_bytes};
 
 /// A picture as a file holds it.
@@ -41,7 +41,7 @@ pub(super) const EXR: &[u8] = b"\x76\x2f\x31\x01";
 pub fn read_picture(path: &Path, limits: &Limits) -> Result<StoredPicture, Error> {
     let unreadable = |cause: std::io::Error| Error::read(path, &cause);
     let file = File::open(path).map_err(unreadable)?;
-    let bytes = read_limited(&file, limits.file_bytes).map_err(unreadable)?;
+    let bytes = read_file(&file, limits.file_bytes).map_err(unreadable)?;
     let too_large = || Error::limit(path.display(), format!("larger than the limit of {}", human_bytes(limits.file_bytes)));
     decode_picture(path, &bytes.ok_or_else(too_large)?, limits)
 }

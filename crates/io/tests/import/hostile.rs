@@ -177,6 +177,30 @@ fn numbers(json: &str) -> Vec<(usize, &str)> {
     out
 }
 
+/// STL and PLY of all kinds: every truncation, and bytes changed, most of them where there is text.
+#[test]
+fn damaged_meshes_do_no_harm() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut survivors, mut tried) = (0, 0);
+    for victim in crate::written::models(folder.path()).iter().map(|path| Victim::of(path)) {
+        for end in 0..victim.bytes.len() {
+            victim.survives(&victim.bytes[..end], &format!("{end} bytes"));
+        }
+        assert!(victim.survives(&victim.bytes, "whole"));
+        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        for round in 0..1500 {
+            let mut bytes = victim.bytes.clone();
+            for _ in 0..=random.below(4) {
+                let at = random.below(bytes.len());
+                bytes[at] = if random.below(2) == 0 { random.below(256) as u8 } else { b"0123456789-. \nfe"[random.below(16)] };
+            }
+            survivors += usize::from(victim.survives(&bytes, &format!("round {round}")));
+            tried += 1;
+        }
+    }
+    assert!(100 * survivors > tried, "damage that nothing survives tests nothing: {survivors} of {tried}");
+}
+
 /// OBJ and MTL text cut and changed in every way that the models are.
 #[test]
 fn damaged_text_does_no_harm() {

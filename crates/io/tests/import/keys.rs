@@ -4,7 +4,7 @@ use std::path::Path;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical, Pixels};
+use raywright_core::scene::{AlphaMode, Colour, ColourSpace, Falloff, LightKind, Model, Physical, Pixels, TransferCurve};
 use raywright_io::Loaded;
 use serde_json::json;
 
@@ -317,23 +317,88 @@ const DOT: &[u8] = &[
     130,
 ];
 
-/// Protects: what a file carries as a picture and is none makes the file wrong; beside it, it is a picture that is missing.
+/// Protects: a picture that can't be had - no picture, cut off in its header or in its data, of a format that is not read, outside of its
+/// buffer, of broken base64, not there, or a texture that is not there - is a warning, inside the file or beside it, and what is left is the
+/// material without it; other pictures stay.
 #[test]
 fn pictures_that_are_none() {
-    let textured = |uri: String| {
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_fn(9, 9, |x, y| image::Rgba([x as u8 * 17, y as u8 * 29, (x * y) as u8, 255]))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("a picture");
+    let png = png.into_inner();
+    let of = |image: Option<serde_json::Value>, texture: u32| {
         let made = Made::new().with(|d| {
-            d["images"] = json!([{ "uri": uri }]);
-            d["textures"] = json!([{ "source": 0 }]);
-            d["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0 });
+            d["images"] = json!([image.clone().unwrap_or_else(|| json!({})), { "uri": "dot.png" }]);
+            d["textures"] = json!([{ "source": 0 }, { "source": 1 }]);
+            let material = &mut d["materials"][0];
+            material["emissiveTexture"] = json!({ "index": 1 });
+            let textured = ["baseColorTexture", "metallicRoughnessTexture"].map(|key| (key, json!({ "index": texture })));
+            for (key, value) in textured.into_iter().filter(|_| image.is_some()) {
+                material["pbrMetallicRoughness"][key] = value;
+            }
         });
         let path = made.write();
-        std::fs::write(path.with_file_name("text.png"), "text").expect("a file");
-        made.asked(None, None, None)
+        for (name, bytes) in [("dot.png", DOT), ("text.png", b"text"), ("half.png", &png[..png.len() / 2]), ("a.gif", b"GIF89a")]
+        {
+            std::fs::write(path.with_file_name(name), bytes).expect("a file");
+        }
+        let loaded = made.asked(None, None, None).unwrap_or_else(|e| panic!("{image:?}: {e}"));
+        crate::shared::check_sound(&loaded, &path);
+        assert_eq!((loaded.scene.images.len(), loaded.scene.textures.len()), (1, 1), "{image:?}");
+        let Model::Physical(model) = &loaded.scene.materials[0].model else { panic!("physical") };
+        let told = loaded.warnings.iter().map(|warning| warning.message.clone());
+        (model.clone(), told.filter(|message| message.contains("factor alone")).collect::<Vec<_>>())
     };
-    let inside = textured(format!("data:image/png;base64,{}", STANDARD.encode("text"))).expect_err("no picture").to_string();
-    assert!(inside.contains("images[0]") && inside.contains("no picture"), "{inside}");
-    let beside = textured("text.png".to_owned()).unwrap_or_else(|e| panic!("{e}"));
-    assert!(beside.warnings.iter().any(|warning| warning.message.contains("no picture")), "{:?}", beside.warnings);
+    let (plain, none) = of(None, 0);
+    assert!(none.is_empty(), "{none:?}");
+    let uri = |uri: &str| json!({ "uri": uri });
+    let data = |bytes: &[u8]| uri(&format!("data:image/png;base64,{}", STANDARD.encode(bytes)));
+    for (image, texture, words) in [
+        (data(b"text"), 0, "images[0]: is no picture"),
+        (data(&png[..20]), 0, "images[0]: is a broken picture"),
+        (data(&png[..png.len() / 2]), 0, "images[0]: is a broken picture"),
+        (data(b"GIF89a"), 0, "images[0]: is a GIF"),
+        (data(b"\xabKTX 20\xbb\r\n\x1a\n"), 0, "images[0]: is a KTX2 picture that ends"),
+        (uri("data:image/png;base64,@@@"), 0, "images[0]: a data: reference with broken base64"),
+        (uri("text.png"), 0, "images[0]: is no picture"),
+        (uri("half.png"), 0, "images[0]: is a broken picture"),
+        (uri("a.gif"), 0, "images[0]: is a GIF"),
+        (uri("gone.png"), 0, "images[0]: cannot read `gone.png`"),
+        (json!({ "bufferView": 77 }), 0, "images[0]: bufferViews[77] does not exist"),
+        (json!({}), 0, "images[0]: has neither uri nor bufferView"),
+        (data(DOT), 5, "textures[5] does not exist"),
+    ] {
+        let (model, warnings) = of(Some(image), texture);
+        assert!(model == plain, "{words}");
+        assert!(warnings.len() == 1 && warnings[0].contains(words), "{words}: {warnings:?}");
+    }
+}
+
+/// Protects: of a material of the specular-glossiness model whose specular image can't be decoded the factors are left, turned into
+/// metallic-roughness as where there is no image.
+#[test]
+fn broken_specular_images_leave_factors() {
+    let of = |bytes: &[u8]| {
+        let made = Made::new().with(|d| {
+            d["images"] = json!([{ "uri": format!("data:image/png;base64,{}", STANDARD.encode(bytes)) }]);
+            d["textures"] = json!([{ "source": 0 }]);
+            let factors = json!({ "diffuseFactor": [0.5, 0.25, 0.125, 1.0], "specularFactor": [0.04, 0.04, 0.04], "glossinessFactor": 0.75,
+                "specularGlossinessTexture": { "index": 0 } });
+            d["materials"][0]["extensions"] = json!({ "KHR_materials_pbrSpecularGlossiness": factors });
+        });
+        let loaded = made.asked(None, None, None).unwrap_or_else(|e| panic!("{e}"));
+        crate::shared::check_sound(&loaded, &made.write());
+        loaded
+    };
+    // Codes of what is left for a header that can be read and data that can't, white pixels of the factors.
+    let loaded = of(&DOT[..45]);
+    assert!(loaded.warnings.iter().any(|warning| warning.message.contains("broken picture")), "{:?}", loaded.warnings);
+    let pixels: Vec<_> = loaded.scene.images.iter().map(|image| &image.data.as_ref().expect("made").pixels).collect();
+    let base =
+        [0.5, 0.25, 0.125].map(|c: f64| (255.0 * raywright_core::display::curve::encode(TransferCurve::Srgb, c)).round() as u8);
+    let expected = [[base[0], base[1], base[2], 255], [0, (255.0_f64 * 0.25).round() as u8, 0, 255]];
+    assert_eq!(pixels, expected.map(|code| Pixels::Codes(vec![code])).iter().collect::<Vec<_>>());
 }
 
 /// Protects: what glTF's extensions lay over, under and into a material, each key where it belongs, and what a factor of zero means.

@@ -191,14 +191,7 @@ fn errors_name_line_and_cause() {
         ("v 0 0\n", "line 1: v: 2 numbers"),
         ("vn 1 2\n", "vn: 2 numbers"),
         ("v 0 0 0\nf 1/1/1/1 1 1\n", "more than three parts"),
-        ("v 0 0 0\nvt 0 0\nf 1/2 1/1 1/1\n", "line 3: f: `1/2`: texture coordinate 2 of 1"),
-        ("v 0 0 0\nvt 0 0\nf 1/-2 1/1 1/1\n", "texture coordinate -2 of 1"),
-        ("v 0 0 0\nvn 0 0 1\nf 1//7 1//1 1//1\n", "normal 7 of 1; export it again with its `vn` lines"),
-        // Also where there is none at all, and in the last corner of many faces.
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n", "line 4: f: `1/1`: texture coordinate 1 of 0; export it again"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1//1 2//2 3//3\n", "line 5: f: `1//1`: normal 1 of 0"),
         ("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 3/0\n", "line 6: f: `3/0`: indices start at 1"),
-        ("v 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nf 1/1/1 2/2/2 3/3/3\n", "line 5: f: `1/1/1`: texture coordinate 1 of 0"),
     ] {
         let (_folder, path) = write(text);
         let error = try_load(&path).expect_err(text).to_string();
@@ -206,13 +199,70 @@ fn errors_name_line_and_cause() {
     }
 }
 
-/// Protects: references to normals in a file that has none are passed over, with a warning, where a smoothing group makes them.
+/// Protects: texture coordinates and normals that a file does not have are a warning with the first line, its corner and how many faces;
+/// these faces do without them, smoothed where a group says so, and all others keep theirs.
 #[test]
-fn smoothing_groups_make_normals_that_are_missing() {
-    let (_folder, path) = write("v 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nf 1//1 2//2 3//3\n");
+fn references_to_nothing_are_warnings() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (rest, words) in [
+        ("vt 0 0\nf 1/1 2/2 3/1\n", "line 5: f: `2/2`: texture coordinate 2 of 1; 1 face refers to texture coordinates"),
+        ("vt 0 0\nf 1/1 2/1 3/1\nf 1/-2 2/1 3/1\nf 1/9 2 3/1\n", "line 6: f: `1/-2`: texture coordinate -2 of 1; 2 faces refer"),
+        ("f 1/1 2/2 3/3\n", "line 4: f: `1/1`: texture coordinate 1 of 0"),
+        (
+            "vn 0 0 1\nf 1//7 2//1 3//8\n",
+            "line 5: f: `1//7`: normal 7 of 1; 1 face refers to normals that the file does not have",
+        ),
+        ("f 1//99999999999 2//1 3//1\n", "line 4: f: `1//99999999999`: normal 99999999999 of 0"),
+    ] {
+        let (_folder, path) = write(&format!("{corners}{rest}"));
+        let file = load(&path);
+        check_sound(&file, &path);
+        let [warning] = file.warnings.as_slice() else { panic!("{rest}: {:?}", file.warnings) };
+        assert!(warning.message.contains(words), "{rest}: {warning}");
+    }
+    let (_folder, path) =
+        write(&format!("{corners}vt 0.5 0.25\nvn 0 1 0\nf 1/1/1 2/1/1 3/1/1\ns 1\nf 1/2/3 2/1/1 3/1/1\nf 1/1/1 2/1/2 3/1/1\n"));
     let file = load(&path);
-    assert_eq!(mesh_of(&file, &file.scene.objects[0]).normals, [[0.0, 0.0, 1.0]; 3]);
-    assert!(file.warnings[0].message.contains("refer to normals"), "{:?}", file.warnings);
+    assert_eq!(file.warnings.len(), 2, "{:?}", file.warnings);
+    let all: Vec<_> = file.scene.objects.iter().map(|object| mesh_of(&file, object)).collect();
+    let corners = all
+        .iter()
+        .flat_map(|mesh| mesh.indices.as_flattened().iter().map(|&i| (mesh.normals[i as usize], mesh.uvs[0][i as usize])));
+    let count = |normal, uv| corners.clone().filter(|&corner| corner == (normal, uv)).count();
+    let (own, made, mapped) = ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.75]);
+    assert_eq!([count(own, mapped), count(made, [0.0; 2]), count(made, mapped)], [3; 3]);
+}
+
+/// Protects: an image that is broken, of a format that is not read or no picture is as one that is missing: a warning, and the material's
+/// numbers as they are without it, be they the library's or what is taken where it says nothing.
+#[test]
+fn broken_images_are_as_missing_ones() {
+    let statements = "map_Kd x.png\nmap_Ke x.png\nmap_Pr x.png\nmap_Pm x.png\nmap_d x.png\nnorm x.png\nNs 30\nKs 0.5 0.5 0.5\n";
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_fn(9, 9, |x, y| image::Rgba([x as u8 * 17, y as u8 * 29, (x * y) as u8, 255]))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .unwrap();
+    let png = png.into_inner();
+    let of = |picture: Option<&[u8]>| {
+        let (folder, path) = write("mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+        std::fs::write(folder.path().join("m.mtl"), format!("newmtl m\n{statements}")).unwrap();
+        picture.into_iter().for_each(|bytes| std::fs::write(folder.path().join("x.png"), bytes).unwrap());
+        let file = load(&path);
+        check_sound(&file, &path);
+        assert_eq!(file.warnings.len(), 1, "{:?}", file.warnings);
+        assert!(
+            file.warnings[0].message.contains("x.png") && file.warnings[0].message.contains("factor alone"),
+            "{:?}",
+            file.warnings
+        );
+        assert!(file.scene.images.is_empty() && file.scene.textures.is_empty());
+        physical(&file, "m").clone()
+    };
+    let missing = of(None);
+    assert_eq!((&missing.emission, missing.base_colour_texture.is_none()), (&Colour::BLACK.into(), true));
+    for broken in [&png[..20], &png[..png.len() / 2], b"GIF89a", b"text", b"", b"\xabKTX 20\xbb\r\n\x1a\n"] {
+        assert_eq!(of(Some(broken)), missing, "{broken:?}");
+    }
 }
 
 /// Protects: texts of two bytes a character, with a mark or without, and files that are no text are refused for what they are.

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use raywright_core::Settings;
 use raywright_core::accuracy::{Effort, Listener, MeasureError, Start, measure};
-use raywright_io::{EnvironmentSource, Error, Limits, output};
+use raywright_io::{EnvironmentSource, Error, GroundRule, Limits, output};
 
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
@@ -87,7 +87,8 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
 
 /// The flags that say what is measured, as `render` takes them.
 fn asked(args: &AccuracyArgs) -> Vec<String> {
-    let SceneArgs { at, set, model_scene, variant, env, env_rotation, env_strength, allow_outside } = &args.changes;
+    let SceneArgs { at, set, model_scene, variant, env, studio, ground, env_rotation, env_strength, allow_outside } =
+        &args.changes;
     let integrator = args.integrator.map(|integrator| format!("--integrator {}", origin::name(&integrator)));
     let mut flags: Vec<String> = integrator.into_iter().chain(at.map(|t| format!("--at {t}"))).collect();
     flags.extend(set.iter().map(|(name, value)| format!("--set {name}={value}")));
@@ -96,8 +97,11 @@ fn asked(args: &AccuracyArgs) -> Vec<String> {
     flags.extend(env.iter().map(|source| match source {
         EnvironmentSource::None => "--env none".to_owned(),
         EnvironmentSource::Default => "--env default".to_owned(),
+        EnvironmentSource::Studio => "--studio".to_owned(),
         EnvironmentSource::File(path) => format!("--env {}", quoted(&path.to_string_lossy())),
     }));
+    flags.extend(studio.then(|| "--studio".to_owned()));
+    flags.extend((*ground == GroundRule::None).then(|| "--ground none".to_owned()));
     flags.extend(env_rotation.map(|degrees| format!("--env-rotation {degrees}")));
     flags.extend(env_strength.map(|factor| format!("--env-strength {factor}")));
     flags.extend(allow_outside.then(|| "--allow-outside".to_owned()));

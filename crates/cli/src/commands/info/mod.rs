@@ -71,6 +71,8 @@ fn format(format: Format) -> &'static str {
         Format::Gltf => "glTF 2.0",
         Format::Glb => "glTF 2.0 (binary)",
         Format::Obj => "Wavefront OBJ",
+        Format::Stl => "STL",
+        Format::Ply => "PLY",
     }
 }
 
@@ -167,6 +169,7 @@ fn sky_kind(sky: &Sky) -> &'static str {
         Sky::Gradient { .. } => "gradient",
         Sky::Expression(_) => "expression",
         Sky::Map(_) => "environment picture",
+        Sky::Studio(_) => "studio",
     }
 }
 

@@ -98,20 +98,24 @@ impl<'a> Session<'a> {
     }
 
     /// Renders what is lacking, and keeps it now and then and in the end. A film that can't be kept is no reason to give up the picture.
-    pub fn render(&mut self, ready: &Ready, report: &ReportArgs, clock: &Clock, stop: &AtomicBool) -> Result<(), Failure> {
-        let progress = Progress::start("rendering", report.progress, report.verbosity());
+    pub fn render(
+        &mut self,
+        ready: &Ready,
+        progress: &Progress,
+        report: &ReportArgs,
+        (clock, stop): (&Clock, &AtomicBool),
+    ) -> Result<(), Failure> {
         let deadline = self.args.budget.map(|budget| clock.began() + budget);
         let mut keep_every = KEEP_EVERY;
         loop {
             let keep_at = self.args.checkpoint.is_some().then(|| Instant::now() + keep_every);
-            let watch = Watch { progress: Some(&progress), patience: Patience { deadline, keep_at }, began: clock.began(), stop };
+            let watch = Watch { progress: Some(progress), patience: Patience { deadline, keep_at }, began: clock.began(), stop };
             let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
             rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
             let began = Instant::now();
             self.keep(report);
             if self.is_done || watch.was_stopped() {
-                progress.finish();
                 self.tell_slow(report, clock);
                 return Ok(());
             }

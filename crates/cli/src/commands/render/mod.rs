@@ -1,6 +1,7 @@
 //! `render`: a scene becomes pictures.
 
 pub mod film;
+mod series;
 pub mod tell;
 pub mod write;
 
@@ -19,6 +20,7 @@ use crate::commands::denoise;
 use crate::console;
 use crate::failure::Failure;
 use crate::plan;
+use crate::progress::Progress;
 use crate::ready::{framed, prepared};
 use crate::stats::Stats;
 use crate::targets::{self, Outputs, Target};
@@ -29,13 +31,16 @@ use film::Session;
 
 /// Renders a scene and writes its pictures.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let shots = series::shots(&args.view);
+    if !shots.is_empty() {
+        return series::run(args, &shots);
+    }
     let mut clock = Clock::start();
     let verbosity = args.report.verbosity();
     let mut outputs = Outputs::default();
     let mut targets = targets::pictures(&args.outputs, &mut outputs)?;
     refuse_terminal(&targets)?;
-    refuse_layers_without_place(args, &targets)?;
-    refuse_codes_for_floats(args, &targets)?;
+    check_floats_and_layers(args, &targets)?;
     check_stats_target(args, &mut outputs)?;
     film::check(&args.film, args.light.max_error, &targets, &mut outputs)?;
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
@@ -49,7 +54,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     }
     outputs.keep_clear_of(&loaded.inputs)?;
     scene_input::tell_completed(&loaded, verbosity);
-    let mut plan = plan::settle(&loaded.scene, args, |settings| framed(&loaded.scene, settings))?;
+    let mut plan = plan::settle(&loaded.scene, args, |view, fov, aspect| framed(&loaded.scene, view, fov, aspect))?;
     plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
     plan.display.output = plan.settings.output;
     let load = clock.lap();
@@ -71,7 +76,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         plan.display,
         limits(args),
     )?;
-    threads.run(|| session.render(&ready, &args.report, &clock, stop))?;
+    let progress = Progress::start("rendering", style, verbosity);
+    let done = threads.run(|| session.render(&ready, &progress, &args.report, (&clock, stop)));
+    progress.finish();
+    done?;
     let rendered = threads.run(|| denoise::rendered(session.film(), &args.report, stop));
     let render = clock.lap();
     let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
@@ -80,6 +88,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         return Err(session.explained(failure));
     }
     tell::tell_nothing_met(&loaded, &rendered, &plan.settings, verbosity);
+    tell::tell_exposure(&rendered, plan.display, &targets, verbosity);
     let written = session.with_own(write::write(&rendered, &targets, plan.display, session.metadata(), is_free)?);
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
@@ -128,6 +137,12 @@ fn refuse_to_denoise(args: &RenderArgs, settings: &Settings, ready: &Ready) -> R
         return Err(error.with_hint(format!("--spp {FEWEST_SAMPLES}, or more")).into());
     }
     Ok(())
+}
+
+/// Whether the formats of the pictures hold what is asked for.
+fn check_floats_and_layers(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
+    refuse_layers_without_place(args, targets)?;
+    refuse_codes_for_floats(args, targets)
 }
 
 /// Layers fit into an EXR or a film only.

@@ -1,5 +1,6 @@
 //! What `render` says besides its result: what is left out, lost or not met, and with `-v` where the time went.
 
+use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::film::{Doubt, Estimate, Film, Uncertainty};
 use raywright_core::prepare::{ClosedGap, ShutAway};
@@ -11,6 +12,7 @@ use crate::clock::{Seconds, spoken};
 use crate::commands::explain;
 use crate::console::{Verbosity, on_one_line};
 use crate::table::{lay_out, significant};
+use crate::targets::Target;
 use crate::{memory, origin};
 
 /// What the scene has and the picture will not show; all effects where the user asks for more.
@@ -54,8 +56,7 @@ pub(super) fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
 pub(super) fn tell_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Settings, verbosity: Verbosity) {
     let gaps = ready.closed_gaps();
     let [ClosedGap { object, other, resolved }, others @ ..] = gaps.as_slice() else { return };
-    let object = object_name(loaded, *object);
-    let other = other.map_or_else(|| "what it touches".to_owned(), |other| object_name(loaded, other));
+    let [object, other] = [object, other].map(|&index| object_name(loaded, index));
     let more = if others.is_empty() { String::new() } else { format!(" (and {} more such pairs)", others.len()) };
     let exact = if settings.precision == PrecisionChoice::Reference { "" } else { ", or add --precision reference" };
     let message = format!(
@@ -91,6 +92,41 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
         show(bounds.max.to_array())
     ));
 }
+
+/// What to try where more than a tenth of the pixels of a display picture is clipped, or black that is not so in the scene: the exposure
+/// that changes it, in whole stops.
+pub(super) fn tell_exposure(rendered: &Rendered, display: Display, targets: &[Target], verbosity: Verbosity) {
+    const LOOKED_AT: usize = 1 << 16;
+    if targets.iter().all(Target::has_layers) {
+        return;
+    }
+    let rgb = &rendered.shown().rgb;
+    let pixels: Vec<[f32; 3]> = rgb.iter().step_by(rgb.len() / LOOKED_AT + 1).copied().collect();
+    let shares = |stops: f64| {
+        let map = Display { exposure_stops: stops, ..display }.prepare();
+        let codes = pixels.iter().map(|&pixel| (pixel, map.codes(pixel)));
+        let (mut clipped, mut black) = (0, 0);
+        for (pixel, codes) in codes {
+            clipped += usize::from(codes.contains(&255));
+            black += usize::from(codes == [0; 3] && pixel.iter().any(|&channel| channel > 0.0));
+        }
+        [clipped, black].map(|count| count as f64 / pixels.len().max(1) as f64)
+    };
+    let own = display.exposure_stops;
+    let [clipped, black] = shares(own);
+    let (what, share, which, step) = match (clipped > TOO_MANY, black > TOO_MANY) {
+        (false, false) => return,
+        (true, _) => ("clipped", clipped, 0, -1.0),
+        (false, true) => ("black", black, 1, 1.0),
+    };
+    let better = (1..=12).map(|steps| own + step * f64::from(steps)).find(|&stops| shares(stops)[which] <= TOO_MANY);
+    if let Some(stops) = better {
+        verbosity.say(format_args!("note: {:.0} % of the pixels are {what}; try --exposure {stops}", 100.0 * share));
+    }
+}
+
+/// Share of a picture that is told.
+const TOO_MANY: f64 = 0.1;
 
 /// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
 pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, verbosity: Verbosity) {

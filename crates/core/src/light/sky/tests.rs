@@ -59,9 +59,8 @@ fn a_quarter_turn_brings_what_was_along_x_to_z() {
     let image = crate::scene::Image { name: "stars".to_owned(), path: String::new(), data: Some(Arc::new(data)) };
     let along = |rotation: f64, d: DVec3| {
         let map = crate::scene::SkyMap { image: "stars".to_owned(), rotation, strength: 1.0 };
-        let scene = Scene { images: vec![image.clone()], sky: Some(SkyData::Map(map)), ..Scene::default() };
-        let lookup = Lookup::new(&scene);
-        let sky = prepare::<f64>(&scene, &lookup, &BTreeMap::new());
+        let scene = crate::Scene { images: vec![image.clone()], ..crate::Scene::default() };
+        let sky = prepare::<f64>(Some(&SkyData::Map(map)), &Lookup::new(&scene), &BTreeMap::new());
         sky.expect("the image is there").radiance(DVec3::ZERO, d).x
     };
     // A direction lies between two columns, whose numbers are blended.

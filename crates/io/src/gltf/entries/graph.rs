@@ -21,6 +21,7 @@ extended! {
     NodeExtensions: IgnoredAny {
         light: LightUse = "KHR_lights_punctual",
         instancing: Option<Instancing> = "EXT_mesh_gpu_instancing",
+        visibility: Visibility = "KHR_node_visibility",
     }
 }
 
@@ -105,12 +106,27 @@ pub(in crate::gltf) struct Channel {
     pub target: Target,
 }
 
-/// A property of a node.
+/// A property of a node, or of anything where `path` is `pointer`.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(in crate::gltf) struct Target {
+    pub extensions: TargetExtensions,
     pub node: Option<u32>,
     pub path: String,
+}
+
+/// Extensions of a channel's target that are read.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(in crate::gltf) struct TargetExtensions {
+    #[serde(rename = "KHR_animation_pointer")]
+    pub pointer: Option<Pointer>,
+}
+
+/// The path of a property in the file's JSON (RFC 6901).
+#[derive(Debug, Deserialize)]
+pub(in crate::gltf) struct Pointer {
+    pub pointer: String,
 }
 
 /// Keys, and how to go from one to the next.
@@ -168,6 +184,19 @@ pub(in crate::gltf) struct Skin {
     /// Accessor of matrices from the mesh's space to that of each joint; none: they are the identity.
     pub inverse_bind_matrices: Option<u32>,
     pub joints: Vec<u32>,
+}
+
+/// Whether a node and what hangs on it is seen.
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub(in crate::gltf) struct Visibility {
+    pub visible: bool,
+}
+
+impl Default for Visibility {
+    fn default() -> Self {
+        Self { visible: true }
+    }
 }
 
 /// A node's light.

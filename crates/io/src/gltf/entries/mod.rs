@@ -6,7 +6,7 @@ mod material;
 
 pub(super) use data::{Accessor, Buffer, Draco, Mesh, Meshopt, Primitive, Sparse, View, ViewExtensions};
 pub(super) use graph::{
-    Animation, AnimationSampler, Camera, Instancing, Interpolation, Light, Node, RootExtensions, SceneEntry, Skin, Spot,
+    Animation, AnimationSampler, Camera, Channel, Instancing, Interpolation, Light, Node, RootExtensions, SceneEntry, Skin, Spot,
 };
 pub(super) use material::{
     Image, Material, MaterialExtensions, Sampler, SpecularGlossiness, Texture, TextureTransform, TextureUse,

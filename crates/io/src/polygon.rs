@@ -2,20 +2,38 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::import::{Fault, Outcome};
+use crate::import::{Budget, Fault, Outcome};
 
 /// Comparisons that the concave polygons of one file may take: about a second.
 const MOST_WORK: u64 = 300_000_000;
 
 /// Cuts polygons into triangles, with bounded work.
-pub(super) struct Clipper {
+pub(crate) struct Clipper {
     work: u64,
+    /// Corners of the largest polygon whose memory was claimed.
+    largest: usize,
+}
+
+/// Memory for each corner while a polygon is cut: as a point in space and in its plane, as a part of the outline and of a triangle, in lists
+/// that may be twice as long as they are full.
+const BYTES_A_CORNER: usize = 160;
+
+impl Default for Clipper {
+    /// A fresh allowance of work.
+    fn default() -> Self {
+        Self { work: MOST_WORK, largest: 0 }
+    }
 }
 
 impl Clipper {
-    /// A fresh allowance of work.
-    pub fn new() -> Self {
-        Self { work: MOST_WORK }
+    /// Claims the memory that cutting a polygon takes, which the next one takes again.
+    ///
+    /// # Errors
+    /// A fault of kind limit when more is asked for than is left.
+    pub fn claim(&mut self, corners: usize, budget: &mut Budget) -> Outcome<()> {
+        budget.memory(corners.saturating_sub(self.largest), BYTES_A_CORNER)?;
+        self.largest = self.largest.max(corners);
+        Ok(())
     }
 
     /// Adds three corners (as places in `points`) a triangle, facing as the polygon does.
@@ -23,12 +41,13 @@ impl Clipper {
     /// # Errors
     /// A fault of kind limit when the file's concave polygons take too much work.
     pub fn triangulate(&mut self, points: &[DVec3], out: &mut Vec<[usize; 3]>) -> Outcome<()> {
-        if points.len() < 3 {
+        if points.len() <= 3 {
+            out.extend((points.len() == 3).then_some([0, 1, 2]));
             return Ok(());
         }
         let normal = normal(points);
         let flat: Vec<DVec2> = points.iter().map(|p| project(*p, normal)).collect();
-        if points.len() == 3 || is_convex(&flat) || !normal.is_finite() {
+        if is_convex(&flat) || !normal.is_finite() {
             out.extend((2..points.len()).map(|i| [0, i - 1, i]));
             return Ok(());
         }
@@ -61,7 +80,7 @@ impl Clipper {
 }
 
 /// Twice the polygon's area, as a vector along its normal (Newell's method; Sutherland, Sproull, Schumacker 1974).
-pub(super) fn normal(points: &[DVec3]) -> DVec3 {
+pub(crate) fn normal(points: &[DVec3]) -> DVec3 {
     let Some(&first) = points.first() else { return DVec3::ZERO };
     points.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum()
 }
@@ -114,7 +133,7 @@ mod tests {
 
     fn triangulated(points: &[DVec3]) -> Vec<[usize; 3]> {
         let mut out = Vec::new();
-        Clipper::new().triangulate(points, &mut out).unwrap();
+        Clipper::default().triangulate(points, &mut out).unwrap();
         out
     }
 
@@ -172,7 +191,7 @@ mod tests {
         let tooth = |i: i32| DVec3::new(f64::from(i), f64::from(i % 2) * (1.0 + f64::from(i % 7)), 0.0);
         let points: Vec<_> = (0..200_000).map(tooth).collect();
         let mut out = Vec::new();
-        assert!(Clipper::new().triangulate(&points, &mut out).is_err());
+        assert!(Clipper::default().triangulate(&points, &mut out).is_err());
     }
 
     proptest! {

@@ -1,0 +1,151 @@
+use serde_json::{Value, json};
+
+use super::*;
+
+/// A scene of these objects, all of one material, with these meshes.
+fn scene(objects: Value, meshes: Value) -> Scene {
+    let mut objects = objects;
+    for object in objects.as_array_mut().expect("a list") {
+        object["material"] = json!("white");
+    }
+    let white = json!({ "name": "white", "model": { "physical": {} } });
+    serde_json::from_value(json!({ "format": 1, "materials": [white], "meshes": meshes, "objects": objects })).expect("a scene")
+}
+
+/// A mesh called `m` of some quads, and an object that shows it.
+fn quads(quads: &[[[f64; 3]; 4]]) -> Scene {
+    let positions: Vec<[f64; 3]> = quads.iter().flatten().copied().collect();
+    let indices: Vec<[usize; 3]> =
+        (0..quads.len()).flat_map(|q| [[4 * q, 4 * q + 1, 4 * q + 2], [4 * q, 4 * q + 2, 4 * q + 3]]).collect();
+    let mesh = json!({ "name": "m", "source": { "inline": { "positions": positions, "indices": indices } } });
+    scene(json!([{ "shape": { "mesh": "m" } }]), json!([mesh]))
+}
+
+/// How far points of a framed picture reach from its middle, from -1 to 1 each way: left, right, bottom and top.
+fn reach(camera: &Camera, points: &[DVec3], aspect: f64) -> [f64; 4] {
+    let (eye, frame) = crate::camera::axes(&camera.pose);
+    let Projection::Pinhole(Pinhole { vertical_fov: Some(fov), .. }) = camera.projection else { panic!("{camera:?}") };
+    let half = libm::tan(fov.to_radians() * 0.5);
+    let mut reach = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+    for &point in points {
+        let p = frame.transpose() * (point - eye);
+        assert!(p.z < 0.0, "{point} is behind {camera:?}");
+        let (x, y) = (p.x / (-p.z * half * aspect), p.y / (-p.z * half));
+        reach = [reach[0].min(x), reach[1].max(x), reach[2].min(y), reach[3].max(y)];
+    }
+    reach
+}
+
+/// Protects: whatever the shape, the view, the angle and the picture, the silhouette is in the middle and fills its share of the tighter
+/// side; at every scale and place too.
+#[test]
+fn silhouettes_fill_their_share() {
+    let box_of = |low: [f64; 3], high: [f64; 3]| {
+        let silhouette = Silhouette::of(&scene(json!([{ "shape": { "box": { "min": low, "max": high } } }]), json!([])));
+        (silhouette, Aabb { min: low.into(), max: high.into() }.corners().to_vec())
+    };
+    let ball = |centre: DVec3, radius: f64| {
+        let shape = json!({ "sphere": { "centre": centre.to_array(), "radius": radius } });
+        let around = (0..4000).map(|i| {
+            let height = 1.0 - f64::from(2 * i + 1) / 4000.0;
+            centre + radius * towards(f64::from(i) * 2.4, libm::asin(height))
+        });
+        (Silhouette::of(&scene(json!([{ "shape": shape }]), json!([]))), around.collect())
+    };
+    let models = [
+        box_of([-1.0; 3], [1.0; 3]),
+        box_of([5.0, 0.0, -3.0], [25.0, 0.5, -2.0]),
+        box_of([0.0; 3], [0.1, 7.0, 0.2]),
+        box_of([1e9, 0.0, 0.0], [1.1e9, 1e8, 2e8]),
+        box_of([0.0; 3], [1e-6, 2e-6, 1e-6]),
+        ball(DVec3::new(3.0, -1.0, 2.0), 0.7),
+    ];
+    let views = View::NAMED.iter().map(|(_, view)| *view).chain([View::USUAL, View { azimuth: -200.0, elevation: -75.0 }]);
+    for (model, view) in models.iter().flat_map(|model| views.clone().map(move |view| (model, view))) {
+        for (fov, aspect) in [(40.0, 16.0 / 9.0), (5.0, 1.0), (100.0, 0.5)] {
+            let (silhouette, points) = model;
+            let [left, right, bottom, top] = reach(&silhouette.frame(view, fov, aspect), points, aspect);
+            let fill = 0.5 * (right - left).max(top - bottom);
+            assert!((fill - FILL).abs() < 0.01, "{view:?}, {fov}, {aspect}: {fill}");
+            assert!(
+                (left + right).abs() < 0.02 && (bottom + top).abs() < 0.02,
+                "{view:?}, {fov}, {aspect}: {left} {right} {bottom} {top}"
+            );
+        }
+    }
+}
+
+/// Protects: what many vertices make is framed as well by the few that are kept of them, also where it is a needle and leans; vertices that
+/// no triangle shows count for nothing.
+#[test]
+fn few_points_stand_for_many() {
+    const N: usize = 300;
+    let lean = |p: DVec3| DVec3::new(p.x + 20.0 * p.y, p.y, p.z + 7.0 * p.y + 3.0);
+    let points: Vec<DVec3> = (0..N * N)
+        .map(|i| towards((i % N) as f64 * 6.3 / N as f64, ((i / N) as f64 / N as f64 - 0.5) * 3.14))
+        .map(|p| lean(p * DVec3::new(0.3, 9.0, 1.0)))
+        .collect();
+    let mut positions: Vec<[f64; 3]> = points.iter().map(|p| p.to_array()).collect();
+    positions.push([1e4; 3]);
+    let indices: Vec<[usize; 3]> = (0..N * N - 2).map(|i| [i, i + 1, i + 2]).collect();
+    let mesh = json!({ "name": "m", "source": { "inline": { "positions": positions, "indices": indices } } });
+    let silhouette = Silhouette::of(&scene(json!([{ "shape": { "mesh": "m" } }]), json!([mesh])));
+    assert!(silhouette.points.len() <= 6 * FINE * FINE);
+    for (_, view) in View::NAMED {
+        let [left, right, bottom, top] = reach(&silhouette.frame(view, 30.0, 1.5), &points, 1.5);
+        let fill = 0.5 * (right - left).max(top - bottom);
+        assert!((fill - FILL).abs() < 0.02, "{view:?}: {fill}");
+    }
+}
+
+/// Protects: sheets are seen from the side that they face, boards from a side, rooms through their open side, terrain from above, and what
+/// is none of these from above and to the side.
+#[test]
+fn flat_and_open_things_are_seen_from_their_front() {
+    let at = |azimuth: f64, elevation: f64| View { azimuth, elevation };
+    // Facing +z and -z; +x and -x; up.
+    let front = |z: f64| [[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]];
+    let turned = |quad: [[f64; 3]; 4]| quad.map(|[x, y, z]| [z, y, -x]);
+    let flipped = |[a, b, c, d]: [[f64; 3]; 4]| [d, c, b, a];
+    let lying = |y: f64| front(0.0).map(|[x, z, _]| [x, y, -z]);
+    let view = |list: &[[[f64; 3]; 4]]| Silhouette::of(&quads(list)).front();
+    assert_eq!(view(&[front(3.0)]), at(0.0, 0.0));
+    assert_eq!(view(&[flipped(front(3.0))]), at(180.0, 0.0));
+    assert_eq!(view(&[turned(front(0.0))]), at(90.0, 0.0));
+    assert_eq!(view(&[flipped(turned(front(0.0)))]), at(-90.0, 0.0));
+    assert_eq!(view(&[lying(0.0)]), at(0.0, 90.0));
+    assert_eq!(view(&[lying(0.1), flipped(lying(-0.1))]), View { elevation: 40.0, ..View::USUAL });
+    assert_eq!(view(&[front(0.1), flipped(front(-0.1))]), at(0.0, 0.0), "a board with two sides");
+    // A room of inward faces without the one towards +z.
+    let room = [front(-1.0), turned(front(-1.0)), flipped(turned(front(1.0))), lying(-1.0), flipped(lying(1.0))];
+    assert_eq!(view(&room), at(0.0, 0.0));
+    let open_at_x = room.map(turned);
+    assert_eq!(view(&open_at_x), at(90.0, 0.0));
+    let closed: Vec<_> = room.into_iter().chain([flipped(front(1.0))]).map(flipped).collect();
+    assert_eq!(view(&closed), View::USUAL);
+    assert_eq!(Silhouette::of(&scene(json!([]), json!([]))).front(), View::USUAL);
+}
+
+/// Protects: what has no size one way or another is framed by a camera of numbers that sees it: a point, a line along the view and across
+/// it, nothing at all.
+#[test]
+fn degenerate_scenes_have_a_view() {
+    let line = |a: [f64; 3], b: [f64; 3]| quads(&[[a, b, b, a]]);
+    for scene in [
+        scene(json!([]), json!([])),
+        line([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]),
+        line([0.0; 3], [0.0; 3]),
+        line([1e9; 3], [1e9; 3]),
+        line([0.0; 3], [0.0, 0.0, 5.0]),
+        line([-1e9, 0.0, 0.0], [1e9, 0.0, 0.0]),
+        line([0.0; 3], [0.0, 1e-30, 0.0]),
+    ] {
+        let silhouette = Silhouette::of(&scene);
+        for view in View::NAMED.map(|(_, view)| view).into_iter().chain([silhouette.front()]) {
+            let camera = silhouette.frame(view, 40.0, 1.6);
+            let (eye, frame) = crate::camera::axes(&camera.pose);
+            assert!(eye.is_finite() && frame.is_finite() && (frame.determinant() - 1.0).abs() < 1e-9, "{camera:?}");
+            reach(&camera, &silhouette.points, 1.6);
+        }
+    }
+}

@@ -1,0 +1,88 @@
+use serde_json::{Value, json};
+
+use super::*;
+use crate::framing::{Silhouette, View};
+use crate::picture::Picture;
+use crate::settings::Sampling;
+use crate::{Scene, prepare};
+
+/// A box that stands at the origin, of one colour, in a studio.
+fn scene(colour: f64, studio: Value) -> Scene {
+    let material = json!({ "name": "only", "model": { "physical": { "base_colour": colour, "roughness": 0.9 } } });
+    let object = json!({ "shape": { "box": { "min": [-1, 0, -1], "max": [1, 2, 1] } }, "material": "only" });
+    let scene = json!({ "format": 1, "materials": [material], "objects": [object], "sky": { "studio": studio } });
+    serde_json::from_value(scene).expect("a scene")
+}
+
+fn settings(scene: &Scene, view: View, fov: f64) -> Settings {
+    let camera = Some(Silhouette::of(scene).frame(view, fov, 1.0));
+    Settings { size: [32, 32], sampling: Sampling::General(16), camera, ..Settings::of(scene) }
+}
+
+fn picture(scene: &Scene, settings: &Settings) -> Picture {
+    prepare(scene, settings, &()).expect("a small scene").render(&()).picture
+}
+
+/// Protects: what stands in a studio differs from its backdrop, bright or dark, and the backdrop that a file names is kept.
+#[test]
+fn the_backdrop_sets_off_what_stands_before_it() {
+    let corner = |colour: f64, studio: Value| {
+        let scene = scene(colour, studio);
+        let picture = picture(&scene, &settings(&scene, View::USUAL, 30.0));
+        let [middle, corner] = [16, 0].map(|place| picture.pixel(place, place).expect("in the picture")[0]);
+        (f64::from(middle), f64::from(corner))
+    };
+    for colour in [0.0, 0.04, 0.9, 1.0] {
+        let (middle, corner) = corner(colour, json!({}));
+        assert!(
+            (middle > 3.0 * corner) == (colour > 0.5) && (corner > 3.0 * middle) == (colour < 0.5),
+            "{colour}: {middle} {corner}"
+        );
+    }
+    let (_, corner) = corner(1.0, json!({ "backdrop": 3.0 }));
+    assert!((2.0..3.0).contains(&corner), "{corner}");
+}
+
+/// Protects: the ground shows nothing but what is taken from the light: beside the box it is darker than the backdrop, above it and far away
+/// it is the backdrop; from below, under a transparent background and where none is wished for, there is none.
+#[test]
+fn the_ground_catches_shadows_alone() {
+    let low = View { azimuth: 0.0, elevation: 30.0 };
+    let bare = scene(1.0, json!({ "ground": false, "backdrop": 0.5 }));
+    let on_ground = scene(1.0, json!({ "backdrop": 0.5 }));
+    let [without, with] = [&bare, &on_ground].map(|scene| picture(scene, &settings(scene, low, 60.0)));
+    let at = |picture: &Picture, x: u32, y: u32| picture.pixel(x, y).expect("in the picture")[0];
+    assert_eq!(
+        (0..32).map(|x| at(&without, x, 0)).collect::<Vec<_>>(),
+        (0..32).map(|x| at(&with, x, 0)).collect::<Vec<_>>(),
+        "the top"
+    );
+    assert_eq!(at(&without, 16, 16), at(&with, 16, 16), "the box");
+    // The key stands at the camera's left, the rim behind: right before the box it is dark.
+    let ratio = at(&with, 18, 29) / at(&without, 18, 29);
+    assert!((0.05..0.95).contains(&ratio), "{ratio}");
+    assert!((0..32).all(|i| (0..32).all(|j| at(&with, i, j) <= at(&without, i, j))), "no light is added");
+    let below = View { azimuth: 0.0, elevation: -40.0 };
+    let [without, with] = [&bare, &on_ground].map(|scene| picture(scene, &settings(scene, below, 60.0)));
+    assert_eq!(without.rgb, with.rgb);
+    let clear = |scene| Settings { background: Background::Transparent, ..settings(scene, low, 60.0) };
+    assert_eq!(picture(&bare, &clear(&bare)).rgb, picture(&on_ground, &clear(&on_ground)).rgb);
+}
+
+/// Protects: a prepared scene that is turned to another camera gives the bits of one that was prepared for it, there and back; a camera that
+/// calls for other effects is refused.
+#[test]
+fn turning_is_preparing_anew() {
+    let scene = scene(0.5, json!({}));
+    let all = View::NAMED.map(|(_, view)| settings(&scene, view, 30.0));
+    let mut ready = prepare(&scene, &all[0], &()).expect("a small scene");
+    for settings in all.iter().rev().chain(&all) {
+        let camera = settings.camera.as_ref().expect("a view");
+        assert!(ready.turn_to(&scene, camera));
+        assert_eq!(ready.render(&()).picture, picture(&scene, settings), "{camera:?}");
+    }
+    let own = all[0].camera.clone().expect("a view");
+    let Projection::Pinhole(pinhole) = own.projection.clone() else { panic!("a pinhole") };
+    let lens = Camera { projection: Projection::ThinLens { pinhole, aperture_radius: 0.1, focus_distance: 3.0 }, ..own.clone() };
+    assert!(!ready.turn_to(&scene, &lens) && !ready.turn_to(&scene, &Camera { shutter: Some([0.0, 1.0]), ..own }));
+}

@@ -1,0 +1,196 @@
+//! Properties that animations point at (KHR_animation_pointer): the file's JSON as it would be written at a time.
+//!
+//! What is pointed at are properties of the file, not of the scene that is made of it, so they are set in the JSON, which is then read as any
+//! other. Thus every property that is read can be moved, and none needs code of its own; those that are not read, or that change no picture,
+//! are named in a warning. Where a node is and how its mesh is bent is [`animation`](super::animation)'s, pointed at or not.
+
+use std::collections::HashSet;
+
+use serde_json::{Map, Number, Value};
+
+use super::accessor::Reader;
+use super::animation::{Keys, sampler};
+use super::document::{self, Document};
+use super::entries::Channel;
+use crate::Limits;
+use crate::import::{Budget, Fault, Outcome, Warnings, shown};
+
+/// What kind of value a property is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// True or not.
+    Switch,
+    Number,
+    /// So many numbers.
+    Vector(usize),
+    /// As many numbers as there are.
+    List,
+}
+
+/// Properties that are read, with `*` for the place in a list.
+const PROPERTIES: [(&str, Kind); 15] = [
+    ("nodes/*/extensions/KHR_node_visibility/visible", Kind::Switch),
+    ("meshes/*/weights", Kind::List),
+    ("cameras/*/perspective/yfov", Kind::Number),
+    ("cameras/*/orthographic/ymag", Kind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/color", Kind::Vector(3)),
+    ("extensions/KHR_lights_punctual/lights/*/intensity", Kind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/range", Kind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", Kind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", Kind::Number),
+    ("materials/*/alphaCutoff", Kind::Number),
+    ("materials/*/emissiveFactor", Kind::Vector(3)),
+    ("materials/*/normalTexture/scale", Kind::Number),
+    ("materials/*/pbrMetallicRoughness/baseColorFactor", Kind::Vector(4)),
+    ("materials/*/pbrMetallicRoughness/metallicFactor", Kind::Number),
+    ("materials/*/pbrMetallicRoughness/roughnessFactor", Kind::Number),
+];
+
+/// Those of materials' extensions, behind `materials/*/extensions/KHR_materials_`.
+const LAYERS: [(&str, Kind); 22] = [
+    ("anisotropy/anisotropyStrength", Kind::Number),
+    ("anisotropy/anisotropyRotation", Kind::Number),
+    ("clearcoat/clearcoatFactor", Kind::Number),
+    ("clearcoat/clearcoatRoughnessFactor", Kind::Number),
+    ("clearcoat/clearcoatNormalTexture/scale", Kind::Number),
+    ("diffuse_transmission/diffuseTransmissionFactor", Kind::Number),
+    ("diffuse_transmission/diffuseTransmissionColorFactor", Kind::Vector(3)),
+    ("dispersion/dispersion", Kind::Number),
+    ("emissive_strength/emissiveStrength", Kind::Number),
+    ("ior/ior", Kind::Number),
+    ("iridescence/iridescenceFactor", Kind::Number),
+    ("iridescence/iridescenceIor", Kind::Number),
+    ("iridescence/iridescenceThicknessMinimum", Kind::Number),
+    ("iridescence/iridescenceThicknessMaximum", Kind::Number),
+    ("sheen/sheenColorFactor", Kind::Vector(3)),
+    ("sheen/sheenRoughnessFactor", Kind::Number),
+    ("specular/specularFactor", Kind::Number),
+    ("specular/specularColorFactor", Kind::Vector(3)),
+    ("transmission/transmissionFactor", Kind::Number),
+    ("volume/thicknessFactor", Kind::Number),
+    ("volume/attenuationDistance", Kind::Number),
+    ("volume/attenuationColor", Kind::Vector(3)),
+];
+
+/// Those of any use of a texture, behind `extensions/KHR_texture_transform/`.
+const TRANSFORM: [(&str, Kind); 3] = [("offset", Kind::Vector(2)), ("rotation", Kind::Number), ("scale", Kind::Vector(2))];
+
+/// What kind of property a pointer without its first slash leads to; none where it is not read.
+fn kind(pointer: &str) -> Option<Kind> {
+    let part = |part: &str| if part.bytes().all(|byte| byte.is_ascii_digit()) { "*".to_owned() } else { part.to_owned() };
+    let general = pointer.split('/').map(part).collect::<Vec<_>>().join("/");
+    let of = |list: &[(&str, Kind)], name: &str| list.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind);
+    let layer = || of(&LAYERS, general.strip_prefix("materials/*/extensions/KHR_materials_")?);
+    let transform = || {
+        let (texture, name) = general.rsplit_once("/extensions/KHR_texture_transform/")?;
+        of(&TRANSFORM, name).filter(|_| texture.starts_with("materials/*/") && texture.ends_with("Texture"))
+    };
+    of(&PROPERTIES, &general).or_else(layer).or_else(transform)
+}
+
+/// The node and its property that a channel points at as others name it.
+pub(super) fn node(channel: &Channel) -> Option<(u32, &str)> {
+    let mut parts = pointer(channel)?.strip_prefix("/nodes/")?.split('/');
+    let (index, path) = (parts.next()?.parse().ok()?, parts.next()?);
+    let known = ["translation", "rotation", "scale", "weights"].contains(&path) && parts.next().is_none();
+    known.then_some((index, path))
+}
+
+/// The file as it is written at a time in seconds; none where no animation points at anything.
+///
+/// # Errors
+/// A fault of kind input for a sampler whose keys are not what its channel needs, and for a file that makes no sense at the time; of kind
+/// limit where there is too much of it.
+pub(super) fn at(
+    time: f64,
+    text: &[u8],
+    reader: &Reader<'_>,
+    limits: &Limits,
+    budget: &mut Budget,
+    warnings: &mut Warnings,
+) -> Outcome<Option<Document>> {
+    let values = values(time, reader, warnings)?;
+    if values.is_empty() {
+        return Ok(None);
+    }
+    // Values of JSON take some thirty times their text.
+    budget.memory(text.len(), 32)?;
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    let mut file: Value = serde_json::from_slice(text).map_err(|error| Fault::input(format!("is no valid glTF: {error}")))?;
+    for (pointer, value) in values {
+        match slot(&mut file, &pointer) {
+            Some((holder, key)) => drop(holder.insert(key.to_owned(), value)),
+            None => warnings.add(format!("animations of `/{}` are ignored: there is no such property", shown(&pointer))),
+        }
+    }
+    document::parse(file.to_string().as_bytes(), limits, warnings).map(Some)
+}
+
+/// What is pointed at, without the first slash, and its value at a time.
+fn values(time: f64, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<Vec<(String, Value)>> {
+    let (mut keys, mut known, mut found) = (Keys::new(reader), HashSet::new(), Vec::new());
+    for (i, animation) in reader.document.animations.iter().enumerate() {
+        for (j, channel) in animation.channels.iter().enumerate() {
+            let Some(pointer) = pointer(channel).filter(|_| node(channel).is_none()) else { continue };
+            let place = |fault: Fault| fault.at(format_args!("animations[{i}].channels[{j}]"));
+            let path = pointer.strip_prefix('/').unwrap_or(pointer);
+            let Some(kind) = kind(path) else {
+                warnings.add(format!("animations of `{}` are ignored", shown(pointer)));
+                continue;
+            };
+            if !known.insert(path) {
+                warnings.add(format!("several animations move `{}`: the first in the file is shown", shown(pointer)));
+                continue;
+            }
+            let sampler = sampler(animation, channel.sampler).map_err(place)?;
+            let numbers = match kind {
+                Kind::Switch | Kind::Number => keys.vector::<1>(sampler, time).map(Vec::from),
+                Kind::Vector(2) => keys.vector::<2>(sampler, time).map(Vec::from),
+                Kind::Vector(3) => keys.vector::<3>(sampler, time).map(Vec::from),
+                Kind::Vector(_) => keys.vector::<4>(sampler, time).map(Vec::from),
+                Kind::List => keys.weights(sampler, time),
+            };
+            found.push((path.to_owned(), value(kind, &numbers.map_err(place)?).map_err(place)?));
+        }
+    }
+    Ok(found)
+}
+
+/// Numbers as the file would write them.
+fn value(kind: Kind, numbers: &[f64]) -> Outcome<Value> {
+    let number = |&number: &f64| {
+        let number = Number::from_f64(number).ok_or_else(|| Fault::input(format!("a value of {number} makes no sense")))?;
+        Ok(Value::Number(number))
+    };
+    match (kind, numbers) {
+        (Kind::Switch, [on]) => Ok(Value::Bool(*on != 0.0)),
+        (Kind::Number, [one]) => number(one),
+        _ => numbers.iter().map(number).collect::<Outcome<Vec<_>>>().map(Value::Array),
+    }
+}
+
+/// Where a property is or, left out for its default, would be.
+fn slot<'v, 'p>(file: &'v mut Value, pointer: &'p str) -> Option<(&'v mut Map<String, Value>, &'p str)> {
+    let (path, key) = pointer.rsplit_once('/')?;
+    let mut at = file;
+    for part in path.split('/') {
+        at = match at {
+            Value::Array(list) => list.get_mut(part.parse::<usize>().ok()?)?,
+            Value::Object(map) => {
+                // Of all that holds properties this alone may be left out where all of it is as by default.
+                if part == "pbrMetallicRoughness" && !map.contains_key(part) {
+                    map.insert(part.to_owned(), Value::Object(Map::new()));
+                }
+                map.get_mut(part)?
+            }
+            _ => return None,
+        };
+    }
+    at.as_object_mut().map(|holder| (holder, key))
+}
+
+/// What a channel points at; none where it moves a node as others do.
+fn pointer(channel: &Channel) -> Option<&str> {
+    let extension = channel.target.extensions.pointer.as_ref();
+    extension.filter(|_| channel.target.path == "pointer").map(|extension| extension.pointer.as_str())
+}

@@ -1,0 +1,230 @@
+//! The faces of a PLY file: polygons and strips of triangles, and what is said of a face alone.
+
+use glam::{DVec3, Vec3};
+use raywright_core::scene::MeshData;
+
+use super::header::{Element, Property};
+use super::values::Values;
+use super::vertices::{Colours, Vertices, channel, from_the_top};
+use crate::import::{Budget, Fault, Outcome, Warnings};
+use crate::polygon::Clipper;
+
+/// What a property of a face is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Role {
+    Corners,
+    Coordinates,
+    Channel(usize),
+    Other,
+}
+
+impl Role {
+    fn of(property: &Property) -> Self {
+        match (property.name.as_str(), property.count, channel(&property.name)) {
+            ("vertex_indices" | "vertex_index", Some(_), _) => Self::Corners,
+            ("texcoord", Some(_), _) => Self::Coordinates,
+            (_, None, Some(channel)) => Self::Channel(channel),
+            _ => Self::Other,
+        }
+    }
+}
+
+/// Polygons, one after the other.
+#[derive(Default)]
+pub(super) struct Faces {
+    /// Vertices, of all polygons.
+    corners: Vec<u32>,
+    /// How many of them each polygon has.
+    arities: Vec<u32>,
+    /// Of each corner, where faces have their own.
+    uvs: Vec<[f32; 2]>,
+    /// Of each polygon, where faces have their own.
+    colours: Colours,
+    coloured: bool,
+}
+
+/// What is read of one face; lists keep their memory from face to face.
+#[derive(Default)]
+struct Row {
+    corners: Vec<i64>,
+    coordinates: Vec<f32>,
+    colour: [f32; 3],
+}
+
+impl Faces {
+    pub fn is_empty(&self) -> bool {
+        self.arities.is_empty()
+    }
+
+    pub fn has_uvs(&self) -> bool {
+        !self.uvs.is_empty()
+    }
+
+    /// Reads the faces or the strips of a file.
+    ///
+    /// # Errors
+    /// A fault of kind input for a file that ends, of kind limit for more than is allowed.
+    pub fn read(&mut self, element: &Element, values: &mut Values<'_>, budget: &mut Budget) -> Outcome<()> {
+        let mut roles: Vec<Role> = element.properties.iter().map(Role::of).collect();
+        // Of two names of one thing the first counts.
+        for i in 1..roles.len() {
+            if roles[..i].contains(&roles[i]) {
+                roles[i] = Role::Other;
+            }
+        }
+        let strips = element.name == "tristrips";
+        let coloured = !strips && (0..3).all(|channel| roles.contains(&Role::Channel(channel)));
+        let mapped = !strips && roles.contains(&Role::Coordinates);
+        let red = element.properties.iter().zip(&roles).find(|(_, role)| **role == Role::Channel(0));
+        if let Some((red, _)) = red.filter(|_| coloured) {
+            (self.coloured, self.colours) = (true, Colours::of(red.number));
+        }
+        self.pad(mapped);
+        let each = 8 + 28 * usize::from(coloured);
+        budget.memory(if element.properties.is_empty() { 0 } else { element.count as usize }, each)?;
+        let mut row = Row::default();
+        for index in 0..if element.properties.is_empty() { 0 } else { element.count } {
+            let place = |fault: Fault, values: &Values<'_>| fault.at(values.place(element, index));
+            row.read(&element.properties, &roles, values, budget).map_err(|fault| place(fault, values))?;
+            let vertex = |&index: &i64| u32::try_from(index).map_err(|_| Fault::input(format!("vertex {index}")));
+            if strips {
+                self.strip(&row.corners, budget).map_err(|fault| place(fault, values))?;
+                continue;
+            }
+            for corner in &row.corners {
+                self.corners.push(vertex(corner).map_err(|fault| place(fault, values))?);
+            }
+            self.arities.push(row.corners.len() as u32);
+            if coloured {
+                self.colours.push(row.colour);
+            }
+            if mapped {
+                let pairs = row.coordinates.as_chunks::<2>().0;
+                let fits = row.coordinates.len() == 2 * row.corners.len();
+                self.uvs.extend((0..row.corners.len()).map(|i| if fits { from_the_top(pairs[i]) } else { [0.0; 2] }));
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives what strips have not to those so far, where faces have it.
+    fn pad(&mut self, mapped: bool) {
+        if self.coloured {
+            self.colours.pad(self.arities.len());
+        }
+        if mapped {
+            self.uvs.resize(self.corners.len(), [0.0; 2]);
+        }
+    }
+
+    /// Adds the triangles of a strip, which −1 cuts; every other one is turned round, so that all face one way.
+    fn strip(&mut self, corners: &[i64], budget: &mut Budget) -> Outcome<()> {
+        budget.memory(corners.len(), 32)?;
+        for run in corners.split(|&corner| corner == -1) {
+            for (i, window) in run.windows(3).enumerate() {
+                let [a, b, c] = [window[i % 2], window[1 - i % 2], window[2]];
+                // Strips join their parts by triangles that use a vertex twice.
+                if a != b && b != c && c != a {
+                    for corner in [a, b, c] {
+                        self.corners.push(u32::try_from(corner).map_err(|_| Fault::input(format!("vertex {corner}")))?);
+                    }
+                    self.arities.push(3);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The triangles of all faces over the file's vertices. Where faces have colours or coordinates of their own, each corner becomes a
+    /// vertex.
+    ///
+    /// # Errors
+    /// A fault of kind input for a vertex that there is not, of kind limit for more than is allowed.
+    pub fn mesh(mut self, vertices: Vertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
+        self.pad(self.has_uvs());
+        let count = vertices.positions.len();
+        if let Some(vertex) = self.corners.iter().find(|&&corner| corner as usize >= count) {
+            return Err(Fault::input(format!("a face has vertex {vertex} of {count}; they are counted from 0")));
+        }
+        let apart = self.coloured || self.has_uvs();
+        let mut clipper = Clipper::default();
+        let (mut points, mut triangles, mut indices) = (Vec::new(), Vec::new(), Vec::new());
+        let mut start = 0;
+        for &arity in &self.arities {
+            let corners = self.corners.get(start..start + arity as usize).unwrap_or_default();
+            if corners.len() < 3 {
+                warnings.add("faces with fewer than three corners are ignored");
+            }
+            clipper.claim(corners.len(), budget)?;
+            budget.triangles(corners.len().saturating_sub(2))?;
+            points.clear();
+            points.extend(corners.iter().map(|&corner| point(&vertices, corner)));
+            triangles.clear();
+            clipper.triangulate(&points, &mut triangles)?;
+            let vertex = |corner: usize| if apart { (start + corner) as u32 } else { corners[corner] };
+            indices.extend(triangles.iter().map(|triangle| triangle.map(vertex)));
+            start += arity as usize;
+        }
+        if !apart {
+            let Vertices { positions, normals, uvs, colours } = vertices;
+            let uvs = if uvs.is_empty() { Vec::new() } else { vec![uvs] };
+            return Ok(MeshData { positions, normals, uvs, colours, indices, ..MeshData::default() });
+        }
+        self.apart(&vertices, indices, budget)
+    }
+
+    /// The mesh whose vertices are the corners.
+    fn apart(self, vertices: &Vertices, indices: Vec<[u32; 3]>, budget: &mut Budget) -> Outcome<MeshData> {
+        if u32::try_from(self.corners.len()).is_err() {
+            return Err(Fault::limit("has more than 4294967295 corners"));
+        }
+        budget.memory(self.corners.len(), 2 * size_of::<[f32; 3]>() + size_of::<[f32; 2]>() + size_of::<[f32; 4]>())?;
+        fn each<T: Copy>(corners: &[u32], of: &[T]) -> Vec<T> {
+            // Without such values there are none; with them, one a vertex.
+            corners.iter().filter_map(|&corner| of.get(corner as usize)).copied().collect()
+        }
+        let Self { corners, arities, uvs, colours, coloured } = self;
+        let uvs = if uvs.is_empty() { each(&corners, &vertices.uvs) } else { uvs };
+        let own = colours.linear().zip(&arities).flat_map(|(colour, &arity)| std::iter::repeat_n(colour, arity as usize));
+        Ok(MeshData {
+            positions: each(&corners, &vertices.positions),
+            normals: each(&corners, &vertices.normals),
+            colours: if coloured { own.collect() } else { each(&corners, &vertices.colours) },
+            uvs: if uvs.is_empty() { Vec::new() } else { vec![uvs] },
+            indices,
+            ..MeshData::default()
+        })
+    }
+}
+
+fn point(vertices: &Vertices, corner: u32) -> DVec3 {
+    vertices.positions.get(corner as usize).map_or(DVec3::ZERO, |&p| Vec3::from_array(p).as_dvec3())
+}
+
+impl Row {
+    fn read(&mut self, properties: &[Property], roles: &[Role], values: &mut Values<'_>, budget: &mut Budget) -> Outcome<()> {
+        self.corners.clear();
+        self.coordinates.clear();
+        for (property, role) in properties.iter().zip(roles) {
+            let Property { name, count, number } = property;
+            match (*role, *count) {
+                (Role::Channel(channel), _) => self.colour[channel] = values.number(*number, name)? as f32,
+                (role @ (Role::Corners | Role::Coordinates), Some(count)) => {
+                    let count = values.count(count, *number, name)?;
+                    // Of a corner, its number here and in the list of all, which may be twice as long as it is full.
+                    budget.memory(count, 32)?;
+                    for _ in 0..count {
+                        let value = values.number(*number, name)?;
+                        match role {
+                            Role::Corners if value.fract() == 0.0 => self.corners.push(value as i64),
+                            Role::Corners => return Err(Fault::input(format!("{name}: vertex {value}"))),
+                            _ => self.coordinates.push(value as f32),
+                        }
+                    }
+                }
+                _ => values.skip_property(property)?,
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,189 @@
+//! The header of a PLY file: lines of ASCII that say what elements there are, in which order, and what is said of each.
+
+use crate::import::{Fault, Outcome, shown};
+
+/// More elements and properties than any program writes; each takes memory.
+const MOST: usize = 1000;
+/// Bytes of a line of the header.
+const LONGEST: usize = 4096;
+
+/// How the data behind the header is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+/// Types of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Number {
+    fn of(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes in a binary file.
+    pub fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// The code that stands for all of something, where numbers of this type count so.
+    pub fn whole(self) -> Option<f32> {
+        match self {
+            Self::U8 => Some(255.0),
+            Self::U16 => Some(65535.0),
+            _ => None,
+        }
+    }
+
+    fn is_float(self) -> bool {
+        matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// What is said of an element.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Property {
+    pub name: String,
+    /// The type of how many there are, for a list.
+    pub count: Option<Number>,
+    pub number: Number,
+}
+
+/// Things of one kind, one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Element {
+    pub name: String,
+    pub count: u64,
+    pub properties: Vec<Property>,
+}
+
+/// What a header says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Header {
+    pub encoding: Encoding,
+    pub elements: Vec<Element>,
+    /// Image on the mesh, as MeshLab names it in a comment.
+    pub image: Option<String>,
+    /// Bytes and lines of it.
+    pub bytes: usize,
+    pub lines: usize,
+}
+
+/// Reads the header of a file.
+///
+/// # Errors
+/// A fault of kind input naming line and cause.
+pub(super) fn read(bytes: &[u8]) -> Outcome<Header> {
+    let mut header = Header { encoding: Encoding::Ascii, elements: Vec::new(), image: None, bytes: 0, lines: 0 };
+    let mut format = None;
+    // Binary data begins right behind the last line's end, and its first byte may be a line feed, so lines end as the first one does.
+    let end: &[u8] = match bytes.get(3..5) {
+        Some([b'\r', next]) if *next != b'\n' => b"\r",
+        _ => b"\n",
+    };
+    loop {
+        let rest = bytes.get(header.bytes..).unwrap_or_default();
+        let window = rest.get(..rest.len().min(LONGEST)).unwrap_or_default();
+        let length = window.windows(end.len()).position(|part| part == end);
+        let length = length.ok_or_else(|| Fault::input(format!("line {}: the header has no end_header", header.lines + 1)))?;
+        let line = String::from_utf8_lossy(&window[..length]);
+        (header.bytes, header.lines) = (header.bytes + length + end.len(), header.lines + 1);
+        let number = header.lines;
+        let place = |fault: Fault| fault.at(format_args!("line {number}"));
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        match words.as_slice() {
+            ["ply"] if number == 1 => {}
+            _ if number == 1 => return Err(Fault::input("is no PLY file: it does not begin with `ply`")),
+            ["end_header"] => break,
+            ["comment", "TextureFile", ..] if header.image.is_none() => {
+                let name = line.split_once("TextureFile").map_or("", |(_, name)| name.trim());
+                header.image = Some(name.to_owned()).filter(|name| !name.is_empty());
+            }
+            [] | ["comment" | "obj_info", ..] => {}
+            ["format", name, version] => format = Some(encoding(name, version).map_err(place)?),
+            ["element", name, count] => header.element(name, count).map_err(place)?,
+            ["property", rest @ ..] => header.property(rest).map_err(place)?,
+            _ => return Err(place(Fault::input(format!("`{}` is no line of a PLY header", shown(line.trim()))))),
+        }
+    }
+    header.encoding = format.ok_or_else(|| Fault::input("its header has no `format` line"))?;
+    Ok(header)
+}
+
+fn encoding(name: &str, version: &str) -> Outcome<Encoding> {
+    if version != "1.0" {
+        return Err(Fault::input(format!("is PLY {}; version 1.0 is read", shown(version))));
+    }
+    match name {
+        "ascii" => Ok(Encoding::Ascii),
+        "binary_little_endian" => Ok(Encoding::LittleEndian),
+        "binary_big_endian" => Ok(Encoding::BigEndian),
+        _ => Err(Fault::input(format!(
+            "the format `{}` is none of ascii, binary_little_endian and binary_big_endian",
+            shown(name)
+        ))),
+    }
+}
+
+impl Header {
+    fn element(&mut self, name: &str, count: &str) -> Outcome<()> {
+        let count = count.parse().map_err(|_| Fault::input(format!("`{}` is no number of elements", shown(count))))?;
+        if self.elements.iter().any(|element| element.name == name) {
+            return Err(Fault::input(format!("there are two elements `{}`", shown(name))));
+        }
+        if self.elements.len() >= MOST {
+            return Err(Fault::limit(format!("has more than {MOST} elements")));
+        }
+        self.elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+        Ok(())
+    }
+
+    fn property(&mut self, words: &[&str]) -> Outcome<()> {
+        let element = self.elements.last_mut().ok_or_else(|| Fault::input("a property of no element"))?;
+        let number =
+            |name: &str| Number::of(name).ok_or_else(|| Fault::input(format!("`{}` is no type of numbers", shown(name))));
+        let (name, count, number) = match *words {
+            ["list", count, item, name] => (name, Some(number(count)?), number(item)?),
+            [kind, name] => (name, None, number(kind)?),
+            _ => return Err(Fault::input("a property has a type and a name, or is a list of two types and a name")),
+        };
+        if count.is_some_and(Number::is_float) {
+            return Err(Fault::input(format!("the list `{}` is counted in fractions", shown(name))));
+        }
+        if element.properties.iter().any(|property| property.name == name) {
+            return Err(Fault::input(format!("the element `{}` has two properties `{}`", shown(&element.name), shown(name))));
+        }
+        if element.properties.len() >= MOST {
+            return Err(Fault::limit(format!("has more than {MOST} properties of one element")));
+        }
+        element.properties.push(Property { name: name.to_owned(), count, number });
+        Ok(())
+    }
+}

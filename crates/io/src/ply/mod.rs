@@ -1,0 +1,63 @@
+//! Import of PLY, the Stanford triangle format ("The PLY Polygon File Format", Turk, 1994), in ASCII and in binary of either byte order.
+//!
+//! What is read: vertices with normals, colours and texture coordinates, in properties of any order and type; faces of any number of corners,
+//! cut into triangles as those of OBJ are; colours and texture coordinates of faces, as scanners and MeshLab write them; triangle strips; and
+//! the image that MeshLab names in a comment. Other elements and properties, lists among them, are passed over.
+//!
+//! A file without normals shows flat facets, as OBJ does without smoothing groups: nothing in it says which edges are sharp, a cube is as
+//! likely as a scan, and the facets are what was measured.
+//!
+//! `ply-rs` makes a map of names to values for each element, some hundred times the memory of the file, and takes memory by the counts that
+//! a header claims, so the reader is our own.
+
+mod faces;
+mod header;
+mod values;
+mod vertices;
+
+use std::path::Path;
+
+use crate::folder::Folder;
+use crate::import::{Budget, Imported, Outcome, Warnings};
+use crate::{Error, Limits, obj};
+
+use faces::Faces;
+use values::Values;
+use vertices::Vertices;
+
+/// Reads a PLY file, given its bytes, with the image beside it.
+///
+/// # Errors
+/// An error of kind input naming line or element and cause, or of kind limit. An image that can't be had is only a warning.
+pub(crate) fn load(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Result<Imported, Error> {
+    import(file, bytes, folder, limits).map_err(|fault| fault.into_error(file.display()))
+}
+
+/// Whether bytes begin as a PLY file does, for who does not know it by its name.
+pub(crate) fn is_ply(bytes: &[u8]) -> bool {
+    matches!(bytes, [b'p', b'l', b'y', b'\r' | b'\n', ..])
+}
+
+fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcome<Imported> {
+    let (mut budget, mut warnings) = (Budget::new(limits), Warnings::default());
+    let header = header::read(bytes)?;
+    let mut values = Values::behind(&header, bytes);
+    let (mut vertices, mut faces) = (Vertices::default(), Faces::default());
+    for element in &header.elements {
+        values.expect(element)?;
+        match element.name.as_str() {
+            "vertex" => vertices.read(element, &mut values, &mut budget)?,
+            "face" | "tristrips" => faces.read(element, &mut values, &mut budget)?,
+            _ => values.skip(element)?,
+        }
+    }
+    if values.left() > 0 {
+        warnings.add(format!("{} bytes after the last element were ignored", values.left()));
+    }
+    if faces.is_empty() && !vertices.is_empty() {
+        warnings.add("has points and no faces; points are ignored");
+    }
+    let image = header.image.clone().filter(|_| vertices.has_uvs() || faces.has_uvs());
+    let mesh = faces.mesh(vertices, &mut budget, &mut warnings)?;
+    obj::of_mesh(file, mesh, image, (folder, limits), budget, warnings)
+}

@@ -1,0 +1,137 @@
+//! The vertices of a PLY file: what of their properties is known, whatever it is called and in whichever order it stands.
+
+use super::header::{Element, Number, Property};
+use super::values::Values;
+use crate::import::{Budget, Fault, Outcome};
+use crate::mesh_tools::painted;
+
+/// Numbers of a vertex that are read: place, normal, colour, texture coordinates.
+const SLOTS: usize = 11;
+const NORMAL: usize = 3;
+const COLOUR: usize = 6;
+const UV: usize = 9;
+
+/// Where a property's value goes.
+fn slot(name: &str) -> Option<usize> {
+    Some(match name {
+        "x" => 0,
+        "y" => 1,
+        "z" => 2,
+        "nx" => NORMAL,
+        "ny" => NORMAL + 1,
+        "nz" => NORMAL + 2,
+        "u" | "s" | "texture_u" | "texture_s" => UV,
+        "v" | "t" | "texture_v" | "texture_t" => UV + 1,
+        _ => return channel(name).map(|channel| COLOUR + channel),
+    })
+}
+
+/// Which channel of a colour a property is.
+pub(super) fn channel(name: &str) -> Option<usize> {
+    const NAMES: [[&str; 3]; 3] = [["red", "r", "diffuse_red"], ["green", "g", "diffuse_green"], ["blue", "b", "diffuse_blue"]];
+    NAMES.iter().position(|names| names.contains(&name))
+}
+
+/// Colours as they are written, until all are known: those in fractions may count to 255 all the same, as in OBJ files.
+#[derive(Default)]
+pub(super) struct Colours {
+    written: Vec<[f32; 3]>,
+    /// What takes codes to fractions, where the type of the numbers says so.
+    scale: Option<f32>,
+}
+
+impl Colours {
+    /// None yet, of such numbers.
+    pub fn of(number: Number) -> Self {
+        Self { written: Vec::new(), scale: number.whole().map(|whole| 1.0 / whole) }
+    }
+
+    /// White for what has none, until there are so many.
+    pub fn pad(&mut self, count: usize) {
+        self.written.resize(count, [f32::NAN; 3]);
+    }
+
+    pub fn push(&mut self, colour: [f32; 3]) {
+        self.written.push(colour);
+    }
+
+    /// All of them, linear.
+    pub fn linear(self) -> impl Iterator<Item = [f32; 4]> {
+        let bytes = || self.written.as_flattened().iter().any(|&channel| channel > 1.0);
+        let scale = self.scale.unwrap_or_else(|| if bytes() { 1.0 / 255.0 } else { 1.0 });
+        self.written.into_iter().map(move |colour| painted(colour.map(|channel| channel * scale)))
+    }
+}
+
+/// The vertices of a file. Lists that no property is for are empty.
+#[derive(Default)]
+pub(super) struct Vertices {
+    pub positions: Vec<[f32; 3]>,
+    pub normals: Vec<[f32; 3]>,
+    pub uvs: Vec<[f32; 2]>,
+    pub colours: Vec<[f32; 4]>,
+}
+
+impl Vertices {
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    pub fn has_uvs(&self) -> bool {
+        !self.uvs.is_empty()
+    }
+
+    /// Reads all of them.
+    ///
+    /// # Errors
+    /// A fault of kind input for vertices without a place and for a file that ends, of kind limit for too many.
+    pub fn read(&mut self, element: &Element, values: &mut Values<'_>, budget: &mut Budget) -> Outcome<()> {
+        let slots: Vec<Option<usize>> =
+            element.properties.iter().map(|property| slot(&property.name).filter(|_| property.count.is_none())).collect();
+        let has = |slot: usize, count: usize| (slot..slot + count).all(|slot| slots.contains(&Some(slot)));
+        if !has(0, 3) && element.count > 0 {
+            return Err(Fault::input("its vertices have no x, y and z"));
+        }
+        if u32::try_from(element.count).is_err() {
+            return Err(Fault::limit("has more than 4294967295 vertices"));
+        }
+        let [normals, colours, uvs] = [has(NORMAL, 3), has(COLOUR, 3), has(UV, 2)];
+        let each = 12 * (1 + usize::from(normals)) + 28 * usize::from(colours) + 8 * usize::from(uvs);
+        budget.memory(element.count as usize, each)?;
+        let number = |slot: usize| {
+            let property = element.properties.iter().zip(&slots).find(|(_, of)| **of == Some(slot));
+            property.map_or(Number::F32, |(property, _)| property.number)
+        };
+        let mut painted = Colours::of(number(COLOUR));
+        self.positions.reserve_exact(element.count as usize);
+        for index in 0..element.count {
+            let row = row(&element.properties, &slots, values).map_err(|fault| fault.at(values.place(element, index)))?;
+            let [x, y, z, nx, ny, nz, r, g, b, u, v] = row;
+            self.positions.push([x, y, z]);
+            self.normals.extend(normals.then_some([nx, ny, nz]));
+            self.uvs.extend(uvs.then_some(from_the_top([u, v])));
+            if colours {
+                painted.push([r, g, b]);
+            }
+        }
+        self.colours = painted.linear().collect();
+        Ok(())
+    }
+}
+
+/// A vertex's numbers.
+fn row(properties: &[Property], slots: &[Option<usize>], values: &mut Values<'_>) -> Outcome<[f32; SLOTS]> {
+    let mut row = [0.0; SLOTS];
+    for (property, slot) in properties.iter().zip(slots) {
+        match slot {
+            Some(slot) => row[*slot] = values.number(property.number, &property.name)? as f32,
+            None => values.skip_property(property)?,
+        }
+    }
+    Ok(row)
+}
+
+/// The format counts v from the bottom row, a scene from the top.
+pub(super) fn from_the_top([u, v]: [f32; 2]) -> [f32; 2] {
+    if u.is_finite() && v.is_finite() { [u, 1.0 - v] } else { [0.0; 2] }
+}

@@ -1,0 +1,75 @@
+//! What model formats of words and numbers have in common, whatever their words mean.
+
+use crate::import::{Fault, Outcome, shown};
+use crate::source::MODELS;
+
+/// Refuses what is no text of ASCII statements: a text of two bytes a character, or no text.
+///
+/// # Errors
+/// A fault of kind input that names what the file is.
+pub(crate) fn refuse_foreign(bytes: &[u8]) -> Outcome<()> {
+    let head = bytes.get(..bytes.len().min(4096)).unwrap_or_default();
+    let paired = |odd: usize| head.len() > 3 && head.iter().skip(odd).step_by(2).all(|&byte| byte == 0);
+    if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") || paired(0) || paired(1) {
+        return Err(Fault::input("is UTF-16 text; models are read as ASCII or UTF-8, so convert it (iconv -t UTF-8)"));
+    }
+    if head.contains(&0) {
+        return Err(Fault::input(format!("is a binary file and no OBJ text; models are read from {MODELS} files")));
+    }
+    Ok(())
+}
+
+/// The lines of a text that ends them by line feeds, with or without carriage returns, or by carriage returns alone.
+pub(crate) fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    bytes.split(move |&byte| byte == end)
+}
+
+/// The part of a word that is a number, and its value, as C's `strtod` finds it: files have `1.0f` and `3.1+e2`. A number with a
+/// decimal comma is none: `strtod` would lose its fraction.
+pub(crate) fn number(word: &str) -> Option<(&str, f32)> {
+    if let Ok(value) = word.parse() {
+        return Some((word, value));
+    }
+    if has_decimal_comma(word) {
+        return None;
+    }
+    // Bounded: a hostile word must not cost its length squared.
+    let ends: Vec<usize> = word.char_indices().map(|(i, c)| i + c.len_utf8()).take(64).collect();
+    ends.into_iter().rev().find_map(|end| {
+        let head = word.get(..end)?;
+        Some((head, head.parse().ok()?))
+    })
+}
+
+/// Whether a word has a comma before a digit, as programs write numbers that heed the settings of some countries.
+pub(crate) fn has_decimal_comma(word: &str) -> bool {
+    word.as_bytes().windows(2).any(|pair| pair[0] == b',' && pair[1].is_ascii_digit())
+}
+
+/// The fault of a word where a number should be.
+pub(crate) fn no_number(keyword: &str, word: &str) -> Fault {
+    let remedy =
+        if has_decimal_comma(word) { "; decimals have a point, so export it again with points in place of commas" } else { "" };
+    Fault::input(format!("{keyword}: `{}` is no number{remedy}", shown(word)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that other programs write.
+    #[test]
+    fn numbers_are_read_as_c_reads_them() {
+        for (word, value) in [("1", 1.0), (".8e-001", 0.08), ("-.7e+02", -70.0), ("2.", 2.0), ("1.5f", 1.5), ("3.1+e2", 3.1)] {
+            assert_eq!(number(word).map(|n| n.1), Some(value), "{word}");
+        }
+        assert_eq!(number("1,").map(|n| n.1), Some(1.0), "the comma of a list");
+        for word in ["1,0", "-0,25", "1,5e3", "1.000,5", ",5"] {
+            assert_eq!(number(word), None, "{word}");
+        }
+        assert_eq!(number("x"), None);
+        assert_eq!(number(""), None);
+        assert_eq!(number("é1"), None);
+    }
+}

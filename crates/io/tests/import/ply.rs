@@ -1,0 +1,302 @@
+//! PLY files whose right answer is known, and what is wrong in others.
+
+use raywright_core::scene::MeshData;
+use raywright_io::{Error, ErrorKind, Input, Limits, LoadOptions, Loaded};
+
+use crate::shared::{check_sound, mesh_of, triangle_count};
+use crate::written::{ENCODINGS, Written};
+
+fn with(bytes: &[u8], limits: Limits) -> Result<Loaded, Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("test.ply");
+    std::fs::write(&path, bytes).expect("a file");
+    let loaded = raywright_io::load(&Input::Path(path.clone()), &LoadOptions { limits, ..LoadOptions::default() })?;
+    check_sound(&loaded, &path);
+    Ok(loaded)
+}
+
+fn read(bytes: &[u8]) -> Result<Loaded, Error> {
+    with(bytes, Limits::default())
+}
+
+fn mesh(text: &str) -> MeshData {
+    let loaded = read(text.as_bytes()).unwrap_or_else(|e| panic!("{text}: {e}"));
+    mesh_of(&loaded, &loaded.scene.objects[0]).clone()
+}
+
+/// A text of a triangle with more lines, words and numbers.
+fn triangle(header: &str, vertices: [&str; 3], faces: &str) -> String {
+    format!("ply\nformat ascii 1.0\n{header}end_header\n{}\n{faces}\n", vertices.join("\n"))
+}
+
+const XYZ: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+const FACES: &str = "element face 1\nproperty list uchar int vertex_indices\n";
+const PLACES: [&str; 3] = ["0 0 0", "1 0 0", "0 1 0"];
+
+/// Protects: nothing, one square and 10⁵ triangles, in all three encodings.
+#[test]
+fn faces_are_triangles() {
+    for (n, triangles) in [(0, 0), (1, 2), (224, 100_352)] {
+        let sheet = Written::sheet(n);
+        for encoding in ENCODINGS {
+            let loaded = read(&sheet.ply(encoding, "")).unwrap_or_else(|e| panic!("{e}"));
+            assert_eq!(triangle_count(&loaded), triangles);
+            let data = loaded.scene.objects.first().map(|object| mesh_of(&loaded, object));
+            if let Some(data) = data {
+                assert!(data.positions == sheet.positions && data.normals.is_empty());
+                assert!(data.indices.as_flattened().iter().eq(sheet.faces.iter().flatten()));
+            }
+        }
+    }
+    let nothing = read(b"ply\nformat ascii 1.0\nend_header\n").expect("a file");
+    assert!(nothing.warnings[0].message.contains("nothing to see"), "{:?}", nothing.warnings);
+    let points = read(triangle(XYZ, PLACES, "").as_bytes()).expect("a file");
+    assert!(points.warnings[0].message.contains("points and no faces"), "{:?}", points.warnings);
+}
+
+/// Protects: properties of every type, in any order, between lists and others that mean nothing here, faces before vertices, elements that
+/// nobody knows; the same in ASCII and in both byte orders.
+#[test]
+fn properties_in_any_order_and_type() {
+    let header = "comment made by hand\nelement face 2\nproperty uchar flags\nproperty list short uint vertex_index\nproperty list uint double \
+        weights\nelement camera 1\nproperty list uchar float view\nelement vertex 4\nproperty double z\nproperty list uchar ushort tags\n\
+        property uint8 blue\nproperty int16 x\nproperty char y\nproperty float64 nz\nproperty float ny\nproperty float nx\nproperty uint8 \
+        green\nproperty uint8 red\nproperty ushort t\nproperty int s\nobj_info end\n";
+    type Row<'a> = &'a [(&'a str, f64)];
+    let face = |corners: [u32; 3]| {
+        let [a, b, c] = corners.map(f64::from);
+        [("u8", 7.0), ("i16", 3.0), ("u32", a), ("u32", b), ("u32", c), ("u32", 2.0), ("f64", 0.5), ("f64", -0.5)]
+    };
+    let vertex = |z: f64, x: f64, y: f64, code: f64| {
+        [
+            ("f64", z),
+            ("u8", 2.0),
+            ("u16", 9.0),
+            ("u16", 65535.0),
+            ("u8", code),
+            ("i16", x),
+            ("i8", y),
+            ("f64", 0.8),
+            ("f32", 0.6),
+            ("f32", 0.0),
+            ("u8", 255.0),
+            ("u8", 0.0),
+            ("u16", 3.0),
+            ("i32", -2.0),
+        ]
+    };
+    let faces = [face([0, 1, 2]), face([2, 1, 3])];
+    let vertices = [
+        vertex(0.5, 0.0, 0.0, 255.0),
+        vertex(0.25, 300.0, 0.0, 0.0),
+        vertex(0.125, 0.0, -128.0, 0.0),
+        vertex(-2.0, 5.0, 5.0, 0.0),
+    ];
+    let camera: Row = &[("u8", 2.0), ("f32", 1.0), ("f32", 2.0)];
+    let rows: Vec<Row> = [&faces[0][..], &faces[1], camera].into_iter().chain(vertices.iter().map(|row| &row[..])).collect();
+    let mut found = Vec::new();
+    for encoding in ENCODINGS {
+        let mut out = format!("ply\nformat {encoding} 1.0\n{header}end_header\n").into_bytes();
+        for row in &rows {
+            for &(kind, value) in *row {
+                if encoding == "ascii" {
+                    out.extend(format!("{value} ").bytes());
+                    continue;
+                }
+                let mut bytes = match kind {
+                    "i8" => vec![value as i8 as u8],
+                    "u8" => vec![value as u8],
+                    "i16" => (value as i16).to_le_bytes().to_vec(),
+                    "u16" => (value as u16).to_le_bytes().to_vec(),
+                    "i32" => (value as i32).to_le_bytes().to_vec(),
+                    "u32" => (value as u32).to_le_bytes().to_vec(),
+                    "f32" => (value as f32).to_le_bytes().to_vec(),
+                    _ => value.to_le_bytes().to_vec(),
+                };
+                if encoding == "binary_big_endian" {
+                    bytes.reverse();
+                }
+                out.extend(bytes);
+            }
+            out.extend((encoding == "ascii").then_some(b'\n'));
+        }
+        let loaded = read(&out).unwrap_or_else(|e| panic!("{encoding}: {e}"));
+        assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+        found.push(mesh_of(&loaded, &loaded.scene.objects[0]).clone());
+    }
+    let first = &found[0];
+    assert_eq!(first.positions, [[0.0, 0.0, 0.5], [300.0, 0.0, 0.25], [0.0, -128.0, 0.125], [5.0, 5.0, -2.0]]);
+    assert_eq!(first.indices, [[0, 1, 2], [2, 1, 3]]);
+    assert_eq!((first.colours[0], first.colours[1]), ([0.0, 1.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]));
+    // v counts from the top in a scene.
+    assert_eq!(first.uvs, [vec![[-2.0, -2.0]; 4]]);
+    assert!((first.normals[2][1] - 0.6).abs() < 1e-6 && (first.normals[2][2] - 0.8).abs() < 1e-6);
+    assert!(found.iter().all(|mesh| mesh == first));
+}
+
+/// Protects: line ends of all three kinds, comments where they may stand, whole numbers written as fractions, a body on one line.
+#[test]
+fn texts_are_read_as_they_are_written() {
+    let text = triangle(
+        &format!("comment a\n{XYZ}comment b\nobj_info c\n\n{FACES}comment d\n"),
+        ["0.0 0 0", " 1e0\t0 0", "0 +1 -0"],
+        "3 0 1.0 2",
+    );
+    let plain = mesh(&text);
+    assert_eq!((plain.positions.len(), plain.indices.as_slice()), (3, &[[0, 1, 2]][..]));
+    assert_eq!(plain.positions[1], [1.0, 0.0, 0.0]);
+    for ends in ["\r\n", "\r"] {
+        assert!(mesh(&text.replace('\n', ends)) == plain, "{ends:?}");
+    }
+    let (head, body) = text.split_once("end_header\n").expect("both");
+    assert!(mesh(&format!("{head}end_header\n{}", body.replace('\n', " "))) == plain);
+}
+
+/// Protects: polygons are cut as those of OBJ are, large ones too; strips have all their triangles, facing one way; what has fewer than three
+/// corners is none.
+#[test]
+fn polygons_and_strips() {
+    let mut ring = Written::default();
+    ring.positions = (0..200).map(|i| [(f32::from(i as u8) / 10.0).cos(), (f32::from(i as u8) / 10.0).sin(), 0.0]).collect();
+    ring.faces = vec![(0..63).collect(), vec![0, 9, 30], vec![4, 5], vec![]];
+    for encoding in ENCODINGS {
+        let loaded = read(&ring.ply(encoding, "")).expect("a mesh");
+        assert_eq!(triangle_count(&loaded), 61 + 1);
+        assert!(loaded.warnings[0].message.contains("fewer than three corners"), "{:?}", loaded.warnings);
+    }
+    let strips = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\nproperty list int int vertex_indices\n";
+    let text = format!("ply\nformat ascii 1.0\n{strips}end_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n9 0 1 2 3 -1 3 1 1 0 \n");
+    assert_eq!(mesh(&text).indices, [[0, 1, 2], [2, 1, 3]]);
+}
+
+/// Protects: texture coordinates and colours that a face has for itself go with its corners, and replace what vertices have.
+#[test]
+fn faces_have_their_own() {
+    let header = format!(
+        "{XYZ}property float u\nproperty float v\nelement face 2\nproperty list uchar float texcoord\nproperty float red\n\
+        property list uchar int vertex_indices\nproperty float green\nproperty float blue\n"
+    );
+    let text =
+        triangle(&header, ["0 0 0 9 9", "1 0 0 9 9", "0 1 0 9 9"], "6 0 0 1 0 0.5 0.25 1 3 0 1 2 0 0\n2 7 7 0 3 2 1 0 0 1");
+    let data = mesh(&text);
+    assert_eq!(data.indices, [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(data.positions, [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]);
+    assert_eq!(
+        data.uvs,
+        [vec![[0.0, 1.0], [1.0, 1.0], [0.5, 0.75], [0.0; 2], [0.0; 2], [0.0; 2]]],
+        "a list of another length is none"
+    );
+    assert_eq!((data.colours[1], data.colours[4]), ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]));
+}
+
+/// Protects: strips beside faces that have colours and coordinates of their own are white and at (0, 0), before and after them.
+#[test]
+fn strips_beside_faces() {
+    let faces = "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty uchar red\n\
+        property uchar green\nproperty uchar blue\n";
+    let strips = "element tristrips 1\nproperty list uchar int vertex_indices\n";
+    let (face, strip) = ("3 0 1 2 6 0.5 0.5 0.5 0.5 0.5 0.5 255 0 0\n", "3 0 1 2\n");
+    for (headers, bodies, at) in [([faces, strips], [face, strip], 0), ([strips, faces], [strip, face], 3)] {
+        let data = mesh(&triangle(&format!("{XYZ}{}", headers.concat()), PLACES, &bodies.concat()));
+        assert_eq!((data.positions.len(), data.indices.len()), (6, 2));
+        assert_eq!((data.colours[at], data.uvs[0][at]), ([1.0, 0.0, 0.0, 1.0], [0.5; 2]));
+        assert_eq!((data.colours[3 - at], data.uvs[0][3 - at]), ([1.0; 4], [0.0; 2]));
+    }
+}
+
+/// Protects: fractions that count to 255 are told by one above 1, and codes of sixteen bits by their type.
+#[test]
+fn colours_of_every_type() {
+    for (kind, values) in [
+        ("float", ["0 1 0.5", "0 0 0", "1 1 1"]),
+        ("float", ["0 255 127.5", "0 0 0", "255 255 255"]),
+        ("ushort", ["0 65535 32767.0", "0 0 0", "1 1 1"]),
+    ] {
+        let properties = ["red", "green", "blue"].map(|name| format!("property {kind} {name}\n")).concat();
+        let vertices: [String; 3] = core::array::from_fn(|i| format!("{} {}", PLACES[i], values[i]));
+        let data = mesh(&triangle(&format!("{XYZ}{properties}{FACES}"), [&vertices[0], &vertices[1], &vertices[2]], "3 0 1 2"));
+        let [r, g, b, a] = data.colours[0];
+        assert!((r, g, a) == (0.0, 1.0, 1.0) && (b - 0.214_04).abs() < 1e-4, "{kind}: {:?}", data.colours[0]);
+    }
+}
+
+/// Protects: what is wrong is refused with its line or element and cause.
+#[test]
+fn errors_name_place_and_cause() {
+    let ply = |lines: &str| format!("ply\nformat ascii 1.0\n{lines}end_header\n");
+    let body = |vertices: [&str; 3], faces: &str| triangle(&format!("{XYZ}{FACES}"), vertices, faces);
+    let cases: [(String, &str); 21] = [
+        ("plx\n".to_owned(), "does not begin with `ply`"),
+        ("ply\nformat ascii 1.0\n".to_owned(), "line 3: the header has no end_header"),
+        ("ply\nend_header\n".to_owned(), "no `format` line"),
+        ("ply\nformat ascii 2.0\nend_header\n".to_owned(), "line 2: is PLY 2.0"),
+        ("ply\nformat binary 1.0\nend_header\n".to_owned(), "line 2: the format `binary`"),
+        (ply("element vertex three\n"), "line 3: `three` is no number of elements"),
+        (ply("element vertex -3\n"), "`-3` is no number of elements"),
+        (ply("property float x\n"), "line 3: a property of no element"),
+        (ply("element vertex 3\nproperty real x\n"), "line 4: `real` is no type"),
+        (ply("element vertex 3\nproperty float x\nproperty float x\n"), "line 5: the element `vertex` has two properties `x`"),
+        (ply("element vertex 0\nelement vertex 3\n"), "line 4: there are two elements `vertex`"),
+        (
+            ply("element face 1\nproperty list float int vertex_indices\n"),
+            "line 4: the list `vertex_indices` is counted in fractions",
+        ),
+        (ply("nonsense here\n"), "line 3: `nonsense here` is no line of a PLY header"),
+        (format!("{}1 2 3\n", ply("element vertex 1\nproperty float x\n")), "its vertices have no x, y and z"),
+        (body(["0 0 0", "1 zero 0", "0 1 0"], "3 0 1 2"), "line 11: vertex 1: y: `zero` is no number"),
+        (body(["0 0 0", "1 0,5 0", "0 1 0"], "3 0 1 2"), "`0,5` is no number; decimals have a point"),
+        (body(PLACES, "3 0 1 3"), "a face has vertex 3 of 3"),
+        (body(PLACES, "3 0 1 -1"), "line 13: face 0: vertex -1"),
+        (body(PLACES, "3 0 1 1.5"), "vertex_indices: `1.5` is no number"),
+        (body(PLACES, "4 0 1 2"), "face 0: the file ends here"),
+        (body(PLACES, "99 0 1 2"), "line 13: face 0: vertex_indices: 99 items, which are not there"),
+    ];
+    for (text, words) in cases {
+        let error = read(text.as_bytes()).expect_err(words);
+        assert!(error.to_string().contains(words) && error.to_string().contains("test.ply"), "{words}: {error}");
+        assert_eq!(error.kind(), ErrorKind::Input);
+    }
+}
+
+/// Protects: counts that lie take neither memory nor time, in every encoding, also where what is counted takes no bytes; limits hold.
+#[test]
+fn counts_that_lie() {
+    let sheet = Written::sheet(2);
+    for encoding in ENCODINGS {
+        let good = sheet.ply(encoding, "");
+        let text = String::from_utf8_lossy(&good).into_owned();
+        for (right, wrong) in [
+            ("element vertex 9", "element vertex 4000000000"),
+            ("element vertex 9", "element vertex 18446744073709551615"),
+            ("element face 8", "element face 4000000000"),
+            ("element face 8", "element face 9"),
+        ] {
+            let at = text.find(right).expect("it is there");
+            let bytes = [&good[..at], wrong.as_bytes(), &good[at + right.len()..]].concat();
+            assert!(read(&bytes).is_err(), "{encoding}: {wrong}");
+        }
+        let fewer = read(&[&good[..], b" 7 7"].concat()).expect("a mesh");
+        assert!(fewer.warnings[0].message.contains("bytes after the last element were ignored"), "{:?}", fewer.warnings);
+        let more = text.find("end_header").expect("it is there");
+        let bytes = [&good[..more], b"element nothing 18446744073709551615\n", &good[more..]].concat();
+        assert_eq!(triangle_count(&read(&bytes).expect("elements of nothing")), 8);
+        for limits in [Limits { triangles: 7, ..Limits::default() }, Limits { memory_bytes: 200, ..Limits::default() }] {
+            assert_eq!(with(&good, limits).expect_err("too many").kind(), ErrorKind::Limit);
+        }
+    }
+}
+
+/// Protects: triangles without area stay and do no harm; those of what is no number go with a warning.
+#[test]
+fn odd_faces() {
+    let mut sheet = Written::sheet(2);
+    sheet.faces.extend([vec![0, 0, 0], vec![0, 1, 2]]);
+    for bad in [0.0, f32::NAN, f32::INFINITY, -1e38] {
+        sheet.positions[0][1] = bad;
+        for encoding in ENCODINGS {
+            let loaded = read(&sheet.ply(encoding, "")).expect("a mesh");
+            assert_eq!(triangle_count(&loaded), if bad == 0.0 { 10 } else { 7 }, "{bad}");
+            assert_eq!(loaded.warnings.is_empty(), bad == 0.0, "{:?}", loaded.warnings);
+        }
+    }
+}

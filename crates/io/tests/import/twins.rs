@@ -1,0 +1,161 @@
+//! One mesh in several formats, from a file or through a pipe: one picture, to the bit.
+
+use raywright_core::settings::Sampling;
+use raywright_core::{Settings, prepare};
+use raywright_io::{Error, Input, Limits, LoadOptions, Loaded};
+
+use crate::written::{ENCODINGS, Written};
+
+/// What a file of that name with that content looks like, as bits.
+fn picture(loaded: &Loaded) -> Vec<[u32; 3]> {
+    let scene = &loaded.scene;
+    let settings = Settings { size: [40, 30], sampling: Sampling::resolve(scene, Some(4)), ..Settings::of(scene) };
+    let picture = prepare(scene, &settings, &()).expect("it can be rendered").render(&()).picture;
+    picture.rgb.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
+}
+
+fn from_file(name: &str, bytes: &[u8]) -> Loaded {
+    let folder = tempfile::tempdir().expect("a folder");
+    image::RgbaImage::from_fn(4, 4, |x, y| image::Rgba([x as u8 * 80, y as u8 * 80, 99, 255]))
+        .save(folder.path().join("x.png"))
+        .expect("a picture");
+    std::fs::write(folder.path().join("m.mtl"), "newmtl m\nmap_Kd x.png\n").expect("a file");
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).expect("a file");
+    let loaded = crate::shared::load(&path);
+    if !name.contains(".scene.") {
+        crate::shared::check_sound(&loaded, &path);
+    }
+    loaded
+}
+
+fn piped(bytes: &[u8]) -> Result<Loaded, Error> {
+    let input = Input::from_reader("standard input", bytes, &Limits::default())?;
+    raywright_io::load(&input, &LoadOptions::default())
+}
+
+/// Asserts that all of them look the same, and not like another.
+fn same(files: Vec<(&'static str, Vec<u8>)>, other: Option<&Written>) {
+    let seen = |(name, bytes): &(&'static str, Vec<u8>)| {
+        let loaded = from_file(name, bytes);
+        assert!(loaded.warnings.is_empty(), "{name}: {:?}", loaded.warnings);
+        (*name, picture(&loaded))
+    };
+    let pictures: Vec<_> = files.iter().map(seen).collect();
+    let (_, first) = &pictures[0];
+    assert!(first.iter().any(|pixel| pixel != &first[0]), "something is seen");
+    for (name, found) in &pictures {
+        assert!(found == first, "{name} is not {}", files[0].0);
+    }
+    if let Some(other) = other {
+        assert!(picture(&from_file("other.ply", &other.ply("ascii", ""))) != *first);
+    }
+}
+
+/// The same in OBJ and all three kinds of PLY.
+fn obj_and_ply(mesh: &Written, obj: &str, comment: &str) -> Vec<(&'static str, Vec<u8>)> {
+    let mut files = vec![("a.obj", [obj.as_bytes(), &mesh.obj()].concat())];
+    files.extend(ENCODINGS.iter().map(|encoding| ("a.ply", mesh.ply(encoding, comment))));
+    files
+}
+
+/// Protects: triangles give one picture in every format and kind; polygons, convex, concave and large ones, in OBJ and PLY.
+#[test]
+fn one_mesh_in_every_format() {
+    let sheet = Written::sheet(6);
+    let mut files = obj_and_ply(&sheet, "", "");
+    files.extend([("a.stl", sheet.stl("", |_| 0)), ("solid.stl", sheet.stl("solid", |_| 0)), ("words.stl", sheet.stl_text())]);
+    let mut moved = sheet.clone();
+    moved.positions[9][2] += 0.5;
+    same(files, Some(&moved));
+    let corner = |i: u32| {
+        let out = if i % 2 == 0 { 2.0 } else { 0.75 };
+        let [x, y] = [[1.0, 0.0], [0.75, 0.5], [0.25, 1.0], [-0.5, 0.75], [-1.0, 0.0], [-0.75, -0.5], [0.0, -1.0], [0.5, -0.75]]
+            [i as usize];
+        [x * out, y * out, 0.25 * x]
+    };
+    let star = Written {
+        positions: (0..8).map(corner).collect(),
+        faces: vec![(0..8).collect(), vec![0, 2, 4, 6]],
+        ..Written::default()
+    };
+    let mut files = obj_and_ply(&star, "", "");
+    files.push(("words.stl", star.stl_text()));
+    same(files, None);
+}
+
+/// Protects: colours of vertices, given normals, and texture coordinates with an image mean the same in OBJ and PLY.
+#[test]
+fn attributes_in_both_formats() {
+    let sheet = Written::sheet(6);
+    same(obj_and_ply(&sheet.clone().coloured(), "", ""), Some(&sheet));
+    let normals = sheet.positions.iter().map(|p| [p[0] - 0.75, 0.5, 1.0 - p[2]]).collect();
+    let shaded = Written { normals, ..sheet.clone() };
+    same(obj_and_ply(&shaded, "", ""), Some(&sheet));
+    let uvs = sheet.positions.iter().map(|p| [p[0] * 2.0 + 0.125, p[1]]).collect();
+    let mapped = Written { uvs, ..sheet.clone() };
+    same(obj_and_ply(&mapped, "mtllib m.mtl\nusemtl m\n", "comment TextureFile x.png\n"), Some(&sheet));
+}
+
+/// Protects: the two dialects of colours of binary STL mean the same, and the same as colours of PLY's faces.
+#[test]
+fn facets_have_colours_of_their_own() {
+    let sheet = Written::sheet(4);
+    let facets = (0..sheet.faces.len() as u16).map(|i| [i * 7 % 32, i * 11 % 32, 31 - i % 32]).collect();
+    let coloured = Written { facets, ..sheet.clone() };
+    let mut files: Vec<_> = ENCODINGS.iter().map(|encoding| ("a.ply", coloured.ply(encoding, ""))).collect();
+    files.push(("viscam.stl", coloured.stl("", |[r, g, b]| 0x8000 | r << 10 | g << 5 | b)));
+    files.push(("magics.stl", coloured.stl("COLOR=\u{9}\u{9}\u{9}\u{9},MATERIAL=", |[r, g, b]| b << 10 | g << 5 | r)));
+    same(files, Some(&sheet));
+}
+
+/// Protects: what comes through a pipe is known by its content and looks as the file does, whatever it is; what it names beside itself is
+/// not read, and said so.
+#[test]
+fn pipes_bring_what_files_bring() {
+    let sheet = Written::sheet(3).coloured();
+    let plain = Written { colours: Vec::new(), ..sheet.clone() };
+    let folder = tempfile::tempdir().expect("a folder");
+    let [_, glb, _] = crate::made::models(folder.path());
+    let glb = std::fs::read(glb).expect("just written");
+    let gltf = std::fs::read(crate::keyed::Made::new().write()).expect("just written");
+    let toml = "# a scene\n\nformat = 1\n[[materials]]\nname = \"m\"\nmodel.physical = {}\n[[objects]]\nshape.sphere = { centre = [0, 0, 0], \
+        radius = 1 }\nmaterial = \"m\"\n";
+    let json = r#" { "format": 1, "materials": [{ "name": "m", "model": { "physical": {} } }],
+        "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "m" }] }"#;
+    let mut files = vec![
+        ("a.obj", sheet.obj()),
+        ("a.stl", plain.stl("solid", |_| 0)),
+        ("a.stl", plain.stl("\u{7}", |_| 0)),
+        ("a.stl", plain.stl_text()),
+        ("a.gltf", gltf),
+        ("a.glb", glb),
+        ("a.scene.toml", toml.into()),
+        ("a.scene.json", json.into()),
+    ];
+    files.extend(ENCODINGS.iter().map(|encoding| ("a.ply", sheet.ply(encoding, ""))));
+    for (name, bytes) in files {
+        let (file, pipe) = (from_file(name, &bytes), piped(&bytes).unwrap_or_else(|error| panic!("{name}: {error}")));
+        assert_eq!((file.source.format, &file.hash), (pipe.source.format, &pipe.hash), "{name}");
+        assert!(picture(&file) == picture(&pipe), "{name}");
+        assert_eq!((pipe.source.name.as_str(), pipe.inputs.files().count()), ("standard input", 0));
+    }
+    let beside = [b"mtllib m.mtl\nusemtl m\n".as_slice(), &plain.obj()].concat();
+    let warnings = piped(&beside).expect("a model").warnings;
+    let words = "standard input: material library: `m.mtl` is a file, and what comes through a pipe lies in no folder";
+    assert!(warnings[0].message.starts_with(words), "{warnings:?}");
+    let buffer = br#"{ "asset": { "version": "2.0" }, "buffers": [{ "byteLength": 4, "uri": "a.bin" }] }"#;
+    let error = piped(buffer).expect_err("no buffer").to_string();
+    assert!(error.contains("`a.bin` is a file, and what comes through a pipe"), "{error}");
+    for (bytes, words) in
+        [(b"".as_slice(), "standard input: is empty"), (b"what is this", "standard input: cannot tell what kind")]
+    {
+        let error = piped(bytes).expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+    }
+    let limits = Limits { file_bytes: 9, text_bytes: 9, ..Limits::default() };
+    assert!(
+        Input::from_reader("a", [0; 10].as_slice(), &limits).is_err()
+            && Input::from_reader("a", [0; 9].as_slice(), &limits).is_ok()
+    );
+}
