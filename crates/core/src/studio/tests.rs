@@ -36,7 +36,7 @@ fn lights_go_round_with_the_camera() {
     assert!((turned - DVec3::new(-front.z, front.y, front.x)).length() < 1e-12, "{turned}");
 }
 
-/// Protects: a white surface that faces the camera is bright and not clipped, and its sides are not much darker than a third of that.
+/// Protects: a white surface that faces the camera is bright and not clipped, and its sides are no darker than a quarter of that.
 #[test]
 fn white_is_bright_and_nowhere_clipped() {
     let camera = camera(look([0.0, 1.0, 5.0], [0.0, 1.0, 0.0]));
@@ -45,9 +45,10 @@ fn white_is_bright_and_nowhere_clipped() {
     let sky = crate::light::prepare_sky::<f64>(Some(&sky), &crate::Lookup::new(&scene), &std::collections::BTreeMap::new());
     let irradiance = crate::light::Irradiance::new(&sky.expect("a gradient"));
     let at = |x: f64, y: f64, z: f64| irradiance.at(DVec3::new(x, y, z).normalize()).x;
-    assert!((0.6..0.9).contains(&at(0.0, 0.0, 1.0)), "{}", at(0.0, 0.0, 1.0));
+    let front = at(0.0, 0.0, 1.0);
+    assert!((0.6..0.9).contains(&front), "{front}");
     for normal in [[1.0, 0.0, 0.5], [-1.0, 0.0, 0.5], [0.0, 1.0, 0.2], [0.0, -1.0, 0.5]] {
         let [x, y, z] = normal;
-        assert!((0.25..1.35).contains(&at(x, y, z)), "{normal:?}: {}", at(x, y, z));
+        assert!((0.25 * front..1.35).contains(&at(x, y, z)), "{normal:?}: {}", at(x, y, z));
     }
 }
