@@ -78,7 +78,12 @@ fn a_file_of_another_kind_is_refused_with_the_kinds_that_are_read() {
     let path = place.put("notes.txt", b"Dear diary");
     let error = load(&Input::Path(path), &LoadOptions::default()).expect_err("no scene");
     assert_eq!(error.kind(), ErrorKind::Input);
-    assert!(error.to_string().contains("scenes are read from .scene.toml and .scene.json files, models from .stl, .ply, .obj, .gltf and .glb"), "{error}");
+    assert!(
+        error
+            .to_string()
+            .contains("scenes are read from .scene.toml and .scene.json files, models from .stl, .ply, .obj, .gltf and .glb"),
+        "{error}"
+    );
 }
 
 #[test]

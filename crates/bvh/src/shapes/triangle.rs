@@ -91,6 +91,7 @@ fn inside<R: Real>([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     let third = 1.0 / 3.0;
     let share = ((margin / area).sqrt() - least) / (third - least);
     let way = (ab * (third - u) + ac * (third - v)).length();
+    #[expect(clippy::manual_clamp, reason = "of a way of no length, NaN, nothing is left; a clamp would keep it")]
     let share = share.min(reach * 16.0 / way).max(0.0).min(1.0);
     [u + (third - u) * share, v + (third - v) * share]
 }

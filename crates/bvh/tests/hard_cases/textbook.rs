@@ -144,7 +144,8 @@ fn triangle(face: &Triangle<f32>, ray: &Ray<f32>) -> Option<f32> {
     let u = s.dot(p) * inverse;
     let q = s.cross(ab);
     let v = ray.direction.dot(q) * inverse;
-    if !(u.min(v).min(1.0 - (u + v)) >= 0.0) {
+    let is_inside = u.min(v).min(1.0 - (u + v)) >= 0.0;
+    if !is_inside {
         return None;
     }
     let t = ac.dot(q) * inverse;

@@ -82,7 +82,7 @@ fn few_points_stand_for_many() {
     const N: usize = 300;
     let lean = |p: DVec3| DVec3::new(p.x + 20.0 * p.y, p.y, p.z + 7.0 * p.y + 3.0);
     let points: Vec<DVec3> = (0..N * N)
-        .map(|i| towards((i % N) as f64 * 6.3 / N as f64, ((i / N) as f64 / N as f64 - 0.5) * 3.14))
+        .map(|i| towards((i % N) as f64 * 6.3 / N as f64, ((i / N) as f64 / N as f64 - 0.5) * 3.13))
         .map(|p| lean(p * DVec3::new(0.3, 9.0, 1.0)))
         .collect();
     let mut positions: Vec<[f64; 3]> = points.iter().map(|p| p.to_array()).collect();

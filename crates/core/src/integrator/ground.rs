@@ -17,12 +17,14 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         let (ray, zero) = (&leg.ray, R::ZERO);
         let t = (ground.height - ray.origin.y()) / ray.direction.y();
         // Seen from below, it is not there.
-        if ray.direction.y() >= zero || !(t > -leg.ahead) {
+        let is_met = ray.direction.y() < zero && t > -leg.ahead;
+        if !is_met {
             return R::ONE;
         }
         let met = ray.at(t);
         let point: R::Vec3 = Vector::new(met.x(), ground.height, met.z());
-        if !((point - ground.centre).length() <= ground.reach) {
+        let is_near = (point - ground.centre).length() <= ground.reach;
+        if !is_near {
             return R::ONE;
         }
         let direction = Vector::from_f64(ground.light.direction(pair(*address, Purpose::Ground).map(f64::from)));
