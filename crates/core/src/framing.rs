@@ -59,12 +59,12 @@ impl View {
 pub struct Silhouette {
     /// Points whose convex hull is nearly the scene's.
     points: Vec<DVec3>,
-    faces: Faces,
+    faces: FacingAreas,
 }
 
 /// Which way surfaces face.
 #[derive(Clone, Copy, Debug, Default)]
-struct Faces {
+struct FacingAreas {
     /// Area of all triangles that were looked at.
     area: f64,
     /// Their normals by area.
@@ -121,21 +121,21 @@ impl Silhouette {
             }
         }
         let points = outermost(&points, FINE);
-        let faces = Faces::of(scene, &lookup, Aabb::from_points(points.iter().copied()).centre(), triangles / FACES + 1);
+        let faces = FacingAreas::of(scene, &lookup, Aabb::from_points(points.iter().copied()).centre(), triangles / FACES + 1);
         Self { points, faces }
     }
 
     /// That of a box.
     pub fn of_box(bounds: &Aabb) -> Self {
         let points = if bounds.is_empty() { Vec::new() } else { bounds.corners().to_vec() };
-        Self { points, faces: Faces::default() }
+        Self { points, faces: FacingAreas::default() }
     }
 
     /// The view in which a scene is seen where none is asked for: flat things from their front, rooms through the side that is open, and
     /// everything else from slightly above and to the side.
     pub fn front(&self) -> View {
         let extent = Aabb::from_points(self.points.iter().copied()).extent();
-        let Faces { area, sum, outward } = self.faces;
+        let FacingAreas { area, sum, outward } = self.faces;
         let across = |axis: usize| extent[(axis + 1) % 3].min(extent[(axis + 2) % 3]);
         let thin = |share: f64| (0..3).find(|&axis| extent[axis] < share * across(axis));
         let facing = |axis: usize| if sum[axis] < -0.05 * area { -1.0 } else { 1.0 };
@@ -217,7 +217,7 @@ const SHEET: f64 = 0.02;
 const ROOM: f64 = 0.1;
 const RELIEF: f64 = 0.5;
 
-impl Faces {
+impl FacingAreas {
     /// Of every so many triangles of a scene.
     fn of(scene: &Scene, lookup: &Lookup<'_>, middle: DVec3, step: usize) -> Self {
         let mut faces = Self::default();

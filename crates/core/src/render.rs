@@ -11,7 +11,7 @@ use std::sync::{Mutex, MutexGuard};
 use raywright_bvh::{Ray, Real};
 
 use self::ahead::{Ahead, Samples};
-use self::first_hits::FirstHits;
+use self::first_hits::FirstHitSums;
 use self::queue::{Next, Queue};
 use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
@@ -155,7 +155,7 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
             Sampling::Pattern(Pattern::Corners) => (dropped, met) = self.corners::<B>(&mut tracer, &mut plane, finish),
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 dropped = 0;
-                let mut firsts = FirstHits::new(self.plan);
+                let mut firsts = FirstHitSums::new(self.plan);
                 let (mut pixel, mut ahead) = (Gather::<R, B>::default(), Ahead::default());
                 let mut place = 0;
                 for y in self.rows() {
@@ -217,7 +217,7 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
         let (lattice, hits) = self.lattice(tracer);
         let row = self.area.width as usize + 1;
         let mut dropped = 0;
-        let mut firsts = FirstHits::new(self.plan);
+        let mut firsts = FirstHitSums::new(self.plan);
         let mut pixel = Gather::<R, B>::default();
         for (y, upper) in lattice.chunks_exact(row).take(self.area.height as usize).enumerate() {
             let lower = &lattice[(y + 1) * row..][..row];

@@ -58,7 +58,7 @@ impl Coding {
 
 /// What a file's header says, as far as it is needed.
 #[derive(Debug)]
-struct Container<'b> {
+struct Ktx2Container<'b> {
     width: u32,
     height: u32,
     coding: Coding,
@@ -73,8 +73,8 @@ struct Container<'b> {
 /// A fault of kind input for a broken file and for one that is no flat picture in a coding that is read, of kind limit for a larger one than
 /// `limits` allow.
 pub(crate) fn decode(bytes: &[u8], limits: &Limits) -> Outcome<ImageData> {
-    let container = Container::read(bytes, limits)?;
-    let Container { width, height, .. } = container;
+    let container = Ktx2Container::read(bytes, limits)?;
+    let Ktx2Container { width, height, .. } = container;
     let pixels = match container.coding {
         Coding::Basis => transcoded(bytes)?,
         Coding::Plain { channels, reversed } => container.plain(channels, reversed)?,
@@ -101,10 +101,10 @@ fn broken(why: &str) -> Fault {
 /// # Errors
 /// As [`decode`] for what a header can say.
 pub(crate) fn size(bytes: &[u8], limits: &Limits) -> Outcome<[u32; 2]> {
-    Container::read(bytes, limits).map(|Container { width, height, .. }| [width, height])
+    Ktx2Container::read(bytes, limits).map(|Ktx2Container { width, height, .. }| [width, height])
 }
 
-impl<'b> Container<'b> {
+impl<'b> Ktx2Container<'b> {
     fn read(bytes: &'b [u8], limits: &Limits) -> Outcome<Self> {
         let short = || Fault::input("is a KTX2 picture that ends inside its header");
         let word = |at: u64| word(bytes, at).ok_or_else(short);

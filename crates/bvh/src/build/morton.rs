@@ -26,7 +26,7 @@ pub(super) struct Sorted {
 pub(super) fn sorted(boxes: &[PaddedBox], least: SortPrecision) -> Option<Sorted> {
     let mut boxes = boxes.to_vec();
     let grown = grow(&mut boxes);
-    let shares = PrimitiveCounts::new(&boxes)?;
+    let shares = MortonFrame::new(&boxes)?;
     let (places, precision) = match least {
         SortPrecision::U64 => order(&boxes, |b| morton_encode_u64_unorm(shares.of(b))).map(|places| (places, least)),
         SortPrecision::U128 => None,
@@ -50,12 +50,12 @@ fn centre(b: &PaddedBox) -> Vec3A {
 }
 
 /// Centres as shares of the whole box, by the operations of `obvhs` in their order.
-struct PrimitiveCounts {
+struct MortonFrame {
     scale: DVec3,
     offset: DVec3,
 }
 
-impl PrimitiveCounts {
+impl MortonFrame {
     /// None where the whole box is too large for f32.
     fn new(boxes: &[PaddedBox]) -> Option<Self> {
         let (min, max) = whole(boxes);
@@ -77,7 +77,7 @@ fn whole(boxes: &[PaddedBox]) -> (Vec3A, Vec3A) {
 /// than any share of 1 − 2⁻²¹ needs, and far more than the pads, or there would be no such share.
 fn grow(boxes: &mut [PaddedBox]) -> bool {
     const BEYOND: f32 = 1.0 / (1 << 18) as f32;
-    let Some(shares) = PrimitiveCounts::new(boxes) else { return false };
+    let Some(shares) = MortonFrame::new(boxes) else { return false };
     let most = boxes.iter().fold(DVec3::ZERO, |most, b| most.max(shares.of(b)));
     let (min, max) = whole(boxes);
     let mut grown = false;
@@ -112,7 +112,7 @@ mod tests {
                     })
                 });
                 let sorted = sorted(&walls.collect::<Vec<_>>(), SortPrecision::U64).unwrap();
-                let shares = PrimitiveCounts::new(&sorted.boxes).unwrap();
+                let shares = MortonFrame::new(&sorted.boxes).unwrap();
                 for b in &sorted.boxes {
                     let share = shares.of(b);
                     assert!(share.max_element() < 1.0, "{scale} {least} {share}");

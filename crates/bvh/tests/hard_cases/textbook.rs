@@ -18,7 +18,8 @@ pub fn intersect(shape: &AnyShape<f32>, ray: &Ray<f32>) -> Option<f32> {
         AnyShape::Cone(cone) => first(self::cone(cone, ray)?, |_| true),
         AnyShape::Torus(ring) => torus(ring, ray),
         AnyShape::Triangle(face) => triangle(face, ray),
-        _ => unimplemented!("no case asks for it"),
+        // A comparator is written where a case shows what it gets wrong; the others would be formulas that nothing runs.
+        _ => panic!("the textbook's formulas are those of sphere, ellipsoid, hyperboloid, cone, torus and triangle"),
     }
 }
 

@@ -6,8 +6,8 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::Listener;
+use super::renderer::{Now, Renderer, Stopwatch, Take, Unfinished, stopwatch};
 use super::setting::Setting;
-use super::studio::{Now, Stopwatch, Studio, Take, Unfinished, stopwatch};
 use crate::bench::Spread;
 use crate::display::Display;
 use crate::effects::{Effect, EffectSet, SWITCHABLE, detect};
@@ -118,7 +118,7 @@ impl Bench<'_> {
     }
 
     fn take(&self, settings: &Settings, round: u64) -> Result<Take, Unfinished> {
-        let studio = Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now };
+        let studio = Renderer { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now };
         studio.take(&Setting::default(), round, self.start + self.budget)
     }
 

@@ -8,11 +8,11 @@ mod effects;
 mod estimate;
 mod frontier;
 mod outputs;
+mod renderer;
 mod report;
 mod session;
 mod setting;
 mod shots;
-mod studio;
 
 use core::time::Duration;
 use std::time::Instant;
@@ -98,6 +98,6 @@ pub fn measure(
     observer: &dyn Observer,
     listener: &mut dyn Listener,
 ) -> Result<(Report, KeptReference), MeasureError> {
-    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, (studio::stopwatch, &Instant::now))
+    session::Session::new(scene, settings, Display::of(&scene.render), *effort, observer, (renderer::stopwatch, &Instant::now))
         .run(start, listener)
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::studio::Stopwatch;
+use super::renderer::Stopwatch;
 use crate::bench::Spread;
 use crate::display::{Display, Output};
 use crate::ladder::{Ladder, Rung};

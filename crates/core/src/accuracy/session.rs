@@ -10,10 +10,10 @@ use std::vec;
 
 use self::reach::samples_of;
 use super::outputs::outputs;
+use super::renderer::{Now, ReferenceTime, Renderer, Stopwatch};
 use super::report::{LadderReport, Report, RungReport, Shown};
 use super::setting::Setting;
 use super::shots::Shots;
-use super::studio::{Now, ReferenceTime, Stopwatch, Studio};
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
 use crate::dispatch::collapsed;
 use crate::display::Display;
@@ -144,11 +144,11 @@ impl<'a> Session<'a> {
         Ok((report, KeptReference { rungs: exact.choices().to_vec(), film }))
     }
 
-    fn studio<'s>(&self, settings: &'s Settings) -> Studio<'s>
+    fn studio<'s>(&self, settings: &'s Settings) -> Renderer<'s>
     where
         'a: 's,
     {
-        Studio { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now }
+        Renderer { scene: self.scene, settings, observer: self.observer, stopwatch: self.stopwatch, now: self.now }
     }
 
     fn explained(&self, error: PrepareError) -> MeasureError {

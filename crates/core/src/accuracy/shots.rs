@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use super::estimate::{Apart, Truth};
 use super::frontier::Point;
+use super::renderer::{Renderer, Take, Unfinished};
 use super::report::{Measured, Paid};
 use super::setting::Setting;
-use super::studio::{Studio, Take, Unfinished};
 use crate::bench::Spread;
 use crate::metrics::{DEFAULT_PIXELS_PER_DEGREE, flip, statistics};
 use crate::picture::Picture;
@@ -26,13 +26,13 @@ pub(super) struct Reference {
 }
 
 pub(super) struct Shots<'a> {
-    pub studio: &'a Studio<'a>,
+    pub studio: &'a Renderer<'a>,
     pub truth: &'a Reference,
     taken: Vec<(Setting, Vec<(u64, Take)>)>,
 }
 
 impl<'a> Shots<'a> {
-    pub fn new(studio: &'a Studio<'a>, truth: &'a Reference) -> Self {
+    pub fn new(studio: &'a Renderer<'a>, truth: &'a Reference) -> Self {
         Self { studio, truth, taken: Vec::new() }
     }
 

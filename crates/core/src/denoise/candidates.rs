@@ -5,8 +5,8 @@ use core::array::from_fn;
 
 use super::features::features;
 use super::filter::{FAR, FilterOutput, Guide, NEAR, Strictness, filter};
-use super::plane::{Colour, Plane, Window, black, brightest, mean, smooth_variance, variance};
-use super::{FOUR, Pixel, ReplicateQuad, TILE};
+use super::plane::{Colour, PixelPlane, Window, black, brightest, mean, smooth_variance, variance};
+use super::{CandidatePixel, FOUR, ReplicateQuad, TILE};
 use crate::observer::Observer;
 
 /// Added to the albedo that light is divided by: black surfaces reflect, too.
@@ -39,7 +39,7 @@ struct Tile {
     emission: [Colour; FOUR],
     albedo: [Colour; FOUR],
     normal: [Colour; FOUR],
-    depth: Plane,
+    depth: PixelPlane,
     /// What each replicate's radiance has beyond the mean of all.
     noise: [Colour; FOUR],
 }
@@ -47,7 +47,7 @@ struct Tile {
 impl Tile {
     fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
         let all = || -> [Colour; FOUR] { from_fn(|_| black(window)) };
-        let depth = Plane::zero(window.width, window.height);
+        let depth = PixelPlane::zero(window.width, window.height);
         let mut tile = Self { light: all(), emission: all(), albedo: all(), normal: all(), depth, noise: all() };
         for i in 0..window.pixels() {
             let pixel = (window.y + i / window.width) * width + window.x + i % window.width;
@@ -75,7 +75,13 @@ impl Tile {
 }
 
 /// Fills rows of pixels from `top` on, tile by tile.
-pub(super) fn fill_band(four: &ReplicateQuad<'_>, size: [usize; 2], top: usize, pixels: &mut [Pixel], observer: &dyn Observer) {
+pub(super) fn fill_band(
+    four: &ReplicateQuad<'_>,
+    size: [usize; 2],
+    top: usize,
+    pixels: &mut [CandidatePixel],
+    observer: &dyn Observer,
+) {
     let [width, _] = size;
     let height = pixels.len() / width;
     for x in (0..width).step_by(TILE[0]) {
@@ -85,7 +91,7 @@ pub(super) fn fill_band(four: &ReplicateQuad<'_>, size: [usize; 2], top: usize, 
         let core = Window { x, y: top, width: TILE[0].min(width - x), height };
         let window = core.grow(MARGIN, size);
         let tile = Tile::load(four, window, width);
-        let mut out = vec![Pixel::default(); core.pixels()];
+        let mut out = vec![CandidatePixel::default(); core.pixels()];
         for [filtered, by] in [[[0, 1], [2, 3]], [[2, 3], [0, 1]]] {
             tile.cross_filter(filtered, by, (core, window, size), &mut out);
         }
@@ -102,24 +108,24 @@ impl Tile {
         filtered: [usize; 2],
         by: [usize; 2],
         (core, window, size): (Window, Window, [usize; 2]),
-        out: &mut [Pixel],
+        out: &mut [CandidatePixel],
     ) {
         let places = [GUIDE_REACH, 0].map(|reach| core.grow(reach, size).within(window));
         let [one, other] = by;
         // Each of the guiding half by its fellow, the others by both.
         let limits = by.map(|r| brightest(&self.light[r]));
         let guides = [0, 1].map(|k: usize| dim_fireflies(&self.light[by[k]], &limits[1 - k]));
-        let limit = Plane::of([&brightest(&guides[0]), &brightest(&guides[1])], |[a, b]| a.max(b));
+        let limit = PixelPlane::of([&brightest(&guides[0]), &brightest(&guides[1])], |[a, b]| a.max(b));
         let targets = filtered.map(|r| dim_fireflies(&self.light[r], &limit));
         let albedo = [&self.albedo[one], &self.albedo[other]];
         let normal = [&self.normal[one], &self.normal[other]];
-        let floor = mean(albedo).map(|plane| Plane::of([&plane], |[a]| a + LEAST_ALBEDO));
+        let floor = mean(albedo).map(|plane| PixelPlane::of([&plane], |[a]| a + LEAST_ALBEDO));
         let floors = filtered.map(|r| {
             from_fn(|i| {
-                Plane::of([&self.albedo[r][i], &albedo[0][i], &albedo[1][i]], |[a, b, c]| (a + b + c) / 3.0 + LEAST_ALBEDO)
+                PixelPlane::of([&self.albedo[r][i], &albedo[0][i], &albedo[1][i]], |[a, b, c]| (a + b + c) / 3.0 + LEAST_ALBEDO)
             })
         });
-        let over = |of: &Colour, floor: &Colour| -> Colour { from_fn(|i| Plane::of([&of[i], &floor[i]], |[a, b]| a / b)) };
+        let over = |of: &Colour, floor: &Colour| -> Colour { from_fn(|i| PixelPlane::of([&of[i], &floor[i]], |[a, b]| a / b)) };
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
         let divided: [Colour; 2] = from_fn(|k| over(&targets[k], &floors[k]));
         let of_light = features(albedo, normal, &self.depth, false);
@@ -155,39 +161,44 @@ impl Tile {
 }
 
 /// Light no brighter than what a limit of the brightest channel near it allows, in its own hue.
-fn dim_fireflies(light: &Colour, limit: &Plane) -> Colour {
-    let share = Plane::of([&brightest(light), &limit.max_filter()], |[own, near]| {
+fn dim_fireflies(light: &Colour, limit: &PixelPlane) -> Colour {
+    let share = PixelPlane::of([&brightest(light), &limit.max_filter()], |[own, near]| {
         ((FIREFLY * near.max(0.0) + DARK) / own.max(1e-9)).min(1.0)
     });
-    from_fn(|i| Plane::of([&light[i], &share], |[of, share]| of * share))
+    from_fn(|i| PixelPlane::of([&light[i], &share], |[of, share]| of * share))
 }
 
 /// Both passes: of the guides themselves, and of the targets by what comes of that. `places`: where the second guide is wanted, and where
 /// the result is.
-fn filter_twice(guides: [&Colour; 2], targets: [&Colour; 2], features: &[(Plane, Plane)], places: [Window; 2]) -> FilterOutput {
+fn filter_twice(
+    guides: [&Colour; 2],
+    targets: [&Colour; 2],
+    features: &[(PixelPlane, PixelPlane)],
+    places: [Window; 2],
+) -> FilterOutput {
     let colour = mean(guides);
     let noise = smooth_variance(&variance(guides));
-    let inverse_noise = Plane::of([&noise], |[v]| 1.0 / (v + 1e-8));
-    let both: Vec<&Plane> = guides.into_iter().flatten().collect();
+    let inverse_noise = PixelPlane::of([&noise], |[v]| 1.0 / (v + 1e-8));
+    let both: Vec<&PixelPlane> = guides.into_iter().flatten().collect();
     let first =
         Guide { colour: &colour, variance: &noise, noise: &noise, inverse_noise: &inverse_noise, features, strictness: FIRST };
     let means = filter(&first, &both, places[0], &NEAR).means;
     let size = [colour[0].width, colour[0].height];
-    let placed: Vec<Plane> = means.iter().map(|mean| expand(mean, places[0], size)).collect();
+    let placed: Vec<PixelPlane> = means.iter().map(|mean| expand(mean, places[0], size)).collect();
     let [one, other] = [0, 3].map(|from: usize| -> Colour { from_fn(|i| placed[from + i].clone()) });
     let colour = mean([&one, &other]);
     let own = smooth_variance(&variance([&one, &other]));
     let unsure =
-        Plane::of([&own, &colour[0], &colour[1], &colour[2]], |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7);
+        PixelPlane::of([&own, &colour[0], &colour[1], &colour[2]], |[v, r, g, b]| v + UNSURE * (r * r + g * g + b * b) + 1e-7);
     let second =
         Guide { colour: &colour, variance: &unsure, noise: &noise, inverse_noise: &inverse_noise, features, strictness: SECOND };
-    let targets: Vec<&Plane> = targets.into_iter().flatten().collect();
+    let targets: Vec<&PixelPlane> = targets.into_iter().flatten().collect();
     filter(&second, &targets, places[1], &FAR)
 }
 
 /// A rectangle of a plane as the whole of it; the rest is not looked at.
-fn expand(of: &Plane, place: Window, [width, height]: [usize; 2]) -> Plane {
-    let mut all = Plane::zero(width, height);
+fn expand(of: &PixelPlane, place: Window, [width, height]: [usize; 2]) -> PixelPlane {
+    let mut all = PixelPlane::zero(width, height);
     for (y, row) in of.at.chunks_exact(place.width).enumerate() {
         all.at[(place.y + y) * width + place.x..][..place.width].copy_from_slice(row);
     }

@@ -11,8 +11,8 @@ use core::array::from_fn;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::mixture::{FLOOR, replicate_statistics};
-use super::plane::Plane;
-use super::{Denoised, Pixel};
+use super::plane::PixelPlane;
+use super::{CandidatePixel, Denoised};
 use crate::film::{BRIGHTEST, Doubt, Estimate, FOUR, Film, ReplicateQuad, Uncertainty};
 use crate::picture::Picture;
 
@@ -87,7 +87,7 @@ impl ErrorSums {
 }
 
 /// The picture of mixed pixels, with its claim.
-pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Picture, pixels: &[Pixel]) -> Denoised {
+pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Picture, pixels: &[CandidatePixel]) -> Denoised {
     let [width, height] = film.size().map(|edge| edge as usize);
     let [mut absolute, mut relative, mut by_whole, mut by_base] = [(); 4].map(|()| ErrorSums::new([width, height]));
     let (mut before, mut change) = (0.0, 0.0);
@@ -122,13 +122,15 @@ pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Pictu
 
 /// Roots of the squared errors of pixels, by what their neighbours' are, in radiance or relative to theirs, whichever says less: beside a lamp
 /// the one is the lamp's, and of a lamp the other is what is dark beside it, times its own brightness.
-fn errors([width, height]: [usize; 2], pixels: &[Pixel]) -> Vec<[f32; 3]> {
-    let near = |of: &(dyn Fn(&Pixel) -> f32 + Sync)| Plane { width, height, at: pixels.iter().map(of).collect() }.box_mean(REACH);
-    let channels: Vec<[Plane; 2]> = (0..3)
+fn errors([width, height]: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
+    let near = |of: &(dyn Fn(&CandidatePixel) -> f32 + Sync)| {
+        PixelPlane { width, height, at: pixels.iter().map(of).collect() }.box_mean(REACH)
+    };
+    let channels: Vec<[PixelPlane; 2]> = (0..3)
         .into_par_iter()
         .map(|i| [near(&|pixel| pixel.apart[0][i]), near(&|pixel| pixel.apart[0][i] / relative_to(pixel, i))])
         .collect();
-    let of = |(place, pixel): (usize, &Pixel)| {
+    let of = |(place, pixel): (usize, &CandidatePixel)| {
         from_fn(|i| {
             let [absolute, relative] = channels[i].each_ref().map(|plane| plane.at[place]);
             absolute.min(relative * relative_to(pixel, i)).max(0.0).sqrt()
@@ -138,7 +140,7 @@ fn errors([width, height]: [usize; 2], pixels: &[Pixel]) -> Vec<[f32; 3]> {
 }
 
 /// What a pixel's squared error is relative to.
-fn relative_to(pixel: &Pixel, channel: usize) -> f32 {
+fn relative_to(pixel: &CandidatePixel, channel: usize) -> f32 {
     pixel.added[1][channel].max(0.0) * pixel.base[channel].max(0.0) + FLOOR as f32
 }
 

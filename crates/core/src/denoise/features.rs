@@ -1,6 +1,6 @@
 //! What one half of the replicates says of surfaces: features by which places are told apart, each with the difference that is let through.
 
-use super::plane::{Colour, Plane, mean};
+use super::plane::{Colour, PixelPlane, mean};
 
 /// Differences that are always let through, squared: of the albedo of light and of what is seen by itself, of normals and of logarithms of
 /// distances.
@@ -17,22 +17,27 @@ const ENDLESS: f32 = 12.0;
 
 /// Features, each with the inverse of the squared difference that is let through: three of the albedo, three of the normal, one of the
 /// distance. `sharp`: for what is seen by itself, which takes less than lit surfaces do to be something else.
-pub(super) fn features(albedo: [&Colour; 2], normal: [&Colour; 2], depth: &Plane, sharp: bool) -> Vec<(Plane, Plane)> {
+pub(super) fn features(
+    albedo: [&Colour; 2],
+    normal: [&Colour; 2],
+    depth: &PixelPlane,
+    sharp: bool,
+) -> Vec<(PixelPlane, PixelPlane)> {
     let mut features = Vec::with_capacity(7);
     let noise =
-        |[one, other]: [&Colour; 2], i: usize| Plane::of([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1);
+        |[one, other]: [&Colour; 2], i: usize| PixelPlane::of([&one[i], &other[i]], |[a, b]| (a - b) * (a - b) / 4.0).box_mean(1);
     let least = if sharp { SHARP_ALBEDO } else { ALBEDO };
     for (i, plane) in mean(albedo).into_iter().enumerate() {
-        let tolerance = Plane::of([&noise(albedo, i)], |[noise]| 1.0 / least.max(MORE * noise));
+        let tolerance = PixelPlane::of([&noise(albedo, i)], |[noise]| 1.0 / least.max(MORE * noise));
         features.push((plane, tolerance));
     }
     for (i, plane) in mean(normal).into_iter().enumerate() {
         let of = [&noise(normal, i), &plane.slope()];
-        let tolerance = Plane::of(of, |[noise, slope]| 1.0 / NORMAL.max(MORE * noise.max(slope)));
+        let tolerance = PixelPlane::of(of, |[noise, slope]| 1.0 / NORMAL.max(MORE * noise.max(slope)));
         features.push((plane, tolerance));
     }
-    let log = Plane::of([depth], |[z]| if z > 0.0 { libm::logf(z.max(1e-4)) } else { ENDLESS });
-    let tolerance = Plane::of([&log.slope()], |[slope]| 1.0 / DEPTH.max(MORE * slope));
+    let log = PixelPlane::of([depth], |[z]| if z > 0.0 { libm::logf(z.max(1e-4)) } else { ENDLESS });
+    let tolerance = PixelPlane::of([&log.slope()], |[slope]| 1.0 / DEPTH.max(MORE * slope));
     features.push((log, tolerance));
     features
 }

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use raywright_bvh::{Loops, widest};
 
-use super::plane::{Colour, Plane, Window};
+use super::plane::{Colour, PixelPlane, Window};
 
 /// What a difference is squared by: the inverse of the square of how much more than noise is let through, and how far the pixel's own
 /// difference counts beside the mean over its neighbours.
@@ -22,19 +22,19 @@ pub(super) struct Strictness {
 pub(super) struct Guide<'a> {
     pub colour: &'a Colour,
     /// Its variance, all channels together.
-    pub variance: &'a Plane,
+    pub variance: &'a PixelPlane,
     /// Variance of what is filtered: what has much more of it counts less. With it its inverse.
-    pub noise: &'a Plane,
-    pub inverse_noise: &'a Plane,
+    pub noise: &'a PixelPlane,
+    pub inverse_noise: &'a PixelPlane,
     /// Features, each with the inverse of the squared difference that is let through.
-    pub features: &'a [(Plane, Plane)],
+    pub features: &'a [(PixelPlane, PixelPlane)],
     pub strictness: Strictness,
 }
 
 /// Means, and the share that pixels have in their own.
 pub(super) struct FilterOutput {
-    pub means: Vec<Plane>,
-    pub own: Plane,
+    pub means: Vec<PixelPlane>,
+    pub own: PixelPlane,
 }
 
 /// Places around a pixel, as steps down and to the right. With one there is its opposite, so that no picture is moved.
@@ -59,13 +59,13 @@ fn offsets(radius: isize, share: f64, dense: isize) -> Offsets {
 
 /// Filters the targets within `core`, a rectangle of their planes, by offsets. Nothing beyond the planes is looked at: where they end
 /// before the picture does, they are to be wider than the core by what offsets reach, and one more.
-pub(super) fn filter(guide: &Guide<'_>, targets: &[&Plane], core: Window, offsets: &Offsets) -> FilterOutput {
+pub(super) fn filter(guide: &Guide<'_>, targets: &[&PixelPlane], core: Window, offsets: &Offsets) -> FilterOutput {
     widest(Pass { guide, targets, core, offsets })
 }
 
 struct Pass<'a> {
     guide: &'a Guide<'a>,
-    targets: &'a [&'a Plane],
+    targets: &'a [&'a PixelPlane],
     core: Window,
     offsets: &'a Offsets,
 }
@@ -83,8 +83,8 @@ impl Loops for Pass<'_> {
     #[inline(always)]
     fn run(self) -> FilterOutput {
         let Self { core, targets, .. } = self;
-        let mut means: Vec<Plane> = targets.iter().map(|_| Plane::zero(core.width, core.height)).collect();
-        let [mut sums, mut own] = [(); 2].map(|()| Plane::zero(core.width, core.height));
+        let mut means: Vec<PixelPlane> = targets.iter().map(|_| PixelPlane::zero(core.width, core.height)).collect();
+        let [mut sums, mut own] = [(); 2].map(|()| PixelPlane::zero(core.width, core.height));
         let width = self.guide.variance.width;
         let row = || [(); 3].map(|()| vec![0.0; width]);
         let mut rows = Rows { differences: row(), means: row(), weights: vec![0.0; width] };
@@ -101,7 +101,12 @@ impl Loops for Pass<'_> {
 impl Pass<'_> {
     /// Adds the pixels at one offset.
     #[inline(always)]
-    fn add(&self, [dy, dx]: [isize; 2], rows: &mut Rows, (means, sums, own): (&mut [Plane], &mut Plane, &mut Plane)) {
+    fn add(
+        &self,
+        [dy, dx]: [isize; 2],
+        rows: &mut Rows,
+        (means, sums, own): (&mut [PixelPlane], &mut PixelPlane, &mut PixelPlane),
+    ) {
         let (width, height) = (self.guide.variance.width, self.guide.variance.height);
         // Where both places are in the planes, and where they are asked for.
         let both = |step: isize, end: usize| ((-step).max(0) as usize, (end as isize - step.max(0)).max(0) as usize);

@@ -10,7 +10,7 @@ use core::ops::Range;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
-use super::{CANDIDATES, FOUR, Pixel, ReplicateQuad};
+use super::{CANDIDATES, CandidatePixel, FOUR, ReplicateQuad};
 
 /// Pixels to each side that count as surroundings.
 const REACH: usize = 20;
@@ -34,7 +34,7 @@ const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 type Moments = [f64; CANDIDATES + PAIRS.len()];
 
 /// The colour that all candidates together would make, and the one without the pixel's own noise, as far as they are alike.
-pub(super) fn colours(mean: [f64; 3], pixel: &Pixel) -> [[f64; 3]; 2] {
+pub(super) fn colours(mean: [f64; 3], pixel: &CandidatePixel) -> [[f64; 3]; 2] {
     let whole = from_fn(|i| mean[i] + pixel.added.iter().map(|added| f64::from(added[i])).sum::<f64>());
     let base = from_fn(|i: usize| {
         let (below, above) = (f64::min(whole[i], 0.0), f64::max(whole[i], 0.0));
@@ -54,7 +54,7 @@ pub(super) fn replicate_statistics(radiance: [[f64; 3]; FOUR]) -> [[f64; 3]; 3] 
 }
 
 /// Mixes all pixels.
-pub(super) fn mix(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels: &mut [Pixel]) {
+pub(super) fn mix(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels: &mut [CandidatePixel]) {
     let bands = (0..height.div_ceil(BAND)).into_par_iter();
     let rows = |band: usize| band * BAND..((band + 1) * BAND).min(height);
     let shares: Vec<Vec<[f32; CANDIDATES]>> = bands.map(|band| shares(four, [width, height], pixels, rows(band))).collect();
@@ -66,7 +66,7 @@ pub(super) fn mix(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels:
 }
 
 /// Leaves of a pixel what is added in all, what its colour is without its own noise, and its squared error.
-fn settle(pixel: &mut Pixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOUR]) {
+fn settle(pixel: &mut CandidatePixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOUR]) {
     let [mean, _, error] = replicate_statistics(radiance);
     let sum = |of: &[[f32; 3]; CANDIDATES], i: usize| {
         of.iter().zip(shares).map(|(of, share)| f64::from(share) * f64::from(of[i])).sum::<f64>()
@@ -74,7 +74,7 @@ fn settle(pixel: &mut Pixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOU
     let [whole, base] = colours(mean, pixel);
     let added: [f64; 3] = from_fn(|i| sum(&pixel.added, i));
     let error: [f64; 3] = from_fn(|i| added[i] * added[i] + 2.0 * sum(&pixel.apart, i) + error[i]);
-    *pixel = Pixel {
+    *pixel = CandidatePixel {
         base: base.map(|base| base as f32),
         added: [added.map(|added| added as f32), whole.map(|whole| whole as f32), [0.0; 3]],
         apart: [error.map(|error| error as f32), [0.0; 3], [0.0; 3]],
@@ -82,7 +82,12 @@ fn settle(pixel: &mut Pixel, shares: [f32; CANDIDATES], radiance: [[f64; 3]; FOU
 }
 
 /// Shares of each candidate in the pixels of some rows.
-fn shares(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels: &[Pixel], rows: Range<usize>) -> Vec<[f32; CANDIDATES]> {
+fn shares(
+    four: &ReplicateQuad<'_>,
+    [width, height]: [usize; 2],
+    pixels: &[CandidatePixel],
+    rows: Range<usize>,
+) -> Vec<[f32; CANDIDATES]> {
     let first = rows.start.saturating_sub(REACH);
     let wide = first..(rows.end + REACH).min(height);
     let moments: Vec<Moments> =
@@ -112,7 +117,7 @@ fn shares(four: &ReplicateQuad<'_>, [width, height]: [usize; 2], pixels: &[Pixel
 }
 
 /// What a pixel says of the candidates, relative to its colour and its noise.
-fn moments(radiance: [[f64; 3]; FOUR], pixel: &Pixel) -> Moments {
+fn moments(radiance: [[f64; 3]; FOUR], pixel: &CandidatePixel) -> Moments {
     let [mean, variance, _] = replicate_statistics(radiance);
     let [_, base] = colours(mean, pixel);
     let over =
@@ -169,8 +174,8 @@ mod tests {
         });
         let four = film.replicate_quad().expect("all that is read");
         let of = |k: usize| 0.02 * ((k * 5) % 7) as f32 - 0.06;
-        let pixel = |k: usize| Pixel { base: [0.5; 3], added: [[of(k); 3]; 3], apart: [[-of(k + 3) * 0.02; 3]; 3] };
-        let mut pixels: Vec<Pixel> = (0..12 * 9).map(pixel).collect();
+        let pixel = |k: usize| CandidatePixel { base: [0.5; 3], added: [[of(k); 3]; 3], apart: [[-of(k + 3) * 0.02; 3]; 3] };
+        let mut pixels: Vec<CandidatePixel> = (0..12 * 9).map(pixel).collect();
         let before = shares(&four, [12, 9], &pixels, 0..9);
         pixels[40].apart = [[-0.01; 3]; 3];
         pixels[40].added = [[0.2; 3]; 3];

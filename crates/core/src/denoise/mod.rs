@@ -48,7 +48,7 @@ pub fn is_possible(sampling: Sampling) -> bool {
 pub const LAYERS: [Aov; 4] = [Aov::Albedo, Aov::Normal, Aov::Emission, Aov::Depth];
 
 /// Bytes a pixel that denoising takes beside the film, its result included; each thread takes some megabytes more.
-pub(crate) const BYTES_A_PIXEL: u64 = (size_of::<Pixel>() + 12 + 24 + 16) as u64;
+pub(crate) const BYTES_A_PIXEL: u64 = (size_of::<CandidatePixel>() + 12 + 24 + 16) as u64;
 
 /// Pixels of a tile, which are filtered together.
 const TILE: [usize; 2] = [128, 64];
@@ -115,7 +115,7 @@ const CANDIDATES: usize = 3;
 
 /// What is kept of a pixel between the stages: 21 numbers.
 #[derive(Clone, Copy, Debug, Default)]
-struct Pixel {
+struct CandidatePixel {
     /// The filtered colour without the pixel's own; after mixing no less than it has in common with the colour.
     base: [f32; 3],
     /// What each candidate adds to the colour. After mixing the first one is all that is added, and the second the colour that they would
@@ -136,7 +136,7 @@ pub fn denoise(film: &Film, observer: &dyn Observer) -> Result<Denoised, Denoise
     }
     let four = film.replicate_quad()?;
     let [width, height] = film.size().map(|edge| edge as usize);
-    let mut pixels = vec![Pixel::default(); width * height];
+    let mut pixels = vec![CandidatePixel::default(); width * height];
     let (bands, done) = (pixels.par_chunks_mut(width * TILE[1]).enumerate(), AtomicU64::new(0));
     bands.for_each(|(band, pixels)| {
         let count = pixels.len() as u64;

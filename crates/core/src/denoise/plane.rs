@@ -29,13 +29,13 @@ impl Window {
 
 /// Numbers of a window's pixels, row by row.
 #[derive(Clone, Debug)]
-pub(super) struct Plane {
+pub(super) struct PixelPlane {
     pub width: usize,
     pub height: usize,
     pub at: Vec<f32>,
 }
 
-impl Plane {
+impl PixelPlane {
     pub fn zero(width: usize, height: usize) -> Self {
         Self { width, height, at: vec![0.0; width * height] }
     }
@@ -112,32 +112,32 @@ impl Plane {
 }
 
 /// A plane for each channel.
-pub(super) type Colour = [Plane; 3];
+pub(super) type Colour = [PixelPlane; 3];
 
 /// A colour whose pixels are all black.
 pub(super) fn black(window: Window) -> Colour {
-    [(); 3].map(|()| Plane::zero(window.width, window.height))
+    [(); 3].map(|()| PixelPlane::zero(window.width, window.height))
 }
 
 /// The brightest channel.
-pub(super) fn brightest(of: &Colour) -> Plane {
-    Plane::of(of.each_ref(), |[r, g, b]| r.max(g).max(b))
+pub(super) fn brightest(of: &Colour) -> PixelPlane {
+    PixelPlane::of(of.each_ref(), |[r, g, b]| r.max(g).max(b))
 }
 
 /// The variance of the mean of two colours, all channels added.
-pub(super) fn variance([one, other]: [&Colour; 2]) -> Plane {
-    Plane::of([&one[0], &one[1], &one[2], &other[0], &other[1], &other[2]], |[a, b, c, d, e, f]| {
+pub(super) fn variance([one, other]: [&Colour; 2]) -> PixelPlane {
+    PixelPlane::of([&one[0], &one[1], &one[2], &other[0], &other[1], &other[2]], |[a, b, c, d, e, f]| {
         ((a - d) * (a - d) + (b - e) * (b - e) + (c - f) * (c - f)) / 4.0
     })
 }
 
 /// The mean of two colours.
 pub(super) fn mean([one, other]: [&Colour; 2]) -> Colour {
-    [0, 1, 2].map(|i: usize| Plane::of([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
+    [0, 1, 2].map(|i: usize| PixelPlane::of([&one[i], &other[i]], |[a, b]| (a + b) / 2.0))
 }
 
 /// Numbers where a variance is known from few: those of the surroundings, and no less than half of the pixel's own.
-pub(super) fn smooth_variance(variance: &Plane) -> Plane {
+pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;
-    Plane::of([&variance.box_mean(REACH), variance], |[near, own]| near.max(own / 2.0))
+    PixelPlane::of([&variance.box_mean(REACH), variance], |[near, own]| near.max(own / 2.0))
 }

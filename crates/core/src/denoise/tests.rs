@@ -80,7 +80,7 @@ fn claims_are_right_on_average() {
                 seen
             });
             let four = film.replicate_quad().expect("all that is read");
-            let mut pixels = vec![Pixel::default(); 48 * 32];
+            let mut pixels = vec![CandidatePixel::default(); 48 * 32];
             candidates::fill_band(&four, [48, 32], 0, &mut pixels, &());
             mixture::mix(&four, [48, 32], &mut pixels);
             let claimed = pixels.iter().flat_map(|pixel| pixel.apart[0]).map(f64::from).sum::<f64>() / (3 * pixels.len()) as f64;
@@ -188,7 +188,7 @@ fn tiles_leave_no_seams() {
             grey(0.3 + 0.1 * noise(9, y * 1000 + x, replicate, 0))
         });
         let four = film.replicate_quad().expect("all that is read");
-        let mut pixels = vec![Pixel::default(); 200 * 40];
+        let mut pixels = vec![CandidatePixel::default(); 200 * 40];
         candidates::fill_band(&four, [200, 40], 0, &mut pixels, &());
         pixels
     };

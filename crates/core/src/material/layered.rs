@@ -128,7 +128,7 @@ impl<N: Number> Layered<N> {
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
         let glassy = through.above(N::ZERO);
-        let mut list = Builder { bsdf, normal, wo, cover: Cover::NONE };
+        let mut list = LayeredBuilder { bsdf, normal, wo, cover: Cover::NONE };
         // From within a body, what lies over it is beyond the boundary, the facets of its paint too.
         let over = if self.base.glass.is_none() || self.thin { N::ONE } else { N::select(outside, N::ONE, N::ZERO) };
         let is_over = over.above(N::ZERO).any();
@@ -167,7 +167,7 @@ impl<N: Number> Layered<N> {
     }
 
     /// What is diffused, back and on, below facets, and what these send to each other.
-    fn diffuse(&self, list: &mut Builder<'_, N>, facets: &Reflectance<N>, over: N) {
+    fn diffuse(&self, list: &mut LayeredBuilder<'_, N>, facets: &Reflectance<N>, over: N) {
         let (albedo, zero) = (self.base.albedo(), N::Vec3::ZERO);
         let (back, through) = self.diffused.map_or((albedo, zero), |Diffused { share, colour }| {
             (albedo * (N::ONE - share), colour * (self.base.painted() * share))
@@ -193,7 +193,7 @@ impl<N: Number> Layered<N> {
     }
 
     /// The dielectric facets over the base, in the share `over`: metal beside it takes none of the base's light.
-    fn top(&self, list: &Builder<'_, N>, facets: &Reflectance<N>, (remainder, over): (Remainder<N>, N)) -> Top<N> {
+    fn top(&self, list: &LayeredBuilder<'_, N>, facets: &Reflectance<N>, (remainder, over): (Remainder<N>, N)) -> Top<N> {
         let alone = Reflectance { shares: [over, N::ZERO], ..*facets };
         let literal = (self.rule == FresnelRule::Model).then(|| {
             let mixed = Reflectance { shares: [N::ONE - self.base.metallic, self.base.metallic], ..*facets };
@@ -209,7 +209,7 @@ impl<N: Number> Layered<N> {
     }
 
     /// The boundary of glass in its share.
-    fn glass(&self, list: &mut Builder<'_, N>, share: N, outside: N::Mask) {
+    fn glass(&self, list: &mut LayeredBuilder<'_, N>, share: N, outside: N::Mask) {
         let Some(glass) = self.base.glass else { return };
         let reflected = self.specular_colour.min(N::Vec3::ONE) * self.specular;
         let tinted = Tinted { reflected, film: self.film, rule: self.rule, ior: glass.ior };
@@ -247,14 +247,14 @@ impl<N: Number> Layered<N> {
 }
 
 /// A list of lobes in the making.
-struct Builder<'a, N: Number> {
+struct LayeredBuilder<'a, N: Number> {
     bsdf: &'a mut LayeredBsdf<N>,
     normal: N::Vec3,
     wo: N::Vec3,
     cover: Cover<N>,
 }
 
-impl<N: Number> Builder<'_, N> {
+impl<N: Number> LayeredBuilder<'_, N> {
     fn push(&mut self, way: Way<N>) {
         self.bsdf.add(Layer::new(way, self.cover, self.normal, self.wo));
     }

@@ -129,7 +129,7 @@ pub(super) fn build_with<R: Real>(
     if !problems.is_empty() {
         return Err(PrepareError::Collapsed { problems });
     }
-    let mut builder = Builder::<R>::new(scene, lookup, kind, observer);
+    let mut builder = GeometryBuilder::<R>::new(scene, lookup, kind, observer);
     for (index, (shown, &material)) in all(scene).zip(materials).enumerate() {
         if index.is_multiple_of(BLOCK) {
             go_on(observer)?;
@@ -140,7 +140,7 @@ pub(super) fn build_with<R: Real>(
     Ok(Built { geometry, meshes: builder.meshes, objects: builder.records, lost: builder.lost })
 }
 
-struct Builder<'a, R: Real> {
+struct GeometryBuilder<'a, R: Real> {
     kind: AcceleratorKind,
     lookup: &'a Lookup<'a>,
     uses: Uses<'a>,
@@ -157,7 +157,7 @@ struct Builder<'a, R: Real> {
     observer: &'a dyn Observer,
 }
 
-impl<'a, R: Real> Builder<'a, R> {
+impl<'a, R: Real> GeometryBuilder<'a, R> {
     fn new(scene: &'a Scene, lookup: &'a Lookup<'a>, kind: AcceleratorKind, observer: &'a dyn Observer) -> Self {
         Self {
             kind,
@@ -284,7 +284,7 @@ pub(super) fn triangles<R: Real>(
     go_on(observer)
 }
 
-impl<'a, R: Real> Builder<'a, R> {
+impl<'a, R: Real> GeometryBuilder<'a, R> {
     /// Adds a shape. A pure translation is taken into the shape's own numbers where that is exact in f64, so that what a
     /// generator scatters costs no transform.
     ///

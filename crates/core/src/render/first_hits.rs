@@ -5,13 +5,13 @@ use crate::integrator::FirstHit;
 use crate::settings::Aov;
 
 /// Sums of the layers that come from first hits, for one pixel.
-pub(super) struct FirstHits<'a> {
+pub(super) struct FirstHitSums<'a> {
     plan: &'a Plan,
     sums: Vec<[f64; 3]>,
     hits: u16,
 }
 
-impl<'a> FirstHits<'a> {
+impl<'a> FirstHitSums<'a> {
     pub fn new(plan: &'a Plan) -> Self {
         Self { plan, sums: vec![[0.0; 3]; plan.layers.mean.len()], hits: 0 }
     }

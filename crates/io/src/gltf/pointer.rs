@@ -17,7 +17,7 @@ use crate::import::{Budget, Fault, Outcome, Warnings, shown};
 
 /// What kind of value a property is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum TargetKind {
     /// True or not.
     Switch,
     Number,
@@ -28,58 +28,59 @@ enum Kind {
 }
 
 /// Properties that are read, with `*` for the place in a list.
-const PROPERTIES: [(&str, Kind); 15] = [
-    ("nodes/*/extensions/KHR_node_visibility/visible", Kind::Switch),
-    ("meshes/*/weights", Kind::List),
-    ("cameras/*/perspective/yfov", Kind::Number),
-    ("cameras/*/orthographic/ymag", Kind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/color", Kind::Vector(3)),
-    ("extensions/KHR_lights_punctual/lights/*/intensity", Kind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/range", Kind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", Kind::Number),
-    ("extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", Kind::Number),
-    ("materials/*/alphaCutoff", Kind::Number),
-    ("materials/*/emissiveFactor", Kind::Vector(3)),
-    ("materials/*/normalTexture/scale", Kind::Number),
-    ("materials/*/pbrMetallicRoughness/baseColorFactor", Kind::Vector(4)),
-    ("materials/*/pbrMetallicRoughness/metallicFactor", Kind::Number),
-    ("materials/*/pbrMetallicRoughness/roughnessFactor", Kind::Number),
+const PROPERTIES: [(&str, TargetKind); 15] = [
+    ("nodes/*/extensions/KHR_node_visibility/visible", TargetKind::Switch),
+    ("meshes/*/weights", TargetKind::List),
+    ("cameras/*/perspective/yfov", TargetKind::Number),
+    ("cameras/*/orthographic/ymag", TargetKind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/color", TargetKind::Vector(3)),
+    ("extensions/KHR_lights_punctual/lights/*/intensity", TargetKind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/range", TargetKind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/spot/innerConeAngle", TargetKind::Number),
+    ("extensions/KHR_lights_punctual/lights/*/spot/outerConeAngle", TargetKind::Number),
+    ("materials/*/alphaCutoff", TargetKind::Number),
+    ("materials/*/emissiveFactor", TargetKind::Vector(3)),
+    ("materials/*/normalTexture/scale", TargetKind::Number),
+    ("materials/*/pbrMetallicRoughness/baseColorFactor", TargetKind::Vector(4)),
+    ("materials/*/pbrMetallicRoughness/metallicFactor", TargetKind::Number),
+    ("materials/*/pbrMetallicRoughness/roughnessFactor", TargetKind::Number),
 ];
 
 /// Those of materials' extensions, behind `materials/*/extensions/KHR_materials_`.
-const LAYERS: [(&str, Kind); 22] = [
-    ("anisotropy/anisotropyStrength", Kind::Number),
-    ("anisotropy/anisotropyRotation", Kind::Number),
-    ("clearcoat/clearcoatFactor", Kind::Number),
-    ("clearcoat/clearcoatRoughnessFactor", Kind::Number),
-    ("clearcoat/clearcoatNormalTexture/scale", Kind::Number),
-    ("diffuse_transmission/diffuseTransmissionFactor", Kind::Number),
-    ("diffuse_transmission/diffuseTransmissionColorFactor", Kind::Vector(3)),
-    ("dispersion/dispersion", Kind::Number),
-    ("emissive_strength/emissiveStrength", Kind::Number),
-    ("ior/ior", Kind::Number),
-    ("iridescence/iridescenceFactor", Kind::Number),
-    ("iridescence/iridescenceIor", Kind::Number),
-    ("iridescence/iridescenceThicknessMinimum", Kind::Number),
-    ("iridescence/iridescenceThicknessMaximum", Kind::Number),
-    ("sheen/sheenColorFactor", Kind::Vector(3)),
-    ("sheen/sheenRoughnessFactor", Kind::Number),
-    ("specular/specularFactor", Kind::Number),
-    ("specular/specularColorFactor", Kind::Vector(3)),
-    ("transmission/transmissionFactor", Kind::Number),
-    ("volume/thicknessFactor", Kind::Number),
-    ("volume/attenuationDistance", Kind::Number),
-    ("volume/attenuationColor", Kind::Vector(3)),
+const LAYERS: [(&str, TargetKind); 22] = [
+    ("anisotropy/anisotropyStrength", TargetKind::Number),
+    ("anisotropy/anisotropyRotation", TargetKind::Number),
+    ("clearcoat/clearcoatFactor", TargetKind::Number),
+    ("clearcoat/clearcoatRoughnessFactor", TargetKind::Number),
+    ("clearcoat/clearcoatNormalTexture/scale", TargetKind::Number),
+    ("diffuse_transmission/diffuseTransmissionFactor", TargetKind::Number),
+    ("diffuse_transmission/diffuseTransmissionColorFactor", TargetKind::Vector(3)),
+    ("dispersion/dispersion", TargetKind::Number),
+    ("emissive_strength/emissiveStrength", TargetKind::Number),
+    ("ior/ior", TargetKind::Number),
+    ("iridescence/iridescenceFactor", TargetKind::Number),
+    ("iridescence/iridescenceIor", TargetKind::Number),
+    ("iridescence/iridescenceThicknessMinimum", TargetKind::Number),
+    ("iridescence/iridescenceThicknessMaximum", TargetKind::Number),
+    ("sheen/sheenColorFactor", TargetKind::Vector(3)),
+    ("sheen/sheenRoughnessFactor", TargetKind::Number),
+    ("specular/specularFactor", TargetKind::Number),
+    ("specular/specularColorFactor", TargetKind::Vector(3)),
+    ("transmission/transmissionFactor", TargetKind::Number),
+    ("volume/thicknessFactor", TargetKind::Number),
+    ("volume/attenuationDistance", TargetKind::Number),
+    ("volume/attenuationColor", TargetKind::Vector(3)),
 ];
 
 /// Those of any use of a texture, behind `extensions/KHR_texture_transform/`.
-const TRANSFORM: [(&str, Kind); 3] = [("offset", Kind::Vector(2)), ("rotation", Kind::Number), ("scale", Kind::Vector(2))];
+const TRANSFORM: [(&str, TargetKind); 3] =
+    [("offset", TargetKind::Vector(2)), ("rotation", TargetKind::Number), ("scale", TargetKind::Vector(2))];
 
 /// What kind of property a pointer without its first slash leads to; none where it is not read.
-fn kind(pointer: &str) -> Option<Kind> {
+fn kind(pointer: &str) -> Option<TargetKind> {
     let part = |part: &str| if part.bytes().all(|byte| byte.is_ascii_digit()) { "*".to_owned() } else { part.to_owned() };
     let general = pointer.split('/').map(part).collect::<Vec<_>>().join("/");
-    let of = |list: &[(&str, Kind)], name: &str| list.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind);
+    let of = |list: &[(&str, TargetKind)], name: &str| list.iter().find(|(known, _)| *known == name).map(|(_, kind)| *kind);
     let layer = || of(&LAYERS, general.strip_prefix("materials/*/extensions/KHR_materials_")?);
     let transform = || {
         let (texture, name) = general.rsplit_once("/extensions/KHR_texture_transform/")?;
@@ -144,11 +145,11 @@ fn values(time: f64, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<Ve
             }
             let sampler = sampler(animation, channel.sampler).map_err(place)?;
             let numbers = match kind {
-                Kind::Switch | Kind::Number => keys.vector::<1>(sampler, time).map(Vec::from),
-                Kind::Vector(2) => keys.vector::<2>(sampler, time).map(Vec::from),
-                Kind::Vector(3) => keys.vector::<3>(sampler, time).map(Vec::from),
-                Kind::Vector(_) => keys.vector::<4>(sampler, time).map(Vec::from),
-                Kind::List => keys.weights(sampler, time),
+                TargetKind::Switch | TargetKind::Number => keys.vector::<1>(sampler, time).map(Vec::from),
+                TargetKind::Vector(2) => keys.vector::<2>(sampler, time).map(Vec::from),
+                TargetKind::Vector(3) => keys.vector::<3>(sampler, time).map(Vec::from),
+                TargetKind::Vector(_) => keys.vector::<4>(sampler, time).map(Vec::from),
+                TargetKind::List => keys.weights(sampler, time),
             };
             found.push((path.to_owned(), value(kind, &numbers.map_err(place)?).map_err(place)?));
         }
@@ -157,14 +158,14 @@ fn values(time: f64, reader: &Reader<'_>, warnings: &mut Warnings) -> Outcome<Ve
 }
 
 /// Numbers as the file would write them.
-fn value(kind: Kind, numbers: &[f64]) -> Outcome<Value> {
+fn value(kind: TargetKind, numbers: &[f64]) -> Outcome<Value> {
     let number = |&number: &f64| {
         let number = Number::from_f64(number).ok_or_else(|| Fault::input(format!("a value of {number} makes no sense")))?;
         Ok(Value::Number(number))
     };
     match (kind, numbers) {
-        (Kind::Switch, [on]) => Ok(Value::Bool(*on != 0.0)),
-        (Kind::Number, [one]) => number(one),
+        (TargetKind::Switch, [on]) => Ok(Value::Bool(*on != 0.0)),
+        (TargetKind::Number, [one]) => number(one),
         _ => numbers.iter().map(number).collect::<Outcome<Vec<_>>>().map(Value::Array),
     }
 }

@@ -5,7 +5,7 @@ use raywright_core::scene::MeshData;
 
 use super::header::{Element, Property};
 use super::values::Values;
-use super::vertices::{Colours, Vertices, channel, from_the_top};
+use super::vertices::{Colours, PlyVertices, channel, from_the_top};
 use crate::import::{Budget, Fault, Outcome, Warnings};
 use crate::polygon::Clipper;
 
@@ -32,7 +32,7 @@ impl Role {
 /// Polygons, one after the other.
 #[derive(Default)]
 pub(super) struct Faces {
-    /// Vertices, of all polygons.
+    /// PlyVertices, of all polygons.
     corners: Vec<u32>,
     /// How many of them each polygon has.
     arities: Vec<u32>,
@@ -140,7 +140,7 @@ impl Faces {
     ///
     /// # Errors
     /// A fault of kind input for a vertex that there is not, of kind limit for more than is allowed.
-    pub fn mesh(mut self, vertices: Vertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
+    pub fn mesh(mut self, vertices: PlyVertices, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
         self.pad(self.has_uvs());
         let count = vertices.positions.len();
         if let Some(vertex) = self.corners.iter().find(|&&corner| corner as usize >= count) {
@@ -166,7 +166,7 @@ impl Faces {
             start += arity as usize;
         }
         if !apart {
-            let Vertices { positions, normals, uvs, colours } = vertices;
+            let PlyVertices { positions, normals, uvs, colours } = vertices;
             let uvs = if uvs.is_empty() { Vec::new() } else { vec![uvs] };
             return Ok(MeshData { positions, normals, uvs, colours, indices, ..MeshData::default() });
         }
@@ -174,7 +174,7 @@ impl Faces {
     }
 
     /// The mesh whose vertices are the corners.
-    fn apart(self, vertices: &Vertices, indices: Vec<[u32; 3]>, budget: &mut Budget) -> Outcome<MeshData> {
+    fn apart(self, vertices: &PlyVertices, indices: Vec<[u32; 3]>, budget: &mut Budget) -> Outcome<MeshData> {
         if u32::try_from(self.corners.len()).is_err() {
             return Err(Fault::limit("has more than 4294967295 corners"));
         }
@@ -197,7 +197,7 @@ impl Faces {
     }
 }
 
-fn point(vertices: &Vertices, corner: u32) -> DVec3 {
+fn point(vertices: &PlyVertices, corner: u32) -> DVec3 {
     vertices.positions.get(corner as usize).map_or(DVec3::ZERO, |&p| Vec3::from_array(p).as_dvec3())
 }
 

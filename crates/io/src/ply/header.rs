@@ -86,7 +86,7 @@ pub(super) struct Element {
 
 /// What a header says.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Header {
+pub(super) struct PlyHeader {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
     /// Image on the mesh, as MeshLab names it in a comment.
@@ -100,8 +100,8 @@ pub(super) struct Header {
 ///
 /// # Errors
 /// A fault of kind input naming line and cause.
-pub(super) fn read(bytes: &[u8]) -> Outcome<Header> {
-    let mut header = Header { encoding: Encoding::Ascii, elements: Vec::new(), image: None, bytes: 0, lines: 0 };
+pub(super) fn read(bytes: &[u8]) -> Outcome<PlyHeader> {
+    let mut header = PlyHeader { encoding: Encoding::Ascii, elements: Vec::new(), image: None, bytes: 0, lines: 0 };
     let mut format = None;
     // Binary data begins right behind the last line's end, and its first byte may be a line feed, so lines end as the first one does.
     let end: &[u8] = match bytes.get(3..5) {
@@ -152,7 +152,7 @@ fn encoding(name: &str, version: &str) -> Outcome<Encoding> {
     }
 }
 
-impl Header {
+impl PlyHeader {
     fn element(&mut self, name: &str, count: &str) -> Outcome<()> {
         let count = count.parse().map_err(|_| Fault::input(format!("`{}` is no number of elements", shown(count))))?;
         if self.elements.iter().any(|element| element.name == name) {

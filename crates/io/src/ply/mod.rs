@@ -23,7 +23,7 @@ use crate::{Error, Limits, obj};
 
 use faces::Faces;
 use values::Values;
-use vertices::Vertices;
+use vertices::PlyVertices;
 
 /// Reads a PLY file, given its bytes, with the image beside it.
 ///
@@ -42,7 +42,7 @@ fn import(file: &Path, bytes: &[u8], folder: &Folder, limits: &Limits) -> Outcom
     let (mut budget, mut warnings) = (Budget::new(limits), Warnings::default());
     let header = header::read(bytes)?;
     let mut values = Values::behind(&header, bytes);
-    let (mut vertices, mut faces) = (Vertices::default(), Faces::default());
+    let (mut vertices, mut faces) = (PlyVertices::default(), Faces::default());
     for element in &header.elements {
         values.expect(element)?;
         match element.name.as_str() {

@@ -1,6 +1,6 @@
 //! The numbers behind a PLY header, one after the other, whatever they are written in.
 
-use super::header::{Element, Encoding, Header, Number, Property};
+use super::header::{Element, Encoding, Number, PlyHeader, Property};
 use crate::import::{Fault, Outcome, shown};
 use crate::text::{no_number, number};
 
@@ -14,7 +14,7 @@ pub(super) struct Values<'b> {
 
 impl<'b> Values<'b> {
     /// All that follows a header.
-    pub fn behind(header: &Header, bytes: &'b [u8]) -> Self {
+    pub fn behind(header: &PlyHeader, bytes: &'b [u8]) -> Self {
         Self { rest: bytes.get(header.bytes..).unwrap_or_default(), encoding: header.encoding, line: header.lines + 1 }
     }
 

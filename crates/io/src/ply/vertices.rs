@@ -65,14 +65,14 @@ impl Colours {
 
 /// The vertices of a file. Lists that no property is for are empty.
 #[derive(Default)]
-pub(super) struct Vertices {
+pub(super) struct PlyVertices {
     pub positions: Vec<[f32; 3]>,
     pub normals: Vec<[f32; 3]>,
     pub uvs: Vec<[f32; 2]>,
     pub colours: Vec<[f32; 4]>,
 }
 
-impl Vertices {
+impl PlyVertices {
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }

@@ -22,7 +22,7 @@ enum Wanted {
 
 /// What is being read.
 #[derive(Default)]
-struct Reader {
+struct AsciiReader {
     wanted: Wanted,
     mesh: MeshData,
     /// Corners of the loop at hand.
@@ -40,7 +40,7 @@ struct Reader {
 pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -> Outcome<MeshData> {
     // A corner takes more characters than bytes in memory, of which a list that grows needs three times as many.
     budget.memory(bytes.len(), 3)?;
-    let mut reader = Reader::default();
+    let mut reader = AsciiReader::default();
     let mut last = 0;
     for (i, line) in lines(bytes).enumerate() {
         let line = String::from_utf8_lossy(line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line));
@@ -53,7 +53,7 @@ pub(super) fn read(bytes: &[u8], budget: &mut Budget, warnings: &mut Warnings) -
     Ok(reader.mesh)
 }
 
-impl Reader {
+impl AsciiReader {
     /// Reads one line, which may hold several of the format's words, or a part of what belongs together.
     fn line(&mut self, line: &str, budget: &mut Budget, warnings: &mut Warnings) -> Outcome<()> {
         for word in line.split_whitespace() {

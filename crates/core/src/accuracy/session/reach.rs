@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
+use super::super::renderer::Unfinished;
 use super::super::setting::Setting;
-use super::super::studio::Unfinished;
 use super::{REACH, REFERENCE, RUNGS, Session};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;

@@ -181,7 +181,7 @@ fn another_picture_is_told_from_the_same() {
     let scene = corridor();
     let settings = Settings { size: [4, 2], ..Settings::of(&scene) };
     let stopwatch: Stopwatch = |work| work() as f64;
-    let studio = Studio { scene: &scene, settings: &settings, observer: &(), stopwatch, now: &Instant::now };
+    let studio = Renderer { scene: &scene, settings: &settings, observer: &(), stopwatch, now: &Instant::now };
     let display = Display::of(&scene.render);
     let time = ReferenceTime { end: Instant::now(), latest: Instant::now() + Duration::from_secs(600) };
     let (truth, ..) = studio.reference(&Setting::default(), display, time, Start::default()).expect("a reference");
@@ -261,7 +261,7 @@ fn rungs_are_begun_that_can_be_finished() {
     let settings = Settings { integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
     let (clock, stopwatch): (Asked, Stopwatch) = (Asked::new(), |work| work() as f64 * 1e-6);
     let now = || clock.now();
-    let studio = Studio { scene: &scene, settings: &settings, observer: &(), stopwatch, now: &now };
+    let studio = Renderer { scene: &scene, settings: &settings, observer: &(), stopwatch, now: &now };
     let far = clock.start + Duration::from_secs(1_000_000);
     let before = clock.seconds();
     assert!(studio.take(&Setting::default(), 0, far).is_ok());

@@ -56,7 +56,7 @@ impl Unfinished {
 }
 
 /// Scene, settings and clock.
-pub(super) struct Studio<'a> {
+pub(super) struct Renderer<'a> {
     pub scene: &'a Scene,
     pub settings: &'a Settings,
     pub observer: &'a dyn Observer,
@@ -97,7 +97,7 @@ pub(super) struct ReferenceTime {
     pub latest: Instant,
 }
 
-impl Studio<'_> {
+impl Renderer<'_> {
     /// Renders a setting with the random numbers of a round.
     pub fn take(&self, setting: &Setting, round: u64, end: Instant) -> Result<Take, Unfinished> {
         let (scene, mut settings) = setting.applied(self.scene, self.settings);
