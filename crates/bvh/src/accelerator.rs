@@ -46,7 +46,7 @@ impl Accelerator {
                 let others = boxes.saturating_sub(shares.triangles);
                 let is_named = quality.splits() && triangles > 0;
                 let names = if is_named { triangles.saturating_add(others).saturating_mul(4) } else { 0 };
-                Bvh8::most_bytes(PrimitiveCounts { triangles, ..shares }, quality.packs()).saturating_add(names)
+                Bvh8::most_bytes(PrimitiveCounts { triangles, ..shares }).saturating_add(names)
             }
         }
     }

@@ -20,7 +20,7 @@ use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
 use crate::bvh8::{Bvh8, cost};
 
-/// How long a build may take for how good a tree, and how large it may be. Pictures do not depend on it.
+/// How long a build may take for how good a tree. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
     /// Least build time: split from the top, large sets by samples.
@@ -31,19 +31,16 @@ pub enum BuildQuality {
     /// Several times the build time and, where long triangles lie across the axes, half as many references again: more is improved, and such
     /// triangles are split.
     High,
-    /// Least memory: split as in medium quality, but the triangles of a block share their corners, which are gathered wherever a
-    /// ray meets the block. In f64 it is as medium.
-    Compact,
 }
 
 impl BuildQuality {
-    /// Every quality: fastest build first, then what is smallest.
-    pub const ALL: [Self; 4] = [Self::Fast, Self::Medium, Self::High, Self::Compact];
+    /// Every quality, the fastest build first.
+    pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
 
     /// Most references that there may be to `count` boxes.
     pub(crate) fn most_references(self, count: u64) -> u64 {
         match self {
-            Self::Fast | Self::Medium | Self::Compact => count,
+            Self::Fast | Self::Medium => count,
             Self::High => count.saturating_add((count as f64 * MORE) as u64),
         }
     }
@@ -51,11 +48,6 @@ impl BuildQuality {
     /// Whether triangles may be in several blocks.
     pub(crate) fn splits(self) -> bool {
         self == Self::High
-    }
-
-    /// Whether blocks of triangles are packed.
-    pub(crate) fn packs(self) -> bool {
-        self == Self::Compact
     }
 }
 

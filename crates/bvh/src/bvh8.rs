@@ -17,7 +17,6 @@ mod gathered;
 mod kernel;
 mod names;
 mod optimisation_barrier;
-mod packed;
 mod packet;
 mod portable;
 mod projected_ray;
@@ -43,7 +42,6 @@ pub(crate) use self::collapse::cost;
 use self::gathered::Quad8;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
-use self::packed::Packed;
 pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
 pub(crate) use self::projected_ray::TriangleHit;
 pub(crate) use self::reparametrisation::RayReparametrisation;
@@ -181,8 +179,6 @@ pub(crate) struct Bvh8 {
     /// Root first; none where everything is tested.
     nodes: Vec<Node>,
     blocks: Vec<Triangle8>,
-    /// The blocks, where they are packed.
-    packed: Packed,
     /// Of each block.
     facts: Vec<LeafHeader>,
     /// First those that every query tests, then those of leaves.
@@ -244,6 +240,12 @@ impl Bvh8 {
         self.always += self.rows.len() - before;
     }
 
+    /// A triangle by its number.
+    #[inline]
+    pub fn triangle(&self, number: u32) -> Triangle<f32> {
+        self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
+    }
+
     /// The facts of a block.
     #[inline(always)]
     pub fn facts(&self, block: usize) -> &LeafHeader {
@@ -264,7 +266,6 @@ impl Bvh8 {
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.blocks.as_slice())
-            + self.packed.bytes()
             + size_of_val(self.facts.as_slice())
             + size_of_val(self.rows.as_slice())
             + size_of_val(self.quads.as_slice())
@@ -281,14 +282,14 @@ impl Bvh8 {
         triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64)
     }
 
-    /// The most bytes that the tree over so many triangles and other primitives takes, its blocks packed or not.
+    /// The most bytes that the tree over so many triangles and other primitives takes.
     ///
     /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f have an inner child: these were
     /// full, so they had 8f − (t − 1) leaves. The others have nine triangles at least, or another primitive and one lane
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(PrimitiveCounts { triangles, spheres, quads, others }: PrimitiveCounts, packed: bool) -> u64 {
+    pub fn most_bytes(PrimitiveCounts { triangles, spheres, quads, others }: PrimitiveCounts) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
         let all = [triangles, spheres, quads, others].into_iter().fold(0, u64::saturating_add);
         // The most of one company are the triangles of the argument above, whatever they are.
@@ -297,8 +298,7 @@ impl Bvh8 {
         let leaves = Self::most_bytes_of_leaves(spheres, quads, all - spheres - quads);
         let others = all - triangles;
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
-        let block = if packed { Packed::MOST_BYTES } else { size_of::<Triangle8>() };
-        let each = (block + size_of::<LeafHeader>()) as u64;
+        let each = (size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64;
         blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64)).saturating_add(leaves)
     }
 }

@@ -202,9 +202,6 @@ impl<R: Real> Geometry<R> {
         {
             group.move_triangles(bvh, unbounded);
             let spheres = flat.map_or(0, |flat| flat.spheres);
-            if flat.is_none() && matches!(kind, AcceleratorKind::Tree(quality) if quality.packs()) {
-                bvh.pack();
-            }
             group.make_rows(bvh, planes, unbounded..unbounded + spheres);
             group.fill_leaves(bvh, unbounded);
         }

@@ -179,10 +179,9 @@ mod tests {
                     }
                     let (most, real) = (inventory.most_bytes::<f32>(kind), Geometry::new(group, kind).bytes() as u64);
                     let what = format!("{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {most}");
-                    // Each triangle may have more references in a tree of high quality, and corners of its own in a compact one; these
-                    // have one, and one corner for all in the last family.
+                    // Each triangle may have more references in a tree of high quality; these have one.
                     let most_times = match kind {
-                        AcceleratorKind::Tree(BuildQuality::High | BuildQuality::Compact) => 2,
+                        AcceleratorKind::Tree(BuildQuality::High) => 2,
                         _ => 1,
                     };
                     let times = most_times * if balls == 0 { 3 } else { 5 };

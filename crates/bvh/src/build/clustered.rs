@@ -33,7 +33,7 @@ pub(super) fn nodes(tree: &Bvh2) -> Vec<BinaryNode> {
 pub(super) fn clustered(boxes: &[PaddedBox], owners: &[u32], quality: BuildQuality, stop: Stop<'_>) -> (Option<Binary>, u64) {
     let parameters = match quality {
         BuildQuality::Fast => BvhBuildParams::fast_build(),
-        BuildQuality::Medium | BuildQuality::Compact => BvhBuildParams::medium_build(),
+        BuildQuality::Medium => BvhBuildParams::medium_build(),
         BuildQuality::High => BvhBuildParams::very_slow_build(),
     };
     let sorted = sorted(boxes, parameters.sort_precision);

@@ -382,8 +382,7 @@ pub(crate) enum PacketResult {
     Whole,
     /// Each has its own way: it would take less to ask them one by one, and what they found so far is not all.
     Parted,
-    /// They can't be asked together: directions differ too much, or blocks are packed (to make them here slowed rays down by a tenth where none
-    /// is). Nothing was done.
+    /// They can't be asked together: directions differ too much. Nothing was done.
     Unfit,
 }
 
@@ -395,7 +394,7 @@ const MOST_LEAVES: u32 = 32;
 #[inline(always)]
 pub(super) fn walk<S: Doubles, M: PacketVisitor>(s: S, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) -> PacketResult {
     let bundle = if bvh.nodes.is_empty() && bvh.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
-    if bundle.is_none() && !(bvh.nodes.is_empty() && bvh.blocks.is_empty()) || bvh.is_packed() {
+    if bundle.is_none() && !(bvh.nodes.is_empty() && bvh.blocks.is_empty()) {
         return PacketResult::Unfit;
     }
     if bvh.always > 0 {

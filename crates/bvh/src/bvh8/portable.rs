@@ -5,7 +5,7 @@ use glam::Vec4;
 use super::doubles::Doubles;
 use super::gathered::gathered;
 use super::row::RayF64;
-use super::simd::{Simd, settled, unpacked};
+use super::simd::{Simd, settled};
 use super::stack::{Stack, Waiting, two};
 use super::traversal_ray::LeafRay;
 use super::traverse::HitVisitor;
@@ -125,17 +125,6 @@ impl Simd for Portable {
         answer: &mut A,
     ) -> bool {
         settled(self, block, at, aim, probe, answer)
-    }
-    #[inline(never)]
-    fn packed<A: HitVisitor>(
-        self,
-        bvh: &Bvh8,
-        number: usize,
-        aim: &LeafRay,
-        probe: Option<&PreparedRay>,
-        answer: &mut A,
-    ) -> bool {
-        unpacked(self, bvh, number, aim, probe, answer)
     }
     #[inline(never)]
     fn gathered<A: HitVisitor>(

@@ -63,9 +63,6 @@ pub(super) trait Simd: Copy {
         probe: Option<&PreparedRay>,
         answer: &mut A,
     ) -> bool;
-    /// [`unpacked`], the same way.
-    fn packed<A: HitVisitor>(self, bvh: &Bvh8, number: usize, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A)
-    -> bool;
     /// [`super::gathered::gathered`], the same way.
     fn gathered<A: HitVisitor>(
         self,
@@ -122,19 +119,6 @@ pub(super) fn asked<S: Simd, A: HitVisitor>(
     }
     let lanes = left.lanes & wanted;
     lanes != 0 && s.settle(block, [number, lanes as usize], aim, probe, answer)
-}
-
-/// The same of a packed block.
-#[inline(always)]
-pub(super) fn unpacked<S: Simd, A: HitVisitor>(
-    s: S,
-    bvh: &Bvh8,
-    number: usize,
-    aim: &LeafRay,
-    probe: Option<&PreparedRay>,
-    answer: &mut A,
-) -> bool {
-    asked(s, &bvh.packed.block(number), number, aim, probe, answer)
 }
 
 /// The test of single triangles.

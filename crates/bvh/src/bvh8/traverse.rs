@@ -95,12 +95,12 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     }
 }
 
-/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block that is not packed.
+/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block.
 #[inline(always)]
 fn fetch<S: Simd>(s: S, bvh: &Bvh8, child: Child) {
     let (start, bytes) = match () {
         () if !child.is_leaf() => (bvh.nodes.as_ptr().cast::<u8>(), size_of::<Node>()),
-        () if child.is_block() && !bvh.blocks.is_empty() => (bvh.blocks.as_ptr().cast::<u8>(), size_of::<Triangle8>()),
+        () if child.is_block() => (bvh.blocks.as_ptr().cast::<u8>(), size_of::<Triangle8>()),
         () => return,
     };
     let start = start.wrapping_add(child.index() * bytes);
@@ -109,9 +109,6 @@ fn fetch<S: Simd>(s: S, bvh: &Bvh8, child: Child) {
     s.prefetch(start.wrapping_add(128));
     s.prefetch(start.wrapping_add(192));
 }
-
-/// No lanes: a block that is packed, about which is asked outside of the walk's loop.
-const PACKED: u32 = u32::MAX;
 
 /// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
 /// `MAPPED`: the ray was rounded, see [`TraversalRay::mapped`].
@@ -174,7 +171,7 @@ pub(super) fn traverse<S: Simd, A: HitVisitor, const MAPPED: bool>(
             } else if current.is_block() {
                 answer.block(current.index());
                 s.prefetch(bvh.facts.as_ptr().wrapping_add(current.index()));
-                let Some(block) = bvh.blocks.get(current.index()) else { break PACKED };
+                let block = &bvh.blocks[current.index()];
                 let left = filter::left(s, in_memory(&aim), block, far.last);
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());
@@ -203,7 +200,6 @@ pub(super) fn traverse<S: Simd, A: HitVisitor, const MAPPED: bool>(
         let over = match left {
             0 if current.is_gathered() => s.gathered(bvh, current, &aim, probe, &mut line, answer),
             0 => answer.other(current.index()),
-            PACKED => s.packed(bvh, current.index(), &aim, probe, answer),
             lanes => s.settle(&bvh.blocks[current.index()], [current.index(), lanes as usize], &aim, probe, answer),
         };
         if over {

@@ -15,7 +15,7 @@ use super::gathered::gathered;
 use super::packet::{self, PacketResult, PacketState, PacketVisitor};
 use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
 use super::row::RayF64;
-use super::simd::{Simd, settled, unpacked};
+use super::simd::{Simd, settled};
 use super::stack::{Stack, Waiting, two};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traverse::{HitVisitor, traverse};
@@ -27,14 +27,12 @@ use crate::shapes::PreparedRay;
 macro_rules! entries {
     ($token:ident, $features:literal: $(
         $(#[doc = $about:literal])*
-        $(@[$inner:meta])*
         $visibility:vis fn $name:ident<$G:ident: $Bound:ident>($s:ident $(, $argument:ident: $kind:ty)*) { $body:expr } -> $out:ty;
     )*) => { $(
         $(#[doc = $about])*
         #[inline(always)]
         #[allow(clippy::too_many_arguments, reason = "in registers")]
         $visibility fn $name<$G: $Bound>(self $(, $argument: $kind)*) -> $out {
-            $(#[$inner])*
             #[inline(never)]
             #[target_feature(enable = $features)]
             #[allow(clippy::too_many_arguments, reason = "in registers")]
@@ -84,11 +82,6 @@ macro_rules! leaves {
             fn settle<A: HitVisitor>(
                 s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
             ) { settled(s, block, at, aim, probe, answer) } -> bool;
-            // Cold, or it is inlined all the same, and the walk copies to its stack for every ray what this reads of the tree.
-            @[cold]
-            fn packed<A: HitVisitor>(
-                s, bvh: &Bvh8, number: usize, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
-            ) { unpacked(s, bvh, number, aim, probe, answer) } -> bool;
             fn gathered<A: HitVisitor>(
                 s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, probe: Option<&PreparedRay>, line: &mut Option<RayF64>, answer: &mut A
             ) { gathered(s, bvh, leaf, aim, probe, line, answer) } -> bool;
