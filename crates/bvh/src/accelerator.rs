@@ -41,12 +41,8 @@ impl Accelerator {
         match kind {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::Tree(_) if boxes <= few => 0,
-            AcceleratorKind::Tree(quality) => {
-                let triangles = quality.most_references(shares.triangles);
-                let others = boxes.saturating_sub(shares.triangles);
-                let is_named = quality.splits() && triangles > 0;
-                let names = if is_named { triangles.saturating_add(others).saturating_mul(4) } else { 0 };
-                Bvh8::most_bytes(PrimitiveCounts { triangles, ..shares }).saturating_add(names)
+            AcceleratorKind::Tree(_) => {
+                Bvh8::most_bytes(shares)
             }
         }
     }

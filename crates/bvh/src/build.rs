@@ -6,16 +6,13 @@ mod clustered;
 mod improved;
 mod morton;
 mod ploc_dry_run;
-mod presplit;
 mod reinsertion;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use self::binned::{Manner, binned};
 use self::clustered::clustered;
 use self::improved::improved;
-use self::presplit::{SplitBudget, presplit};
 use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
 use crate::bvh8::{Bvh8, cost};
@@ -28,32 +25,15 @@ pub enum BuildQuality {
     /// Split from the top, and improved; where sizes differ much, `obvhs` clusters too and the cheaper tree is kept.
     #[default]
     Medium,
-    /// Several times the build time and, where long triangles lie across the axes, half as many references again: more is improved, and such
-    /// triangles are split.
+    /// Several times the build time: more is improved.
     High,
 }
 
 impl BuildQuality {
     /// Every quality, the fastest build first.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
-
-    /// Most references that there may be to `count` boxes.
-    pub(crate) fn most_references(self, count: u64) -> u64 {
-        match self {
-            Self::Fast | Self::Medium => count,
-            Self::High => count.saturating_add((count as f64 * MORE) as u64),
-        }
-    }
-
-    /// Whether triangles may be in several blocks.
-    pub(crate) fn splits(self) -> bool {
-        self == Self::High
-    }
 }
 
-/// Most references that splitting triangles adds for each box: with more than this, a triangle would take over 105 bytes of tree. Measured:
-/// `../../../benches/runs`.
-const MORE: f64 = 0.5;
 /// Splits of larger sets are looked for with this many of their boxes where time is short.
 const SAMPLE: usize = 4096;
 /// Shares of the nodes that are moved at once in improving a tree, and how many that is at most.
@@ -90,16 +70,6 @@ pub(crate) enum LeafKind {
 
 /// Says what kind of leaf each of the boxes goes into.
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
-
-/// The corners of a box's triangle; none where there is another primitive in it.
-pub(crate) type Corners<'a> = &'a (dyn Fn(u32) -> Option<[Vec3; 3]> + Sync);
-
-/// What a wide tree is to know of the boxes.
-#[derive(Clone, Copy)]
-pub(crate) struct Triangles<'a> {
-    pub company: LeafKindOf<'a>,
-    pub corners: Corners<'a>,
-}
 
 /// Boxes that a thread looks at in one piece. Nothing depends on it.
 const PIECE: usize = 4096;
@@ -138,27 +108,23 @@ fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
 }
 
 /// Builds the tree over two boxes or more; none where `stop` said so.
-pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, kinds: Triangles<'_>, stop: Stop<'_>) -> Option<Build> {
-    let shares = SplitBudget { more: MORE, least: 1e-8 };
-    let split = if quality.splits() { presplit(boxes, kinds.corners, shares) } else { None };
-    let (all, owners) = split.as_ref().map_or((boxes, &[][..]), |(all, owners)| (all, owners));
-    let (better, mut work) = binary(all, owners, quality, kinds.company, stop)?;
-    if let Some((tree, order, depth)) = Bvh8::collapse(&better, kinds.company) {
+pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, stop: Stop<'_>) -> Option<Build> {
+    let (better, mut work) = binary(boxes, quality, company, stop)?;
+    if let Some((tree, order, depth)) = Bvh8::collapse(&better, company) {
         return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
     }
     // Clustered or improved it may be too deep, and split from the top it is not.
-    let (plain, again) = binary(all, owners, BuildQuality::Fast, kinds.company, stop)?;
+    let (plain, again) = binary(boxes, BuildQuality::Fast, company, stop)?;
     work.looks += again.looks;
-    let collapsed = Bvh8::collapse(&plain, kinds.company);
+    let collapsed = Bvh8::collapse(&plain, company);
     let depth = collapsed.as_ref().map_or(0, |(_, _, depth)| *depth);
     let tree = collapsed.map(|(tree, order, _)| (tree, order));
     Some(Build { tree, work: BuildWork { depth, clustered: false, ..work } })
 }
 
-/// The binary tree over boxes, the last of them of parts, as in [`presplit`]; what it took, but for its depth.
+/// The binary tree over boxes; what it took, but for its depth.
 fn binary(
     boxes: &[PaddedBox],
-    owners: &[u32],
     quality: BuildQuality,
     company: LeafKindOf<'_>,
     stop: Stop<'_>,
@@ -171,7 +137,7 @@ fn binary(
         sample: if improves { usize::MAX } else { SAMPLE },
         widest: if unevenness > ALIKE { (WIDEST_LEAF * mean) as f32 } else { f32::INFINITY },
     };
-    let (mut binary, mut looks) = binned(boxes, owners, company, manner, stop);
+    let (mut binary, mut looks) = binned(boxes, company, manner, stop);
     let mut work = BuildWork::default();
     if unevenness > ALIKE {
         let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
@@ -180,7 +146,7 @@ fn binary(
     }
     let few = quality == BuildQuality::High || boxes.len() <= CLUSTERED;
     if few && unevenness > UNEVEN && !stop() {
-        let (other, counted) = clustered(boxes, owners, quality, stop);
+        let (other, counted) = clustered(boxes, quality, stop);
         looks += counted;
         if let Some(other) = other
             && cost(&other, company) <= TRUST * cost(&binary, company)
@@ -193,6 +159,8 @@ fn binary(
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     fn cube(centre: Vec3, edge: f32) -> PaddedBox {
@@ -220,7 +188,7 @@ mod tests {
     #[test]
     fn large_triangles_are_in_leaves_of_their_own() {
         let widest = |boxes: &[PaddedBox], quality: BuildQuality| {
-            let (binary, _) = binary(boxes, &[], quality, TRIANGLES, &|| false).unwrap();
+            let (binary, _) = binary(boxes, quality, TRIANGLES, &|| false).unwrap();
             let shared = binary.nodes.iter().filter(|node| node.count > 1);
             shared.map(|node| exact_half_area(&node.bounds)).fold(0.0, f64::max) / sizes(boxes)[0]
         };
@@ -240,7 +208,7 @@ mod tests {
     fn clustered_trees_are_kept_unless_they_cost_more() {
         let kept = |boxes: &[PaddedBox]| {
             assert!(sizes(boxes)[1] > UNEVEN);
-            binary(boxes, &[], BuildQuality::Medium, TRIANGLES, &|| false).unwrap().1.clustered
+            binary(boxes, BuildQuality::Medium, TRIANGLES, &|| false).unwrap().1.clustered
         };
         assert_eq!(
             [mixed(800, 20.0, 2.0), mixed(100, 30.0, 0.2), mixed(50, 20.0, 1.0)].map(|boxes| kept(&boxes)),

@@ -15,7 +15,6 @@ mod filter;
 mod flat;
 mod gathered;
 mod kernel;
-mod names;
 mod optimisation_barrier;
 mod packet;
 mod portable;
@@ -188,8 +187,6 @@ pub(crate) struct Bvh8 {
     quads: Vec<Quad8>,
     /// Without nodes: the places of what is in no row and in no block.
     others: Range<usize>,
-    /// The slots of the blocks' lanes; empty where these follow one another.
-    names: Vec<u32>,
     kernel: Chosen,
 }
 
@@ -198,9 +195,6 @@ impl Bvh8 {
     /// the order of the leaves; those of triangles get the numbers by which [`Bvh8::triangle`] knows them.
     pub fn fill(&mut self, slots: &mut [Slot], first: usize, taken: impl Fn(&Slot) -> (Triangle<f32>, Visibility) + Sync) {
         const PIECE: usize = 512;
-        if !self.names.is_empty() {
-            return self.fill_named(slots, taken);
-        }
         let (mut rest, mut done) = (&mut slots[first..], 0);
         let mut pieces = Vec::with_capacity(self.blocks.len() / PIECE + 1);
         for (number, (blocks, facts)) in self.blocks.chunks_mut(PIECE).zip(self.facts.chunks_mut(PIECE)).enumerate() {
@@ -269,7 +263,6 @@ impl Bvh8 {
             + size_of_val(self.facts.as_slice())
             + size_of_val(self.rows.as_slice())
             + size_of_val(self.quads.as_slice())
-            + size_of_val(self.names.as_slice())
     }
 
     /// Bytes of the rows of so many spheres or planes.

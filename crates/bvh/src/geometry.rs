@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
-use crate::build::{Build, BuildWork, Stop, Triangles, build};
+use crate::build::{Build, BuildWork, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
 use crate::group::{Group, Kind, Slot};
 use crate::memory::{filled, roomy};
@@ -145,12 +145,7 @@ impl Structure {
         }
         let bounded = &*bounded;
         let company = |place: u32| group.company(&bounded[place as usize]);
-        let corners = |place: u32| {
-            let slot = &bounded[place as usize];
-            let vertices = || group.triangles[slot.index as usize].vertices.map(Vector::to_f32);
-            (R::IS_SINGLE && slot.kind == Kind::Triangle).then(vertices)
-        };
-        let Build { tree, work } = build(boxes, quality, Triangles { company: &company, corners: &corners }, stop)?;
+        let Build { tree, work } = build(boxes, quality, &company, stop)?;
         Some(match tree {
             Some((tree, order)) => {
                 Self { accelerator: Accelerator::Bvh8(tree), order: Some(order), work: Some(work), flat: None }
@@ -176,16 +171,11 @@ impl<R: Real> Geometry<R> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
         let few = group.few(unbounded + bounded.len() + nothing.len());
-        let Structure { mut accelerator, mut order, work, flat } =
+        let Structure { mut accelerator, order, work, flat } =
             Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
         drop(boxes);
         let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Bvh8(_));
         let planes = if is_wide { planes_first(&mut slots) } else { 0 };
-        if let Accelerator::Bvh8(bvh) = &mut accelerator
-            && order.as_ref().is_some_and(|order| order.len() > bounded.len())
-        {
-            order = order.map(|order| bvh.name(order, bounded.len(), unbounded));
-        }
         let mut firsts = slots;
         let mut slots = roomy(unbounded + bounded.len() + nothing.len());
         slots.append(&mut firsts);

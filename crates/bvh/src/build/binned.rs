@@ -57,19 +57,14 @@ enum Grown {
 }
 
 /// Builds the tree and says over how many boxes, counted anew in each level, it went; given up, it is not the whole tree.
-/// `company` says which boxes may share a leaf. The last boxes are of parts: `owners` says of what boxes.
+/// `company` says which boxes may share a leaf.
 pub(super) fn binned(
     boxes: &[PaddedBox],
-    owners: &[u32],
     company: LeafKindOf<'_>,
     manner: Manner,
     stop: Stop<'_>,
 ) -> (Binary, u64) {
-    let wholes = boxes.len() - owners.len();
-    let item = |at: usize| {
-        let place = if at < wholes { at as u32 } else { owners[at - wholes] };
-        Item::new(&boxes[at], place, company(place))
-    };
+    let item = |at: usize| Item::new(&boxes[at], at as u32, company(at as u32));
     let mut items: Vec<Item> = roomy(boxes.len());
     items.par_extend((0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item));
     let mut room = filled(items.len(), Item::default());
@@ -239,7 +234,7 @@ mod tests {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let company = |place: u32| if place.is_multiple_of(kind) { LeafKind::Triangles } else { LeafKind::None };
                 let manner = Manner { leaf, sample, widest };
-                let (binary, work) = pool.install(|| binned(&boxes, &[], &company, manner, &|| false));
+                let (binary, work) = pool.install(|| binned(&boxes, &company, manner, &|| false));
                 let nodes: Vec<_> = binary.nodes.iter().map(|n| (n.bounds.min, n.bounds.max, n.first, n.count)).collect();
                 (nodes, binary.order, binary.parts, work)
             };
@@ -273,7 +268,7 @@ mod tests {
         let boxes = boxes(1000);
         let leaves = |company: LeafKind, widest: f32| {
             let manner = Manner { leaf: 8, sample: usize::MAX, widest };
-            let (binary, _) = binned(&boxes, &[], &|_| company, manner, &|| false);
+            let (binary, _) = binned(&boxes, &|_| company, manner, &|| false);
             binary.nodes.iter().filter(|node| node.count > 0).count()
         };
         let [shared, spheres] = [leaves(LeafKind::Triangles, f32::INFINITY), leaves(LeafKind::Spheres, 0.0)];

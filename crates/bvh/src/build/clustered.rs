@@ -29,8 +29,8 @@ pub(super) fn nodes(tree: &Bvh2) -> Vec<BinaryNode> {
 }
 
 /// The tree by `obvhs`, unless it would be slow or is given up, and how much was or will be looked at. One pass of `obvhs`, once
-/// begun, goes to its end. The last boxes are of parts: `owners` says of what boxes.
-pub(super) fn clustered(boxes: &[PaddedBox], owners: &[u32], quality: BuildQuality, stop: Stop<'_>) -> (Option<Binary>, u64) {
+/// begun, goes to its end.
+pub(super) fn clustered(boxes: &[PaddedBox], quality: BuildQuality, stop: Stop<'_>) -> (Option<Binary>, u64) {
     let parameters = match quality {
         BuildQuality::Fast => BvhBuildParams::fast_build(),
         BuildQuality::Medium => BvhBuildParams::medium_build(),
@@ -73,10 +73,6 @@ pub(super) fn clustered(boxes: &[PaddedBox], owners: &[u32], quality: BuildQuali
     let mut binary = Binary::sorted(&nodes(&built), order);
     if sorted.grown {
         binary.refit(boxes);
-    }
-    let wholes = boxes.len() - owners.len();
-    for place in &mut binary.order {
-        *place = if (*place as usize) < wholes { *place } else { owners[*place as usize - wholes] };
     }
     (Some(binary), looks)
 }

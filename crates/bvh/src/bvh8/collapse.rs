@@ -140,9 +140,8 @@ impl Collapse<'_> {
 impl Piece {
     /// Puts primitives that share a leaf into one.
     fn leaf(&mut self, company: LeafKind, places: &[u32]) -> Child {
-        let places = once(places);
         let (first, count) = (self.order.len(), places.len());
-        self.order.extend(places);
+        self.order.extend_from_slice(places);
         match company {
             LeafKind::Spheres if count > 1 => {
                 self.rows.push(Row::room(first, count));
@@ -199,17 +198,6 @@ impl Bvh8 {
         bvh.blocks = filled(bvh.facts.len(), Triangle8::EMPTY);
         Some((bvh, order, deepest))
     }
-}
-
-/// The same without what is in it twice.
-fn once(places: &[u32]) -> ArrayVec<u32, WIDTH> {
-    let mut once = ArrayVec::new();
-    for (at, place) in places.iter().enumerate() {
-        if !places[..at].contains(place) {
-            once.push(*place);
-        }
-    }
-    once
 }
 
 /// What a lane will hold.

@@ -64,7 +64,7 @@ impl Bvh8 {
     pub(crate) fn fill_rows(&mut self, first: usize, row: impl Fn(core::ops::Range<usize>) -> Row) {
         for at in self.always..self.rows.len() {
             let LeafHeader { first: place, count, .. } = self.rows[at].facts;
-            let start = self.named(place, first);
+            let start = first + place as usize;
             self.rows[at] = row(start..start + usize::from(count));
         }
     }
@@ -72,20 +72,13 @@ impl Bvh8 {
     /// Fills the leaves of quads, by their corners.
     pub(crate) fn fill_quads(&mut self, first: usize, corners: impl Fn(usize) -> Option<[Vec3; 4]>) {
         for at in 0..self.quads.len() {
-            let start = self.named(self.quads[at].first, first);
             let quads = &mut self.quads[at];
-            quads.first = (start - first) as u32;
             for lane in 0..usize::from(quads.count) {
-                if let Some(corners) = corners(start + lane) {
+                if let Some(corners) = corners(first + quads.first as usize + lane) {
                     quads.set(lane, corners);
                 }
             }
         }
-    }
-
-    /// The slot of a leaf's first place. What is no triangle is in one leaf alone, so its slots follow one another with names too.
-    fn named(&self, place: u32, first: usize) -> usize {
-        if self.names.is_empty() { first + place as usize } else { self.names[place as usize] as usize }
     }
 }
 

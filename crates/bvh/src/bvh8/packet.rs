@@ -611,7 +611,7 @@ fn settle<S: Doubles, M: PacketVisitor>(
         let ray = hits.trailing_zeros() as usize & (WIDTH - 1);
         hits &= hits - 1;
         if pencil.near < t[ray] {
-            let slots = [bvh.slot(facts.first, lane), u32::MAX];
+            let slots = [facts.first + lane as u32, u32::MAX];
             pencil.consider(group * WIDTH + ray, [t[ray], u[ray], v[ray]], slots, |a, b| meets.lower(a, b));
         }
     }

@@ -51,7 +51,7 @@ impl Triangle8 {
 /// a lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeafHeader {
-    /// The slot of the first lane, or its place in the list of slots where there is one; the others follow.
+    /// The slot of the first lane; the others follow.
     pub first: u32,
     /// How many lanes are in use.
     pub count: u8,
@@ -65,8 +65,6 @@ pub(crate) struct LeafHeader {
     pub inside: u8,
     /// Those hit from outside alone by rays that cull.
     pub culled: u8,
-    /// Those whose triangle is in other blocks too.
-    pub twice: u8,
 }
 
 impl LeafHeader {

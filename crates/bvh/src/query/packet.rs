@@ -1,6 +1,6 @@
 //! Rays that leave one point, as those of a pinhole camera do: asked together, they find what each would find alone.
 
-use super::Found;
+use super::SlotHit;
 use crate::accelerator::Accelerator;
 use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
 use crate::geometry::Geometry;
@@ -105,7 +105,7 @@ impl<R: Real> Geometry<R> {
         let number = R::from_f32;
         hits.extend((0..pencil.count()).map(|ray| {
             let ([t, u, v], [slot, inner]) = pencil.hit(ray)?;
-            Some(self.named(&Found { t: number(t), u: number(u), v: number(v), slot, inner }))
+            Some(self.named(&SlotHit { t: number(t), u: number(u), v: number(v), slot, inner }))
         }));
         asked
     }
@@ -127,7 +127,7 @@ impl<R: Real> PacketQuery<'_, '_, R> {
             let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
             let range = Interval { min: self.rays.range.min, max: R::from_f32(pencil.far(ray)).next_up() };
             let own = (slot as u32, &geometry.group.slots[slot]);
-            if let Some(Found { t, u, v, slot, inner }) = geometry.test(own, &probe, range, &mut ()) {
+            if let Some(SlotHit { t, u, v, slot, inner }) = geometry.test(own, &probe, range, &mut ()) {
                 pencil.consider(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| self.lower(a, b));
             }
         }

@@ -89,39 +89,6 @@ fn order_does_not_decide() {
     assert!(hits > GROUPS * RAYS / 4, "{hits} hits");
 }
 
-/// Protects: nor does it where such a triangle has parts with boxes of their own, some of which lie behind the faces before which rounding
-/// puts it. And that there are parts: the tree takes more room than one without.
-#[test]
-fn order_does_not_decide_among_parts() {
-    let (random, mut hits) = (&mut Random(43), 0);
-    for _ in 0..GROUPS / 3 {
-        let origin = random.point() * [0.0, 1.0, 1e3][random.below(3)];
-        let direction = Vec3::new(step(random), step(random), step(random)) * [1.0, 1e-3][random.below(2)];
-        let mut triangles = vec![];
-        for _ in 0..120 {
-            // They reach far along the ray, most to both of its sides too, so that it passes a few of their parts alone.
-            let side = direction.yzx() * [0.0, 10.0, 100.0][random.below(3)];
-            let ends = [random.unit(), 1000.0 * random.unit(), 900.0 + 100.0 * random.unit()];
-            let corners = ends.map(|end| origin + direction * end + side * (random.unit() - 0.5));
-            triangles.push(corners.map(|corner| nudged(random, corner)));
-        }
-        for _ in 0..16 {
-            let at = origin + direction * (1000.0 * random.unit());
-            let size = direction.length() * (0.1 + random.unit());
-            triangles.push([at + random.point() * size, at + random.point() * size, at + random.point() * size]);
-        }
-        let bytes = |quality: BuildQuality| {
-            let mut group = Group::<f32>::default();
-            group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
-            Geometry::new(group, AcceleratorKind::Tree(quality)).bytes()
-        };
-        let [medium, high] = [BuildQuality::Medium, BuildQuality::High].map(bytes);
-        assert!(high > medium + medium / 4, "{medium} and {high} bytes");
-        hits += compared(origin, &about(random, direction), &triangles, AcceleratorKind::Tree(BuildQuality::High));
-    }
-    assert!(hits > GROUPS * RAYS / 8, "{hits} hits");
-}
-
 /// Rays from one point and needles that lie in one plane with them, as exactly as f32 can say: a coordinate is the sum of the others. Corners
 /// are whole numbers and the origin has small fractions, so that offsets have more digits than products with them keep, and only the
 /// rounding of f64 tells on which side of a ray a corner is. The needles lie along an axis of the plane or across it, so that their boxes are as

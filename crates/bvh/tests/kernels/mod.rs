@@ -86,53 +86,6 @@ fn kernels_find_what_the_scan_finds() {
     }
 }
 
-/// Slivers across the axes, of which the boxes are as good as empty: what a tree of high quality splits.
-fn slivers(count: usize) -> Mesh {
-    let random = &mut Random(23);
-    let sliver = |_| {
-        let (a, along) = (random.point(), random.point().normalize_or(Vec3::ONE));
-        [a, a + along, a + along * 0.5 + random.point() * 0.02]
-    };
-    (0..count).map(sliver).collect()
-}
-
-/// Protects: parts of a triangle change no answer: the hits are those of a scan, bit for bit, and a query is asked about each triangle
-/// once, in the scene's own set and in an instance, from every kernel. And that they are there: the tree takes more room.
-#[test]
-fn parts_of_triangles_are_one_triangle() {
-    let mesh = slivers(4000);
-    let bytes = BuildQuality::ALL.map(|quality| Geometry::new(group(&mesh, true), AcceleratorKind::Tree(quality)).bytes());
-    assert!(bytes[2] > bytes[1] + bytes[1] / 4, "{bytes:?}");
-    let shown = |kind: AcceleratorKind| {
-        let mut outer = Group::<f32>::default();
-        let part = outer.part(Geometry::new(group(&mesh, true), kind)).unwrap();
-        let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
-        outer.instance(part, DAffine3::from_translation(DVec3::X * 0.5), visibility).unwrap();
-        Geometry::new(outer, AcceleratorKind::Linear)
-    };
-    let own = |kind: AcceleratorKind| Geometry::new(group(&mesh, true), kind);
-    let high = AcceleratorKind::Tree(BuildQuality::High);
-    let pairs = [(own(AcceleratorKind::Linear), own(high)), (shown(AcceleratorKind::Linear), shown(high))];
-    for (place, (scan, mut tree)) in pairs.into_iter().enumerate() {
-        for kernel in Kernel::available() {
-            tree.set_kernel(kernel);
-            let (random, mut hits) = (&mut Random(29), 0);
-            for i in 0..600 {
-                let ray = ray(random, &mesh);
-                let first = scan.closest(&ray, Interval::positive(), &mut ());
-                hits += usize::from(first.is_some());
-                let range = range(random, first.map(|hit| hit.t));
-                for range in [Interval::positive(), range] {
-                    let what = format!("place {place}, {kernel:?}, ray {i}: {ray:?}, {range:?}");
-                    assert_eq!(bits(tree.closest(&ray, range, &mut ())), bits(scan.closest(&ray, range, &mut ())), "{what}");
-                    assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}");
-                }
-            }
-            assert!(hits > 300, "{hits} of 600 rays hit anything");
-        }
-    }
-}
-
 /// Where a part is shown: in its place, turned and flattened and mirrored, far away, and small and far away.
 fn maps() -> [DAffine3; 4] {
     let turned = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
