@@ -41,9 +41,7 @@ impl Accelerator {
         match kind {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::Tree(_) if boxes <= few => 0,
-            AcceleratorKind::Tree(_) => {
-                Bvh8::most_bytes(shares)
-            }
+            AcceleratorKind::Tree(_) => Bvh8::most_bytes(shares),
         }
     }
 }

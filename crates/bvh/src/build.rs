@@ -123,12 +123,7 @@ pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKin
 }
 
 /// The binary tree over boxes; what it took, but for its depth.
-fn binary(
-    boxes: &[PaddedBox],
-    quality: BuildQuality,
-    company: LeafKindOf<'_>,
-    stop: Stop<'_>,
-) -> Option<(Binary, BuildWork)> {
+fn binary(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, stop: Stop<'_>) -> Option<(Binary, BuildWork)> {
     let improves = quality != BuildQuality::Fast;
     // In least time all are taken to be alike.
     let [mean, unevenness] = if improves { sizes(boxes) } else { [0.0, 1.0] };

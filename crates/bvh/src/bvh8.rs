@@ -10,7 +10,6 @@
 //! ([`crate::shapes::EDGE_ON`]).
 
 mod collapse;
-mod doubles;
 mod filter;
 mod flat;
 mod gathered;
@@ -21,9 +20,9 @@ mod portable;
 mod projected_ray;
 mod reparametrisation;
 mod row;
-mod simd;
 mod stack;
 mod traversal_ray;
+mod traversal_simd;
 mod traverse;
 mod triangle8;
 #[cfg(target_arch = "x86_64")]
@@ -34,6 +33,7 @@ use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
 use crate::group::Slot;
+pub(crate) use crate::math::simd::WIDTH;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
@@ -52,8 +52,6 @@ use self::triangle8::Triangle8;
 
 /// The most primitives that one tree can address.
 pub const MAX_PRIMITIVES: usize = (1 << 27) - 1;
-/// Children of a node, triangles of a block.
-pub(crate) const WIDTH: usize = 8;
 /// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
 const MAX_DEPTH: u32 = 64;
 /// Each level leaves at most seven siblings behind, and a node's eight children are written at once.

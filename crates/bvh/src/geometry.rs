@@ -171,8 +171,7 @@ impl<R: Real> Geometry<R> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
         let few = group.few(unbounded + bounded.len() + nothing.len());
-        let Structure { mut accelerator, order, work, flat } =
-            Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
+        let Structure { mut accelerator, order, work, flat } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
         drop(boxes);
         let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Bvh8(_));
         let planes = if is_wide { planes_first(&mut slots) } else { 0 };

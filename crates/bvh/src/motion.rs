@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::double_double::DoubleDouble;
 use crate::error::GeometryError;
 use crate::group::Group;
 use crate::instance::Instance;
+use crate::math::double_double::DoubleDouble;
 use crate::scalar::Real;
 use crate::shapes::Transform;
 

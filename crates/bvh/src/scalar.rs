@@ -7,7 +7,7 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use glam::{DVec3, Vec3};
 
-pub use crate::lanes::{Four, Laned};
+pub use crate::math::four::{Four, Laned};
 
 mod sealed {
     pub trait Sealed {}

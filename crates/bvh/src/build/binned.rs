@@ -58,12 +58,7 @@ enum Grown {
 
 /// Builds the tree and says over how many boxes, counted anew in each level, it went; given up, it is not the whole tree.
 /// `company` says which boxes may share a leaf.
-pub(super) fn binned(
-    boxes: &[PaddedBox],
-    company: LeafKindOf<'_>,
-    manner: Manner,
-    stop: Stop<'_>,
-) -> (Binary, u64) {
+pub(super) fn binned(boxes: &[PaddedBox], company: LeafKindOf<'_>, manner: Manner, stop: Stop<'_>) -> (Binary, u64) {
     let item = |at: usize| Item::new(&boxes[at], at as u32, company(at as u32));
     let mut items: Vec<Item> = roomy(boxes.len());
     items.par_extend((0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item));

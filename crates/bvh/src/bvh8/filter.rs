@@ -35,9 +35,9 @@
 //! ([`super::triangle8::LARGE`], [`super::traversal_ray`]).
 
 use super::gathered::Quad8;
-use super::simd::Simd;
 use super::traversal_ray::LeafRay;
 use super::triangle8::Triangle8;
+use crate::math::simd::Simd;
 
 /// So many times its error a determinant has to be before anything is said of the distance: what the exact test places because it is
 /// seen edge-on ([`crate::shapes::EDGE_ON`]) has less. Such a triangle's D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and with the

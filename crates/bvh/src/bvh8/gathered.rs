@@ -5,13 +5,13 @@
 //! quads are missed: with as many roundings, since the exact test of a half is that of a triangle. A quad goes on to its own test where
 //! either half is left. Where neither is, the first half is missed or hit out of range, and the second one is too where it is asked.
 
-use super::doubles::Doubles;
 use super::filter;
 use super::row::{RayF64, Row};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traverse::HitVisitor;
 use super::triangle8::{LeafHeader, Triangle8};
 use super::{Bvh8, Child, WIDTH};
+use crate::math::simd::Simd;
 use crate::shapes::PreparedRay;
 use glam::Vec3;
 
@@ -84,7 +84,7 @@ impl Bvh8 {
 
 /// All that is asked about a leaf of spheres or of quads. Whether that ended the walk.
 #[inline(always)]
-pub(super) fn gathered<S: Doubles, A: HitVisitor>(
+pub(super) fn gathered<S: Simd, A: HitVisitor>(
     s: S,
     bvh: &Bvh8,
     leaf: Child,

@@ -4,12 +4,12 @@ use super::Bvh8;
 use super::flat::{blocks, rows};
 use super::optimisation_barrier::opaque;
 use super::packet::{self, PacketResult, PacketState, PacketVisitor};
-use super::portable::Portable;
 use super::row::RayF64;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traverse::{HitVisitor, traverse};
+use crate::math::simd::Portable;
 #[cfg(target_arch = "x86_64")]
-use super::x86::{Avx2, Avx512};
+use crate::math::simd::{Avx2, Avx512};
 use crate::ray::{Interval, Ray};
 use crate::scalar::{Real, Vector};
 use crate::shapes::PreparedRay;

@@ -4,9 +4,8 @@
 use glam::{DVec3, Vec3};
 
 use super::WIDTH;
-use super::doubles::{Doubles, dot};
-use super::simd::Simd;
 use super::triangle8::LeafHeader;
+use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::shapes::{FAR, Plane, PreparedRay, Shape, Sphere};
 
@@ -77,10 +76,10 @@ pub(crate) struct SphereHits {
     pub t: [f32; WIDTH],
 }
 
-impl<S: Doubles> LaneHits<S> {
+impl<S: Simd> LaneHits<S> {
     #[inline(always)]
     pub fn roots(&self, s: S) -> SphereHits {
-        SphereHits { hits: self.hits as u8, leaving: self.leaving as u8, t: s.row(self.t) }
+        SphereHits { hits: self.hits as u8, leaving: self.leaving as u8, t: s.to_array(self.t) }
     }
 }
 
@@ -131,7 +130,7 @@ impl Row {
 
     /// Where a ray hits them.
     #[inline(always)]
-    pub(super) fn hits<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
+    pub(super) fn hits<S: Simd>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
         match self.kind {
             Kind::Spheres => self.spheres(s, line, range, culls),
             Kind::Planes => self.planes(s, line, range, culls),
@@ -139,30 +138,30 @@ impl Row {
     }
 
     #[inline(always)]
-    fn spheres<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
-        let [x, y, z] = spread(s, line.origin);
+    fn spheres<S: Simd>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
+        let [x, y, z] = splat3_f64(s, line.origin);
         let [cx, cy, cz] = self.widened_places(s);
-        let f = [s.minus(x, cx), s.minus(y, cy), s.minus(z, cz)];
+        let f = [s.sub_f64(x, cx), s.sub_f64(y, cy), s.sub_f64(z, cz)];
         let r = s.widen(&self.rest[0]);
-        let (b, room) = (dot(s, f, spread(s, line.direction)), s.times(r, r));
-        let (outside, squared) = (s.minus(dot(s, f, f), room), s.times(b, b));
-        let zero = s.spread(0.0);
-        let may_meet = s.at_least(s.minus(squared, s.times(outside, s.spread(line.shortened))), zero);
+        let (b, room) = (dot_f64(s, f, splat3_f64(s, line.direction)), s.mul_f64(r, r));
+        let (outside, squared) = (s.sub_f64(dot_f64(s, f, f), room), s.mul_f64(b, b));
+        let zero = s.splat_f64(0.0);
+        let may_meet = s.at_least_f64(s.sub_f64(squared, s.mul_f64(outside, s.splat_f64(line.shortened))), zero);
         if may_meet == 0 {
             return LaneHits { hits: 0, leaving: 0, t: s.splat(0.0) };
         }
-        let discriminant = s.minus(squared, s.times(outside, s.spread(line.length_squared)));
-        let met = s.at_least(discriminant, zero);
-        let (root, inverse) = (s.root(discriminant), s.spread(line.inverse_length_squared));
+        let discriminant = s.sub_f64(squared, s.mul_f64(outside, s.splat_f64(line.length_squared)));
+        let met = s.at_least_f64(discriminant, zero);
+        let (root, inverse) = (s.sqrt_f64(discriminant), s.splat_f64(line.inverse_length_squared));
         // Taken from −0, every number has its sign turned, zero too.
-        let turned = s.minus(s.spread(-0.0), b);
-        let near = s.narrow(s.times(s.minus(turned, root), inverse));
-        let far = s.narrow(s.times(s.minus(root, b), inverse));
+        let turned = s.sub_f64(s.splat_f64(-0.0), b);
+        let near = s.narrow(s.mul_f64(s.sub_f64(turned, root), inverse));
+        let far = s.narrow(s.mul_f64(s.sub_f64(root, b), inverse));
         let (first, last) = (s.splat(range.min), s.splat(range.max));
         let entering = met & s.less(first, near) & s.less(near, last) & !u32::from(self.facts.inside);
         let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.outside_alone(culls)) & !entering;
-        let hits = LaneHits { hits: entering | leaving, leaving, t: s.chosen(leaving, near, far) };
-        let far_away = may_meet & s.above(outside, s.times(room, s.spread(FAR * FAR)));
+        let hits = LaneHits { hits: entering | leaving, leaving, t: s.select(leaving, near, far) };
+        let far_away = may_meet & s.greater_f64(outside, s.mul_f64(room, s.splat_f64(FAR * FAR)));
         if far_away == 0 {
             return hits;
         }
@@ -189,34 +188,29 @@ impl Row {
     }
 
     #[inline(always)]
-    fn planes<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
+    fn planes<S: Simd>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
         let normal = [s.widen(&self.rest[0]), s.widen(&self.rest[1]), s.widen(&self.rest[2])];
-        let slope = dot(s, normal, spread(s, line.direction));
-        let [x, y, z] = spread(s, line.origin);
+        let slope = dot_f64(s, normal, splat3_f64(s, line.direction));
+        let [x, y, z] = splat3_f64(s, line.origin);
         let [px, py, pz] = self.widened_places(s);
-        let way = [s.minus(px, x), s.minus(py, y), s.minus(pz, z)];
-        let t = s.narrow(s.over(dot(s, normal, way), slope));
+        let way = [s.sub_f64(px, x), s.sub_f64(py, y), s.sub_f64(pz, z)];
+        let t = s.narrow(s.div_f64(dot_f64(s, normal, way), slope));
         // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
         let within = s.less(s.splat(range.min), t) & s.less(t, s.splat(range.max)) & s.less(t, s.splat(f32::INFINITY));
         let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
-        let against = s.above(s.spread(0.0), slope) as u8;
+        let against = s.greater_f64(s.splat_f64(0.0), slope) as u8;
         LaneHits { hits: self.facts.accepted(finite as u8, against, culls).into(), leaving: 0, t }
     }
 
     /// One by one: a closure would not have the instructions of the function that it is in.
     #[inline(always)]
-    fn widened_places<S: Doubles>(&self, s: S) -> [S::Doubles; 3] {
+    fn widened_places<S: Simd>(&self, s: S) -> [S::Doubles; 3] {
         [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])]
     }
 }
 
-#[inline(always)]
-fn spread<S: Doubles>(s: S, v: DVec3) -> [S::Doubles; 3] {
-    [s.spread(v.x), s.spread(v.y), s.spread(v.z)]
-}
-
 /// Eight rays from one point, as [`RayF64`] has one.
-pub(super) struct RaysF64<S: Doubles> {
+pub(super) struct RaysF64<S: Simd> {
     origin: DVec3,
     direction: [S::Doubles; 3],
     length_squared: S::Doubles,
@@ -226,14 +220,14 @@ pub(super) struct RaysF64<S: Doubles> {
     culls: bool,
 }
 
-impl<S: Doubles> RaysF64<S> {
+impl<S: Simd> RaysF64<S> {
     /// By the operations of a probe, in lanes.
     #[inline(always)]
     pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
         let direction = [s.widen(x), s.widen(y), s.widen(z)];
-        let length_squared = dot(s, direction, direction);
-        let inverse_length_squared = s.over(s.spread(1.0), length_squared);
-        let shortened = s.times(length_squared, s.spread(PreparedRay::SHORTER));
+        let length_squared = dot_f64(s, direction, direction);
+        let inverse_length_squared = s.div_f64(s.splat_f64(1.0), length_squared);
+        let shortened = s.mul_f64(length_squared, s.splat_f64(PreparedRay::SHORTER));
         Self { origin, direction, length_squared, shortened, inverse_length_squared, rows: [*x, *y, *z], culls }
     }
 
@@ -246,7 +240,7 @@ impl<S: Doubles> RaysF64<S> {
 impl Row {
     /// Where eight rays hit one of them, up to `far`: a bit a ray.
     #[inline(always)]
-    pub(super) fn lane<S: Doubles>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> LaneHits<S> {
+    pub(super) fn lane<S: Simd>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> LaneHits<S> {
         let (lane, first) = (lane & (WIDTH - 1), s.splat(near));
         let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         let (bit, place, rest) = (1 << lane, of(&self.places).as_dvec3(), of(&self.rest));
@@ -254,40 +248,40 @@ impl Row {
         let (outside, inside) = (only(self.facts.outside_alone(lines.culls)), only(self.facts.inside));
         if self.kind == Kind::Planes {
             let normal = rest.as_dvec3();
-            let slope = dot(s, spread(s, normal), lines.direction);
-            let t = s.narrow(s.over(s.spread(normal.dot(place - lines.origin)), slope));
+            let slope = dot_f64(s, splat3_f64(s, normal), lines.direction);
+            let t = s.narrow(s.div_f64(s.splat_f64(normal.dot(place - lines.origin)), slope));
             let counts =
                 s.less(first, t) & s.at_most(t, far) & s.less(t, s.splat(f32::INFINITY)) & s.less(s.splat(f32::NEG_INFINITY), t);
-            let against = s.above(s.spread(0.0), slope);
+            let against = s.greater_f64(s.splat_f64(0.0), slope);
             return LaneHits { hits: counts & !(outside & !against) & !(inside & against), leaving: 0, t };
         }
         let (f, r) = (lines.origin - place, f64::from(rest.x));
         let room = r * r;
         let beyond = f.dot(f) - room;
-        let b = dot(s, spread(s, f), lines.direction);
-        let squared = s.times(b, b);
-        let may_meet = s.at_least(s.minus(squared, s.times(s.spread(beyond), lines.shortened)), s.spread(0.0));
+        let b = dot_f64(s, splat3_f64(s, f), lines.direction);
+        let squared = s.mul_f64(b, b);
+        let may_meet = s.at_least_f64(s.sub_f64(squared, s.mul_f64(s.splat_f64(beyond), lines.shortened)), s.splat_f64(0.0));
         if may_meet == 0 {
             return LaneHits { hits: 0, leaving: 0, t: first };
         }
         if beyond > room * (FAR * FAR) {
             return self.lane_far_away(s, lane, lines, may_meet, near, far);
         }
-        let discriminant = s.minus(squared, s.times(s.spread(beyond), lines.length_squared));
-        let met = s.at_least(discriminant, s.spread(0.0));
-        let root = s.root(discriminant);
-        let turned = s.minus(s.spread(-0.0), b);
-        let enter = s.narrow(s.times(s.minus(turned, root), lines.inverse_length_squared));
-        let leave = s.narrow(s.times(s.minus(root, b), lines.inverse_length_squared));
+        let discriminant = s.sub_f64(squared, s.mul_f64(s.splat_f64(beyond), lines.length_squared));
+        let met = s.at_least_f64(discriminant, s.splat_f64(0.0));
+        let root = s.sqrt_f64(discriminant);
+        let turned = s.sub_f64(s.splat_f64(-0.0), b);
+        let enter = s.narrow(s.mul_f64(s.sub_f64(turned, root), lines.inverse_length_squared));
+        let leave = s.narrow(s.mul_f64(s.sub_f64(root, b), lines.inverse_length_squared));
         let entering = met & s.less(first, enter) & s.at_most(enter, far) & !inside;
         let leaving = met & s.less(first, leave) & s.at_most(leave, far) & !outside & !entering;
-        LaneHits { hits: entering | leaving, leaving, t: s.chosen(leaving, enter, leave) }
+        LaneHits { hits: entering | leaving, leaving, t: s.select(leaving, enter, leave) }
     }
 
     /// Rays from so far away that their test takes another form: one by one.
     #[cold]
     #[inline(never)]
-    fn lane_far_away<S: Doubles>(
+    fn lane_far_away<S: Simd>(
         &self,
         s: S,
         lane: usize,
@@ -296,7 +290,7 @@ impl Row {
         near: f32,
         far: S::Floats,
     ) -> LaneHits<S> {
-        let (mut roots, far) = (SphereHits { hits: 0, leaving: 0, t: [0.0; WIDTH] }, s.row(far));
+        let (mut roots, far) = (SphereHits { hits: 0, leaving: 0, t: [0.0; WIDTH] }, s.to_array(far));
         while asked != 0 {
             let ray = asked.trailing_zeros() as usize & (WIDTH - 1);
             asked &= asked - 1;

@@ -7,11 +7,12 @@ use super::filter;
 use super::optimisation_barrier::in_memory;
 use super::projected_ray::TriangleHit;
 use super::row::SphereHits;
-use super::simd::Simd;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::TraversalRay;
+use super::traversal_simd::TraversalSimd;
 use super::triangle8::{LeafHeader, Triangle8};
 use super::{Bvh8, Child, Node};
+use crate::math::simd::Simd;
 use crate::ray::Interval;
 use crate::shapes::PreparedRay;
 
@@ -97,7 +98,7 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
 
 /// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block.
 #[inline(always)]
-fn fetch<S: Simd>(s: S, bvh: &Bvh8, child: Child) {
+fn fetch<S: TraversalSimd>(s: S, bvh: &Bvh8, child: Child) {
     let (start, bytes) = match () {
         () if !child.is_leaf() => (bvh.nodes.as_ptr().cast::<u8>(), size_of::<Node>()),
         () if child.is_block() => (bvh.blocks.as_ptr().cast::<u8>(), size_of::<Triangle8>()),
@@ -113,7 +114,7 @@ fn fetch<S: Simd>(s: S, bvh: &Bvh8, child: Child) {
 /// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
 /// `MAPPED`: the ray was rounded, see [`TraversalRay::mapped`].
 #[inline(always)]
-pub(super) fn traverse<S: Simd, A: HitVisitor, const MAPPED: bool>(
+pub(super) fn traverse<S: TraversalSimd, A: HitVisitor, const MAPPED: bool>(
     s: S,
     bvh: &Bvh8,
     setup: &TraversalRay,

@@ -52,8 +52,7 @@ impl<R: Real> Geometry<R> {
         let near = query.range().min.to_f64();
         let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
         let (stored, prepared, culls) = (None, Some(*ray), ray.culls);
-        let mut visitor =
-            Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, tally };
+        let mut visitor = Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, tally };
         let over = bvh.ask_mapped(&setup, *ray, &mut visitor);
         (over, visitor.query)
     }

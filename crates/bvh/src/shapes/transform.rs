@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Located, Parameters, PreparedRay};
 use crate::aabb::Aabb;
-use crate::double_double::DoubleDouble;
+use crate::math::double_double::DoubleDouble;
 use crate::scalar::{Real, Vector};
 
 /// An invertible affine map, with the inverse of its linear part.
