@@ -1,28 +1,23 @@
-//! Building: sanitised boxes in, a tree of eight-wide nodes out. Our own builder splits from the top; `obvhs` clusters from the bottom what is of very
-//! different sizes, and improves trees by moving their parts.
+//! Building: sanitised boxes in, a tree of eight-wide nodes out. Our own builder splits from the top, and `obvhs` improves
+//! trees of boxes of different sizes by moving their parts.
 
 mod binned;
-mod clustered;
-mod improved;
-mod morton;
-mod ploc_dry_run;
 mod reinsertion;
 
 use rayon::prelude::*;
 
 use self::binned::{Manner, binned};
-use self::clustered::clustered;
-use self::improved::improved;
+use self::reinsertion::reinsert;
 use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
-use crate::bvh8::{Bvh8, cost};
+use crate::bvh8::Bvh8;
 
 /// How long a build may take for how good a tree. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
     /// Least build time: split from the top, large sets by samples.
     Fast,
-    /// Split from the top, and improved; where sizes differ much, `obvhs` clusters too and the cheaper tree is kept.
+    /// Split from the top, and improved where sizes differ.
     #[default]
     Medium,
     /// Several times the build time: more is improved.
@@ -39,13 +34,10 @@ const SAMPLE: usize = 4096;
 /// Shares of the nodes that are moved at once in improving a tree, and how many that is at most.
 const MOVED: [(f32, f32); 2] = [(0.2, 50_000.0), (1.0, 1e9)];
 
-/// Which builder made a tree, and what it cost: what tests count where they can't measure time.
+/// What a build cost: what tests count where they can't measure time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildWork {
-    /// Whether clustering built it, as it does unless it would be slow. Otherwise it was split from the top.
-    pub clustered: bool,
-    /// Boxes and pairs of boxes looked at, at most: in sorting, in the rehearsal, in clustering, in reinsertion, and in the
-    /// other builder.
+    /// Boxes looked at, at most: in splitting and in reinsertion.
     pub looks: u64,
     /// Nodes from the root to the deepest, the root included.
     pub depth: u32,
@@ -77,28 +69,17 @@ const PIECE: usize = 4096;
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Where boxes are of sizes that differ so much that large ones would go with what happens to lie about their centres: n Σa²/(Σa)²
-/// over their surfaces, which is one where all are alike. Measured: 1.1 to 9 on the surfaces of bodies, terrain and needles, 60 and more in rooms.
-const UNEVEN: f64 = 16.0;
-
 /// Trees over boxes of sizes more alike than this are not improved: split from the top they are as good, and rays of terrain and needles
 /// were slower in what moving their parts made of them. Measured: `../../../benches/runs`.
 const ALIKE: f64 = 2.0;
 
-/// Larger sets are clustered in high quality alone: clustering takes four times as long as splitting from the top. Measured: of three million
-/// triangles, a room and what was scattered in it, it made no better tree.
-const CLUSTERED: usize = 1 << 19;
-
-/// Where sizes differ that much, a leaf of several triangles has a box of this many times the surface of their own boxes on average, at
+/// Where sizes differ more, a leaf of several triangles has a box of this many times the surface of their own boxes on average, at
 /// most. What is left apart may still share a block, but what improves the tree moves it by itself, and eight large walls in one box are
 /// asked about by every ray in the room. Measured: `../../../benches/runs`.
 const WIDEST_LEAF: f64 = 8.0;
 
-/// A clustered tree is taken where it costs at most so many times what the other one does. Of rooms the cost tells little: trees of equal
-/// cost differed by a half in what rays took, and the clustered one was the best of a dozen. Measured: `../../../benches/runs`.
-const TRUST: f32 = 1.1;
-
-/// The surface of a box on average, half of it, and how much more the largest ones have, as [`UNEVEN`] says.
+/// The surface of a box on average, half of it, and how much more the largest ones have: n Σa²/(Σa)² over surfaces, which is one where all are
+/// alike. Measured: 1.1 to 9 on the surfaces of bodies, terrain and needles, 60 and more in rooms.
 fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
     let sums =
         |boxes: &[PaddedBox]| boxes.iter().map(exact_half_area).fold([0.0, 0.0], |[sum, squares], a| [sum + a, squares + a * a]);
@@ -113,13 +94,13 @@ pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKin
     if let Some((tree, order, depth)) = Bvh8::collapse(&better, company) {
         return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
     }
-    // Clustered or improved it may be too deep, and split from the top it is not.
+    // Improved it may be too deep, and split from the top it is not.
     let (plain, again) = binary(boxes, BuildQuality::Fast, company, stop)?;
     work.looks += again.looks;
     let collapsed = Bvh8::collapse(&plain, company);
     let depth = collapsed.as_ref().map_or(0, |(_, _, depth)| *depth);
     let tree = collapsed.map(|(tree, order, _)| (tree, order));
-    Some(Build { tree, work: BuildWork { depth, clustered: false, ..work } })
+    Some(Build { tree, work: BuildWork { depth, ..work } })
 }
 
 /// The binary tree over boxes; what it took, but for its depth.
@@ -133,23 +114,12 @@ fn binary(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, s
         widest: if unevenness > ALIKE { (WIDEST_LEAF * mean) as f32 } else { f32::INFINITY },
     };
     let (mut binary, mut looks) = binned(boxes, company, manner, stop);
-    let mut work = BuildWork::default();
     if unevenness > ALIKE {
         let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
         let share = share.min(most / binary.nodes.len() as f32);
-        looks += improved(&mut binary, share, stop);
+        looks += reinsert(&mut binary, share, stop);
     }
-    let few = quality == BuildQuality::High || boxes.len() <= CLUSTERED;
-    if few && unevenness > UNEVEN && !stop() {
-        let (other, counted) = clustered(boxes, quality, stop);
-        looks += counted;
-        if let Some(other) = other
-            && cost(&other, company) <= TRUST * cost(&binary, company)
-        {
-            (binary, work.clustered) = (other, true);
-        }
-    }
-    (!stop()).then_some((binary, BuildWork { looks, ..work }))
+    (!stop()).then_some((binary, BuildWork { looks, ..BuildWork::default() }))
 }
 
 #[cfg(test)]
@@ -187,27 +157,12 @@ mod tests {
             let shared = binary.nodes.iter().filter(|node| node.count > 1);
             shared.map(|node| exact_half_area(&node.bounds)).fold(0.0, f64::max) / sizes(boxes)[0]
         };
-        // Uneven enough for a bound, and not for clustering.
         let [differ, alike] = [mixed(10, 4.0, 0.5), mixed(1, 1.0, 0.02)];
         let uneven = [&differ, &alike].map(|boxes| sizes(boxes)[1]);
-        assert!(uneven[0] > ALIKE && uneven[0] < UNEVEN && uneven[1] < ALIKE, "{uneven:?}");
+        assert!(uneven[0] > ALIKE && uneven[1] < ALIKE, "{uneven:?}");
         let shared = widest(&differ, BuildQuality::Medium);
         assert!(shared > 0.5 * WIDEST_LEAF && shared <= WIDEST_LEAF, "{shared}");
         assert!(widest(&differ, BuildQuality::Fast) > 1.5 * WIDEST_LEAF);
         assert!(widest(&alike, BuildQuality::Medium) > 100.0 * WIDEST_LEAF);
-    }
-
-    /// Protects: of sizes that differ much the clustered tree is kept where it is cheaper or costs 1.09 times what ours does, and ours where
-    /// the other costs 1.32 times as much.
-    #[test]
-    fn clustered_trees_are_kept_unless_they_cost_more() {
-        let kept = |boxes: &[PaddedBox]| {
-            assert!(sizes(boxes)[1] > UNEVEN);
-            binary(boxes, BuildQuality::Medium, TRIANGLES, &|| false).unwrap().1.clustered
-        };
-        assert_eq!(
-            [mixed(800, 20.0, 2.0), mixed(100, 30.0, 0.2), mixed(50, 20.0, 1.0)].map(|boxes| kept(&boxes)),
-            [true, true, false]
-        );
     }
 }

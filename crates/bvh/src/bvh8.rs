@@ -10,13 +10,13 @@
 //! ([`crate::shapes::EDGE_ON`]).
 
 mod collapse;
+mod entries;
 mod filter;
 mod flat;
 mod gathered;
 mod kernel;
 mod optimisation_barrier;
 mod packet;
-mod portable;
 mod projected_ray;
 mod reparametrisation;
 mod row;
@@ -37,7 +37,6 @@ pub(crate) use crate::math::simd::WIDTH;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
-pub(crate) use self::collapse::cost;
 use self::gathered::Quad8;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
@@ -251,7 +250,7 @@ impl Bvh8 {
 
     /// Lets other code walk it; the portable one where the processor can't run that.
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable);
+        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::PORTABLE);
     }
 
     /// Bytes of nodes and blocks.

@@ -15,7 +15,6 @@ use crate::bvh8::gathered::Quad8;
 use crate::bvh8::row::Row;
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled, roomy};
-pub(crate) use costs::cost;
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
 /// A block of fewer primitives takes in another one beside it where both fit into one.

@@ -1,6 +1,6 @@
-//! The kernels of AVX2 and AVX-512: eight lanes of f32 in one register, and four exact tests at once in f64.
+//! What a traversal asks of AVX2 and AVX-512.
 //!
-//! Here, in what this uses, in `processor.rs` and in `memory.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
+//! Here, in `math/simd`, in `processor.rs` and in `memory.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
 //! type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use no others. *Memory*:
 //! loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
 #![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
@@ -9,93 +9,18 @@ mod exact;
 
 use core::arch::x86_64::*;
 
-use super::flat::{blocks, rows};
+use super::entries::{entries, leaves};
 use super::gathered::gathered;
-use super::packet::{self, PacketResult, PacketState, PacketVisitor};
 use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
 use super::row::RayF64;
 use super::stack::{Stack, Waiting};
-use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traversal_ray::LeafRay;
 use super::traversal_simd::{TraversalSimd, settled};
-use super::traverse::{HitVisitor, traverse};
+use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::{Avx2, Avx512};
 use crate::shapes::PreparedRay;
-
-/// Entries of a set of instructions: methods of its token, each of which calls a function that is compiled for them.
-macro_rules! entries {
-    ($token:ident, $features:literal: $(
-        $(#[doc = $about:literal])*
-        $visibility:vis fn $name:ident<$G:ident: $Bound:ident>($s:ident $(, $argument:ident: $kind:ty)*) { $body:expr } -> $out:ty;
-    )*) => { $(
-        $(#[doc = $about])*
-        #[inline(always)]
-        #[allow(clippy::too_many_arguments, reason = "in registers")]
-        $visibility fn $name<$G: $Bound>(self $(, $argument: $kind)*) -> $out {
-            #[inline(never)]
-            #[target_feature(enable = $features)]
-            #[allow(clippy::too_many_arguments, reason = "in registers")]
-            fn enter<$G: $Bound>($s: $token $(, $argument: $kind)*) -> $out {
-                $body
-            }
-            // SAFETY: `self` exists, so the processor has what the function needs.
-            unsafe { enter(self $(, $argument)*) }
-        }
-    )* };
-}
-
-/// What a query asks of the whole tree.
-macro_rules! traversals {
-    ($token:ident, $features:literal) => {
-        entries! { $token, $features:
-            /// The walk with these instructions.
-            pub(super) fn walk<A: HitVisitor>(
-                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, answer: &mut A
-            ) { traverse::<_, _, false>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), None, answer) } -> bool;
-            /// The same for a ray in the space of an instance.
-            pub(super) fn walk_mapped<A: HitVisitor>(s, bvh: &Bvh8, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) {
-                traverse::<_, _, true>(s, bvh, setup, Some(&probe), answer)
-            } -> bool;
-            /// The rows that every query tests.
-            pub(super) fn rows<A: HitVisitor>(
-                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
-            ) { rows(s, bvh, &RayF64::new([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
-            /// The same for a ray in the space of an instance.
-            pub(super) fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &RayF64, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
-            /// Blocks and the rest where there are no nodes.
-            pub(super) fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) {
-                blocks(s, bvh, aim, probe, answer)
-            } -> bool;
-            /// Rays from one point.
-            pub(super) fn pencil<M: PacketVisitor>(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) {
-                packet::walk(s, bvh, pencil, meets)
-            } -> PacketResult;
-        }
-    };
-}
-
-/// What a traversal asks of a leaf, apart from it, whose registers that would take.
-macro_rules! leaves {
-    ($token:ident, $features:literal) => {
-        entries! { $token, $features:
-            fn settle<A: HitVisitor>(
-                s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
-            ) { settled(s, block, at, aim, probe, answer) } -> bool;
-            fn gathered<A: HitVisitor>(
-                s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, probe: Option<&PreparedRay>, line: &mut Option<RayF64>, answer: &mut A
-            ) { gathered(s, bvh, leaf, aim, probe, line, answer) } -> bool;
-        }
-    };
-}
-
-impl Avx2 {
-    traversals!(Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
-}
-
-impl Avx512 {
-    traversals!(Avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
-}
 
 /// What both have in common.
 macro_rules! of_both {
@@ -116,13 +41,13 @@ macro_rules! of_both {
 impl TraversalSimd for Avx2 {
     of_both!();
 
-    leaves!(Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
+    leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
 }
 
 impl TraversalSimd for Avx512 {
     of_both!();
 
-    leaves!(Avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
+    leaves!(Avx512, target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
 
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {

@@ -31,7 +31,7 @@ impl Random {
     }
 }
 
-/// Random balls, one of 500 thirty times as large: an ordinary set that is clustered too.
+/// Random balls, one of 500 thirty times as large: an ordinary set that is improved too.
 pub fn uneven(n: usize) -> Vec<Item> {
     let larger = |(i, item): (usize, Item)| match item {
         Item::Ball(centre, radius) if i % 500 == 0 => Item::Ball(centre, 30.0 * radius),

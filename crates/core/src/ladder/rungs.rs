@@ -93,7 +93,7 @@ const SAMPLES: &[Rung] = &[
 ];
 const BUILD: &[Rung] = &[
     rung("fast", "least build time: split from the top, large sets by samples"),
-    rung("medium", "split from the top and improved, and clustered where sizes differ much"),
+    rung("medium", "split from the top, and improved where sizes differ"),
     rung("high", "several times the build time: more is improved"),
 ];
 const ACCELERATOR: &[Rung] = &[rung("linear", "every primitive is tested"), rung("bvh", "a tree of boxes")];

@@ -117,10 +117,3 @@ pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
     }
     all
 }
-
-/// What a ray that meets a binary tree is expected to spend in what becomes of it, in tests of nodes.
-pub(crate) fn cost(binary: &Binary, company: LeafKindOf<'_>) -> f32 {
-    let all = solve(binary, company);
-    let root = half_area(&binary.nodes[0].bounds);
-    if root > 0.0 { all[0].cost[WIDTH - 1] / root } else { all[0].cost[WIDTH - 1] }
-}

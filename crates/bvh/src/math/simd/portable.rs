@@ -7,7 +7,7 @@ use glam::Vec4;
 use super::{Simd, WIDTH};
 
 /// No instruction beyond those of the platform.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
 
 /// Flips the bits of signs that are set in the other.
