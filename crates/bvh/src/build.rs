@@ -57,7 +57,6 @@ pub(crate) enum LeafKind {
     None,
     Triangles,
     Spheres,
-    Quad8,
 }
 
 /// Says what kind of leaf each of the boxes goes into.

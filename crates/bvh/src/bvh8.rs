@@ -1,5 +1,5 @@
-//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles, rows of eight spheres, eight quads and single
-//! other primitives, in the widest registers that the processor has.
+//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles, rows of eight spheres and single other
+//! primitives, in the widest registers that the processor has.
 //!
 //! Nodes and filters decide what is tested and never what is hit: boxes are padded and exits widened, the filter misses a
 //! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
@@ -13,13 +13,13 @@ mod collapse;
 mod entries;
 mod filter;
 mod flat;
-mod gathered;
 mod kernel;
 mod optimisation_barrier;
 mod packet;
 mod projected_ray;
 mod reparametrisation;
 mod row;
+mod sphere_leaf;
 mod stack;
 mod traversal_ray;
 mod traversal_simd;
@@ -37,7 +37,6 @@ pub(crate) use crate::math::simd::WIDTH;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
-use self::gathered::Quad8;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
 pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
@@ -56,7 +55,7 @@ const MAX_DEPTH: u32 = 64;
 /// Each level leaves at most seven siblings behind, and a node's eight children are written at once.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
-/// An inner child names a node; a leaf a block of triangles, a row of spheres, quads, or the place of one other primitive.
+/// An inner child names a node; a leaf a block of triangles, a row of spheres, or the place of one other primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 struct Child(u32);
@@ -66,7 +65,6 @@ impl Child {
     const OTHER: u32 = 1 << 30;
     /// Of those that are no blocks. There are fewer than 2²⁷ primitives.
     const ROW: u32 = 1 << 29;
-    const QUADS: u32 = 1 << 28;
     /// No child: a leaf of nothing.
     const NONE: Self = Self(u32::MAX);
 
@@ -86,10 +84,6 @@ impl Child {
         Self(Self::LEAF | Self::OTHER | Self::ROW | row as u32)
     }
 
-    fn quads(quads: usize) -> Self {
-        Self(Self::LEAF | Self::OTHER | Self::QUADS | quads as u32)
-    }
-
     #[inline(always)]
     fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
@@ -100,27 +94,20 @@ impl Child {
         self.0 & Self::OTHER == 0
     }
 
-    /// Of a leaf that is something and no block: whether several primitives are in it.
-    #[inline(always)]
-    fn is_gathered(self) -> bool {
-        self.0 & (Self::ROW | Self::QUADS) != 0
-    }
-
-    /// Of those, whether they are spheres.
+    /// Of a leaf that is something and no block: whether spheres are in it.
     #[inline(always)]
     fn is_row(self) -> bool {
         self.0 & Self::ROW != 0
     }
 
-    /// The same among nodes, blocks, places, rows and quads that begin later by so much.
-    fn moved(self, [nodes, blocks, places, rows, quads]: [u32; 5]) -> Self {
+    /// The same among nodes, blocks, places and rows that begin later by so much.
+    fn moved(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
             child if !child.is_leaf() => nodes,
             child if child.is_block() => blocks,
-            child if !child.is_gathered() => places,
             child if child.is_row() => rows,
-            _ => quads,
+            _ => places,
         };
         Self(self.0 + by)
     }
@@ -131,10 +118,10 @@ impl Child {
         self.0 as usize
     }
 
-    /// Of the block, the row, the quads or the place.
+    /// Of the block, the row or the place.
     #[inline(always)]
     fn index(self) -> usize {
-        (self.0 & !(Self::LEAF | Self::OTHER | Self::ROW | Self::QUADS)) as usize
+        (self.0 & !(Self::LEAF | Self::OTHER | Self::ROW)) as usize
     }
 }
 
@@ -165,7 +152,6 @@ impl Node {
 pub(crate) struct PrimitiveCounts {
     pub triangles: u64,
     pub spheres: u64,
-    pub quads: u64,
     pub others: u64,
 }
 
@@ -180,8 +166,6 @@ pub(crate) struct Bvh8 {
     /// First those that every query tests, then those of leaves.
     rows: Vec<Row>,
     always: usize,
-    /// Of leaves.
-    quads: Vec<Quad8>,
     /// Without nodes: the places of what is in no row and in no block.
     others: Range<usize>,
     kernel: Chosen,
@@ -259,7 +243,6 @@ impl Bvh8 {
             + size_of_val(self.blocks.as_slice())
             + size_of_val(self.facts.as_slice())
             + size_of_val(self.rows.as_slice())
-            + size_of_val(self.quads.as_slice())
     }
 
     /// Bytes of the rows of so many spheres or planes.
@@ -279,13 +262,13 @@ impl Bvh8 {
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(PrimitiveCounts { triangles, spheres, quads, others }: PrimitiveCounts) -> u64 {
+    pub fn most_bytes(PrimitiveCounts { triangles, spheres, others }: PrimitiveCounts) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
-        let all = [triangles, spheres, quads, others].into_iter().fold(0, u64::saturating_add);
+        let all = [triangles, spheres, others].into_iter().fold(0, u64::saturating_add);
         // The most of one company are the triangles of the argument above, whatever they are.
-        let most = triangles.max(spheres).max(quads);
+        let most = triangles.max(spheres);
         let nodes = if most == 0 { few(others) } else { (most / 7).saturating_add(all - most).saturating_add(1) };
-        let leaves = Self::most_bytes_of_leaves(spheres, quads, all - spheres - quads);
+        let leaves = Self::most_bytes_of_leaves(spheres, all - spheres);
         let others = all - triangles;
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
         let each = (size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64;

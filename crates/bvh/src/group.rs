@@ -276,7 +276,6 @@ impl<R: Real> Group<R> {
             _ if !R::IS_SINGLE => LeafKind::None,
             Kind::Triangle => LeafKind::Triangles,
             Kind::Sphere => LeafKind::Spheres,
-            Kind::Shape if matches!(self.shapes[slot.index as usize], AnyShape::Quad(_)) => LeafKind::Quad8,
             _ => LeafKind::None,
         }
     }
@@ -336,13 +335,9 @@ impl<R: Real> Group<R> {
         Row::of_spheres(slots.start, self.slots[slots].iter().map(sphere))
     }
 
-    /// Puts the spheres and quads that share leaves of the tree there. The slots from `first` on are in its order.
+    /// Puts the spheres that share leaves of the tree there. The slots from `first` on are in its order.
     pub(crate) fn fill_leaves(&self, bvh: &mut Bvh8, first: usize) {
         bvh.fill_rows(first, |slots| self.row_of_spheres(slots));
-        bvh.fill_quads(first, |slot| match &self.shapes[self.slots[slot].index as usize] {
-            AnyShape::Quad(quad) => Some(quad.corners.map(Vector::to_f32)),
-            _ => None,
-        });
     }
 }
 

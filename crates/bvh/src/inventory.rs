@@ -25,8 +25,6 @@ pub struct Inventory {
     pub instances: u64,
     /// Of the instances, those that move.
     pub moving: u64,
-    /// Of the shapes, quads.
-    quads: u64,
     /// Of all these, those without bounds.
     unbounded: u64,
 }
@@ -46,9 +44,6 @@ impl Inventory {
             AnyShape::Plane(_) => &mut self.planes,
             _ => &mut self.shapes,
         };
-        if !mapped && matches!(shape, AnyShape::Quad(_)) {
-            self.quads = self.quads.saturating_add(count);
-        }
         *kind = kind.saturating_add(count);
         if shape.bounds().is_none() {
             self.unbounded = self.unbounded.saturating_add(count);
@@ -79,9 +74,9 @@ impl Inventory {
             let flat = Bvh8::bytes_of_rows(self.spheres).saturating_add(Bvh8::bytes_of_full_blocks(self.triangles));
             return self.bytes::<R>(wide).saturating_add(planes).saturating_add(flat);
         }
-        let Self { triangles, spheres, quads, .. } = *self;
-        let shares = PrimitiveCounts { triangles, spheres, quads, others: others.saturating_sub(quads) };
-        let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, quads: 0, others: bounded } };
+        let Self { triangles, spheres, .. } = *self;
+        let shares = PrimitiveCounts { triangles, spheres, others };
+        let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, others: bounded } };
         let tree = Accelerator::most_bytes(kind, bounded, few as u64, shares);
         self.bytes::<R>(wide).saturating_add(planes).saturating_add(tree)
     }
@@ -186,7 +181,7 @@ mod tests {
         }
     }
 
-    /// Protects: the same for quads, alone and with as many balls and disks among them, of which leaves are as empty as can be.
+    /// Protects: the same for quads, which have leaves of their own, alone and with as many balls and disks among them.
     #[test]
     fn memory_of_quads_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
@@ -209,7 +204,7 @@ mod tests {
     #[test]
     fn the_emptiest_nodes_are_reckoned_with() {
         let most = |count: u64| {
-            let shares = PrimitiveCounts { triangles: 0, spheres: 0, quads: 0, others: count };
+            let shares = PrimitiveCounts { triangles: 0, spheres: 0, others: count };
             Accelerator::most_bytes(AcceleratorKind::default(), count, 2, shares)
         };
         assert_eq!([most(8), most(2)], [(4 * 8 + 3) / 7 * 256, 0]);

@@ -23,12 +23,12 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! What is stored in f32 has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
-//! run; what is stored in f64 has one of four-wide nodes.
+//! The tree has nodes of eight boxes and, of what is stored in f32, leaves of eight triangles or spheres. It is walked by the best [`Kernel`] that
+//! the processor can run.
 //!
 //! [`Geometry::closest_from`] asks rays that leave one point together.
 //!
-//! Not here yet: SIMD tests of primitives other than triangles, quads, spheres and planes, packets of other rays, quantised nodes, refitting,
+//! Not here yet: SIMD tests of primitives other than triangles, spheres and planes, packets of other rays, quantised nodes, refitting,
 //! motion other than of instances along straight lines.
 #![deny(unsafe_code)]
 

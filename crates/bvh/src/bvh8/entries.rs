@@ -5,9 +5,9 @@
 #![expect(unsafe_code, reason = "calls of functions that are compiled for instructions whose token the caller has")]
 
 use super::flat::{blocks, rows};
-use super::gathered::gathered;
 use super::packet::{self, PacketResult, PacketState, PacketVisitor};
 use super::row::RayF64;
+use super::sphere_leaf::spheres;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::{TraversalSimd, settled};
 use super::traverse::{HitVisitor, traverse};
@@ -78,9 +78,9 @@ macro_rules! leaves {
             fn settle<A: HitVisitor>(
                 s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
             ) { settled(s, block, at, aim, probe, answer) } -> bool;
-            fn gathered<A: HitVisitor>(
+            fn spheres<A: HitVisitor>(
                 s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, probe: Option<&PreparedRay>, line: &mut Option<RayF64>, answer: &mut A
-            ) { gathered(s, bvh, leaf, aim, probe, line, answer) } -> bool;
+            ) { spheres(s, bvh, leaf, aim, probe, line, answer) } -> bool;
         }
     };
 }

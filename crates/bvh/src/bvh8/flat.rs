@@ -11,12 +11,13 @@ use super::{Bvh8, WIDTH};
 use crate::math::simd::Simd;
 use crate::shapes::PreparedRay;
 
-/// What a scan may take before a tree takes over, and what it takes for a row and for a block: nanoseconds as they were measured, of
-/// which only the ratios matter (`../../../../benches/README.md`). What comes in neither is asked one by one: two of those are
-/// slower than their boxes.
+/// What a scan may take before a tree takes over, and what it takes for a row and for a block: a row as it was measured, a block so that there are
+/// two at most. Rays that miss a small mesh miss all of its blocks, and without nodes each is asked: instances of 60 triangles took 1.38 times
+/// the instructions (`../../../../benches/runs/2026-11-25-what-stays.md`). What comes in neither is asked one by one: two of those are slower
+/// than their boxes.
 const LIMIT: u64 = 100;
 const ROW: u64 = 5;
-const BLOCK: u64 = 11;
+const BLOCK: u64 = 50;
 
 impl Bvh8 {
     /// The places of all there is, where that is nothing but primitives that are tested one by one.

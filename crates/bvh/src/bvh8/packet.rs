@@ -11,8 +11,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::filter::{TOLD, UNDERFLOW, cross, sub3};
-use super::gathered::Quad8;
+use super::filter::{Bounds, TOLD, cross, sub3};
 use super::row::{RaysF64, Row};
 use super::stack::Stack;
 use super::traversal_ray::{LeafRay, TraversalRay};
@@ -307,47 +306,31 @@ fn rows<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
     [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
 }
 
-/// Of the corners of these numbers, in blocks or quads.
+/// Of a block, up to a distance.
 #[inline(always)]
-fn see<S: Simd, const CORNERS: usize>(
-    s: S,
-    bundle: &Bundle<S>,
-    [x, y, z]: &[[[f32; WIDTH]; CORNERS]; 3],
-    [b, c]: [usize; 2],
-    longest: &[f32; WIDTH],
-    far: f32,
-) -> TriangleOrigin8 {
-    let bounds = &bundle.bounds;
+fn see<S: Simd>(s: S, bundle: &Bundle<S>, block: &Triangle8, far: f32) -> TriangleOrigin8 {
+    let Triangle8 { corners: [x, y, z], longest } = block;
     let a = [s.load(&x[0]), s.load(&y[0]), s.load(&z[0])];
-    let ab = sub3(s, [s.load(&x[b]), s.load(&y[b]), s.load(&z[b])], a);
-    let ac = sub3(s, [s.load(&x[c]), s.load(&y[c]), s.load(&z[c])], a);
+    let ab = sub3(s, [s.load(&x[1]), s.load(&y[1]), s.load(&z[1])], a);
+    let ac = sub3(s, [s.load(&x[2]), s.load(&y[2]), s.load(&z[2])], a);
     let from = sub3(s, a, bundle.origin);
     let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
     let w = sub3(s, sub3(s, normal, u), v);
 
-    let longest = s.load(longest);
-    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(bounds.reach)));
-    let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let least_error = s.splat(UNDERFLOW);
-    let error = s.mul_add(s.mul(longest, reach), s.splat(bounds.weight), least_error);
-    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(bounds.determinant), least_error);
-    let reached = s.mul(reach, s.splat(bounds.distance));
-    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(bounds.near.abs())), least_error);
-    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
-
+    let errors = Bounds::new(s, &bundle.bounds, from, longest, far);
     let ([ul, ug], [vl, vg], [wl, wg]) = (bundle.products(s, u), bundle.products(s, v), bundle.products(s, w));
-    let below = s.less(s.min(s.min(ug, vg), wg), s.negate(error));
-    let above = s.less(error, s.max(s.max(ul, vl), wl));
+    let below = s.less(s.min(s.min(ug, vg), wg), s.negate(errors.weight));
+    let above = s.less(errors.weight, s.max(s.max(ul, vl), wl));
     let distance = s.mul_add(normal[0], from[0], s.mul_add(normal[1], from[1], s.mul(normal[2], from[2])));
     TriangleOrigin8 {
         u: rows(s, u),
         v: rows(s, v),
         normal: rows(s, normal),
         distance: s.to_array(distance),
-        error: s.to_array(error),
-        determinant_error: s.to_array(determinant_error),
-        before_error: s.to_array(before_error),
-        beyond_error: s.to_array(beyond_error),
+        error: s.to_array(errors.weight),
+        determinant_error: s.to_array(errors.determinant),
+        before_error: s.to_array(errors.before),
+        beyond_error: s.to_array(errors.beyond),
         lanes: !(below & above) & 0xff,
     }
 }
@@ -451,39 +434,6 @@ fn rows_of_lanes<S: Simd, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut Pac
     }
 }
 
-/// A leaf of spheres, or one of quads, of which go on those that some ray may hit.
-#[inline(always)]
-fn gathered<S: Simd, M: PacketVisitor>(
-    s: S,
-    bvh: &Bvh8,
-    leaf: Child,
-    bundle: &Bundle<S>,
-    pencil: &mut PacketState,
-    meets: &mut M,
-) {
-    if leaf.is_row() {
-        let row = bvh.always + leaf.index();
-        return rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
-    }
-    let quads = &bvh.quads[leaf.index()];
-    let (far, Quad8 { corners, longest, .. }) = (last(pencil), quads);
-    let (first, second) = (see(s, bundle, corners, [1, 2], longest, far), see(s, bundle, corners, [2, 3], longest, far));
-    let mut lanes = (first.lanes | second.lanes) & quads.used();
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
-        lanes &= lanes - 1;
-        let mut asked = 0;
-        for group in 0..GROUPS {
-            let (directions, far) = group_of(s, pencil, group);
-            let left = first.left(s, lane, directions, bundle.near, far) | second.left(s, lane, directions, bundle.near, far);
-            asked |= (left & pencil.asked(group)) << (group * WIDTH);
-        }
-        if asked != 0 {
-            meets.other(quads.first as usize + lane, asked, pencil);
-        }
-    }
-}
-
 /// The greatest distance that still counts of any ray, as boxes use it.
 #[inline(always)]
 fn last(pencil: &PacketState) -> f32 {
@@ -524,7 +474,10 @@ fn down<S: TraversalSimd, M: PacketVisitor>(
             }
             match () {
                 () if current.is_block() => block(s, bvh, current.index(), bundle, pencil, exact, meets),
-                () if current.is_gathered() => gathered(s, bvh, current, bundle, pencil, meets),
+                () if current.is_row() => {
+                    let row = bvh.always + current.index();
+                    rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
+                }
                 () => meets.other(current.index(), u32::MAX, pencil),
             }
             far = last(pencil);
@@ -562,8 +515,7 @@ fn block<S: Simd, M: PacketVisitor>(
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
 ) {
-    let Triangle8 { corners, longest } = &bvh.blocks[number];
-    let seen = see(s, bundle, corners, [1, 2], longest, last(pencil));
+    let seen = see(s, bundle, &bvh.blocks[number], last(pencil));
     let mut lanes = seen.lanes;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);

@@ -50,8 +50,8 @@ pub(super) trait TraversalSimd: Simd {
         probe: Option<&PreparedRay>,
         answer: &mut A,
     ) -> bool;
-    /// [`super::gathered::gathered`], the same way.
-    fn gathered<A: HitVisitor>(
+    /// [`super::sphere_leaf::spheres`], the same way.
+    fn spheres<A: HitVisitor>(
         self,
         bvh: &Bvh8,
         leaf: Child,

@@ -199,7 +199,7 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor, const MAPPED: bool>(
             };
         };
         let over = match left {
-            0 if current.is_gathered() => s.gathered(bvh, current, &aim, probe, &mut line, answer),
+            0 if current.is_row() => s.spheres(bvh, current, &aim, probe, &mut line, answer),
             0 => answer.other(current.index()),
             lanes => s.settle(&bvh.blocks[current.index()], [current.index(), lanes as usize], &aim, probe, answer),
         };

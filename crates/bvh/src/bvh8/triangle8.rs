@@ -90,12 +90,6 @@ impl LeafHeader {
         if culls { self.outside | self.culled } else { self.outside }
     }
 
-    /// Of hits from outside and of other hits, those that count.
-    #[inline(always)]
-    pub fn accepted(&self, hits: u8, from_outside: u8, culls: bool) -> u8 {
-        hits & !(self.outside_alone(culls) & !from_outside) & !(self.inside & from_outside)
-    }
-
     /// Whether a lane's hit counts, from outside or not.
     #[inline(always)]
     pub fn accepts(&self, lane: usize, from_outside: bool, culls: bool) -> bool {

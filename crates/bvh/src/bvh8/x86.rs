@@ -10,9 +10,9 @@ mod exact;
 use core::arch::x86_64::*;
 
 use super::entries::{entries, leaves};
-use super::gathered::gathered;
 use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
 use super::row::RayF64;
+use super::sphere_leaf::spheres;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
 use super::traversal_simd::{TraversalSimd, settled};
