@@ -7,7 +7,7 @@ mod families;
 #[path = "../crates/bvh/tests/split_mix.rs"]
 mod split_mix;
 
-use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Visits};
+use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, TraversalStats};
 use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 
@@ -56,7 +56,7 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
 /// Nodes and primitives that a ray visits which is aimed at one of them from a few of its sizes away.
 fn visits(geometry: &Geometry<f32>, items: &[Item]) -> [f64; 2] {
     const RAYS: usize = 400;
-    let (random, mut visits) = (&mut Random(9), Visits::default());
+    let (random, mut visits) = (&mut Random(9), TraversalStats::default());
     for i in 0..RAYS {
         let (target, size) = match items[i * 7919 % items.len()] {
             Item::Ball(centre, radius) => (centre + random.point() * 0.5 * radius, radius),

@@ -32,8 +32,8 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
-use crate::group::Slot;
 pub(crate) use crate::math::simd::WIDTH;
+use crate::primitive_set::Slot;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 

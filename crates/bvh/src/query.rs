@@ -7,17 +7,17 @@ mod kind;
 mod packet;
 mod visitor;
 
-pub use packet::{FromOnePoint, Patience};
+pub use packet::{PacketBackoff, RayPacket};
 
 use core::ops::Range;
 
 use crate::accelerator::Accelerator;
 use crate::geometry::Geometry;
-use crate::group::{Kind, Slot};
+use crate::primitive_set::{Kind, Slot};
 use crate::ray::{Hit, Interval, Query, Ray};
 use crate::scalar::Real;
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
-use crate::tally::Tally;
+use crate::stats::TraversalCounter;
 
 use self::kind::{AnyHit, ClosestHit, QueryKind};
 
@@ -38,7 +38,7 @@ impl<R: Real> Geometry<R> {
     /// The nearest hit with `range.min < t < range.max`; of hits at the same distance the one of the lowest object, and of
     /// those the lowest primitive.
     #[inline(never)]
-    pub fn closest<T: Tally>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<Hit<R>> {
+    pub fn closest<T: TraversalCounter>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<Hit<R>> {
         let found = match &self.accelerator {
             Accelerator::Bvh8(bvh) if R::IS_SINGLE => self.visit_stored(bvh, ray, ClosestHit::new(range), tally).1.found,
             _ => self.closest_prepared(ray, range, tally),
@@ -49,7 +49,7 @@ impl<R: Real> Geometry<R> {
     /// The nearest hit of a ray that is prepared first: by a scan, and of what is stored in f64. Apart, since what it needs of the machine's
     /// stack differs by far.
     #[inline(never)]
-    fn closest_prepared<T: Tally>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<SlotHit<R>> {
+    fn closest_prepared<T: TraversalCounter>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<SlotHit<R>> {
         let ray = self.prepare(*ray);
         let closest = self.closest_of(&ray, range, tally);
         let found = closest.found?;
@@ -59,7 +59,13 @@ impl<R: Real> Geometry<R> {
     /// Of the hits in what is left of a range that was searched for the nearest, that of the lowest object: they are as far as that one but for
     /// the rounding of their distances.
     #[cold]
-    fn first_of_equals<T: Tally>(&self, ray: &PreparedRay, range: Interval<R>, nearest: SlotHit<R>, tally: &mut T) -> SlotHit<R> {
+    fn first_of_equals<T: TraversalCounter>(
+        &self,
+        ray: &PreparedRay,
+        range: Interval<R>,
+        nearest: SlotHit<R>,
+        tally: &mut T,
+    ) -> SlotHit<R> {
         let order = |found: &SlotHit<R>| self.group.slots[found.slot as usize].order();
         let mut first = nearest;
         let mut consider = |found: SlotHit<R>| {
@@ -81,7 +87,13 @@ impl<R: Real> Geometry<R> {
     /// yes to of an object about which it is asked. The order of calls is free; a hit that is refused does not stop the
     /// search. A primitive of the scene's own set is shown once, at its nearest hit; of an instance, each primitive in it.
     #[inline(never)]
-    pub fn any<T: Tally>(&self, ray: &Ray<R>, range: Interval<R>, ask: &mut dyn FnMut(&Hit<R>) -> bool, tally: &mut T) -> bool {
+    pub fn any<T: TraversalCounter>(
+        &self,
+        ray: &Ray<R>,
+        range: Interval<R>,
+        ask: &mut dyn FnMut(&Hit<R>) -> bool,
+        tally: &mut T,
+    ) -> bool {
         let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
         let query = AnyHit::<_, true> { range, accept: &mut accept };
         match &self.accelerator {
@@ -92,7 +104,7 @@ impl<R: Real> Geometry<R> {
 
     /// Whether anything that a ray meets, which is prepared first, ends a query.
     #[inline(never)]
-    fn visit_prepared<Q: QueryKind<R>, T: Tally>(&self, ray: &Ray<R>, query: Q, tally: &mut T) -> bool {
+    fn visit_prepared<Q: QueryKind<R>, T: TraversalCounter>(&self, ray: &Ray<R>, query: Q, tally: &mut T) -> bool {
         self.visit_all(&self.prepare(*ray), query, tally).0
     }
 
@@ -110,14 +122,14 @@ impl<R: Real> Geometry<R> {
     }
 
     /// The closest hit of a prepared ray.
-    fn closest_of<T: Tally>(&self, ray: &PreparedRay, range: Interval<R>, tally: &mut T) -> ClosestHit<R> {
+    fn closest_of<T: TraversalCounter>(&self, ray: &PreparedRay, range: Interval<R>, tally: &mut T) -> ClosestHit<R> {
         let origin = R::from_f64(ray.origin.abs().max_element());
         self.visit_all(ray, ClosestHit { origin, ..ClosestHit::new(range) }, tally).1
     }
 
     /// The nearest hit of one primitive.
     #[inline(always)]
-    fn test<T: Tally>(
+    fn test<T: TraversalCounter>(
         &self,
         (slot, own): (u32, &Slot),
         ray: &PreparedRay,
@@ -131,7 +143,7 @@ impl<R: Real> Geometry<R> {
             Kind::Triangle => self.triangle(index).intersect(ray, range, side),
             Kind::Plane => self.group.planes[index].intersect(ray, range, side),
             Kind::Shape => self.group.shapes[index].intersect(ray, range, side),
-            Kind::Placed => self.group.placed[index].intersect(ray, range, side),
+            Kind::TransformedShape => self.group.placed[index].intersect(ray, range, side),
             Kind::Instance => {
                 let found = self.closest_in(index, ray, range, tally)?;
                 return Some(SlotHit { slot, inner: found.slot, ..found });
@@ -143,7 +155,13 @@ impl<R: Real> Geometry<R> {
 
     /// The nearest hit in an instance.
     #[inline(never)]
-    fn closest_in<T: Tally>(&self, instance: usize, ray: &PreparedRay, range: Interval<R>, tally: &mut T) -> Option<SlotHit<R>> {
+    fn closest_in<T: TraversalCounter>(
+        &self,
+        instance: usize,
+        ray: &PreparedRay,
+        range: Interval<R>,
+        tally: &mut T,
+    ) -> Option<SlotHit<R>> {
         let (instance, mut room) = (&self.group.instances[instance], None);
         let ray = self.group.transform(instance, ray.time, &mut room).probe_to_object(ray);
         self.group.parts[instance.part as usize].closest_of(&ray, range, tally).found
@@ -157,7 +175,7 @@ impl<R: Real> Geometry<R> {
 
     /// Shows the hits in an instance until one is accepted.
     #[inline(never)]
-    fn any_in<T: Tally>(
+    fn any_in<T: TraversalCounter>(
         &self,
         instance: usize,
         ray: &PreparedRay,

@@ -15,7 +15,7 @@ use self::split::{Item, Split, split};
 use super::{LeafKind, LeafKindOf, Stop};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
-use crate::memory::{filled, roomy};
+use crate::memory::{filled, huge_page_vec};
 
 /// Levels more than halving would take that a tree may have: 27 + 16 where there are as many boxes as can be, fewer than a
 /// traversal has a stack for.
@@ -60,7 +60,7 @@ enum Grown {
 /// `company` says which boxes may share a leaf.
 pub(super) fn binned(boxes: &[PaddedBox], company: LeafKindOf<'_>, manner: Manner, stop: Stop<'_>) -> (Binary, u64) {
     let item = |at: usize| Item::new(&boxes[at], at as u32, company(at as u32));
-    let mut items: Vec<Item> = roomy(boxes.len());
+    let mut items: Vec<Item> = huge_page_vec(boxes.len());
     items.par_extend((0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item));
     let mut room = filled(items.len(), Item::default());
     let mut order = filled(items.len(), 0);
@@ -177,7 +177,7 @@ fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
     }
     let tops = nodes.len();
     let total = tops + wholes.iter().map(|(_, own)| own.len() - 1).sum::<usize>();
-    let mut all = roomy(total);
+    let mut all = huge_page_vec(total);
     all.append(&mut nodes);
     all.resize(total, NONE);
     let (top, mut rest) = all.split_at_mut(tops);

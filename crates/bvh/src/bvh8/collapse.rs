@@ -13,7 +13,7 @@ use crate::binary::Binary;
 use crate::build::{LeafKind, LeafKindOf};
 use crate::bvh8::row::Row;
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
-use crate::memory::{filled, roomy};
+use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
 /// A block of fewer primitives takes in another one beside it where both fit into one.
@@ -168,10 +168,10 @@ impl Bvh8 {
         drop(collapse);
         let total = |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
         let [nodes, blocks] = [total(|piece| piece.nodes.len()), total(|piece| piece.facts.len())];
-        let mut bvh = Self { nodes: roomy(nodes), facts: roomy(blocks), rows: top.rows, ..Self::default() };
+        let mut bvh = Self { nodes: huge_page_vec(nodes), facts: huge_page_vec(blocks), rows: top.rows, ..Self::default() };
         bvh.nodes.extend(top.nodes);
         bvh.facts.extend(top.facts);
-        let (mut order, mut deepest) = (roomy(binary.order.len()), top.deepest);
+        let (mut order, mut deepest) = (huge_page_vec(binary.order.len()), top.deepest);
         order.extend(top.order);
         for (job, piece) in top.jobs.iter().zip(pieces) {
             let bases = [bvh.nodes.len(), bvh.facts.len(), order.len(), bvh.rows.len()];

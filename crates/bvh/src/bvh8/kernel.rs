@@ -92,7 +92,7 @@ macro_rules! with {
 impl Bvh8 {
     /// Shows `answer` what the ray meets. Whether it ended the traversal.
     #[inline(always)]
-    pub(crate) fn ask<R: Real, A: HitVisitor>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
+    pub(crate) fn visit<R: Real, A: HitVisitor>(&self, ray: &Ray<R>, range: Interval<R>, answer: &mut A) -> bool {
         // One by one, and on in registers: a load of two numbers would wait for both stores of whoever has just made the ray.
         let one = |axis: usize| (opaque(ray.origin.axis(axis).to_f32()), opaque(ray.direction.axis(axis).to_f32()));
         let ([(ox, dx), (oy, dy), (oz, dz)], near) = ([one(0), one(1), one(2)], range.min.to_f32());
@@ -103,32 +103,32 @@ impl Bvh8 {
             if self.blocks.is_empty() && self.others.is_empty() {
                 return false;
             }
-            return self.ask_flat(&TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim, None, answer);
+            return self.visit_flat(&TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim, None, answer);
         }
         with!(self.kernel, s => s.walk(self, ox, oy, oz, dx, dy, dz, near, answer))
     }
 
     /// The same of blocks and of the rest, one after the other, where there are no nodes.
     #[inline(never)]
-    fn ask_flat<A: HitVisitor>(&self, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
+    fn visit_flat<A: HitVisitor>(&self, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
         with!(self.kernel, s => s.blocks(self, aim, probe, answer))
     }
 
     /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`TraversalRay::mapped`].
     #[inline(never)]
-    pub(crate) fn ask_mapped<A: HitVisitor>(&self, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) -> bool {
+    pub(crate) fn visit_mapped<A: HitVisitor>(&self, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) -> bool {
         if self.always > 0 && with!(self.kernel, s => s.rows_mapped(self, &RayF64::from(&probe), answer)) {
             return true;
         }
         if self.nodes.is_empty() {
-            return self.ask_flat(&setup.aim, Some(&probe), answer);
+            return self.visit_flat(&setup.aim, Some(&probe), answer);
         }
         with!(self.kernel, s => s.walk_mapped(self, setup, probe, answer))
     }
 
     /// Shows `meets` what rays from one point meet.
     #[inline(never)]
-    pub(crate) fn ask_pencil<M: PacketVisitor>(&self, pencil: &mut PacketState, meets: &mut M) -> PacketResult {
+    pub(crate) fn visit_packet<M: PacketVisitor>(&self, pencil: &mut PacketState, meets: &mut M) -> PacketResult {
         with!(self.kernel, s => s.pencil(self, pencil, meets))
     }
 }

@@ -3,11 +3,11 @@
 use super::SlotHit;
 use crate::bvh8::LeafHeader;
 use crate::geometry::Geometry;
-use crate::group::{Kind, Slot};
+use crate::primitive_set::{Kind, Slot};
 use crate::ray::{Interval, Occlusion};
 use crate::scalar::Real;
 use crate::shapes::PreparedRay;
-use crate::tally::Tally;
+use crate::stats::TraversalCounter;
 
 /// A kind of query: what it takes of a leaf, and what it makes of a hit.
 pub(super) trait QueryKind<R: Real> {
@@ -24,7 +24,8 @@ pub(super) trait QueryKind<R: Real> {
     /// Takes a hit within the range. Whether it ends the query.
     fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool;
     /// Takes the hit of one primitive, where there is one. Whether it ends the query.
-    fn test<T: Tally>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T) -> bool;
+    fn test<T: TraversalCounter>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T)
+    -> bool;
 }
 
 /// The running answer of a closest-hit query. `range.max` is kept one step above the best distance, so that a hit at exactly
@@ -106,7 +107,13 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
         false
     }
     #[inline(always)]
-    fn test<T: Tally>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T) -> bool {
+    fn test<T: TraversalCounter>(
+        &mut self,
+        geometry: &Geometry<R>,
+        slot: (u32, &Slot),
+        ray: &PreparedRay,
+        tally: &mut T,
+    ) -> bool {
         if let Some(found) = geometry.test(slot, ray, self.range, tally) {
             self.consider(geometry, found);
         }
@@ -145,7 +152,13 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
         (self.accept)(found)
     }
     #[inline(always)]
-    fn test<T: Tally>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T) -> bool {
+    fn test<T: TraversalCounter>(
+        &mut self,
+        geometry: &Geometry<R>,
+        slot: (u32, &Slot),
+        ray: &PreparedRay,
+        tally: &mut T,
+    ) -> bool {
         let (own, range) = (slot.1, self.range);
         let opaque = BY_VISIBILITY && own.visibility.occlusion == Occlusion::Opaque;
         if BY_VISIBILITY && own.visibility.occlusion == Occlusion::None {

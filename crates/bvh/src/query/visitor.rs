@@ -9,28 +9,39 @@ use crate::processor::prefetch;
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
 use crate::shapes::PreparedRay;
-use crate::tally::Tally;
+use crate::stats::TraversalCounter;
 
 impl<R: Real> Geometry<R> {
     /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it, and the query.
     #[inline(always)]
-    pub(super) fn visit_stored<Q: QueryKind<R>, T: Tally>(&self, bvh: &Bvh8, ray: &Ray<R>, query: Q, tally: &mut T) -> (bool, Q) {
+    pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
+        &self,
+        bvh: &Bvh8,
+        ray: &Ray<R>,
+        query: Q,
+        tally: &mut T,
+    ) -> (bool, Q) {
         // In its place from the start: to move it would wait for its stores.
         let mut visitor = Visitor::stored(self, bvh, ray, query, tally);
         let over = self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally);
-        let over = over || bvh.ask(ray, visitor.query.range(), &mut visitor);
+        let over = over || bvh.visit(ray, visitor.query.range(), &mut visitor);
         (over, visitor.query)
     }
 
     #[inline(never)]
-    fn visit_unbounded<Q: QueryKind<R>, T: Tally>(&self, ray: &Ray<R>, query: &mut Q, tally: &mut T) -> bool {
+    fn visit_unbounded<Q: QueryKind<R>, T: TraversalCounter>(&self, ray: &Ray<R>, query: &mut Q, tally: &mut T) -> bool {
         let ray = self.prepare(*ray);
         self.unbounded().any(|slot| query.test(self, slot, &ray, tally))
     }
 
     /// Shows a query what a prepared ray meets. Returns whether that ended it, and the query.
     #[inline(always)]
-    pub(super) fn visit_all<Q: QueryKind<R>, T: Tally>(&self, ray: &PreparedRay, mut query: Q, tally: &mut T) -> (bool, Q) {
+    pub(super) fn visit_all<Q: QueryKind<R>, T: TraversalCounter>(
+        &self,
+        ray: &PreparedRay,
+        mut query: Q,
+        tally: &mut T,
+    ) -> (bool, Q) {
         let (tree, alone) = match &self.accelerator {
             Accelerator::Linear(count) => (None, 0..*count),
             Accelerator::Bvh8(bvh) => bvh.places_alone().map_or((Some(bvh), 0..0), |places| (None, places)),
@@ -48,12 +59,18 @@ impl<R: Real> Geometry<R> {
 
     /// The same of a tree. Rounded to f32 the ray is another one, so it is moved to beside what is there, and boxes take its error into account.
     #[inline(always)]
-    fn traverse<Q: QueryKind<R>, T: Tally>(&self, bvh: &Bvh8, ray: &PreparedRay, query: Q, tally: &mut T) -> (bool, Q) {
+    fn traverse<Q: QueryKind<R>, T: TraversalCounter>(
+        &self,
+        bvh: &Bvh8,
+        ray: &PreparedRay,
+        query: Q,
+        tally: &mut T,
+    ) -> (bool, Q) {
         let near = query.range().min.to_f64();
         let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
         let (stored, prepared, culls) = (None, Some(*ray), ray.culls);
         let mut visitor = Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, tally };
-        let over = bvh.ask_mapped(&setup, *ray, &mut visitor);
+        let over = bvh.visit_mapped(&setup, *ray, &mut visitor);
         (over, visitor.query)
     }
 }
@@ -79,7 +96,7 @@ impl<'a, R: Real, Q, T> Visitor<'a, R, Q, T, false> {
     }
 }
 
-impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
+impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
     const ANY: bool = Q::ANY;
 
     #[inline(always)]

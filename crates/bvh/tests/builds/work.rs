@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, TraversalStats};
 
 use super::families::{FAMILIES, Item, Random, group, random, uneven};
 
@@ -82,7 +82,7 @@ fn trees_of_odd_families_cull() {
     const COUNT: usize = 20_000;
     let visits = |items: &[Item]| {
         let geometry = Geometry::new(group(items), AcceleratorKind::default());
-        let (random, mut visits) = (&mut Random(9), Visits::default());
+        let (random, mut visits) = (&mut Random(9), TraversalStats::default());
         for i in 0..400 {
             let Item::Ball(centre, radius) = items[i * 7919 % COUNT] else { panic!("balls") };
             let target = centre + random.point() * 0.5 * radius;
@@ -107,7 +107,7 @@ fn scans_are_counted() {
         let items = random(count);
         let Item::Ball(centre, radius) = items[0] else { panic!("balls") };
         let away = Ray::new(centre + glam::Vec3::X * 1e6 * radius.max(1.0), glam::Vec3::X);
-        let mut visits = Visits::default();
+        let mut visits = TraversalStats::default();
         Geometry::new(group(&items), AcceleratorKind::Linear).closest(&away, Interval::positive(), &mut visits);
         assert_eq!((visits.nodes, visits.primitives), (0, count as u64));
     }

@@ -1,7 +1,9 @@
 //! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along the way.
 
 use glam::{Vec3, Vec3Swizzles};
-use raywright_bvh::{AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket, Visibility,
+};
 
 use super::bits;
 use super::meshes::Random;
@@ -35,7 +37,7 @@ fn about(random: &mut Random, direction: Vec3) -> Vec<Vec3> {
 /// Asks every kernel, alone and from one point, what the scan says, before the origin too. Returns how many rays hit.
 fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: AcceleratorKind) -> usize {
     let built = |kind: AcceleratorKind| {
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
         Geometry::new(group, kind)
     };
@@ -52,8 +54,8 @@ fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: Ac
             assert_eq!(alone, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
             let mut together = vec![];
             tree.closest_from(
-                &FromOnePoint { origin, directions, time: 0.0, culls: false, range },
-                &mut Patience::default(),
+                &RayPacket { origin, directions, time: 0.0, culls: false, range },
+                &mut PacketBackoff::default(),
                 &mut together,
             );
             let together: Vec<_> = together.into_iter().map(bits).collect();

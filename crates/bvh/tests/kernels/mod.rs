@@ -8,14 +8,15 @@ mod rows;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Side, Visibility, Visits,
+    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, Occlusion, PrimitiveSet, Ray, Side, TraversalStats,
+    Visibility,
 };
 
 use self::meshes::{Mesh, Random, families, range, ray};
 
 /// Objects of some triangles each, with every kind of visibility, and balls between them where asked for.
-fn group(mesh: &Mesh, balls: bool) -> Group<f32> {
-    let mut group = Group::default();
+fn group(mesh: &Mesh, balls: bool) -> PrimitiveSet<f32> {
+    let mut group = PrimitiveSet::default();
     for (i, part) in mesh.chunks(5).enumerate() {
         let side = [Side::Both, Side::Culled, Side::Outside, Side::Inside][i % 4];
         let occlusion = [Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i % 3];
@@ -107,7 +108,7 @@ fn instances_show_what_the_scan_finds() {
     for ((name, mesh), balls) in families().into_iter().zip([true, false].into_iter().cycle()) {
         for (place, map) in maps().into_iter().enumerate() {
             let shown = |kind: AcceleratorKind| {
-                let mut outer = Group::<f32>::default();
+                let mut outer = PrimitiveSet::<f32>::default();
                 let part = outer.part(Geometry::new(group(&mesh, balls), kind)).unwrap();
                 let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
                 outer.instance(part, map, visibility).ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
@@ -163,7 +164,7 @@ fn globe(times: usize) -> Mesh {
 fn closed_meshes_do_not_leak() {
     for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
         let mesh: Mesh = globe(5).into_iter().map(|face| face.map(|p| p + offset)).collect();
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(mesh.iter().copied(), Visibility::default()).unwrap();
         let mut tree = Geometry::new(group, AcceleratorKind::default());
         for kernel in Kernel::available() {
@@ -192,9 +193,9 @@ fn a_wide_ground_does_not_blind_the_filter() {
     let small: Mesh = globe(4).into_iter().map(|face| face.map(|p| p * 0.01)).collect();
     let ground = [Vec3::new(-1e6, -0.011, -1e6), Vec3::new(1e6, -0.011, -1e6), Vec3::new(0.0, -0.011, 1e6)];
     let visits = |mesh: &mut dyn Iterator<Item = [Vec3; 3]>, random: &mut Random| {
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(mesh, Visibility::default()).unwrap();
-        let (tree, mut visits) = (Geometry::new(group, AcceleratorKind::default()), Visits::default());
+        let (tree, mut visits) = (Geometry::new(group, AcceleratorKind::default()), TraversalStats::default());
         for _ in 0..500 {
             let origin = random.point().normalize() * 0.03;
             let direction = (random.point() * 0.01 - origin).normalize();

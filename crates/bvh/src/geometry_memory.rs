@@ -2,15 +2,15 @@
 
 use crate::accelerator::{Accelerator, AcceleratorKind};
 use crate::bvh8::{Bvh8, PrimitiveCounts};
-use crate::group::{Group, few};
 use crate::instance::Instance;
 use crate::motion::Motion;
+use crate::primitive_set::{PrimitiveSet, few};
 use crate::scalar::Real;
-use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
+use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
-/// Counts of primitives, by what a [`Group`] stores for each.
+/// Counts of primitives, by what a [`PrimitiveSet`] stores for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Inventory {
+pub struct GeometryMemory {
     /// Spheres under no map.
     pub spheres: u64,
     /// Triangles under no map.
@@ -29,7 +29,7 @@ pub struct Inventory {
     unbounded: u64,
 }
 
-impl Inventory {
+impl GeometryMemory {
     /// A mesh by itself.
     pub fn of_triangles(count: u64) -> Self {
         Self { triangles: count, ..Self::default() }
@@ -84,12 +84,12 @@ impl Inventory {
     /// What they take without an accelerator; the triangles themselves nothing where the tree is wide, since they are in that.
     fn bytes<R: Real>(&self, wide: bool) -> u64 {
         let each = [
-            (self.len(), Group::<R>::BYTES_EACH),
+            (self.len(), PrimitiveSet::<R>::BYTES_EACH),
             (self.spheres, size_of::<Sphere<R>>()),
             (if wide { 0 } else { self.triangles }, size_of::<Triangle<R>>()),
             (self.planes, size_of::<Plane<R>>()),
             (self.shapes, size_of::<AnyShape<R>>()),
-            (self.placed, size_of::<Placed<R>>()),
+            (self.placed, size_of::<TransformedShape<R>>()),
             (self.instances, size_of::<Instance>()),
             (self.moving, size_of::<Motion>()),
         ];
@@ -108,8 +108,8 @@ mod tests {
     use crate::{BuildQuality, Vector};
 
     /// `n` balls in a row, `others` disks among them and a plane where asked for.
-    fn both<R: Real>(n: u64, others: u64, plane: bool) -> (Inventory, Group<R>) {
-        let (mut inventory, mut group) = (Inventory::default(), Group::<R>::default());
+    fn both<R: Real>(n: u64, others: u64, plane: bool) -> (GeometryMemory, PrimitiveSet<R>) {
+        let (mut inventory, mut group) = (GeometryMemory::default(), PrimitiveSet::<R>::default());
         let mut add = |shape: AnyShape<R>| {
             inventory.add(&shape, false, 1);
             group.shape(shape, Visibility::default()).unwrap();
@@ -165,7 +165,7 @@ mod tests {
                 };
                 let corners = |i: u64| [corner(i), corner(i) + DVec3::X, corner(i) + DVec3::Y].map(|p| p.as_vec3());
                 for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
-                    let (mut inventory, mut group) = (Inventory::of_triangles(n), Group::<f32>::default());
+                    let (mut inventory, mut group) = (GeometryMemory::of_triangles(n), PrimitiveSet::<f32>::default());
                     group.mesh((0..n).map(corners), Visibility::default()).unwrap();
                     for i in 0..balls {
                         let ball = AnyShape::Sphere(Sphere { centre: corner(i * 3).as_vec3(), radius: 0.25 });
