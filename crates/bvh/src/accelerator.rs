@@ -20,7 +20,6 @@ impl Default for AcceleratorKind {
 
 /// A structure over the places 0, 1, 2 … of a list of primitives.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one a set, and a box would be one more load for every ray")]
 pub(crate) enum Accelerator {
     /// None: so many places are tested one after the other.
     Linear(usize),
