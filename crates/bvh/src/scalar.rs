@@ -5,9 +5,9 @@
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
-use glam::{DVec3, Vec3};
+use glam::{DVec3, DVec4, Vec3, Vec4};
 
-pub use crate::math::four::{Four, Laned};
+pub use crate::math::four::Four;
 
 mod sealed {
     pub trait Sealed {}
@@ -22,7 +22,6 @@ mod sealed {
 /// Transcendental functions come from the crate `libm`, so that a picture's bits do not depend on the platform's.
 pub trait Real:
     sealed::Sealed
-    + Laned
     + Copy
     + Debug
     + Default
@@ -42,6 +41,8 @@ pub trait Real:
 {
     /// The three-component vector of this scalar.
     type Vec3: Vector<Self>;
+    /// Four of this scalar side by side.
+    type Four: Four<Self>;
     /// Zero.
     const ZERO: Self;
     /// One.
@@ -210,9 +211,10 @@ pub trait Vector<R: Real>:
 }
 
 macro_rules! real {
-    ($t:ident, $v:ident, $u:expr, $($libm:ident => $f:ident),*) => {
+    ($t:ident, $v:ident, $four:ident, $u:expr, $($libm:ident => $f:ident),*) => {
         impl Real for $t {
             type Vec3 = $v;
+            type Four = $four;
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const INFINITY: Self = $t::INFINITY;
@@ -343,5 +345,5 @@ fn sin_cos_turns(share: f32) -> [f32; 2] {
     [over, if quarters & 2 == 0 { up } else { -up }]
 }
 
-real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, sincosf => sin_cos_turns, expf => exp, logf => ln, powf => powf);
-real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, sincos => sin_cos_turns, exp => exp, log => ln, pow => powf);
+real!(f32, Vec3, Vec4, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, sincosf => sin_cos_turns, expf => exp, logf => ln, powf => powf);
+real!(f64, DVec3, DVec4, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, sincos => sin_cos_turns, exp => exp, log => ln, pow => powf);

@@ -5,12 +5,6 @@ use core::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec4, Vec4};
 
-/// A scalar that comes four at a time too.
-pub trait Laned: Sized {
-    /// Four of them.
-    type Four: Four<Self>;
-}
-
 /// What formulas need of four scalars.
 pub trait Four<R>:
     Copy
@@ -29,12 +23,8 @@ pub trait Four<R>:
     fn splat(value: R) -> Self;
 }
 
-macro_rules! laned {
+macro_rules! four {
     ($scalar:ident, $four:ident) => {
-        impl Laned for $scalar {
-            type Four = $four;
-        }
-
         impl Four<$scalar> for $four {
             #[inline(always)]
             fn from_row(row: [$scalar; 4]) -> Self {
@@ -52,5 +42,5 @@ macro_rules! laned {
     };
 }
 
-laned!(f32, Vec4);
-laned!(f64, DVec4);
+four!(f32, Vec4);
+four!(f64, DVec4);
