@@ -18,7 +18,7 @@ use crate::scalar::Real;
 use crate::shapes::{PreparedRay, Shape, ShapeHit};
 use crate::tally::Tally;
 
-use self::visitor::{Any, Each};
+use self::visitor::{Any, Each, Mailbox};
 
 /// No slot of a part: the hit lies in the scene's own set.
 const NO_PART: u32 = u32::MAX;
@@ -99,7 +99,7 @@ impl<R: Real> Geometry<R> {
         tally: &mut T,
     ) -> bool {
         let ray = self.prepare(*ray);
-        self.visit_all(&ray, Any { range, ask }, tally).0
+        self.visit_all(&ray, Any { range, ask, mailbox: Mailbox::default() }, tally).0
     }
 
     #[inline(never)]
@@ -141,7 +141,7 @@ impl<R: Real> Geometry<R> {
         counts: &mut dyn FnMut(Found<R>) -> bool,
         tally: &mut T,
     ) -> bool {
-        self.visit_all(ray, Each { range, counts }, tally).0
+        self.visit_all(ray, Each { range, counts, mailbox: Mailbox::default() }, tally).0
     }
 
     /// The nearest hit of one primitive.

@@ -25,6 +25,8 @@ pub(super) trait QueryKind<R: Real> {
     fn wanted(facts: &LeafHeader) -> u8;
     /// Those of them any hit of which ends the query.
     fn opaque(facts: &LeafHeader) -> u8;
+    /// Whether a triangle was not tested before: one that was split lies in several leaves.
+    fn is_first(&mut self, facts: &LeafHeader, lane: usize, slot: u32) -> bool;
     /// Takes a hit within the range. Whether it ends the query.
     fn take(&mut self, geometry: &Geometry<R>, found: Found<R>) -> bool;
     /// Takes the hit of one primitive, where there is one. Whether it ends the query.
@@ -55,6 +57,11 @@ impl<R: Real> QueryKind<R> for Nearest<R> {
         0
     }
     #[inline(always)]
+    fn is_first(&mut self, _: &LeafHeader, _: usize, _: u32) -> bool {
+        // Twice the nearest is the nearest.
+        true
+    }
+    #[inline(always)]
     fn take(&mut self, geometry: &Geometry<R>, found: Found<R>) -> bool {
         self.consider(geometry, found);
         false
@@ -72,6 +79,7 @@ impl<R: Real> QueryKind<R> for Nearest<R> {
 pub(super) struct Any<'f, R: Real> {
     pub range: Interval<R>,
     pub ask: &'f mut dyn FnMut(&Hit<R>) -> bool,
+    pub mailbox: Mailbox,
 }
 
 impl<R: Real> QueryKind<R> for Any<'_, R> {
@@ -94,6 +102,10 @@ impl<R: Real> QueryKind<R> for Any<'_, R> {
         facts.opaque
     }
     #[inline(always)]
+    fn is_first(&mut self, facts: &LeafHeader, lane: usize, slot: u32) -> bool {
+        self.mailbox.is_first(facts, lane, slot)
+    }
+    #[inline(always)]
     fn take(&mut self, geometry: &Geometry<R>, found: Found<R>) -> bool {
         (self.ask)(&geometry.named(&found))
     }
@@ -107,6 +119,7 @@ impl<R: Real> QueryKind<R> for Any<'_, R> {
 pub(super) struct Each<'f, R: Real> {
     pub range: Interval<R>,
     pub counts: &'f mut dyn FnMut(Found<R>) -> bool,
+    pub mailbox: Mailbox,
 }
 
 impl<R: Real> QueryKind<R> for Each<'_, R> {
@@ -127,6 +140,10 @@ impl<R: Real> QueryKind<R> for Each<'_, R> {
     #[inline(always)]
     fn opaque(_: &LeafHeader) -> u8 {
         0
+    }
+    #[inline(always)]
+    fn is_first(&mut self, facts: &LeafHeader, lane: usize, slot: u32) -> bool {
+        self.mailbox.is_first(facts, lane, slot)
     }
     #[inline(always)]
     fn take(&mut self, _: &Geometry<R>, found: Found<R>) -> bool {
@@ -175,7 +192,7 @@ impl<R: Real> Geometry<R> {
         ask: &mut dyn FnMut(&Hit<R>) -> bool,
         tally: &mut T,
     ) -> bool {
-        bvh.ask(ray, range, &mut Visitor::stored(self, bvh, ray, Any { range, ask }, tally))
+        bvh.ask(ray, range, &mut Visitor::stored(self, bvh, ray, Any { range, ask, mailbox: Mailbox::default() }, tally))
     }
 
     /// Shows a query what a prepared ray meets. Returns whether that ended it, and the query.
@@ -201,9 +218,8 @@ impl<R: Real> Geometry<R> {
     fn traverse<Q: QueryKind<R>, T: Tally>(&self, bvh: &Bvh8, ray: &PreparedRay, query: Q, tally: &mut T) -> (bool, Q) {
         let near = query.range().min.to_f64();
         let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
-        let (stored, prepared, mailbox, culls) = (None, Some(*ray), Mailbox::default(), ray.culls);
-        let mut visitor =
-            Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, mailbox, tally };
+        let (stored, prepared, culls) = (None, Some(*ray), ray.culls);
+        let mut visitor = Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, tally };
         let over = bvh.ask_mapped(&setup, *ray, &mut visitor);
         (over, visitor.query)
     }
@@ -211,7 +227,7 @@ impl<R: Real> Geometry<R> {
 
 /// Triangles in several leaves that a query has tested already.
 #[derive(Default)]
-struct Mailbox(BTreeSet<u32>);
+pub(super) struct Mailbox(BTreeSet<u32>);
 
 impl Mailbox {
     /// Whether this is the first time.
@@ -231,15 +247,14 @@ struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
     prepared: Option<PreparedRay>,
     query: Q,
     rebase: RayReparametrisation,
-    mailbox: Mailbox,
     tally: &'a mut T,
 }
 
 impl<'a, R: Real, Q, T> Visitor<'a, R, Q, T, false> {
     #[inline(always)]
     fn stored(geometry: &'a Geometry<R>, bvh: &'a Bvh8, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Self {
-        let (rebase, mailbox) = (RayReparametrisation::default(), Mailbox::default());
-        Self { geometry, bvh, culls: ray.culls, stored: Some(ray), prepared: None, query, rebase, mailbox, tally }
+        let rebase = RayReparametrisation::default();
+        Self { geometry, bvh, culls: ray.culls, stored: Some(ray), prepared: None, query, rebase, tally }
     }
 }
 
@@ -299,8 +314,7 @@ impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> HitVisitor for Visi
         if !(facts.accepts(lane, met.from_outside, self.culls) && self.query.range().contains(t)) {
             return false;
         }
-        Q::opaque(facts) >> lane & 1 != 0
-            || (!Q::ANY || self.mailbox.is_first(facts, lane, found.slot)) && self.query.take(self.geometry, found)
+        Q::opaque(facts) >> lane & 1 != 0 || self.query.is_first(facts, lane, found.slot) && self.query.take(self.geometry, found)
     }
 
     #[inline(always)]
