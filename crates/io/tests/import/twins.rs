@@ -2,7 +2,7 @@
 
 use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
-use raywright_io::{Error, Input, Limits, LoadOptions, Loaded};
+use raywright_io::{Error, Input, Limits, LoadOptions, Loaded, Resolver};
 
 use crate::written::{ENCODINGS, Written};
 
@@ -158,4 +158,52 @@ fn pipes_bring_what_files_bring() {
         Input::from_reader("a", [0; 10].as_slice(), &limits).is_err()
             && Input::from_reader("a", [0; 9].as_slice(), &limits).is_ok()
     );
+}
+
+/// Protects: a model from bytes finds what it names through a resolver, below the folder of the file that names it, with the picture and the
+/// hash of the same files on disk; paths that lead out are never asked for, and what is too large is refused.
+#[test]
+fn files_in_memory_are_files() {
+    let plain = Written { colours: Vec::new(), ..Written::sheet(3).coloured() };
+    let obj = [b"mtllib sub/m.mtl\nusemtl m\n".as_slice(), &plain.obj()].concat();
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_fn(4, 4, |x, y| image::Rgba([x as u8 * 80, y as u8 * 80, 99, 255]))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("a picture");
+    let files = [("sub/m.mtl", b"newmtl m\nmap_Kd maps/x.png\n".to_vec()), ("sub/maps/x.png", png.into_inner())];
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir_all(folder.path().join("sub/maps")).expect("a folder");
+    for (name, bytes) in files.iter().map(|(name, bytes)| (*name, bytes)).chain([("a.obj", &obj)]) {
+        std::fs::write(folder.path().join(name), bytes).expect("a file");
+    }
+    let on_disk = crate::shared::load(&folder.path().join("a.obj"));
+
+    let asked = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
+    let load = |obj: &[u8], limits: Limits| {
+        let (files, asked) = (files.clone(), asked.clone());
+        let resolver = Resolver::new(move |name| {
+            asked.lock().expect("no panic").push(name.to_owned());
+            let found = files.iter().find(|(known, _)| *known == name);
+            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| std::io::ErrorKind::NotFound.into())
+        });
+        let input = Input::Bytes { name: "a.obj".to_owned(), bytes: obj.to_vec(), resolver: Some(resolver) };
+        raywright_io::load(&input, &LoadOptions { limits, ..LoadOptions::default() }).expect("a model")
+    };
+    let in_memory = load(&obj, Limits::default());
+    assert!(on_disk.warnings.is_empty() && in_memory.warnings.is_empty(), "{:?}", in_memory.warnings);
+    assert!(picture(&on_disk) == picture(&in_memory));
+    assert_eq!(on_disk.hash, in_memory.hash);
+    assert_eq!(asked.lock().expect("no panic").split_off(0), ["sub/m.mtl", "sub/maps/x.png"]);
+
+    for (reference, words) in [("../m.mtl", "leads out of the scene's folder"), ("/m.mtl", "leads out"), ("http://x/m.mtl", "is an address")] {
+        let out = [format!("mtllib {reference}\nusemtl m\n").as_bytes(), &plain.obj()].concat();
+        let warnings = load(&out, Limits::default()).warnings;
+        assert!(warnings[0].message.contains(words), "{warnings:?}");
+    }
+    assert!(asked.lock().expect("no panic").is_empty(), "{asked:?}");
+    let missing = load(&[b"mtllib n.mtl\nusemtl m\n".as_slice(), &plain.obj()].concat(), Limits::default()).warnings;
+    assert!(missing[0].message.contains("cannot read `n.mtl`"), "{missing:?}");
+    let small = Limits { file_bytes: 30, ..Limits::default() };
+    let warnings = load(&obj, small).warnings;
+    assert!(warnings[0].message.contains("`maps/x.png` is larger than the limit of 30"), "{warnings:?}");
 }
