@@ -23,7 +23,7 @@ pub(crate) use surface::Leg;
 
 use core::marker::PhantomData;
 
-use raywright_bvh::{FromOnePoint, Hit, Interval, Patience, Query, Ray, Real, Vector};
+use raywright_bvh::{Hit, Interval, PacketBackoff, Query, Ray, RayPacket, Real, Vector};
 
 use crate::counters::Counters;
 use crate::interaction::Interaction;
@@ -62,12 +62,12 @@ impl<'a, R: Real> CameraRay<'a, R> {
 pub(crate) struct FirstHits<R: Real> {
     directions: Vec<R::Vec3>,
     hits: Vec<Option<Hit<R>>>,
-    patience: Patience,
+    patience: PacketBackoff,
 }
 
 impl<R: Real> Default for FirstHits<R> {
     fn default() -> Self {
-        Self { directions: Vec::new(), hits: Vec::new(), patience: Patience::default() }
+        Self { directions: Vec::new(), hits: Vec::new(), patience: PacketBackoff::default() }
     }
 }
 
@@ -165,7 +165,7 @@ impl<'a, R: Real, K: Kernel> Tracer<'a, R, K> {
         directions.clear();
         directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval { min: self.camera_min - self.scene.camera.ahead(), max: R::INFINITY };
-        let asked = FromOnePoint { origin: first.origin, directions, time: first.time, culls: first.culls, range };
+        let asked = RayPacket { origin: first.origin, directions, time: first.time, culls: first.culls, range };
         self.scene.geometry.closest_from(&asked, patience, hits);
     }
 

@@ -9,7 +9,7 @@ use core::ops::Range;
 
 use glam::DVec3;
 use raywright_bvh::shapes::AnyShape;
-use raywright_bvh::{Located, Real, Shape, Side, Surface, Vector};
+use raywright_bvh::{Real, Shape, Side, Surface, SurfacePoint, Vector};
 
 use super::cdf::{pick, push_shares, share};
 use super::solid_angle::Whole;
@@ -204,7 +204,7 @@ impl<R: Real> Emitters<R> {
         if let Some(whole) = self.whole(emitter, from) {
             return probability / whole.solid_angle();
         }
-        let point = Located::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
+        let point = SurfacePoint::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
         let by_area = match &emitter.form {
             Form::Plain(shape) => shape.density(&point),
             Form::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
-use raywright_bvh::{Located, Real, Side, Vector};
+use raywright_bvh::{Real, Side, SurfacePoint, Vector};
 
 use super::{Cone, Polygon};
 
@@ -41,14 +41,14 @@ impl<R: Real> Whole<R> {
     }
 
     /// A point of the shape, for two numbers in [0, 1); none where rounding leaves none.
-    pub fn draw(&self, shape: &AnyShape<R>, position: [f32; 2]) -> Option<Located> {
+    pub fn draw(&self, shape: &AnyShape<R>, position: [f32; 2]) -> Option<SurfacePoint> {
         let position = position.map(f64::from);
         match self {
             Self::Ball(ball, cone) => Some(ball.at(cone.normal(position))),
             Self::Polygon(polygon) => {
                 // Normal and bound are the same all over a flat shape.
                 let (anywhere, _) = shape.sample_area(R::from_f64(0.5), R::from_f64(0.5))?;
-                Some(Located::new(Vector::from_f64(polygon.point(position)?), anywhere.normal, anywhere.error))
+                Some(SurfacePoint::new(Vector::from_f64(polygon.point(position)?), anywhere.normal, anywhere.error))
             }
         }
     }
