@@ -10,12 +10,11 @@ use raywright_bvh::{Hit, Real};
 
 use lanes::{Shaded, bend, is_single, one, shade};
 
-use super::super::{Kernel, Tracer};
-use super::Walk;
 use super::classic::matte;
-use super::lights::{Question, Wanted};
+use super::lights::{LightQuery, MisStrategy};
 use super::vertex::Leaves;
 use super::weight;
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::LightId;
 use crate::material::{Bent, MetallicRoughness};
@@ -26,8 +25,8 @@ use crate::prepare::Material;
 const LANES: usize = 8;
 
 /// A segment of many paths.
-pub(super) struct Round<'a, R: Real> {
-    pub walks: &'a mut [Walk<R>],
+pub(super) struct Bounce<'a, R: Real> {
+    pub paths: &'a mut [PathState<R>],
     /// Those that met something, by their places.
     pub going: &'a [u32],
     /// What they hit, and what that is, in their order.
@@ -35,11 +34,11 @@ pub(super) struct Round<'a, R: Real> {
     pub met: &'a mut [Interaction<R>],
 }
 
-impl<R: Real> Round<'_, R> {
+impl<R: Real> Bounce<'_, R> {
     /// The path that comes to a vertex, and what it met there.
-    fn of(&self, plain: &Plain<R>) -> (&Walk<R>, &Interaction<R>) {
+    fn of(&self, plain: &Plain<R>) -> (&PathState<R>, &Interaction<R>) {
         let place = plain.place as usize;
-        (&self.walks[self.going[place] as usize], &self.met[place])
+        (&self.paths[self.going[place] as usize], &self.met[place])
     }
 }
 
@@ -52,15 +51,15 @@ pub(super) struct Plain<R: Real> {
     bent: Option<Bent<R>>,
     /// Factor on lights without size, whose unit is not the same to both families of materials.
     gain: R,
-    question: Option<Question<R>>,
+    query: Option<LightQuery<R>>,
 }
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// Whether what a path met is to be one of these vertices, with what that takes; done with what only needs the point itself.
     #[inline(always)]
-    pub(super) fn plain(&mut self, place: u32, walk: &mut Walk<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<Plain<R>> {
+    pub(super) fn plain(&mut self, place: u32, path: &mut PathState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Option<Plain<R>> {
         let scene = self.scene;
-        if walk.traced + 1 >= self.max_depth {
+        if path.traced + 1 >= self.max_depth {
             return None;
         }
         let (material, here) = (&scene.materials[at.material as usize], scene.sources.at(at));
@@ -72,23 +71,23 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         if !model.is_rough() {
             return None;
         }
-        self.pass_media(walk, at);
-        self.keep_first(walk, hit);
-        walk.hit = true;
-        walk.traced += 1;
+        self.pass_media(path, at);
+        self.keep_first(path, hit);
+        path.hit = true;
+        path.traced += 1;
         if material.glows() {
-            self.emits(walk, hit, at, material.emission_at(&here));
+            self.emits(path, hit, at, material.emission_at(&here));
         }
         // What a matte surface diffuses knows no index.
         if self.nests() && matches!(material, Material::Physical(_)) {
-            self.immersed(walk, at, &here, &mut model);
+            self.immersed(path, at, &here, &mut model);
         }
-        let bent = bump.map(|bump| at.bending(bump, scene, &walk.leg, hit));
-        Some(Plain { place, model, bent, gain, question: None })
+        let bent = bump.map(|bump| at.bending(bump, scene, &path.leg, hit));
+        Some(Plain { place, model, bent, gain, query: None })
     }
 
     /// Adds what these surfaces send back along their paths, and sends the paths on; those that have an end are told.
-    pub(super) fn plains(&mut self, mut round: Round<'_, R>, plains: &mut [Plain<R>], mut ended: impl FnMut(u32)) {
+    pub(super) fn plains(&mut self, mut round: Bounce<'_, R>, plains: &mut [Plain<R>], mut ended: impl FnMut(u32)) {
         plains.chunks(LANES).for_each(|plains| self.bend(&mut round, plains));
         self.ask_lights(&round, plains);
         for plains in plains.chunks(LANES) {
@@ -102,18 +101,18 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     }
 
     /// Draws the lights that some vertices ask; those that ask the sky look there together.
-    fn ask_lights(&self, round: &Round<'_, R>, plains: &mut [Plain<R>]) {
+    fn ask_lights(&self, round: &Bounce<'_, R>, plains: &mut [Plain<R>]) {
         let lights = &self.scene.lights;
         let (mut sky, mut seen) = (Vec::<(usize, R::Vec3, f64)>::with_capacity(plains.len()), Vec::new());
         for (k, plain) in plains.iter_mut().enumerate() {
-            let (walk, at) = round.of(plain);
-            let Some((light, probability)) = self.chosen(walk, at, at.normal) else { continue };
-            let [.., u, v] = walk.draws.light;
+            let (path, at) = round.of(plain);
+            let Some((light, probability)) = self.chosen(path, at, at.normal) else { continue };
+            let [.., u, v] = path.draws.light;
             match (light, lights.sky_sampler()) {
                 (LightId::Sky, Some(sampler)) => sky.push((k, sampler.drawn::<R>([u, v]), probability)),
                 _ => {
                     let drawn = lights.sample(light, at.surface.point, [u, v], probability);
-                    plain.question = drawn.and_then(|drawn| self.question_of(light, drawn, at, at.normal, false));
+                    plain.query = drawn.and_then(|drawn| self.query_of(light, drawn, at, at.normal, false));
                 }
             }
         }
@@ -122,12 +121,12 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         for (&(k, direction, probability), seen) in sky.iter().zip(&seen) {
             let (_, at) = round.of(&plains[k]);
             let drawn = lights.sky_sampler().and_then(|sampler| sampler.sample_seen(direction, seen, probability));
-            plains[k].question = drawn.and_then(|drawn| self.question_of(LightId::Sky, drawn, at, at.normal, false));
+            plains[k].query = drawn.and_then(|drawn| self.query_of(LightId::Sky, drawn, at, at.normal, false));
         }
     }
 
     /// Bends the normals of some vertices.
-    fn bend(&self, round: &mut Round<'_, R>, plains: &[Plain<R>]) {
+    fn bend(&self, round: &mut Bounce<'_, R>, plains: &[Plain<R>]) {
         let bumpy = || plains.iter().filter_map(|plain| plain.bent.as_ref().map(|bent| (plain.place, bent)));
         let Some((_, first)) = bumpy().next() else { return };
         let (mut these, mut count) = ([first; LANES], 0);
@@ -147,11 +146,11 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
 
     /// What some vertices answer.
     #[inline(always)]
-    fn shaded(&self, round: &Round<'_, R>, plains: &[Plain<R>]) -> [Option<Shaded<R>>; LANES] {
+    fn shaded(&self, round: &Bounce<'_, R>, plains: &[Plain<R>]) -> [Option<Shaded<R>>; LANES] {
         let of = |lane: usize| {
             let plain = &plains[lane.min(plains.len() - 1)];
-            let (walk, at) = round.of(plain);
-            (plain, walk, at)
+            let (path, at) = round.of(plain);
+            (plain, path, at)
         };
         let (these, compensated) = (from_fn::<_, LANES, _>(of), self.scene.compensates);
         let mut out = [None; LANES];
@@ -170,22 +169,22 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
 
     /// Adds what a vertex sends back of the light that it asked, and sends the path on; whether it goes on.
     #[inline(always)]
-    fn sent(&mut self, round: &mut Round<'_, R>, plain: &Plain<R>, shaded: &Shaded<R>) -> bool {
+    fn sent(&mut self, round: &mut Bounce<'_, R>, plain: &Plain<R>, shaded: &Shaded<R>) -> bool {
         let place = plain.place as usize;
-        let (walk, at) = (&mut round.walks[round.going[place] as usize], &round.met[place]);
+        let (path, at) = (&mut round.paths[round.going[place] as usize], &round.met[place]);
         let Some(hit) = &round.hits[place] else { return false };
-        if let Some(question) = plain.question {
-            let answer = match question.wanted {
-                Wanted::Value => (shaded.answer, R::ONE),
-                Wanted::Delta { shines: true } => (shaded.answer, plain.gain),
-                Wanted::Delta { .. } => (shaded.diffuse, plain.gain),
-                Wanted::Weighed(density) => (shaded.answer, R::from_f64(weight(density, shaded.density.to_f64()))),
+        if let Some(query) = plain.query {
+            let answer = match query.strategy {
+                MisStrategy::Value => (shaded.answer, R::ONE),
+                MisStrategy::Delta { shines: true } => (shaded.answer, plain.gain),
+                MisStrategy::Delta { .. } => (shaded.diffuse, plain.gain),
+                MisStrategy::Weighed(density) => (shaded.answer, R::from_f64(weight(density, shaded.density.to_f64()))),
             };
-            let sent = self.answered(walk, at, question, answer);
-            walk.radiance += walk.throughput * sent;
+            let sent = self.direct_light(path, at, query, answer);
+            path.radiance += path.throughput * sent;
         }
-        let luck = R::from_f32(walk.draws.scatter[3]);
+        let luck = R::from_f32(path.draws.scatter[3]);
         let normal = at.normal;
-        self.leaves(walk, hit, at, &shaded.drawn, Leaves { normal, lit: normal, luck, bent: None, coated: false })
+        self.leaves(path, hit, at, &shaded.drawn, Leaves { normal, lit: normal, luck, bent: None, coated: false })
     }
 }

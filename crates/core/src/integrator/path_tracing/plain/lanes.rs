@@ -4,7 +4,7 @@ use core::array::from_fn;
 
 use raywright_bvh::{Loops, Real, Vector, widest};
 
-use super::super::Walk;
+use super::super::PathState;
 use super::{LANES, Plain};
 use crate::interaction::Interaction;
 use crate::material::{Bent, Frame, MetallicRoughness, Sampled};
@@ -84,7 +84,7 @@ pub fn bend<R: Real>(these: &[&Bent<R>]) -> [R::Vec3; LANES] {
 
 /// What is computed of several vertices at once.
 #[inline(always)]
-pub fn shade<N: Number, R: Real>(these: &[(&Plain<R>, &Walk<R>, &Interaction<R>)], compensated: bool) -> Shaded<N> {
+pub fn shade<N: Number, R: Real>(these: &[(&Plain<R>, &PathState<R>, &Interaction<R>)], compensated: bool) -> Shaded<N> {
     let of = |lane: usize| these[lane.min(these.len() - 1)];
     let model = |lane: usize| &of(lane).0.model;
     let normal = N::Vec3::of_lanes(|lane| of(lane).2.normal.to_f64());
@@ -101,11 +101,11 @@ pub fn shade<N: Number, R: Real>(these: &[(&Plain<R>, &Walk<R>, &Interaction<R>)
         },
         light: &N::Vec3::of_lanes(|lane| {
             let (plain, _, at) = of(lane);
-            plain.question.map_or(at.normal, |question| question.seen.direction).to_f64()
+            plain.query.map_or(at.normal, |query| query.seen.direction).to_f64()
         }),
         numbers: &from_fn(|k| N::of_lanes(|lane| of(lane).1.draws.scatter[k].into())),
         compensated,
-        dull: these.iter().any(|(plain, ..)| plain.question.is_some_and(|question| question.wanted.is_dull())),
+        dull: these.iter().any(|(plain, ..)| plain.query.is_some_and(|query| query.strategy.is_dull())),
     })
 }
 
