@@ -6,18 +6,20 @@
 //! A path's state is numbers alone ([`PathState`]), and what one more segment makes of it does not know which others go beside it.
 
 mod classic;
+mod direct;
 mod ground;
 mod layered;
-mod lights;
 mod media;
 mod mixture;
 mod nested;
-mod plain;
+mod rough;
+mod scatter;
+mod shade;
 mod straight;
 mod vertex;
 mod wavefront;
 
-use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
+use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use media::Media;
 use wavefront::Wavefront;
@@ -27,7 +29,6 @@ use super::{CameraRays, FirstHit, General, Leg, LightTransport, MAX_CUTOUTS, Pat
 use crate::counters::Counters;
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightUsage, Seen};
-use crate::material::Sampled;
 use crate::observer::Observer;
 use crate::prepare::{Alpha, Material, Prepared};
 use crate::sampler::{Address, Purpose, Way, pair};
@@ -197,13 +198,6 @@ impl<R: Real> PathTracer<'_, R> {
         }
     }
 
-    /// What a path asks next.
-    #[inline(always)]
-    fn intersect(&self, path: &PathState<R>) -> Option<Hit<R>> {
-        let min = if path.traced == 0 { self.least.camera - path.leg.ahead } else { self.least.secondary };
-        self.scene.geometry.closest(&path.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
-    }
-
     /// What one more segment makes of a path that has met something. Whether it has another ray to be traced.
     #[inline(always)]
     fn met(&mut self, path: &mut PathState<R>, hit: &Hit<R>, at: &mut Interaction<R>) -> bool {
@@ -300,52 +294,4 @@ impl<R: Real> PathTracer<'_, R> {
         path.leg.go_on(&ray, rest);
         path.cutouts <= MAX_CUTOUTS
     }
-
-    /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
-    #[inline(always)]
-    fn go_on(&mut self, path: &mut PathState<R>, at: &Interaction<R>, drawn: &Sampled<R>, onward: Onward<R>) -> bool {
-        let mut throughput = path.throughput * drawn.weight;
-        if path.traced >= roulette_from(self.scene.roulette) {
-            // Also ends what is no number.
-            let most = if path.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
-            let survives = throughput.max_element().min(most);
-            let goes_on = onward.luck < survives;
-            if !goes_on {
-                return false;
-            }
-            throughput *= R::ONE / survives;
-        }
-        if throughput == Vector::ZERO || !throughput.is_finite() {
-            return false;
-        }
-        path.leg.go_on(&onward.ray, onward.rest);
-        path.throughput = throughput;
-        path.address.bounce += 1;
-        // What goes straight on through a wall is still found by lights that were asked before it.
-        if !onward.straight {
-            let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
-            path.spread = path.spread.min(path.previous.density);
-            path.previous = PreviousVertex { from: at.surface.point, normal: onward.lit, density };
-            self.counters.unaided += u64::from(self.is_unaided(path) && !self.scene.lights.emitters.is_empty());
-        }
-        if self.scene.tracks_media && onward.through {
-            path.media = self.beyond(&path.media, at);
-        }
-        true
-    }
-}
-
-/// How a path would go on.
-struct Onward<R: Real> {
-    ray: Ray<R>,
-    /// What storing took from its direction.
-    rest: R::Vec3,
-    /// A number in [0, 1): below what the path counts, it goes on.
-    luck: R,
-    /// Normal of the side that lights were asked for; zero for both.
-    lit: R::Vec3,
-    /// Whether it goes through the surface.
-    through: bool,
-    /// Whether it does so as shadow rays do.
-    straight: bool,
 }

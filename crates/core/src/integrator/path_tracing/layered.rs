@@ -23,7 +23,7 @@ impl<R: Real> PathTracer<'_, R> {
     ) -> bool {
         let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
         let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
-        self.scatter(path, hit, at, &bsdf, (bent.as_ref(), R::ONE))
+        self.shade(path, hit, at, &bsdf, (bent.as_ref(), R::ONE))
     }
 
     /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that bends it.

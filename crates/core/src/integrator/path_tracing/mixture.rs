@@ -4,7 +4,8 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Real, Vector};
 
-use super::{Onward, PathState, PathTracer};
+use super::scatter::ScatteredRay;
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Bsdf, Frame, Interface, Lobe, Sampled, towards_grazing};
 use crate::prepare::Mixture;
@@ -55,8 +56,7 @@ impl<R: Real> PathTracer<'_, R> {
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
             let matte = Bsdf::new(normal).with(Lobe::Lambert { albedo: albedo * R::from_f64(diffused) });
-            let sent = self.sample_direct(path, at, &matte, R::from_f64(PI));
-            path.radiance += path.throughput * sent;
+            self.light(path, at, &matte, R::from_f64(PI));
         }
         let [way, u, v, luck] = path.draws.scatter.map(R::from_f32);
         let way = way.to_f64();
@@ -84,7 +84,7 @@ impl<R: Real> PathTracer<'_, R> {
         let ray = self.scene.spawn(at, direction, if normal == at.normal { side } else { -side });
         let (mirrored, through) = (way < met.mirrored, side != one);
         let goes_on =
-            self.go_on(path, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: normal, through, straight: false });
+            self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, through, straight: false });
         let rays = match (mirrored, through) {
             (true, _) => &mut self.counters.reflection,
             (_, true) => &mut self.counters.refraction,

@@ -4,10 +4,10 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::shadow::Product;
 use super::super::{General, Leg};
+use super::shade::LightResponse;
 use super::{PathState, PathTracer, weight};
 use crate::interaction::Interaction;
-use crate::light::{Density, LightId, LightSample, Target};
-use crate::material::{Bsdf, Scatters};
+use crate::light::{ChosenLight, Density, LightId, LightSample, Target};
 use crate::prepare::{Alpha, Material};
 use crate::settings::LightSampling;
 
@@ -19,7 +19,7 @@ pub(super) struct LightQuery<R: Real> {
     /// Cosine between it and the normal.
     facing: R,
     /// Whether it shines through the surface.
-    through: bool,
+    pub through: bool,
     pub strategy: MisStrategy,
 }
 
@@ -42,35 +42,6 @@ impl MisStrategy {
 }
 
 impl<R: Real> PathTracer<'_, R> {
-    /// Light of one light, drawn by chance, that a surface sends back along a path. `gain`: factor on lights without size, whose
-    /// unit is not the same to both families of materials.
-    #[inline(always)]
-    pub(super) fn sample_direct<L: Scatters<R>, const MOST: usize>(
-        &mut self,
-        path: &PathState<R>,
-        at: &Interaction<R>,
-        bsdf: &Bsdf<R, L, MOST>,
-        gain: R,
-    ) -> R::Vec3 {
-        if bsdf.is_delta() {
-            return Vector::ZERO;
-        }
-        let Some(query) = self.query(path, at, bsdf.normal(), bsdf.lets_through()) else { return Vector::ZERO };
-        let (view, direction, through) = (-at.direction, query.seen.direction, query.through);
-        let value = || if through { bsdf.eval_either(view, direction) } else { bsdf.eval(view, direction) };
-        let (answer, share) = match query.strategy {
-            MisStrategy::Value => (value(), R::ONE),
-            MisStrategy::Delta { shines: true } => (value(), gain),
-            MisStrategy::Delta { .. } if through => return Vector::ZERO,
-            MisStrategy::Delta { .. } => (bsdf.diffuse(view, direction), gain),
-            MisStrategy::Weighed(density) => {
-                let (answer, other) = if through { (value(), bsdf.pdf(view, direction)) } else { bsdf.answer(view, direction) };
-                (answer, R::from_f64(weight(density, other.to_f64())))
-            }
-        };
-        self.direct_light(path, at, query, (answer, share))
-    }
-
     /// Draws a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
     #[inline(always)]
     pub(super) fn query(
@@ -80,29 +51,30 @@ impl<R: Real> PathTracer<'_, R> {
         normal: R::Vec3,
         lets_through: bool,
     ) -> Option<LightQuery<R>> {
-        let (light, probability) = self.chosen(path, at, if lets_through { Vector::ZERO } else { normal })?;
-        let [.., u, v] = path.draws.light;
-        let seen = self.scene.lights.sample(light, at.surface.point, [u, v], probability)?;
-        self.query_of(light, seen, at, normal, lets_through)
+        let ChosenLight { light, probability, from, position } =
+            self.choose_light(path, at, if lets_through { Vector::ZERO } else { normal })?;
+        let seen = self.scene.lights.sample(light, from, position, probability)?;
+        self.query_of(light, &seen, at, normal, lets_through)
     }
 
-    /// The light that a point asks, and how likely that was; `lit`: the normal on the side that is lit, zero where both are.
+    /// The light that a point asks; `lit`: the normal on the side that is lit, zero where both are.
     #[inline(always)]
-    pub(super) fn chosen(&self, path: &PathState<R>, at: &Interaction<R>, lit: R::Vec3) -> Option<(LightId, f64)> {
+    pub(super) fn choose_light(&self, path: &PathState<R>, at: &Interaction<R>, lit: R::Vec3) -> Option<ChosenLight<R>> {
         let choice = self.scene.lights.choice();
         if choice.is_empty() {
             return None;
         }
-        let [coarse, fine, ..] = path.draws.light;
-        choice.draw::<R>(at.surface.point, lit, [coarse, fine])
+        let ([coarse, fine, u, v], from) = (path.draws.light, at.surface.point);
+        let (light, probability) = choice.draw::<R>(from, lit, [coarse, fine])?;
+        Some(ChosenLight { light, probability, from, position: [u, v] })
     }
 
-    /// [`Self::question`] of a light that was drawn.
+    /// [`Self::query`] of a light that was drawn.
     #[inline(always)]
     pub(super) fn query_of(
         &self,
         light: LightId,
-        seen: LightSample<R>,
+        seen: &LightSample<R>,
         at: &Interaction<R>,
         normal: R::Vec3,
         lets_through: bool,
@@ -124,16 +96,37 @@ impl<R: Real> PathTracer<'_, R> {
                 LightSampling::Both => MisStrategy::Weighed(density),
             },
         };
-        Some(LightQuery { light, seen, facing, through, strategy })
+        Some(LightQuery { light, seen: *seen, facing, through, strategy })
+    }
+
+    /// Adds what a surface sends back along a path of a light that was asked, by its response. `gain`: factor on lights without size, whose
+    /// unit is not the same to both families of materials.
+    #[inline(always)]
+    pub(super) fn add_direct(
+        &mut self,
+        path: &mut PathState<R>,
+        at: &Interaction<R>,
+        query: &LightQuery<R>,
+        (response, gain): (&LightResponse<R>, R),
+    ) {
+        let answer = match query.strategy {
+            MisStrategy::Value => (response.value, R::ONE),
+            MisStrategy::Delta { shines: true } => (response.value, gain),
+            MisStrategy::Delta { .. } if query.through => return,
+            MisStrategy::Delta { .. } => (response.diffuse, gain),
+            MisStrategy::Weighed(density) => (response.value, R::from_f64(weight(density, response.density.to_f64()))),
+        };
+        let sent = self.direct_light(path, at, query, answer);
+        path.radiance += path.throughput * sent;
     }
 
     /// What arrives of a light that was asked, sent back in this share.
     #[inline(always)]
-    pub(super) fn direct_light(
+    fn direct_light(
         &mut self,
         path: &PathState<R>,
         at: &Interaction<R>,
-        LightQuery { light, seen, facing, through, .. }: LightQuery<R>,
+        &LightQuery { light, seen, facing, through, .. }: &LightQuery<R>,
         (answer, share): (R::Vec3, R),
     ) -> R::Vec3 {
         let scene = self.scene;
