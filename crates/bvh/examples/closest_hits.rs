@@ -8,7 +8,7 @@
 use core::f32::consts::TAU;
 
 use glam::Vec3;
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visibility};
 
 /// A ring of triangles about +Z, `around` by `across`.
 fn ring(around: u32, across: u32) -> Vec<[Vec3; 3]> {
@@ -27,9 +27,9 @@ fn ring(around: u32, across: u32) -> Vec<[Vec3; 3]> {
 }
 
 fn main() -> Result<(), raywright_bvh::GeometryError> {
-    let mut group = Group::<f32>::default();
-    group.mesh(ring(256, 128), Visibility::default())?;
-    let geometry = Geometry::new(group, AcceleratorKind::default());
+    let mut set = PrimitiveSet::<f32>::default();
+    set.mesh(ring(256, 128), Visibility::default())?;
+    let geometry = Geometry::new(set, AcceleratorKind::default());
 
     for row in 0..24 {
         let line: String = (0..48)

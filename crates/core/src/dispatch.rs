@@ -6,7 +6,7 @@ use raywright_bvh::Real;
 
 use crate::effects::{EffectReport, EffectSet, chosen, detect, switched_off};
 use crate::film::{Aim, Film, Part, PartError, Plan};
-use crate::integrator::{Analytic, General, Kernel, Paths};
+use crate::integrator::{Analytic, General, Kernel, PathTracer, WhittedTracer};
 use crate::lookup::Lookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
@@ -240,9 +240,9 @@ impl Ready {
 
     fn with_kernel<R: Real>(&self, prepared: &Prepared<R>, film: &mut Film, part: &Part, observer: &dyn Observer) {
         match self.kernel {
-            KernelName::General => render::<R, General>(prepared, &self.settings, film, part, observer),
-            KernelName::Analytic => render::<R, Analytic>(prepared, &self.settings, film, part, observer),
-            KernelName::Paths => render::<R, Paths>(prepared, &self.settings, film, part, observer),
+            KernelName::General => render::<R, WhittedTracer<'_, R, General>>(prepared, &self.settings, film, part, observer),
+            KernelName::Analytic => render::<R, WhittedTracer<'_, R, Analytic>>(prepared, &self.settings, film, part, observer),
+            KernelName::Paths => render::<R, PathTracer<'_, R>>(prepared, &self.settings, film, part, observer),
         }
     }
 
@@ -268,7 +268,7 @@ impl Ready {
         match self.kernel {
             KernelName::General => General::NAME,
             KernelName::Analytic => Analytic::NAME,
-            KernelName::Paths => Paths::NAME,
+            KernelName::Paths => "paths",
         }
     }
 
