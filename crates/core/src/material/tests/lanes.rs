@@ -1,6 +1,7 @@
 //! Shading in lanes against the one-lane version, to the bit: whatever the neighbours of a lane are.
 
-use super::super::energy::{Albedo, Remainder};
+use super::super::albedo::Albedo;
+use super::super::energy::Remainder;
 use super::super::*;
 use super::numbers;
 use crate::number::{Lanes, Mask, Number, Vector3};
