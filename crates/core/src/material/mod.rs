@@ -38,7 +38,7 @@ mod spectrum;
 #[cfg(test)]
 mod tests;
 
-pub use bent::{Bent, towards_viewer};
+pub use bent::{Bent, reflecting_above};
 pub use bsdf::{Bsdf, MOST_LOBES, Sampled};
 pub use film::Film;
 pub use frame::Frame;

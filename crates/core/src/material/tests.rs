@@ -4,6 +4,7 @@ mod albedo;
 mod energy;
 mod lanes;
 mod layers;
+mod normals;
 mod pictures;
 
 use super::albedo::Albedo;
