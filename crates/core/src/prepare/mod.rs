@@ -262,7 +262,7 @@ impl<R: Real> Prepared<R> {
             });
             inputs.sources.of_materials.push(first..inputs.sources.textures.len() as u32);
         }
-        material::tables(&materials, &context.layers).prepare();
+        material::tables(&context.layers).prepare();
         settings.filter.draws();
         let hard_shadows = settings.area_shadows == AreaShadows::Hard;
         let facets = facets(scene, (&materials, &context.layers), &inputs.sources, (paths, hard_shadows));
