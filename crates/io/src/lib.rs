@@ -56,7 +56,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use environment::{Environment, EnvironmentSource, GroundRule, LightShortage};
 pub use error::{Error, Warning};
 pub use error_kind::ErrorKind;
-pub use folder::{Folder, ReadError};
+pub use folder::{Folder, ReadError, Resolver};
 pub use gltf::{AnimationInfo, Contents, ExtensionInfo};
 pub use hash::SceneHash;
 pub use inputs::{Clash, Inputs};

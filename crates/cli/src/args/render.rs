@@ -18,7 +18,7 @@ use super::values;
 use crate::console::Verbosity;
 
 /// Samples a pixel that can be asked for.
-pub const MOST_SAMPLES: u32 = 65_536;
+pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 
 fn examples() -> String {
     format!(

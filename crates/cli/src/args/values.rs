@@ -9,6 +9,7 @@ use raywright_io::{EnvironmentSource, GroundRule};
 use std::str::FromStr;
 use std::time::Duration;
 
+use raywright_core::Settings;
 use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::framing::View;
 use raywright_core::settings::{Background, Crop};
@@ -17,7 +18,7 @@ use raywright_core::suggest::closest;
 use super::{Frames, Share, Views};
 
 /// Largest width or height of a picture, in pixels.
-pub const MAX_EDGE: u32 = 65536;
+pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
 
 /// A time from a second to a day: a number with `s`, `min` or `h`, seconds without.
 pub fn duration(text: &str) -> Result<Duration, String> {

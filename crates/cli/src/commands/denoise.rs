@@ -20,7 +20,7 @@ use crate::origin;
 use crate::progress::Progress;
 use crate::targets::{self, Outputs};
 use crate::threads::Threads;
-use crate::watch::{Patience, Watch};
+use crate::watch::{PacketBackoff, Watch};
 
 /// Reads a film, denoises it and writes what is asked for.
 pub fn run(args: &DenoiseArgs) -> Result<(), Failure> {
@@ -71,7 +71,7 @@ pub fn rendered(film: &Film, report: &ReportArgs, stop: &AtomicBool) -> Rendered
         report.progress
     };
     let progress = Progress::start("denoising", style, report.verbosity());
-    let watch = Watch { progress: Some(&progress), patience: Patience::default(), ..Watch::until(stop) };
+    let watch = Watch { progress: Some(&progress), patience: PacketBackoff::default(), ..Watch::until(stop) };
     let rendered = Rendered::of(film, &watch as &dyn Observer);
     progress.finish();
     rendered

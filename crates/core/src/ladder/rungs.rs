@@ -32,7 +32,7 @@ const FRESNEL: &[Rung] = &[
 ];
 const MICROFACETS: &[Rung] = &[
     rung("single", "what facets send to each other is lost: rough metal is up to 60 % too dark"),
-    rung("compensated", "given back: white metal sends back all, to half a per cent"),
+    rung("compensated", "given back: white metal sends back all, to half a per cent, combed metal to one"),
 ];
 const TEXTURE_FILTER: &[Rung] = &[
     rung("nearest", "the nearest texel: blocks near by, and sparkles far away"),

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::origin;
 use crate::progress::Progress;
 use crate::targets::{Outputs, Target};
-use crate::watch::{Patience, Watch};
+use crate::watch::{PacketBackoff, Watch};
 
 /// A long render is kept this often, and less often where keeping takes more than a twentieth of the time.
 const KEEP_EVERY: Duration = Duration::from_secs(60);
@@ -109,7 +109,8 @@ impl<'a> Session<'a> {
         let mut keep_every = KEEP_EVERY;
         loop {
             let keep_at = self.args.checkpoint.is_some().then(|| Instant::now() + keep_every);
-            let watch = Watch { progress: Some(progress), patience: Patience { deadline, keep_at }, began: clock.began(), stop };
+            let watch =
+                Watch { progress: Some(progress), patience: PacketBackoff { deadline, keep_at }, began: clock.began(), stop };
             let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
             rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());

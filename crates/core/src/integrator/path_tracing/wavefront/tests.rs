@@ -1,14 +1,14 @@
 //! Paths side by side against paths alone.
 
-use raywright_bvh::{Real, Vector};
+use raywright_bvh::{Ray, Real, Vector};
 use serde_json::json;
 
-use super::super::super::Paths;
+use super::super::super::LightTransport;
 use super::*;
 use crate::counters::Counters;
 use crate::effects::{Effect, EffectSet};
-use crate::light::LightUsage;
 use crate::prepare::{Material, Prepared};
+use crate::sampler::Address;
 use crate::scene::Scene;
 use crate::settings::Settings;
 
@@ -69,20 +69,19 @@ fn everything() -> Scene {
 
 /// What the paths of all pixels bring, so many of them side by side, with what they hit first and what was counted.
 fn followed<R: Real>(prepared: &Prepared<R>, depth: u32, together: usize) -> (Vec<[u64; 5]>, Counters) {
-    let mut usage = LightUsage::default();
-    let mut tracer = Tracer::<R, Paths>::new(prepared, &mut usage, depth, true, &());
+    let mut tracer = PathTracer::<R>::new(prepared, depth, true, &());
     let pixels = (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
     let addresses: Vec<_> =
         pixels.flat_map(|pixel| (0..4).map(move |index| Address { pixel, index, ..Address::default() })).collect();
     let at = |x: u32| R::from_f64(f64::from(x) + 0.5);
     let rays: Vec<_> = addresses.iter().map(|a| prepared.camera.ray(at(a.pixel[0]), at(a.pixel[1]), [0.5; 2])).collect();
-    let (mut stream, mut out) = (Stream::default(), Vec::new());
+    let (mut results, mut out) = (PathResults::default(), Vec::new());
     for (rays, addresses) in rays.chunks(together).zip(addresses.chunks(together)) {
-        tracer.follow_all((rays, addresses), 16, &mut stream);
+        tracer.trace(CameraRays { rays, addresses }, &mut results);
         out.extend((0..rays.len()).map(|place| {
-            let Brought { radiance, coverage } = stream.brought(place);
+            let PathResult { radiance, coverage } = results.paths[place];
             let [r, g, b] = radiance.to_f64().to_array().map(f64::to_bits);
-            let first = stream.first(place).0.map_or(0, |first| first.distance.to_bits() ^ u64::from(first.object));
+            let first = results.first(place).0.map_or(0, |first| first.distance.to_bits() ^ u64::from(first.object));
             [r, g, b, coverage.to_f64().to_bits(), first]
         }));
     }
@@ -167,14 +166,13 @@ fn first_hits_veils_and_limits() {
     let (rays, plain) = (rays(&prepared), followed(&prepared, 7, 64).0);
     let address = |i: usize| Address { pixel: [i as u32 % SIZE[0], i as u32 / SIZE[0]], ..Address::default() };
     let addresses: Vec<_> = (0..rays.len()).map(address).collect();
-    let mut usage = LightUsage::default();
-    let (mut tracer, mut stream) = (Tracer::<f32, Paths>::new(&prepared, &mut usage, 7, true, &()), Stream::default());
-    tracer.follow_all((&rays, &addresses), 16, &mut stream);
+    let (mut tracer, mut results) = (PathTracer::<f32>::new(&prepared, 7, true, &()), PathResults::default());
+    tracer.trace(CameraRays { rays: &rays, addresses: &addresses }, &mut results);
     let mut hits = 0;
     for (place, ray) in rays.iter().enumerate() {
         let hit = prepared.geometry.closest(ray, raywright_bvh::Interval::positive(), &mut ());
         hits += usize::from(hit.is_some());
-        assert_eq!(stream.first(place).0.map(|first| first.object), hit.map(|hit| hit.outermost()), "{place}");
+        assert_eq!(results.first(place).0.map(|first| first.object), hit.map(|hit| hit.outermost()), "{place}");
     }
     assert!(hits > rays.len() / 2, "{hits}");
     prepared.veil = glam::Vec3::new(0.25, 0.5, 1.0);
@@ -204,7 +202,7 @@ fn asking_ahead_changes_no_texel() {
     for ray in rays(&prepared) {
         let leg = super::super::super::Leg::of(ray);
         let Some(hit) = prepared.geometry.closest(&ray, raywright_bvh::Interval::positive(), &mut ()) else { continue };
-        let at = Interaction::smooth::<Paths>(&prepared, &leg, &hit);
+        let at = Interaction::smooth::<General>(&prepared, &leg, &hit);
         let Material::Physical(m) = &prepared.materials[at.material as usize] else { continue };
         let Some(bump) = &m.bump else { continue };
         let mut ahead = at;

@@ -3,11 +3,12 @@
 
 use raywright_bvh::{Interval, Ray, Real, Vector};
 
-use super::{Kernel, Leg, Tracer};
+use super::super::{General, Leg};
+use super::PathTracer;
 use crate::light::Target;
 use crate::sampler::{Address, Purpose, pair};
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// Share of the studio's light that arrives where a camera ray that hit nothing comes to the ground: one direction is asked, drawn by
     /// what comes from there. One where there is no ground, or where it lies too far from everything.
     #[inline]
@@ -30,6 +31,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         let direction = Vector::from_f64(ground.light.direction(pair(*address, Purpose::Ground).map(f64::from)));
         let towards = Ray::new(point, direction).at_time(ray.time);
         let range = Interval { min: zero, max: R::INFINITY };
-        self.between((&towards, range), &Target::Infinity, false).share
+        self.counters.shadow += 1;
+        scene.between::<General>((&towards, range), &Target::Infinity, false).share
     }
 }

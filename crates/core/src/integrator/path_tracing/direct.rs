@@ -3,29 +3,29 @@
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::shadow::Product;
-use super::super::{Kernel, Leg, Tracer};
-use super::{Walk, weight};
+use super::super::{General, Leg};
+use super::shade::LightResponse;
+use super::{PathState, PathTracer, weight};
 use crate::interaction::Interaction;
-use crate::light::{Density, LightId, LightSample, Target};
-use crate::material::{Bsdf, Scatters};
+use crate::light::{ChosenLight, Density, LightId, LightSample, Target};
 use crate::prepare::{Alpha, Material};
 use crate::settings::LightSampling;
 
 /// A light that a vertex asks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Question<R: Real> {
+pub(super) struct LightQuery<R: Real> {
     light: LightId,
     pub seen: LightSample<R>,
     /// Cosine between it and the normal.
     facing: R,
     /// Whether it shines through the surface.
-    through: bool,
-    pub wanted: Wanted,
+    pub through: bool,
+    pub strategy: MisStrategy,
 }
 
 /// What a light asks of a surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Wanted {
+pub(super) enum MisStrategy {
     /// What it sends back.
     Value,
     /// The same of a light without size, of which only some make highlights.
@@ -34,79 +34,51 @@ pub(super) enum Wanted {
     Weighed(f64),
 }
 
-impl Wanted {
+impl MisStrategy {
     /// Whether what is diffused alone answers it.
     pub fn is_dull(&self) -> bool {
         matches!(self, Self::Delta { shines: false })
     }
 }
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
-    /// Light of one light, drawn by chance, that a surface sends back along a path. `gain`: factor on lights without size, whose
-    /// unit is not the same to both families of materials.
-    #[inline(always)]
-    pub(super) fn asked<L: Scatters<R>, const MOST: usize>(
-        &mut self,
-        walk: &Walk<R>,
-        at: &Interaction<R>,
-        bsdf: &Bsdf<R, L, MOST>,
-        gain: R,
-    ) -> R::Vec3 {
-        if bsdf.is_delta() {
-            return Vector::ZERO;
-        }
-        let Some(question) = self.question(walk, at, bsdf.normal(), bsdf.lets_through()) else { return Vector::ZERO };
-        let (view, direction, through) = (-at.direction, question.seen.direction, question.through);
-        let value = || if through { bsdf.eval_either(view, direction) } else { bsdf.eval(view, direction) };
-        let (answer, share) = match question.wanted {
-            Wanted::Value => (value(), R::ONE),
-            Wanted::Delta { shines: true } => (value(), gain),
-            Wanted::Delta { .. } if through => return Vector::ZERO,
-            Wanted::Delta { .. } => (bsdf.diffuse(view, direction), gain),
-            Wanted::Weighed(density) => {
-                let (answer, other) = if through { (value(), bsdf.pdf(view, direction)) } else { bsdf.answer(view, direction) };
-                (answer, R::from_f64(weight(density, other.to_f64())))
-            }
-        };
-        self.answered(walk, at, question, (answer, share))
-    }
-
+impl<R: Real> PathTracer<'_, R> {
     /// Draws a light and a point of it for a surface with a normal; none where nothing of it can be sent back.
     #[inline(always)]
-    pub(super) fn question(
+    pub(super) fn query(
         &self,
-        walk: &Walk<R>,
+        path: &PathState<R>,
         at: &Interaction<R>,
         normal: R::Vec3,
         lets_through: bool,
-    ) -> Option<Question<R>> {
-        let (light, probability) = self.chosen(walk, at, if lets_through { Vector::ZERO } else { normal })?;
-        let [.., u, v] = walk.draws.light;
-        let seen = self.scene.lights.sample(light, at.surface.point, [u, v], probability)?;
-        self.question_of(light, seen, at, normal, lets_through)
+    ) -> Option<LightQuery<R>> {
+        let ChosenLight { light, probability, from, position } =
+            self.choose_light(path, at, if lets_through { Vector::ZERO } else { normal })?;
+        let seen = self.scene.lights.sample(light, from, position, probability)?;
+        self.query_of(light, &seen, at, normal, lets_through)
     }
 
-    /// The light that a point asks, and how likely that was; `lit`: the normal on the side that is lit, zero where both are.
+    /// The light that a point asks; `lit`: the normal on the side that is lit, zero where both are.
     #[inline(always)]
-    pub(super) fn chosen(&self, walk: &Walk<R>, at: &Interaction<R>, lit: R::Vec3) -> Option<(LightId, f64)> {
+    pub(super) fn choose_light(&self, path: &PathState<R>, at: &Interaction<R>, lit: R::Vec3) -> Option<ChosenLight<R>> {
         let choice = self.scene.lights.choice();
         if choice.is_empty() {
             return None;
         }
-        let [coarse, fine, ..] = walk.draws.light;
-        choice.draw::<R>(at.surface.point, lit, [coarse, fine])
+        let ([coarse, fine, u, v], from) = (path.draws.light, at.surface.point);
+        let (light, probability) = choice.draw::<R>(from, lit, [coarse, fine])?;
+        Some(ChosenLight { light, probability, from, position: [u, v] })
     }
 
-    /// [`Self::question`] of a light that was drawn.
+    /// [`Self::query`] of a light that was drawn.
     #[inline(always)]
-    pub(super) fn question_of(
+    pub(super) fn query_of(
         &self,
         light: LightId,
-        seen: LightSample<R>,
+        seen: &LightSample<R>,
         at: &Interaction<R>,
         normal: R::Vec3,
         lets_through: bool,
-    ) -> Option<Question<R>> {
+    ) -> Option<LightQuery<R>> {
         let lights = &self.scene.lights;
         let (facing, zero) = (normal.dot(seen.direction), R::ZERO);
         // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
@@ -115,44 +87,65 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !lets_through {
             return None;
         }
-        let wanted = match (seen.density, light) {
-            (Density::Delta, LightId::Delta(i)) => Wanted::Delta { shines: lights.delta[i as usize].specular },
-            (Density::Delta, _) => Wanted::Delta { shines: false },
+        let strategy = match (seen.density, light) {
+            (Density::Delta, LightId::Delta(i)) => MisStrategy::Delta { shines: lights.delta[i as usize].specular },
+            (Density::Delta, _) => MisStrategy::Delta { shines: false },
             (Density::SolidAngle(density), _) => match self.scene.sampling_of(light) {
                 LightSampling::Scattering => return None,
-                LightSampling::Lights => Wanted::Value,
-                LightSampling::Both => Wanted::Weighed(density),
+                LightSampling::Lights => MisStrategy::Value,
+                LightSampling::Both => MisStrategy::Weighed(density),
             },
         };
-        Some(Question { light, seen, facing, through, wanted })
+        Some(LightQuery { light, seen: *seen, facing, through, strategy })
+    }
+
+    /// Adds what a surface sends back along a path of a light that was asked, by its response. `gain`: factor on lights without size, whose
+    /// unit is not the same to both families of materials.
+    #[inline(always)]
+    pub(super) fn add_direct(
+        &mut self,
+        path: &mut PathState<R>,
+        at: &Interaction<R>,
+        query: &LightQuery<R>,
+        (response, gain): (&LightResponse<R>, R),
+    ) {
+        let answer = match query.strategy {
+            MisStrategy::Value => (response.value, R::ONE),
+            MisStrategy::Delta { shines: true } => (response.value, gain),
+            MisStrategy::Delta { .. } if query.through => return,
+            MisStrategy::Delta { .. } => (response.diffuse, gain),
+            MisStrategy::Weighed(density) => (response.value, R::from_f64(weight(density, response.density.to_f64()))),
+        };
+        let sent = self.direct_light(path, at, query, answer);
+        path.radiance += path.throughput * sent;
     }
 
     /// What arrives of a light that was asked, sent back in this share.
     #[inline(always)]
-    pub(super) fn answered(
+    fn direct_light(
         &mut self,
-        walk: &Walk<R>,
+        path: &PathState<R>,
         at: &Interaction<R>,
-        Question { light, seen, facing, through, .. }: Question<R>,
+        &LightQuery { light, seen, facing, through, .. }: &LightQuery<R>,
         (answer, share): (R::Vec3, R),
     ) -> R::Vec3 {
         let scene = self.scene;
         let lights = &scene.lights;
-        let Some(seen) = self.aimed(light, seen, at.surface.point) else { return Vector::ZERO };
+        let Some(seen) = self.scene.aimed(light, seen, at.surface.point) else { return Vector::ZERO };
         let mut sent = seen.arriving * answer * (Real::abs(facing) * share);
         if sent == Vector::ZERO || !sent.is_finite() {
             return Vector::ZERO;
         }
         let varies = matches!(light, LightId::Emitter(i) if lights.emitters.varies(i));
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
-        let media = || if through { self.beyond(&walk.media, at) } else { walk.media };
+        let media = || if through { self.beyond(&path.media, at) } else { path.media };
         if varies || shadows && scene.lets_straight {
             let emitter = match light {
                 LightId::Emitter(i) if varies => Some(i),
                 _ => None,
             };
             let media = media();
-            sent *= self.arrives_straight(walk, media, &seen, (at, emitter));
+            sent *= self.arrives_straight(path, media, &seen, (at, emitter));
         } else {
             if scene.absorbs {
                 sent *= self.passes_media(&media(), at.distance_to(&seen.target));
@@ -169,7 +162,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     #[inline]
     fn arrives(&mut self, light: &LightSample<R>, at: &Interaction<R>) -> R {
         // Where the light is where the ray would start, nothing is in between.
-        let Some((ray, mut range)) = self.towards(light, at) else { return R::ONE };
+        let Some((ray, mut range)) = self.scene.towards(light, at) else { return R::ONE };
         let sizeless = light.density == Density::Delta;
         if matches!(light.target, Target::Infinity) && !sizeless {
             // The scene's limit on shadows is that of its lights, not of its sky.
@@ -182,7 +175,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
             &ray,
             range,
             &mut |hit| {
-                if !self.is_own(&light.target, hit) {
+                if !self.scene.is_own(&light.target, hit) {
                     product.factor(self.lets_through(&ray, hit, sizeless).to_f64());
                 }
                 product.opaque
@@ -201,7 +194,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         }
         match &self.scene.materials[record.material as usize] {
             Material::Physical(m) if m.alpha != Alpha::Opaque => {
-                let at = Interaction::of::<K>(self.scene, &Leg::of(*ray), hit);
+                let at = Interaction::of::<General>(self.scene, &Leg::of(*ray), hit);
                 R::ONE - m.alpha_at(&self.scene.sources.at(&at))
             }
             _ => R::ZERO,

@@ -3,18 +3,20 @@
 use glam::DVec3;
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::{Kernel, Leaving, Leg, Next, Path, Step, Tracer};
+use super::super::Kernel;
+use super::WhittedTracer;
+use super::state::{NextRay, ScatteredRays, Step, WhittedState};
 use crate::interaction::{Beam, Interaction};
 use crate::material::{Glass, Interface};
 use crate::prepare::{Classic, Here, Specular};
 use crate::sampler::Address;
 use crate::scene::SpecularModel;
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
     #[inline(always)]
-    pub(super) fn classic(&mut self, m: &Classic<R>, path: &mut Path<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
-        let Path { throughput, segments, address, .. } = *path;
+    pub(super) fn classic(&mut self, m: &Classic<R>, path: &mut WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
+        let WhittedState { throughput, segments, address, .. } = *path;
         let radiance = &mut path.radiance;
         let mut here = self.scene.sources.at(at);
         let reflects = m.reflection.is_some() || m.transmission.is_some();
@@ -25,19 +27,19 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
             let weight = if alone { R::ONE } else { m.local.number(&here) };
             *radiance += throughput * local * weight;
         }
-        if let Some(emission) = m.emission.as_ref().filter(|_| self.shines(at)) {
+        if let Some(emission) = m.emission.as_ref().filter(|_| self.scene.shines(at)) {
             let emitted = throughput * emission.colour(&here);
             *radiance += emitted;
             self.see(path.camera, emitted);
         }
         if alone {
-            return path.leave(Leaving::NONE);
+            return path.leave(ScatteredRays::NONE);
         }
         if let Some(transmission) = &m.transmission {
             let leaving = self.refract((&transmission.glass, transmission.switch), path, hit, at, throughput);
             return path.leave(leaving);
         }
-        let Some(reflection) = &m.reflection else { return path.leave(Leaving::NONE) };
+        let Some(reflection) = &m.reflection else { return path.leave(ScatteredRays::NONE) };
         let mut throughput = throughput * reflection.weight.number(&here);
         if reflection.tinted {
             throughput *= colour;
@@ -55,7 +57,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         if segments > 1 {
             self.counters.reflection += 1;
         }
-        path.leave(Leaving::one(Some(Next::new(self.leave(at, direction, R::ONE), throughput))))
+        path.leave(ScatteredRays::one(Some(NextRay::new(self.scene.spawn(at, direction, R::ONE), throughput))))
     }
 
     /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
@@ -129,56 +131,41 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         sum
     }
 
-    /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
-    /// geometric one from before it was stored.
-    pub(super) fn directions(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
-        let (n, out) = (at.normal, at.surface.normal);
-        let known = || self.scene.geometry.located(&leg.ray, hit).normal.to_f64();
-        let n = if n == out {
-            known()
-        } else if n == -out {
-            -known()
-        } else {
-            n.to_f64()
-        };
-        [leg.ray.direction.to_f64() + leg.rest.to_f64(), n * side.to_f64()]
-    }
-
     /// Refraction with the reflection of glass: one ray, or both with their Fresnel weights.
     #[inline(always)]
     pub(super) fn refract(
         &mut self,
         (glass, switch): (&Glass<R>, Option<R>),
-        path: &Path<R>,
+        path: &WhittedState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
         throughput: R::Vec3,
-    ) -> Leaving<R> {
+    ) -> ScatteredRays<R> {
         if path.segments <= 1 {
-            return Leaving::NONE;
+            return ScatteredRays::NONE;
         }
         // A normal that is not turned to the viewer points away from a ray inside.
         let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
-        let [d, n] = self.directions(&path.leg, hit, at, side);
+        let [d, n] = self.scene.exact_directions(&path.leg, hit, at, side);
         let interface = Interface::new(d, n, glass.eta(at.outside));
         let leaves = |this: &Self, direction: DVec3, side, throughput| {
             let stored = R::Vec3::from_f64(direction);
             let rest = R::Vec3::from_f64(direction - stored.to_f64());
-            Next { ray: this.leave(at, stored, side), throughput, rest }
+            NextRay { ray: this.scene.spawn(at, stored, side), throughput, rest }
         };
         let reflected = |this: &mut Self, throughput| {
             this.counters.reflection += 1;
             leaves(this, interface.reflected, side, throughput)
         };
         let Some(refracted) = interface.refracted else {
-            return Leaving::one(Some(reflected(self, throughput * glass.reflected)));
+            return ScatteredRays::one(Some(reflected(self, throughput * glass.reflected)));
         };
         let onward = |this: &mut Self, throughput| {
             this.counters.refraction += 1;
             leaves(this, refracted, -side, throughput)
         };
         if let Some(threshold) = switch {
-            return Leaving::one(Some(if R::from_f64(interface.schlick()) > threshold {
+            return ScatteredRays::one(Some(if R::from_f64(interface.schlick()) > threshold {
                 reflected(self, throughput * glass.reflected)
             } else {
                 onward(self, throughput * glass.transmitted)
@@ -187,7 +174,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         let fresnel = R::from_f64(interface.fresnel());
         let mirrored = throughput * glass.reflected * fresnel;
         let through = throughput * glass.transmitted * (R::ONE - fresnel);
-        Leaving {
+        ScatteredRays {
             aside: (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored)),
             onward: (through != R::Vec3::ZERO).then(|| onward(self, through)),
         }

@@ -1,18 +1,14 @@
 //! A path on its way. What one more segment makes of it is apart from who asks for it, so that paths may be followed one by one
 //! or many at a time, in any order: their bits depend on nothing else.
 
-use raywright_bvh::{Hit, Query, Ray, Real, Vector};
+use raywright_bvh::{Hit, Ray, Real, Vector};
 
-use super::surface::Leg;
-use super::{Kernel, Tracer};
+use super::super::Leg;
 use crate::sampler::{Address, Branch};
-
-/// After so many divisions of paths the observer is asked whether to go on.
-const DIVISIONS: u32 = 4096;
 
 /// Where a path is: all that its next segment depends on, in numbers alone, so that paths can lie side by side.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Path<R: Real> {
+pub(crate) struct WhittedState<R: Real> {
     /// The ray to be traced.
     pub leg: Leg<R>,
     /// Share of what arrives along it that reaches the camera.
@@ -37,7 +33,7 @@ pub(crate) struct Path<R: Real> {
 
 /// A ray to follow, with what it counts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Next<R: Real> {
+pub(crate) struct NextRay<R: Real> {
     pub ray: Ray<R>,
     pub throughput: R::Vec3,
     /// What storing took from the direction. Only the next interface asks for it: leaving glass near the critical angle
@@ -45,7 +41,7 @@ pub(crate) struct Next<R: Real> {
     pub rest: R::Vec3,
 }
 
-impl<R: Real> Next<R> {
+impl<R: Real> NextRay<R> {
     /// A ray whose stored direction is all there is to know.
     #[inline(always)]
     pub fn new(ray: Ray<R>, throughput: R::Vec3) -> Self {
@@ -55,20 +51,20 @@ impl<R: Real> Next<R> {
 
 /// The rays that leave a surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Leaving<R: Real> {
+pub(crate) struct ScatteredRays<R: Real> {
     /// The path's own.
-    pub onward: Option<Next<R>>,
+    pub onward: Option<NextRay<R>>,
     /// Another one, whose path comes first and brings its radiance to this one.
-    pub aside: Option<Next<R>>,
+    pub aside: Option<NextRay<R>>,
 }
 
-impl<R: Real> Leaving<R> {
+impl<R: Real> ScatteredRays<R> {
     /// Nothing does.
     pub const NONE: Self = Self { onward: None, aside: None };
 
     /// One ray at most.
     #[inline(always)]
-    pub fn one(onward: Option<Next<R>>) -> Self {
+    pub fn one(onward: Option<NextRay<R>>) -> Self {
         Self { onward, aside: None }
     }
 }
@@ -78,14 +74,14 @@ pub(crate) enum Step<R: Real> {
     /// It has another ray to be traced.
     Onward,
     /// First this path is to be followed to its end, and what it brings added.
-    Aside(Path<R>),
+    Aside(WhittedState<R>),
     /// It has brought all that it brings.
     Ended,
 }
 
-impl<R: Real> Path<R> {
+impl<R: Real> WhittedState<R> {
     /// The path of a side branch that leaves at the vertex in the making.
-    pub fn branch(&self, next: &Next<R>, branch: Branch) -> Self {
+    pub fn branch(&self, next: &NextRay<R>, branch: Branch) -> Self {
         let mut leg = self.leg;
         leg.go_on(&next.ray, next.rest);
         Self {
@@ -104,7 +100,7 @@ impl<R: Real> Path<R> {
 
     /// Ends the vertex and takes up what leaves it.
     #[inline(always)]
-    pub fn leave(&mut self, leaving: Leaving<R>) -> Step<R> {
+    pub fn leave(&mut self, leaving: ScatteredRays<R>) -> Step<R> {
         let aside = leaving.aside.map(|next| self.branch(&next, Branch::Reflected));
         self.covered += self.share;
         self.share = R::ZERO;
@@ -125,57 +121,3 @@ impl<R: Real> Path<R> {
         }
     }
 }
-
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
-    /// Follows a path to its end, its side branches included. What its first ray hits may be known.
-    pub(super) fn follow(&mut self, path: &mut Path<R>, mut known: Option<&Option<Hit<R>>>) {
-        while path.segments > 0 || self.resume(path) {
-            let hit = match known.take() {
-                Some(hit) => *hit,
-                None => path.met.or_else(|| {
-                    let Query { ray, range } = self.query(path);
-                    self.scene.geometry.closest(&ray, range, &mut ())
-                }),
-            };
-            match self.advance(path, hit.as_ref()) {
-                Step::Onward => {}
-                Step::Aside(aside) => self.wait(path, aside),
-                Step::Ended => path.segments = 0,
-            }
-        }
-    }
-
-    /// Lets a path wait for its side branch, which is followed first. Out of line, as [`Self::resume`]'s work is: most paths
-    /// never divide.
-    #[inline(never)]
-    fn wait(&mut self, path: &mut Path<R>, aside: Path<R>) {
-        self.divisions = self.divisions.wrapping_add(1);
-        if self.divisions.is_multiple_of(DIVISIONS) && self.observer.cancelled() {
-            self.stopped = true;
-        }
-        if self.stopped {
-            self.waiting.clear();
-            path.segments = 0;
-        } else {
-            self.waiting.push(core::mem::replace(path, aside));
-        }
-    }
-
-    /// Goes on with the path that waits for this one, which has ended; false where none does.
-    #[inline(always)]
-    fn resume(&mut self, path: &mut Path<R>) -> bool {
-        !self.waiting.is_empty() && self.taken_up(path)
-    }
-
-    #[inline(never)]
-    fn taken_up(&mut self, path: &mut Path<R>) -> bool {
-        let Some(before) = self.waiting.pop() else { return false };
-        let brought = core::mem::replace(path, before);
-        path.radiance += brought.radiance;
-        path.covered += brought.covered;
-        true
-    }
-}
-
-#[cfg(test)]
-mod tests;
