@@ -1,4 +1,4 @@
-//! Spheres and planes in rows, and spheres and quads in leaves, alone and beside triangles and other shapes, against the scan that
+//! Spheres and planes in rows, and spheres in leaves, alone and beside triangles and other shapes, against the scan that
 //! asks one by one.
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -207,12 +207,12 @@ fn leaves_are_the_same_in_every_quality() {
     }
 }
 
-/// Protects: the same of so many that threads build the tree in pieces; and that what may share leaves does, since with a box for each
-/// the tree would take more room: 88 and 124 bytes each.
+/// Protects: the same of so many that threads build the tree in pieces; and that spheres share leaves, since with a box for each the tree would
+/// take more room: 88 bytes each. Quads have a box each.
 #[test]
 fn leaves_of_many_are_shared() {
     let thin = ("scattered", 1.0, 0.02, 0.0);
-    for (set, most) in [([9000, 0, 0, 0, 0, 0], 80), ([0, 0, 0, 0, 9000, 0], 140), ([9000, 2, 0, 0, 9000, 0], 200)] {
+    for (set, most) in [([9000, 0, 0, 0, 0, 0], 80), ([0, 0, 0, 0, 9000, 0], 170), ([9000, 2, 0, 0, 9000, 0], 200)] {
         let (one, aims) = group(set, thin);
         let count = one.len();
         let (scan, mut tree) =
