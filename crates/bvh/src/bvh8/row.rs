@@ -143,9 +143,10 @@ impl Row {
         let sides = [self.facts.outside_alone(culls).into(), self.facts.inside.into()];
         // One by one: a closure would not have the instructions of the function that it is in.
         let places = [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])];
-        let [x, y, z] = &self.rest;
+        // By value: a ray that is referred to would lie in memory for the rare case.
+        let ([x, y, z], line) = (&self.rest, *line);
         match self.kind {
-            Kind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, |lane| {
+            Kind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
                 self.sphere(lane).intersect(&line.probe(), range, self.side(lane, culls))
             }),
             Kind::Planes => planes(s, places, [s.widen(x), s.widen(y), s.widen(z)], &rays, ends, sides),
