@@ -3,6 +3,7 @@
 //! ```sh
 //! cargo run --release --example thumbnails -- models thumbnails
 //! ```
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "names and errors are this program's result")]
 
 use std::path::Path;
 

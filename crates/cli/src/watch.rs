@@ -12,7 +12,7 @@ pub struct Watch<'a> {
     /// Where a render's progress is shown; none while there is no render.
     pub progress: Option<&'a Progress>,
     /// Until when it may go on.
-    pub patience: PacketBackoff,
+    pub patience: Patience,
     /// When the run began that has so much time.
     pub began: Instant,
     /// Set by Ctrl-C.
@@ -21,7 +21,7 @@ pub struct Watch<'a> {
 
 /// Times at which a render pauses or ends.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct PacketBackoff {
+pub struct Patience {
     /// When it ends, if every pixel has samples by then.
     pub deadline: Option<Instant>,
     /// When it pauses, to be kept in a file.
@@ -31,7 +31,7 @@ pub struct PacketBackoff {
 impl<'a> Watch<'a> {
     /// Looks at Ctrl-C alone.
     pub fn until(stop: &'a AtomicBool) -> Self {
-        Self { progress: None, patience: PacketBackoff::default(), began: Instant::now(), stop }
+        Self { progress: None, patience: Patience::default(), began: Instant::now(), stop }
     }
 
     /// Whether Ctrl-C came.
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn time_ends_what_is_somewhere_everywhere() {
         let stop = AtomicBool::new(false);
-        let watch = |deadline, keep_at| Watch { patience: PacketBackoff { deadline, keep_at }, ..Watch::until(&stop) };
+        let watch = |deadline, keep_at| Watch { patience: Patience { deadline, keep_at }, ..Watch::until(&stop) };
         let now = Some(Instant::now());
         let later = now.map(|now| now + std::time::Duration::from_secs(3600));
         let enough = |watch: Watch| [watch.has_enough(false), watch.has_enough(true)];

@@ -45,6 +45,15 @@ impl Input {
         let bytes = limited(Path::new(name), read_limited(source, 0, most(limits)), limits)?;
         Ok(Self::Bytes { name: name.to_owned(), bytes, resolver: None })
     }
+
+    /// The name without folders and endings, for naming pictures.
+    pub fn stem(&self) -> String {
+        match self {
+            Self::Path(path) => stem(path),
+            Self::Bytes { name, .. } => name.replace(' ', "-"),
+            Self::Preset(name) => name.clone(),
+        }
+    }
 }
 
 /// What loading may be told.
@@ -116,11 +125,11 @@ pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observ
             let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
             let folder = folder.allowing_outside(options.allow_outside);
             folder.note_file(path);
-            content(path, &stem(path), bytes, &folder, options, observer)
+            content(path, &input.stem(), bytes, &folder, options, observer)
         }
         Input::Bytes { name, bytes, resolver } => {
             let folder = Folder::of_bytes(resolver.as_ref(), options.limits.file_bytes);
-            content(Path::new(name), &name.replace(' ', "-"), bytes.clone(), &folder, options, observer)
+            content(Path::new(name), &input.stem(), bytes.clone(), &folder, options, observer)
         }
     }
 }

@@ -63,10 +63,6 @@ pub struct BenchArgs {
     /// Draw time a ray against N too, to an .svg that reads in light and dark
     #[arg(short = 'o', long, value_name = "FILE", conflicts_with = "scene")]
     pub plot: Option<PathBuf>,
-
-    /// Print errors only, besides the result
-    #[arg(short, long)]
-    pub quiet: bool,
 }
 
 /// How the tree is built.
