@@ -9,7 +9,8 @@ use std::ffi::{CStr, c_char};
 
 use glam::Vec3;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, Patience, PrimitiveSet, Ray, RayPacket, Real, Vector, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket, Real, Vector,
+    Visibility,
 };
 
 /// A ray of the harness.
@@ -64,7 +65,7 @@ struct Together<R: Real>(Geometry<R>);
 impl<R: Real> Peer for Together<R> {
     fn closest(&self, rays: &[RayIn], mut hits: &mut [HitOut]) {
         let alike = |a: &RayIn, b: &RayIn| (a.origin, a.min, a.max) == (b.origin, b.min, b.max);
-        let (mut directions, mut found, mut patience) = (Vec::new(), Vec::new(), Patience::default());
+        let (mut directions, mut found, mut patience) = (Vec::new(), Vec::new(), PacketBackoff::default());
         for rays in rays.chunk_by(alike) {
             let (first, range) = ray::<R>(&rays[0]);
             directions.clear();
