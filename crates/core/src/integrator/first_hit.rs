@@ -1,6 +1,6 @@
 //! What camera rays hit first: asked together where they leave one point, and shown by the layers beside the colour.
 
-use raywright_bvh::{FromOnePoint, Hit, Interval, Patience, Ray, Real, Vector};
+use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
 
 use super::{Kernel, Leg};
 use crate::interaction::Interaction;
@@ -52,12 +52,12 @@ impl FirstHit {
 pub(super) struct FirstHits<R: Real> {
     directions: Vec<R::Vec3>,
     hits: Vec<Option<Hit<R>>>,
-    patience: Patience,
+    patience: PacketBackoff,
 }
 
 impl<R: Real> Default for FirstHits<R> {
     fn default() -> Self {
-        Self { directions: Vec::new(), hits: Vec::new(), patience: Patience::default() }
+        Self { directions: Vec::new(), hits: Vec::new(), patience: PacketBackoff::default() }
     }
 }
 
@@ -79,7 +79,7 @@ impl<R: Real> FirstHits<R> {
         directions.clear();
         directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval { min: scene.least_distances().camera - scene.camera.ahead(), max: R::INFINITY };
-        let asked = FromOnePoint { origin: first.origin, directions, time: first.time, culls: first.culls, range };
+        let asked = RayPacket { origin: first.origin, directions, time: first.time, culls: first.culls, range };
         scene.geometry.closest_from(&asked, patience, hits);
     }
 }

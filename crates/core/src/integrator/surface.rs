@@ -4,7 +4,7 @@ use raywright_bvh::{Hit, Ray, Real, Vector};
 
 use super::Kernel;
 use crate::interaction::Interaction;
-use crate::material::towards_viewer;
+use crate::material::reflecting_above;
 use crate::prepare::{ObjectRecord, Prepared};
 use crate::scene::MOST_UV_SETS;
 
@@ -134,7 +134,7 @@ impl<R: Real> Interaction<R> {
             self.normal = -self.normal;
         }
         if K::MESHES && record.mesh.is_some() {
-            self.normal = facing::<R>(self.normal, self.surface.normal, self.outside, self.direction);
+            self.normal = reflecting_above::<R>(self.normal, self.surface.normal, self.outside, self.direction);
         }
     }
 
@@ -179,10 +179,4 @@ impl<R: Real> Interaction<R> {
             self.colour = core::array::from_fn(at);
         }
     }
-}
-
-/// [`towards_viewer`], whose arithmetic few normals need.
-#[inline]
-fn facing<R: Real>(n: R::Vec3, geometric: R::Vec3, outside: bool, d: R::Vec3) -> R::Vec3 {
-    if d.dot(n) < R::ZERO { n } else { towards_viewer::<R>(n, geometric, outside, d) }
 }

@@ -10,7 +10,7 @@ use core::ops::Range;
 use arrayvec::ArrayVec;
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
-use raywright_bvh::{Located, Real, Shape, Side, Surface, Vector};
+use raywright_bvh::{Real, Shape, Side, Surface, SurfacePoint, Vector};
 
 use super::cdf::{pick, push_shares, share};
 use super::polygon::{LANES, PolygonBatch, PolygonSample};
@@ -233,7 +233,7 @@ impl<R: Real> Emitters<R> {
     fn on_polygon(&self, query: &EmitterQuery<R>, sample: Option<PolygonSample>) -> Option<LightSample<R>> {
         let Some(PolygonSample { solid_angle, point }) = sample else { return self.by_area(query) };
         let plane = self.list.emitters[query.emitter as usize].plane?;
-        self.shown(query, &Located::new(point?, plane.normal, plane.error), PointDensity::Even(solid_angle))
+        self.shown(query, &SurfacePoint::new(point?, plane.normal, plane.error), PointDensity::Even(solid_angle))
     }
 
     /// Draws a point by area, or where the emitter is bright.
@@ -254,7 +254,7 @@ impl<R: Real> Emitters<R> {
 
     /// What a point receives of an emitter from where it was drawn.
     #[inline(always)]
-    fn shown(&self, query: &EmitterQuery<R>, located: &Located, drawn: PointDensity) -> Option<LightSample<R>> {
+    fn shown(&self, query: &EmitterQuery<R>, located: &SurfacePoint, drawn: PointDensity) -> Option<LightSample<R>> {
         let &EmitterQuery { emitter, from, probability, .. } = query;
         let emitter = &self.list.emitters[emitter as usize];
         let surface = located.stored::<R>();
@@ -297,7 +297,7 @@ impl<R: Real> Emitters<R> {
         if let Some(solid_angle) = self.solid_angle(emitter, from) {
             return probability / solid_angle;
         }
-        let point = Located::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
+        let point = SurfacePoint::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
         let by_area = match &emitter.form {
             Form::Plain(shape) => shape.density(&point),
             Form::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),

@@ -3,7 +3,9 @@
 
 use core::f64::consts::PI;
 
-use super::energy::{Albedo, Remainder, mean_of};
+use super::albedo::Albedo;
+use super::energy::{Remainder, mean_of};
+use super::facets::Facets;
 use super::fresnel::towards_grazing;
 use super::lobe::Pair;
 use super::reflectance::Reflectance;
@@ -26,10 +28,10 @@ pub struct Base<N: Number> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Top<N: Number> {
     remainder: Remainder<N>,
-    /// Perceptual roughness along the other way, where facets are combed.
-    across: Option<N>,
+    /// The facets, where some are rougher one way.
+    anisotropic: Option<Facets<N>>,
     /// Whether they are.
-    combed: N::Mask,
+    is_anisotropic: N::Mask,
     /// By which the layer reflects, where that is not Schlick's way between two numbers.
     curve: Option<Reflectance<N>>,
     /// Whether that is so.
@@ -42,12 +44,12 @@ impl<N: Number> Top<N> {
     /// A layer, before it is seen.
     pub(super) fn new(remainder: Remainder<N>, literal: Option<[N; 2]>) -> Self {
         let none = N::Mask::default();
-        Self { remainder, across: None, combed: none, curve: None, curved: none, literal }
+        Self { remainder, anisotropic: None, is_anisotropic: none, curve: None, curved: none, literal }
     }
 
-    /// It where facets are combed, as rough as this along the other way.
-    pub(super) fn combed(self, combed: N::Mask, across: N) -> Self {
-        if combed.any() { Self { across: Some(across), combed, ..self } } else { self }
+    /// It where its facets are rougher one way.
+    pub(super) fn anisotropic(self, mask: N::Mask, facets: Facets<N>) -> Self {
+        if mask.any() { Self { anisotropic: Some(facets), is_anisotropic: mask, ..self } } else { self }
     }
 
     /// It where it reflects by a curve.
@@ -55,45 +57,51 @@ impl<N: Number> Top<N> {
         if curved.any() { Self { curve: Some(curve), curved, ..self } } else { self }
     }
 
-    /// It as it is seen at a cosine.
-    pub(super) fn seen_at(self, cosine: N) -> Self {
-        let [mut base, lost] = self.remainder.left(Albedo::mean(self.remainder.roughness));
-        let other = self.combed | self.curved;
-        if other.any() {
-            base = N::select(other, mean_of(|cosine| self.left(cosine)[0]), base);
+    /// It as it is seen along `wo` at a cosine.
+    pub(super) fn seen(self, wo: N::Vec3, cosine: N) -> Self {
+        let [mut base, lost] = self.remainder.left(self.mean_albedo());
+        if self.curved.any() {
+            let mean = match &self.anisotropic {
+                None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
+                Some(facets) => {
+                    // The quarter of all azimuths is that of any of them.
+                    let turns = [1.0, 3.0, 5.0, 7.0].map(|eighth| N::from_f64(eighth / 32.0).turned());
+                    mean_of(|cosine| {
+                        let of = |turn: &[N; 2]| self.left(facets.towards(cosine, *turn), cosine)[0];
+                        turns.iter().map(of).fold(N::ZERO, |sum, base| sum + base) * N::from_f64(0.25)
+                    })
+                }
+            };
+            base = N::select(self.curved, mean, base);
         }
-        Self { remainder: self.remainder.seen(self.left(cosine), [base, lost]), ..self }
+        Self { remainder: self.remainder.seen(self.left(wo, cosine), [base, lost]), ..self }
     }
 
-    /// What is left towards a direction: by the layer, and by white facets.
-    fn left(&self, cosine: N) -> [N; 2] {
-        let along = self.left_of(cosine, self.remainder.roughness);
-        match self.across {
-            // Between both ways lies what facets reflect that are seen along either.
-            Some(roughness) => {
-                let least = along[0].min(self.left_of(cosine, roughness)[0]);
-                [N::select(self.combed, least, along[0]), along[1]]
-            }
-            None => along,
+    fn mean_albedo(&self) -> Albedo<N> {
+        let isotropic = Albedo::mean(self.remainder.roughness);
+        match &self.anisotropic {
+            Some(facets) => Albedo::select(self.is_anisotropic, Albedo::anisotropic_mean(facets), isotropic),
+            None => isotropic,
         }
     }
 
-    fn left_of(&self, cosine: N, roughness: N) -> [N; 2] {
-        let albedo = Albedo::towards(cosine, roughness);
-        match &self.curve {
-            None => self.remainder.left(albedo),
-            Some(curve) => {
-                let [plain, lost] = self.remainder.left(albedo);
-                let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);
-                [N::select(self.curved, base, plain), lost]
-            }
-        }
+    /// What is left towards a direction and its cosine: by the layer, and by white facets.
+    fn left(&self, direction: N::Vec3, cosine: N) -> [N; 2] {
+        let isotropic = Albedo::towards(cosine, self.remainder.roughness);
+        let albedo = match &self.anisotropic {
+            Some(facets) => Albedo::select(self.is_anisotropic, Albedo::anisotropic(facets, direction), isotropic),
+            None => isotropic,
+        };
+        let [plain, lost] = self.remainder.left(albedo);
+        let Some(curve) = &self.curve else { return [plain, lost] };
+        let [base, _] = self.remainder.left_of(albedo.sent_by(|cosine| curve.at(cosine).max_element()), lost);
+        [N::select(self.curved, base, plain), lost]
     }
 
     /// Factors of 1/π: of what a white base sends back, and of what white facets send to each other.
     fn factors(&self, pair: &Pair<N>) -> [N; 2] {
         let into = pair.into.max(-pair.into);
-        let ([base, lost], seen) = (self.left(into), self.remainder.seen);
+        let ([base, lost], seen) = (self.left(pair.wi, into), self.remainder.seen);
         let [base, lost] = [base * seen[0], lost * seen[1]];
         let base = self.literal.map_or(base, |[f0, f90]| {
             let tilt = pair.folded().tilt;

@@ -1,4 +1,4 @@
-//! Shading normals that an image bends.
+//! Shading normals by which nothing that is reflected goes below the surface, as images and interpolation alone would have it.
 
 use super::frame::Frame;
 use crate::number::{Number, Vector3};
@@ -27,7 +27,7 @@ impl<N: Number> Bent<N> {
     #[inline(always)]
     pub fn bent(&self) -> N::Vec3 {
         let bent = Frame::<N>::along(self.normal, self.along, self.mirrored).to_world(self.code).normalize();
-        let turned = towards_viewer::<N>(bent, self.geometric, self.outside, self.direction);
+        let turned = reflecting_above::<N>(bent, self.geometric, self.outside, self.direction);
         // A texel of nothing, and the like, leave the normal as it is.
         N::Vec3::select(is_finite::<N>(bent), turned, self.normal)
     }
@@ -39,13 +39,31 @@ fn is_finite<N: Number>(v: N::Vec3) -> N::Mask {
     N::from_f64(2.0).above(v.dot(v))
 }
 
-/// A shading normal on the viewer's side: where interpolation or an image tilts it past the silhouette, it is bent back until it is just
-/// perpendicular to the view, so that no reflection goes through the surface unseen.
+/// Height over the surface, as a cosine, below which the viewer's mirror direction is lifted.
+const LEAST_HEIGHT: f64 = 0.01;
+
+/// A shading normal by which the viewer's mirror direction is above the surface that is there. One that sends it below is bent back, so that
+/// the direction keeps its azimuth and rises to just above the surface: by its height h, which becomes m²/(2m − h) where it is less than
+/// m, so that normals bend without a step or a kink. Where the surface itself mirrors the viewer nearly along it, m is less than the height
+/// there: a surface's own normal is never bent. One that faces away from the surface too goes over to the surface's own.
+///
+/// As other renderers do it, whose mirrors with such normals would have black rings too ("The Iray Light Transport Simulation and Rendering
+/// System", Keller et al. 2017, §A.3; Cycles' valid reflections, V-Ray). It is no property of any surface: light and view swapped bend a
+/// normal differently.
 #[inline(always)]
-pub fn towards_viewer<N: Number>(n: N::Vec3, geometric: N::Vec3, outside: N::Mask, d: N::Vec3) -> N::Vec3 {
+pub fn reflecting_above<N: Number>(n: N::Vec3, geometric: N::Vec3, outside: N::Mask, d: N::Vec3) -> N::Vec3 {
     let facing = N::Vec3::select(outside, geometric, -geometric);
-    let away = d.dot(n);
-    let bent = (n - d * (away * N::from_f64(1.001))).normalize();
-    let sound = is_finite::<N>(bent) & n.dot(facing).above(N::ZERO);
-    N::Vec3::select(N::ZERO.above(away), n, N::Vec3::select(sound, bent, facing))
+    let (rise, own) = (n.dot(facing), -d.dot(facing));
+    let height = N::from_f64(-2.0) * d.dot(n) * rise - own;
+    let least = (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT));
+    let kept = !least.above(height) & rise.above(N::ZERO);
+    let lifted = least * least / (least + least - height.min(least));
+    // Along the normal from the mirror direction to that height, and there along the surface; times the rise, which may be none.
+    let (up, behind) = (rise.max(N::ZERO), (-rise).max(N::ZERO));
+    let across = n * (own + lifted) + d * up;
+    let along = (across - facing * facing.dot(across)).normalize();
+    let mirrored = along * (N::ONE - lifted * lifted).sqrt() + facing * lifted;
+    let bent = (mirrored - d).normalize();
+    let bent = (bent * (N::ONE - behind) + facing * behind).normalize();
+    N::Vec3::select(kept, n, N::Vec3::select(is_finite::<N>(bent), bent, facing))
 }

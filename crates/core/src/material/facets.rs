@@ -10,9 +10,9 @@ use crate::number::{Number, Vector3};
 /// Facets about a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facets<N: Number> {
-    frame: Frame<N>,
+    pub(super) frame: Frame<N>,
     /// α along tangent and bitangent.
-    alpha: [N; 2],
+    pub(super) alpha: [N; 2],
 }
 
 impl<N: Number> Facets<N> {
@@ -36,9 +36,10 @@ impl<N: Number> Facets<N> {
         (self.alpha[0] * self.alpha[1]).sqrt().sqrt()
     }
 
-    /// Perceptual roughness along the rougher way.
-    pub fn rougher(&self) -> N {
-        self.alpha[0].max(self.alpha[1]).sqrt()
+    /// The direction at a cosine to the normal, by the cosine and the sine of its azimuth.
+    pub(super) fn towards(&self, cosine: N, [x, y]: [N; 2]) -> N::Vec3 {
+        let sine = (N::ONE - cosine * cosine).max(N::ZERO).sqrt();
+        self.frame.to_world(N::Vec3::new(sine * x, sine * y, cosine))
     }
 
     /// The normal that they lie about.

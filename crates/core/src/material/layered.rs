@@ -1,8 +1,9 @@
 //! Layered surfaces: the metallic-roughness model with what glTF's extensions lay over it, under it and into it.
 
+use super::albedo::Albedo;
 use super::base::{Base, Top};
 use super::bsdf::Bsdf;
-use super::energy::{Albedo, Remainder, interreflected, interreflected_of};
+use super::energy::{Remainder, interreflected, interreflected_of};
 use super::facets::Facets;
 use super::film::Film;
 use super::frame::Frame;
@@ -124,6 +125,21 @@ impl<N: Number> Layered<N> {
         bsdf
     }
 
+    /// Where facets are combed.
+    fn is_combed(&self) -> N::Mask {
+        self.combed.map_or(N::Mask::default(), |combed| combed.strength.above(N::ZERO))
+    }
+
+    /// The facets, where they may be combed.
+    fn anisotropic(&self) -> Option<Facets<N>> {
+        self.combed.map(|combed| Facets::combed(combed.frame, self.base.roughness, combed.strength))
+    }
+
+    /// The facets about a normal.
+    fn facets(&self, normal: N::Vec3) -> Facets<N> {
+        self.anisotropic().unwrap_or_else(|| Facets::even(normal, self.base.roughness))
+    }
+
     /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to be handed on.
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
@@ -152,13 +168,8 @@ impl<N: Number> Layered<N> {
         let reflectance = self.reflectance(self.base.painted() * over);
         self.diffuse(&mut list, &reflectance, over);
         if reflectance.is_some() {
-            let facets = match &self.combed {
-                Some(combed) => Facets::combed(combed.frame, self.base.roughness, combed.strength),
-                None => Facets::even(normal, self.base.roughness),
-            };
-            // Combed facets are as rough as the rougher way even where the other is smooth.
-            let combed = self.combed.map_or(N::ZERO, |combed| combed.strength);
-            let roughness = N::select(combed.above(N::ZERO), facets.roughness(), self.base.roughness);
+            let facets = self.facets(normal);
+            let roughness = N::select(self.is_combed(), facets.roughness(), self.base.roughness);
             list.facets(facets, reflectance, roughness);
         }
         if self.base.glass.is_some() && glassy.any() {
@@ -173,17 +184,19 @@ impl<N: Number> Layered<N> {
             (albedo * (N::ONE - share), colour * (self.base.painted() * share))
         });
         let roughness = self.base.roughness;
-        let combed = self.combed.map_or(N::ZERO, |combed| combed.strength);
-        // What combed facets lose depends on the view's azimuth too, which the table does not know: seen along the fine way they lose less than
-        // even ones as fine. So they are given nothing back, and white ones are darker than they should be.
-        let even = !combed.above(N::ZERO) & roughness.above(N::from_f64(LEAST_ROUGHNESS));
-        let lost = Albedo::mean(roughness).lost;
+        // Combed facets are as rough as the rougher way even where the other is smooth.
+        let (combed, anisotropic) = (self.is_combed(), self.anisotropic());
+        let rough = combed | roughness.above(N::from_f64(LEAST_ROUGHNESS));
+        let mut mean = Albedo::mean(roughness);
+        if let Some(facets) = &anisotropic {
+            mean = Albedo::select(combed, Albedo::anisotropic_mean(facets), mean);
+        }
         let (mut sent, mut own) = (zero, N::ZERO);
         let layer = [facets.dielectric[0].max_element() * over, facets.dielectric[1].max_element() * over];
-        if self.compensated && even.any() {
-            own = N::select(even, interreflected_of(layer[0], layer[1], lost), N::ZERO);
-            let metal = interreflected::<N>(facets.metal, N::ONE, lost) * facets.shares[1];
-            sent = N::Vec3::select(even, metal + N::Vec3::splat(own * facets.shares[0]), zero);
+        if self.compensated && rough.any() {
+            own = N::select(rough, interreflected_of(layer[0], layer[1], mean.lost), N::ZERO);
+            let metal = interreflected::<N>(facets.metal, N::ONE, mean.lost) * facets.shares[1];
+            sent = N::Vec3::select(rough, metal + N::Vec3::splat(own * facets.shares[0]), zero);
         }
         if back.max(through).max(sent).max_element().above(N::ZERO).any() {
             let both = through.max_element().above(N::ZERO).any();
@@ -200,12 +213,12 @@ impl<N: Number> Layered<N> {
             [N::ONE, N::ZERO].map(|cosine| mixed.at(cosine).max_element() * over)
         });
         let mut top = Top::new(remainder, literal);
-        if let Some(Combed { strength, frame }) = self.combed {
-            top = top.combed(strength.above(N::ZERO), Facets::combed(frame, self.base.roughness, strength).rougher());
+        if let Some(facets) = self.anisotropic() {
+            top = top.anisotropic(self.is_combed(), facets);
         }
         let filmed = facets.film.map_or(N::Mask::default(), |film| film.share.above(N::ZERO));
         let curved = if facets.exact.is_some() { !N::Mask::default() } else { filmed };
-        top.curved(curved, alone).seen_at(list.normal.dot(list.wo))
+        top.curved(curved, alone).seen(list.wo, list.normal.dot(list.wo))
     }
 
     /// The boundary of glass in its share.
@@ -217,10 +230,7 @@ impl<N: Number> Layered<N> {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
         let part = |of: N::Mask| N::select(of, share, N::ZERO);
         if self.thin {
-            let facets = match &self.combed {
-                Some(combed) => Facets::combed(combed.frame, roughness, combed.strength),
-                None => Facets::even(list.normal, roughness),
-            };
+            let facets = self.facets(list.normal);
             for (of, facets) in [(rough, Some(facets)), (!rough, None)] {
                 if of.any() {
                     list.push(Way::Sheet(Sheet { tinted, share: part(of), transmitted: glass.transmitted, facets }));

@@ -1,7 +1,8 @@
 //! The metallic-roughness model: the inputs that its lobes are made of.
 
+use super::albedo::Albedo;
 use super::bsdf::Bsdf;
-use super::energy::{Albedo, Remainder, interreflected, interreflected_of};
+use super::energy::{Remainder, interreflected, interreflected_of};
 use super::lobe::{LEAST_ROUGHNESS, Lobe};
 use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};

@@ -16,6 +16,7 @@
 //! assert!(bsdf.eval(wo, wi).x > bsdf.eval(wo, wi).y && bsdf.pdf(wo, wi) > 0.0);
 //! ```
 
+mod albedo;
 mod base;
 mod bent;
 mod bsdf;
@@ -37,7 +38,7 @@ mod spectrum;
 #[cfg(test)]
 mod tests;
 
-pub use bent::{Bent, towards_viewer};
+pub use bent::{Bent, reflecting_above};
 pub use bsdf::{Bsdf, MOST_LOBES, Sampled};
 pub use film::Film;
 pub use frame::Frame;
@@ -54,7 +55,6 @@ pub(crate) use spectrum::{Hero, index_at};
 /// What materials read that is tabulated: nothing of it depends on a scene.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MaterialTables {
-    pub facets: bool,
     pub sheen: bool,
     pub films: bool,
     pub wavelengths: bool,
@@ -63,9 +63,6 @@ pub(crate) struct MaterialTables {
 impl MaterialTables {
     /// Makes them, those that have not been made: in preparation, before a clock runs.
     pub(crate) fn prepare(&self) {
-        if self.facets {
-            energy::prepare();
-        }
         if self.sheen {
             sheen::prepare();
         }

@@ -1,11 +1,14 @@
 //! Sampling against the density that it claims, densities against one, values against reciprocity and the energy that came in.
 
+mod albedo;
 mod energy;
 mod lanes;
 mod layers;
+mod normals;
 mod pictures;
 
-use super::energy::{Albedo, Remainder};
+use super::albedo::Albedo;
+use super::energy::Remainder;
 use super::*;
 use glam::DVec3;
 

@@ -30,10 +30,9 @@ pub(super) struct Context<R: Real> {
 }
 
 /// The tables that prepared materials read.
-pub(super) fn tables<R: Real>(materials: &[Material<R>], layers: &[Layered<R>]) -> MaterialTables {
+pub(super) fn tables<R: Real>(layers: &[Layered<R>]) -> MaterialTables {
     let some = |has: fn(&Layered<R>) -> bool| layers.iter().any(has);
     MaterialTables {
-        facets: materials.iter().any(|material| matches!(material, Material::Physical(_))),
         sheen: some(|layers| layers.sheen.is_some()),
         films: some(|layers| layers.film.is_some()),
         wavelengths: some(|layers| layers.dispersion > 0.0),

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Hit, Occlusion, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Hit, Occlusion, PrimitiveSet, Visibility};
 use serde_json::json;
 
 use super::super::General;
@@ -114,9 +114,9 @@ fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
     let shapes =
         [ball(-1.0, 0.0, 0.0, 0.9), ball(1.0, 0.0, 0.0, 0.9), quad(1.5), quad(2.5), quad(-3.0), ball(0.0, 3.0, 3.0, 0.5)];
     let asked = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
-    let mut group = Group::default();
+    let mut group = PrimitiveSet::default();
     for (way, shape) in (0_i32..).zip(shapes) {
-        let mut own = Group::default();
+        let mut own = PrimitiveSet::default();
         own.shape(shape, asked).expect("a shape");
         let part = group.part(Geometry::new(own, AcceleratorKind::default())).expect("no instances");
         let to = |time: f64| DAffine3::from_translation(DVec3::new(f64::from(way % 3 - 1), 0.25, -0.25 * f64::from(way)) * time);

@@ -1,7 +1,7 @@
 //! The tables of emitters, as preparation fills them.
 
 use glam::DVec3;
-use raywright_bvh::shapes::{AnyShape, Placed, Triangle};
+use raywright_bvh::shapes::{AnyShape, TransformedShape, Triangle};
 use raywright_bvh::{Real, Side, Vector};
 
 use super::cells::{CellTable, Cells, bytes_of};
@@ -103,7 +103,7 @@ impl<R: Real> Glow<R> {
 #[derive(Clone, Debug)]
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
-    pub(super) placed: Vec<Placed<R>>,
+    pub(super) placed: Vec<TransformedShape<R>>,
     pub(super) first: Vec<u32>,
     pub(super) cells: CellTable,
 }
@@ -133,7 +133,7 @@ impl<R: Real> EmitterList<R> {
         }
         let each = [
             (emitters, size_of::<Emitter<R>>() + size_of::<f64>()),
-            (placed, size_of::<Placed<R>>()),
+            (placed, size_of::<TransformedShape<R>>()),
             (objects, size_of::<u32>()),
         ];
         let tables = each.into_iter().fold(0_u64, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)));
@@ -161,7 +161,7 @@ impl<R: Real> EmitterList<R> {
     }
 
     /// Adds a shape under a map.
-    pub fn placed(&mut self, placed: Placed<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
+    pub fn placed(&mut self, placed: TransformedShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = Form::Placed(self.placed.len() as u32);

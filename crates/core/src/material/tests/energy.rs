@@ -161,6 +161,37 @@ fn white_surfaces_send_back_all() {
     }
 }
 
+/// Protects: closed forms of combed facets. White metal of any roughness and strength sends back all that comes, along the combing, across it and
+/// between, and so do white dielectrics and mixtures.
+#[test]
+fn white_combed_surfaces_send_back_all() {
+    let mut worst = (0.0_f64, String::new());
+    for metallic in [0.0, 0.5, 1.0] {
+        for roughness in [0.0, 0.1, 0.3, 0.6, 0.9] {
+            for strength in [0.1, 0.35, 0.7, 1.0] {
+                for height in [1.0, 0.6, 0.25, 0.08] {
+                    for turn in [0.0, 0.15, 0.25] {
+                        let base = MetallicRoughness { metallic, ..body(WHITE, 0.0, roughness) };
+                        let model = Layered { combed: combed(strength), ..Layered::of(base, 1.5) };
+                        let frame = model.combed.expect("it is combed").frame;
+                        let across = f64::sqrt(1.0 - height * height);
+                        let [x, y] = [libm::cos(core::f64::consts::TAU * turn), libm::sin(core::f64::consts::TAU * turn)];
+                        let wo = frame.to_world(DVec3::new(across * x, across * y, height));
+                        let (sent, deviation) = super::furnace_of(&model.transport(NORMAL, wo, true), wo, 3_000);
+                        let off = (sent.x - 1.0).abs() - 3.5 * deviation;
+                        if off > worst.0 {
+                            let name =
+                                format!("metal {metallic}, roughness {roughness}, strength {strength} at {height}, {turn}");
+                            worst = (off, format!("{name}: {sent} ± {deviation}"));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(worst.0 <= 0.005, "{}", worst.1);
+}
+
 /// Protects: light and view swapped give the same, of rough metal too, whose facets give back what they send to each other.
 #[test]
 fn surfaces_are_reciprocal() {

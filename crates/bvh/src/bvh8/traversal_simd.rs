@@ -1,46 +1,33 @@
-//! What a kernel asks of a processor's registers: eight numbers of f32 side by side, and the exact test of some lanes.
+//! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
 #![expect(unsafe_code, reason = "a sort of what was written")]
 
 use super::filter;
 use super::optimisation_barrier::in_memory;
 use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
 use super::row::RayF64;
-use super::stack::{Stack, Waiting};
+use super::stack::{Stack, Waiting, two};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
+use crate::math::simd::Simd;
 use crate::shapes::PreparedRay;
 
-/// Eight lanes of f32. A minimum or maximum is its second operand unless the first one is less or greater, so that what is not a
-/// number bounds nothing, and comparisons with such are never true.
-pub(super) trait Simd: Copy {
-    type Floats: Copy;
-    fn splat(self, value: f32) -> Self::Floats;
-    fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
+/// What a traversal asks of a set of instructions besides lanes.
+pub(super) trait TraversalSimd: Simd {
     /// Has a line of memory fetched that will probably be read.
     #[inline(always)]
     fn prefetch<T>(self, _: *const T) {}
-    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// a·b + c, rounded once or twice: for what has error bounds of its own.
-    fn mul_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
-    /// a·b − c.
-    fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
-    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    fn abs(self, a: Self::Floats) -> Self::Floats;
-    fn negate(self, a: Self::Floats) -> Self::Floats;
-    /// `a` with its sign turned where that of `b` is set.
-    fn signed_by(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
-    /// A bit a lane.
-    fn less(self, a: Self::Floats, b: Self::Floats) -> u32;
-    fn at_most(self, a: Self::Floats, b: Self::Floats) -> u32;
     /// The two children of a mask of two bits.
-    fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2];
+    #[inline(always)]
+    fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
+        two(children, &self.to_array(entries), mask)
+    }
     /// Writes the children of a mask from `top` on. Returns the new top.
-    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize;
+    #[inline(always)]
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        stack.push(top, children, &self.to_array(entries), mask)
+    }
     /// The same, the nearest last.
     #[inline(always)]
     fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
@@ -63,11 +50,8 @@ pub(super) trait Simd: Copy {
         probe: Option<&PreparedRay>,
         answer: &mut A,
     ) -> bool;
-    /// [`unpacked`], the same way.
-    fn packed<A: HitVisitor>(self, bvh: &Bvh8, number: usize, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A)
-    -> bool;
-    /// [`super::gathered::gathered`], the same way.
-    fn gathered<A: HitVisitor>(
+    /// [`super::sphere_leaf::spheres`], the same way.
+    fn spheres<A: HitVisitor>(
         self,
         bvh: &Bvh8,
         leaf: Child,
@@ -80,7 +64,7 @@ pub(super) trait Simd: Copy {
 
 /// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.
 #[inline(always)]
-pub(super) fn settled<S: Simd, A: HitVisitor>(
+pub(super) fn settled<S: TraversalSimd, A: HitVisitor>(
     s: S,
     triangles: &Triangle8,
     [number, lanes]: [usize; 2],
@@ -103,7 +87,7 @@ pub(super) fn settled<S: Simd, A: HitVisitor>(
 
 /// All that is asked about a block, from the filter on. Whether that ended it.
 #[inline(always)]
-pub(super) fn asked<S: Simd, A: HitVisitor>(
+pub(super) fn asked<S: TraversalSimd, A: HitVisitor>(
     s: S,
     block: &Triangle8,
     number: usize,
@@ -124,19 +108,6 @@ pub(super) fn asked<S: Simd, A: HitVisitor>(
     lanes != 0 && s.settle(block, [number, lanes as usize], aim, probe, answer)
 }
 
-/// The same of a packed block.
-#[inline(always)]
-pub(super) fn unpacked<S: Simd, A: HitVisitor>(
-    s: S,
-    bvh: &Bvh8,
-    number: usize,
-    aim: &LeafRay,
-    probe: Option<&PreparedRay>,
-    answer: &mut A,
-) -> bool {
-    asked(s, &bvh.packed.block(number), number, aim, probe, answer)
-}
-
 /// The test of single triangles.
 #[inline(never)]
 fn alone(block: &Triangle8, lane: usize, aim: &LeafRay, probe: Option<&PreparedRay>) -> Option<TriangleHit> {
@@ -150,7 +121,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::bvh8::x86::Avx2;
+    use crate::math::simd::Avx2;
     use crate::ray::Ray;
 
     /// Xorshift.

@@ -2,15 +2,15 @@
 
 use crate::accelerator::{Accelerator, AcceleratorKind};
 use crate::bvh8::{Bvh8, PrimitiveCounts};
-use crate::group::{Group, few};
 use crate::instance::Instance;
 use crate::motion::Motion;
+use crate::primitive_set::{PrimitiveSet, few};
 use crate::scalar::Real;
-use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
+use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
-/// Counts of primitives, by what a [`Group`] stores for each.
+/// Counts of primitives, by what a [`PrimitiveSet`] stores for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Inventory {
+pub struct GeometryMemory {
     /// Spheres under no map.
     pub spheres: u64,
     /// Triangles under no map.
@@ -25,13 +25,11 @@ pub struct Inventory {
     pub instances: u64,
     /// Of the instances, those that move.
     pub moving: u64,
-    /// Of the shapes, quads.
-    quads: u64,
     /// Of all these, those without bounds.
     unbounded: u64,
 }
 
-impl Inventory {
+impl GeometryMemory {
     /// A mesh by itself.
     pub fn of_triangles(count: u64) -> Self {
         Self { triangles: count, ..Self::default() }
@@ -46,9 +44,6 @@ impl Inventory {
             AnyShape::Plane(_) => &mut self.planes,
             _ => &mut self.shapes,
         };
-        if !mapped && matches!(shape, AnyShape::Quad(_)) {
-            self.quads = self.quads.saturating_add(count);
-        }
         *kind = kind.saturating_add(count);
         if shape.bounds().is_none() {
             self.unbounded = self.unbounded.saturating_add(count);
@@ -67,8 +62,8 @@ impl Inventory {
     }
 
     /// At least what [`Geometry::bytes`](crate::Geometry::bytes) will say of these primitives, and less than three times that and
-    /// a few kilobytes; five times where triangles and other primitives stand between one another, and four times as much where triangles
-    /// may be split. Only how many nodes a tree will have is not known, how full its blocks of triangles will be, and how many are split.
+    /// a few kilobytes; five times where triangles and other primitives stand between one another.
+    /// Only how many nodes a tree will have is not known, and how full its blocks of triangles will be.
     pub fn most_bytes<R: Real>(&self, kind: AcceleratorKind) -> u64 {
         let bounded = self.len().saturating_sub(self.unbounded);
         let few = few(self.len() == self.spheres.saturating_add(self.planes));
@@ -79,9 +74,9 @@ impl Inventory {
             let flat = Bvh8::bytes_of_rows(self.spheres).saturating_add(Bvh8::bytes_of_full_blocks(self.triangles));
             return self.bytes::<R>(wide).saturating_add(planes).saturating_add(flat);
         }
-        let Self { triangles, spheres, quads, .. } = *self;
-        let shares = PrimitiveCounts { triangles, spheres, quads, others: others.saturating_sub(quads) };
-        let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, quads: 0, others: bounded } };
+        let Self { triangles, spheres, .. } = *self;
+        let shares = PrimitiveCounts { triangles, spheres, others };
+        let shares = if R::IS_SINGLE { shares } else { PrimitiveCounts { triangles: 0, spheres: 0, others: bounded } };
         let tree = Accelerator::most_bytes(kind, bounded, few as u64, shares);
         self.bytes::<R>(wide).saturating_add(planes).saturating_add(tree)
     }
@@ -89,12 +84,12 @@ impl Inventory {
     /// What they take without an accelerator; the triangles themselves nothing where the tree is wide, since they are in that.
     fn bytes<R: Real>(&self, wide: bool) -> u64 {
         let each = [
-            (self.len(), Group::<R>::BYTES_EACH),
+            (self.len(), PrimitiveSet::<R>::BYTES_EACH),
             (self.spheres, size_of::<Sphere<R>>()),
             (if wide { 0 } else { self.triangles }, size_of::<Triangle<R>>()),
             (self.planes, size_of::<Plane<R>>()),
             (self.shapes, size_of::<AnyShape<R>>()),
-            (self.placed, size_of::<Placed<R>>()),
+            (self.placed, size_of::<TransformedShape<R>>()),
             (self.instances, size_of::<Instance>()),
             (self.moving, size_of::<Motion>()),
         ];
@@ -113,8 +108,8 @@ mod tests {
     use crate::{BuildQuality, Vector};
 
     /// `n` balls in a row, `others` disks among them and a plane where asked for.
-    fn both<R: Real>(n: u64, others: u64, plane: bool) -> (Inventory, Group<R>) {
-        let (mut inventory, mut group) = (Inventory::default(), Group::<R>::default());
+    fn both<R: Real>(n: u64, others: u64, plane: bool) -> (GeometryMemory, PrimitiveSet<R>) {
+        let (mut inventory, mut group) = (GeometryMemory::default(), PrimitiveSet::<R>::default());
         let mut add = |shape: AnyShape<R>| {
             inventory.add(&shape, false, 1);
             group.shape(shape, Visibility::default()).unwrap();
@@ -170,7 +165,7 @@ mod tests {
                 };
                 let corners = |i: u64| [corner(i), corner(i) + DVec3::X, corner(i) + DVec3::Y].map(|p| p.as_vec3());
                 for kind in BuildQuality::ALL.map(AcceleratorKind::Tree) {
-                    let (mut inventory, mut group) = (Inventory::of_triangles(n), Group::<f32>::default());
+                    let (mut inventory, mut group) = (GeometryMemory::of_triangles(n), PrimitiveSet::<f32>::default());
                     group.mesh((0..n).map(corners), Visibility::default()).unwrap();
                     for i in 0..balls {
                         let ball = AnyShape::Sphere(Sphere { centre: corner(i * 3).as_vec3(), radius: 0.25 });
@@ -179,41 +174,14 @@ mod tests {
                     }
                     let (most, real) = (inventory.most_bytes::<f32>(kind), Geometry::new(group, kind).bytes() as u64);
                     let what = format!("{n} triangles, {balls} balls, family {family}, {kind:?}: {real} bytes, at most {most}");
-                    // Each triangle may have more references in a tree of high quality, and corners of its own in a compact one; these
-                    // have one, and one corner for all in the last family.
-                    let most_times = match kind {
-                        AcceleratorKind::Tree(BuildQuality::High | BuildQuality::Compact) => 2,
-                        _ => 1,
-                    };
-                    let times = most_times * if balls == 0 { 3 } else { 5 };
+                    let times = if balls == 0 { 3 } else { 5 };
                     assert!(real <= most && most <= times * real + 4096, "{what}");
                 }
             }
         }
     }
 
-    /// Protects: the same for slivers across the axes, which a tree of high quality splits: it then holds more references than there are
-    /// triangles, and as many more were told.
-    #[test]
-    fn memory_of_split_triangles_is_told_beforehand() {
-        let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64) * 0.01;
-        let corners = |i: u64| [at(i), at(i) + DVec3::ONE, at(i) + DVec3::new(1.0, 1.0, 1.001)].map(|p| p.as_vec3());
-        for n in [300, 1000, 5000] {
-            let real = |quality: BuildQuality| {
-                let mut group = Group::<f32>::default();
-                group.mesh((0..n).map(corners), Visibility::default()).unwrap();
-                Geometry::new(group, AcceleratorKind::Tree(quality)).bytes() as u64
-            };
-            let most = |quality| Inventory::of_triangles(n).most_bytes::<f32>(AcceleratorKind::Tree(quality));
-            let [whole, split] = [BuildQuality::Medium, BuildQuality::High].map(real);
-            assert!(split > whole + whole / 4, "{n}: {split} bytes are hardly more than {whole}, so nothing was split");
-            assert!(split <= most(BuildQuality::High), "{n}: {split} bytes, at most {}", most(BuildQuality::High));
-            let told = BuildQuality::High.most_references(n);
-            assert_eq!(told, n + n / 2, "half as many again");
-        }
-    }
-
-    /// Protects: the same for quads, alone and with as many balls and disks among them, of which leaves are as empty as can be.
+    /// Protects: the same for quads, which have leaves of their own, alone and with as many balls and disks among them.
     #[test]
     fn memory_of_quads_is_told_beforehand() {
         let at = |i: u64| DVec3::new((i * 7 % 101) as f64, (i * 13 % 89) as f64, (i % 97) as f64);
@@ -236,7 +204,7 @@ mod tests {
     #[test]
     fn the_emptiest_nodes_are_reckoned_with() {
         let most = |count: u64| {
-            let shares = PrimitiveCounts { triangles: 0, spheres: 0, quads: 0, others: count };
+            let shares = PrimitiveCounts { triangles: 0, spheres: 0, others: count };
             Accelerator::most_bytes(AcceleratorKind::default(), count, 2, shares)
         };
         assert_eq!([most(8), most(2)], [(4 * 8 + 3) / 7 * 256, 0]);

@@ -12,11 +12,11 @@ use crate::bvh8::{Bvh8, Row, WIDTH};
 use crate::error::GeometryError;
 use crate::geometry::Geometry;
 use crate::instance::Instance;
-use crate::memory::roomy;
+use crate::memory::huge_page_vec;
 use crate::motion::Motion;
 use crate::ray::Visibility;
 use crate::scalar::{Real, Vector};
-use crate::shapes::{AnyShape, Placed, Plane, Shape, Sphere, Triangle};
+use crate::shapes::{AnyShape, Plane, Shape, Sphere, TransformedShape, Triangle};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -24,7 +24,7 @@ pub(crate) enum Kind {
     Triangle,
     Plane,
     Shape,
-    Placed,
+    TransformedShape,
     Instance,
 }
 
@@ -49,7 +49,7 @@ impl Slot {
 
 /// Primitives by kind, and what shows them. An object is a shape, a mesh or an instance.
 #[derive(Clone, Debug)]
-pub struct Group<R: Real> {
+pub struct PrimitiveSet<R: Real> {
     /// As they were added; once there is an accelerator, in its order.
     pub(crate) slots: Vec<Slot>,
     objects: u32,
@@ -58,7 +58,7 @@ pub struct Group<R: Real> {
     pub(crate) planes: Vec<Plane<R>>,
     /// The rarer shapes.
     pub(crate) shapes: Vec<AnyShape<R>>,
-    pub(crate) placed: Vec<Placed<R>>,
+    pub(crate) placed: Vec<TransformedShape<R>>,
     pub(crate) instances: Vec<Instance>,
     /// Of the instances that move: nothing where none does.
     pub(crate) motions: Vec<Motion>,
@@ -66,7 +66,7 @@ pub struct Group<R: Real> {
     pub(crate) parts: Vec<Geometry<R>>,
 }
 
-impl<R: Real> Default for Group<R> {
+impl<R: Real> Default for PrimitiveSet<R> {
     fn default() -> Self {
         let (slots, spheres, triangles, planes) = Default::default();
         let (shapes, placed, instances, motions, parts) = Default::default();
@@ -74,7 +74,7 @@ impl<R: Real> Default for Group<R> {
     }
 }
 
-impl<R: Real> Group<R> {
+impl<R: Real> PrimitiveSet<R> {
     /// Bytes of a primitive of any kind, besides its data.
     pub(crate) const BYTES_EACH: usize = size_of::<Slot>();
 
@@ -133,7 +133,7 @@ impl<R: Real> Group<R> {
     pub fn reserve_triangles(&mut self, count: usize) {
         fn reserve<T>(list: &mut Vec<T>, count: usize) {
             if list.is_empty() && list.capacity() < count {
-                *list = roomy(count);
+                *list = huge_page_vec(count);
             }
             list.reserve(count);
         }
@@ -196,13 +196,13 @@ impl<R: Real> Group<R> {
         if !shape.is_finite() {
             return Err(GeometryError::NotFinite);
         }
-        let placed = Placed::new(shape, to_world).ok_or(GeometryError::Singular)?;
+        let placed = TransformedShape::new(shape, to_world).ok_or(GeometryError::Singular)?;
         check_bounds(placed.bounds())?;
         self.placed.push(placed);
-        self.single(Kind::Placed, visibility, self.placed.len() - 1)
+        self.single(Kind::TransformedShape, visibility, self.placed.len() - 1)
     }
 
-    /// Takes in a geometry for instances to show, and returns its number for [`Group::instance`].
+    /// Takes in a geometry for instances to show, and returns its number for [`PrimitiveSet::instance`].
     ///
     /// # Errors
     /// [`GeometryError::Nested`] where it holds instances itself: a hit names one instance, so there would be no way back to
@@ -224,7 +224,7 @@ impl<R: Real> Group<R> {
     }
 
     /// Shows a part under a map that runs from the first, where a ray's time is 0, to the second, where it is 1, each entry of
-    /// it linearly; otherwise as [`Group::instance`], which this is where both are the same. So each point goes along a
+    /// it linearly; otherwise as [`PrimitiveSet::instance`], which this is where both are the same. So each point goes along a
     /// straight line at a constant speed: what turns is smaller on the way, halfway by the cosine of half the angle across
     /// the axis.
     ///
@@ -263,7 +263,7 @@ impl<R: Real> Group<R> {
             Kind::Triangle => Shape::bounds(&self.triangles[index]),
             Kind::Plane => None,
             Kind::Shape => Shape::bounds(&self.shapes[index]),
-            Kind::Placed => self.placed[index].bounds(),
+            Kind::TransformedShape => self.placed[index].bounds(),
             Kind::Instance => self.instances[index].bounds(),
         }
     }
@@ -276,7 +276,6 @@ impl<R: Real> Group<R> {
             _ if !R::IS_SINGLE => LeafKind::None,
             Kind::Triangle => LeafKind::Triangles,
             Kind::Sphere => LeafKind::Spheres,
-            Kind::Shape if matches!(self.shapes[slot.index as usize], AnyShape::Quad(_)) => LeafKind::Quad8,
             _ => LeafKind::None,
         }
     }
@@ -336,13 +335,9 @@ impl<R: Real> Group<R> {
         Row::of_spheres(slots.start, self.slots[slots].iter().map(sphere))
     }
 
-    /// Puts the spheres and quads that share leaves of the tree there. The slots from `first` on are in its order.
+    /// Puts the spheres that share leaves of the tree there. The slots from `first` on are in its order.
     pub(crate) fn fill_leaves(&self, bvh: &mut Bvh8, first: usize) {
         bvh.fill_rows(first, |slots| self.row_of_spheres(slots));
-        bvh.fill_quads(first, |slot| match &self.shapes[self.slots[slot].index as usize] {
-            AnyShape::Quad(quad) => Some(quad.corners.map(Vector::to_f32)),
-            _ => None,
-        });
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::sample::area_by_quadrature;
-use super::{AnyShape, Located, Maps, Parameters, PreparedRay, Shape, ShapeHit, Transform, Under};
+use super::{AnyShape, Maps, Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Transform, Under};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -12,7 +12,7 @@ use crate::scalar::{Real, Vector};
 /// the same number in both spaces ("Improving Ray Tracing Precision by Object Space Intersection Computation", Dammertz,
 /// Keller 2006).
 #[derive(Clone, Copy, Debug)]
-pub struct Placed<R: Real> {
+pub struct TransformedShape<R: Real> {
     shape: AnyShape<R>,
     transform: Transform,
     to_world: DAffine3,
@@ -20,7 +20,7 @@ pub struct Placed<R: Real> {
     volume: f64,
 }
 
-impl<R: Real> Placed<R> {
+impl<R: Real> TransformedShape<R> {
     /// Puts a shape under a map; none when the map can't be inverted in finite numbers.
     pub fn new(shape: AnyShape<R>, to_world: DAffine3) -> Option<Self> {
         let volume = to_world.matrix3.determinant().abs();
@@ -45,12 +45,12 @@ impl<R: Real> Placed<R> {
     }
 
     /// The surface at a hit, as [`Shape::locate`].
-    pub fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Located {
+    pub fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_under(probe, hit, None)
     }
 
     /// The surface at a hit of a ray that comes from the world by the inverses of these maps.
-    pub(crate) fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, outer: Under<'_>) -> Located {
+    pub(crate) fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, outer: Under<'_>) -> SurfacePoint {
         let maps = Maps::new(&self.transform, outer.as_ref());
         self.transform.located_to_world(&self.shape.locate_under(&self.transform.probe_to_object(probe), hit, Some(maps)))
     }
@@ -90,7 +90,7 @@ impl<R: Real> Placed<R> {
 
     /// A point of the image and the density per area of the world with which it is drawn, as
     /// [`super::SampleArea::sample_area`]; none when the area is infinite.
-    pub fn sample_area(&self, u: R, v: R) -> Option<(Located, f64)> {
+    pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         let (own, density) = self.shape.sample_area(u, v)?;
         let stretch = self.stretch(own.normal);
         Some((self.transform.located_to_world(&own), density / stretch))
@@ -104,7 +104,7 @@ impl<R: Real> Placed<R> {
     }
 
     /// The density per area of drawing a point of the image; none when the area is infinite.
-    pub fn density_at(&self, point: &Located) -> Option<f64> {
+    pub fn density_at(&self, point: &SurfacePoint) -> Option<f64> {
         let own = self.transform.located_to_object(point);
         let stretch = self.stretch(own.normal);
         Some(self.shape.density(&own)? / stretch)
@@ -133,7 +133,7 @@ mod tests {
     use glam::Vec3;
 
     fn area<R: Real>(shape: impl Into<AnyShape<R>>, map: DAffine3) -> f64 {
-        Placed::<R>::new(shape.into(), map).and_then(|placed| placed.area()).expect("the area is finite")
+        TransformedShape::<R>::new(shape.into(), map).and_then(|placed| placed.area()).expect("the area is finite")
     }
 
     /// Protects: a map that keeps angles multiplies every area by the square of its scale, mirrors included.

@@ -1,7 +1,7 @@
 //! Counting what queries do.
 
 /// Counts what a query does; `()` counts nothing and costs nothing.
-pub trait Tally {
+pub trait TraversalCounter {
     /// A node's boxes were tested.
     fn node(&mut self) {}
     /// A primitive was tested.
@@ -15,18 +15,18 @@ pub trait Tally {
     }
 }
 
-impl Tally for () {}
+impl TraversalCounter for () {}
 
-/// Visits of a query or of many.
+/// TraversalStats of a query or of many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Visits {
+pub struct TraversalStats {
     /// Nodes whose boxes were tested.
     pub nodes: u64,
     /// Primitives tested.
     pub primitives: u64,
 }
 
-impl Tally for Visits {
+impl TraversalCounter for TraversalStats {
     #[inline(always)]
     fn node(&mut self) {
         self.nodes += 1;

@@ -1,0 +1,249 @@
+//! Directional albedos of rough facets, tabulated: what facets send back at once, and what white ones lose.
+//!
+//! The tables depend on nothing, so they are constants: `albedo.table`, which a test computes anew and compares byte by byte
+//! (`RAYWRIGHT_TAKE_TABLES=1` writes it). Facets that are as rough along every direction have one by roughness and cosine. Those that are not
+//! have two angles and two roughnesses, and one as fine would be a hundred times as long. So theirs holds the difference to isotropic facets of
+//! the roughness that the view's azimuth shows, which is small and smooth.
+
+use core::array::from_fn;
+
+use glam::DVec3;
+
+use super::facets::Facets;
+use super::fresnel::towards_grazing;
+use super::lobe::LEAST_ROUGHNESS;
+use crate::number::{Number, Vector3};
+
+/// What white facets lose that meet light once, and what those send back that reflect nothing at normal incidence and all at grazing
+/// incidence, by Schlick.
+pub(super) type Entry = [f32; 2];
+
+/// Mean over the hemisphere, by the cosine, of Schlick's way towards grazing incidence: 2·∫(1 − c)⁵·c dc.
+pub(super) const MEAN_GRAZING: f64 = 1.0 / 21.0;
+
+/// Roughnesses and cosines of the table of isotropic facets.
+pub(super) const STEPS: usize = 32;
+/// Cosines, azimuths, finer roughnesses and strengths of that of anisotropic ones, and roughnesses and strengths of its means.
+pub(super) const ANISOTROPIC: [usize; 4] = [16, 12, 12, 8];
+pub(super) const ANISOTROPIC_MEANS: usize = 24;
+/// What a difference of one is stored as.
+pub(super) const UNIT: f64 = 32_767.0;
+
+const ENTRIES: usize = STEPS * STEPS;
+const DIFFERENCES: usize = ANISOTROPIC[0] * ANISOTROPIC[1] * ANISOTROPIC[2] * ANISOTROPIC[3];
+const MEANS: usize = ANISOTROPIC_MEANS * ANISOTROPIC_MEANS;
+
+/// All that is tabulated.
+pub(super) struct Table {
+    /// Entries of isotropic facets by the perceptual roughness and the cosine of view, and their means over the hemisphere by the roughness.
+    /// Roughnesses go by their root and cosines by their fourth one, because albedos fall fast towards grazing where facets are next to
+    /// smooth. With even steps of roughness and roots of cosines, what is interpolated was up to .010 off at cosines from .02 on; so it is
+    /// up to .004.
+    pub entries: [Entry; ENTRIES],
+    pub means: [Entry; STEPS],
+    /// Means over the hemisphere of anisotropic facets, by the finer roughness and the strength.
+    pub anisotropic_means: [Entry; MEANS],
+    /// What anisotropic facets have beyond isotropic ones, by the coordinates of [`anisotropic_coordinates`]. With these, what is interpolated is up to .008 off.
+    pub anisotropic: [[i16; 2]; DIFFERENCES],
+}
+
+pub(super) static TABLE: Table = Table::read(include_bytes!("albedo.table"));
+
+impl Table {
+    /// Bytes of all of it.
+    pub const BYTES: usize = 8 * (ENTRIES + STEPS + MEANS) + 4 * DIFFERENCES;
+
+    pub const fn read(bytes: &[u8; Self::BYTES]) -> Self {
+        Self {
+            entries: pairs(bytes, 0),
+            means: pairs(bytes, 8 * ENTRIES),
+            anisotropic_means: pairs(bytes, 8 * (ENTRIES + STEPS)),
+            anisotropic: differences(bytes, 8 * (ENTRIES + STEPS + MEANS)),
+        }
+    }
+}
+
+/// Pairs of f32 that stand in bytes from a place on, the least byte first.
+const fn pairs<const COUNT: usize>(bytes: &[u8], from: usize) -> [Entry; COUNT] {
+    let mut out = [[0.0; 2]; COUNT];
+    let mut k = 0;
+    while k < 2 * COUNT {
+        let at = from + 4 * k;
+        out[k / 2][k % 2] = f32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+        k += 1;
+    }
+    out
+}
+
+/// The same of pairs of i16.
+const fn differences<const COUNT: usize>(bytes: &[u8], from: usize) -> [[i16; 2]; COUNT] {
+    let mut out = [[0; 2]; COUNT];
+    let mut k = 0;
+    while k < 2 * COUNT {
+        let at = from + 2 * k;
+        out[k / 2][k % 2] = i16::from_le_bytes([bytes[at], bytes[at + 1]]);
+        k += 1;
+    }
+    out
+}
+
+/// Between which of some steps a share lies, and how far.
+#[inline(always)]
+fn between(x: f64, steps: usize) -> (usize, f64) {
+    // Also zero for what is no number.
+    let x = if x > 0.0 { x.min(1.0) } else { 0.0 } * (steps - 1) as f64;
+    let below = (x as usize).min(steps - 2);
+    (below, x - below as f64)
+}
+
+#[inline(always)]
+fn mix(a: [f64; 2], b: [f64; 2], share: f64) -> [f64; 2] {
+    [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share]
+}
+
+/// What the table has for a cosine and a roughness; of what is next to smooth, what a mirror does.
+#[inline(always)]
+pub(super) fn look_up(table: &Table, cosine: f64, roughness: f64) -> [f64; 2] {
+    if roughness <= LEAST_ROUGHNESS {
+        return [0.0, towards_grazing(cosine.max(0.0))];
+    }
+    let ((i, u), (j, v)) = (between(cosine.max(0.0).sqrt().sqrt(), STEPS), between(roughness.sqrt(), STEPS));
+    let row = |j: usize| {
+        let pair = &table.entries[j * STEPS + i..j * STEPS + i + 2];
+        mix(pair[0].map(f64::from), pair[1].map(f64::from), u)
+    };
+    mix(row(j), row(j + 1), v)
+}
+
+#[inline(always)]
+fn look_up_mean(table: &Table, roughness: f64) -> [f64; 2] {
+    if roughness <= LEAST_ROUGHNESS {
+        return [0.0, MEAN_GRAZING];
+    }
+    let (j, v) = between(roughness.sqrt(), STEPS);
+    mix(table.means[j].map(f64::from), table.means[j + 1].map(f64::from), v)
+}
+
+/// Where facets of such α lie between finer roughnesses and strengths: by the root of the former, from the least one on.
+fn anisotropy_coordinates([wide, fine]: [f64; 2]) -> [f64; 2] {
+    let least = LEAST_ROUGHNESS.sqrt();
+    let strength = ((wide - fine) / (1.0 - fine).max(1e-9)).max(0.0).sqrt();
+    [(fine.sqrt().sqrt() - least) / (1.0 - least), strength]
+}
+
+/// Where a direction in the frame of facets of such α lies in the table of anisotropic ones, and the roughness that its azimuth shows: the azimuth
+/// goes by the root of that roughness.
+fn anisotropic_coordinates(v: DVec3, [wide, fine]: [f64; 2]) -> ([f64; 4], f64) {
+    let (x2, y2) = (v.x * v.x, v.y * v.y);
+    let across = x2 + y2;
+    let shown2 = if across > 0.0 { (wide * wide * x2 + fine * fine * y2) / across } else { fine * fine };
+    let roughness = shown2.sqrt().sqrt();
+    let ends = [wide, fine].map(|alpha| alpha.sqrt().sqrt());
+    let span = ends[0] - ends[1];
+    let azimuth = if span > 1e-9 { (roughness.sqrt() - ends[1]) / span } else { 0.0 };
+    let [finer, strength] = anisotropy_coordinates([wide, fine]);
+    ([v.z.abs().sqrt().sqrt(), azimuth, finer, strength], roughness)
+}
+
+/// What the table has for a direction in the frame of facets of such α.
+pub(super) fn look_up_anisotropic(table: &Table, v: DVec3, alpha: [f64; 2]) -> [f64; 2] {
+    let (place, roughness) = anisotropic_coordinates(v, alpha);
+    let steps: [(usize, f64); 4] = from_fn(|k| between(place[k], ANISOTROPIC[k]));
+    let mut sum = look_up(table, v.z.abs(), roughness);
+    for corner in 0..16_usize {
+        let (mut index, mut share) = (0, 1.0);
+        for (k, &(below, beyond)) in steps.iter().enumerate() {
+            let upper = corner >> k & 1;
+            index = index * ANISOTROPIC[k] + below + upper;
+            share *= if upper == 1 { beyond } else { 1.0 - beyond };
+        }
+        for (sum, &difference) in sum.iter_mut().zip(&table.anisotropic[index]) {
+            *sum += share * f64::from(difference) / UNIT;
+        }
+    }
+    sum.map(|x| x.clamp(0.0, 1.0))
+}
+
+/// The mean of that over the hemisphere, by the cosine.
+fn look_up_anisotropic_mean(table: &Table, alpha: [f64; 2]) -> [f64; 2] {
+    let [(i, u), (j, v)] = anisotropy_coordinates(alpha).map(|x| between(x, ANISOTROPIC_MEANS));
+    let row = |i: usize| {
+        let at = i * ANISOTROPIC_MEANS + j;
+        mix(table.anisotropic_means[at].map(f64::from), table.anisotropic_means[at + 1].map(f64::from), v)
+    };
+    mix(row(i), row(i + 1), u)
+}
+
+/// Share of Schlick's mean weight by which that of facets is spread about it.
+const SPREAD: f64 = 0.35;
+
+/// What white facets lose, and what those send back that reflect all at grazing incidence alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Albedo<N: Number> {
+    pub lost: N,
+    pub grazing: N,
+}
+
+impl<N: Number> Albedo<N> {
+    #[inline(always)]
+    fn of(entry: impl Fn(usize) -> [f64; 2]) -> Self {
+        let both = <N::Vec3 as Vector3<N>>::of_lanes(|lane| {
+            let [lost, grazing] = entry(lane);
+            DVec3::new(lost, grazing, 0.0)
+        });
+        Self { lost: both.x(), grazing: both.y() }
+    }
+
+    /// Towards a direction, by its cosine.
+    #[inline(always)]
+    pub fn towards(cosine: N, roughness: N) -> Self {
+        let table = &TABLE;
+        Self::of(|lane| look_up(table, cosine.lane(lane), roughness.lane(lane)))
+    }
+
+    /// In the mean over the hemisphere, by the cosine.
+    #[inline(always)]
+    pub fn mean(roughness: N) -> Self {
+        let table = &TABLE;
+        Self::of(|lane| look_up_mean(table, roughness.lane(lane)))
+    }
+
+    /// Of anisotropic facets, towards a direction on either side.
+    pub fn anisotropic(facets: &Facets<N>, direction: N::Vec3) -> Self {
+        let (local, alpha) = (facets.frame.to_local(direction), facets.alpha);
+        Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))))
+    }
+
+    /// The same in the mean over the hemisphere.
+    pub fn anisotropic_mean(facets: &Facets<N>) -> Self {
+        Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane))))
+    }
+
+    /// One where a mask is set, and the other elsewhere.
+    pub fn select(mask: N::Mask, yes: Self, no: Self) -> Self {
+        Self { lost: N::select(mask, yes.lost, no.lost), grazing: N::select(mask, yes.grazing, no.grazing) }
+    }
+
+    /// Share that facets send back whose reflectance at a cosine is said: that at the cosine whose Schlick's weight is the mean of what they
+    /// show. Exact for mirrors and for Schlick's formula; Fresnel's, which rises less than in proportion to it, sends back less.
+    pub fn sent_by(&self, reflectance: impl Fn(N) -> N) -> N {
+        let sent = N::ONE - self.lost;
+        // Schlick's weight in the mean, and to both sides of it as far as facets spread it.
+        let of = |way: f64| {
+            let cosine = N::of_lanes(|lane| {
+                let weight = (self.grazing.lane(lane) / sent.lane(lane).max(1e-6)).clamp(0.0, 1.0);
+                let spread = (SPREAD * weight).min(1.0 - weight);
+                1.0 - libm::pow(weight + way * spread, 0.2)
+            });
+            reflectance(cosine)
+        };
+        let half = N::from_f64(0.5);
+        sent * of(0.0).max((of(-1.0) + of(1.0)) * half)
+    }
+
+    /// Share that facets send back which reflect `f0` at normal and `f90` at grazing incidence.
+    #[inline(always)]
+    pub fn sent(&self, f0: N, f90: N) -> N {
+        f0 * (N::ONE - self.lost) + (f90 - f0) * self.grazing
+    }
+}

@@ -1,0 +1,196 @@
+//! The table of directional albedos against the integrals that it is made of, and those against a Monte Carlo estimate that shares nothing
+//! with them.
+
+use core::f64::consts::{FRAC_PI_2, TAU};
+use std::path::Path;
+
+use super::super::albedo::{ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic};
+use super::super::fresnel::towards_grazing;
+use super::super::lobe::{LEAST_ROUGHNESS, on_disk, smith, visible_facet};
+use super::numbers;
+use glam::DVec3;
+
+/// Points of the disk by which an entry is summed: outwards, and around one half, since the other one is alike where facets are isotropic.
+const OUTWARDS: usize = 40;
+const AROUND: usize = 8;
+/// Points around all of it where they are not.
+const ALL_AROUND: usize = 24;
+/// Cosines and azimuths by which a mean over the hemisphere is summed.
+const HEMISPHERE: [usize; 2] = [96, 32];
+
+/// The mean over the hemisphere of what is interpolated between a row's entries: 8·∫E·s⁷ ds by the fourth root s of the cosine, in closed form
+/// over each step, so that what is looked up and its mean are one function's.
+fn mean(row: &[Entry]) -> Entry {
+    let step = 1.0 / (STEPS - 1) as f64;
+    let mut sum = [0.0; 2];
+    for (i, pair) in row.windows(2).enumerate() {
+        let (a, b) = (i as f64 * step, (i + 1) as f64 * step);
+        let (even, rising) = (b.powi(8) - a.powi(8), 8.0 / 9.0 * (b.powi(9) - a.powi(9)));
+        for (k, sum) in sum.iter_mut().enumerate() {
+            let (from, to) = (f64::from(pair[0][k]), f64::from(pair[1][k]));
+            let slope = (to - from) / step;
+            *sum += (from - slope * a) * even + slope * rising;
+        }
+    }
+    sum.map(|x| x as f32)
+}
+
+/// The directional albedo of GGX facets of reflectance one, and of one that goes from none to all by Schlick, by the cosine of incidence:
+/// the mean of its product with G₂/G₁ over the facets that are seen, by the midpoint rule over their probability, finer towards those
+/// that lie flattest against the view, where much of the loss is.
+fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
+    let alpha = roughness.max(LEAST_ROUGHNESS).powi(2);
+    let (a2, wo) = (alpha * alpha, DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine));
+    let (own, mut sum) = (smith(a2, cosine), [0.0; 2]);
+    for k in 0..OUTWARDS * AROUND {
+        let rest = 1.0 - ((k / AROUND) as f64 + 0.5) / OUTWARDS as f64;
+        let turn = 0.25 + 0.5 * ((k % AROUND) as f64 + 0.5) / AROUND as f64;
+        let facet = visible_facet::<f64>(wo, [alpha; 2], on_disk([1.0 - rest.powi(3), turn]));
+        let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
+        if into > 0.0 {
+            let cell = 3.0 * rest * rest / (OUTWARDS * AROUND) as f64;
+            let sent = cell * (cosine + own) * into / (cosine * smith(a2, into) + into * own);
+            sum = [sum[0] + sent, sum[1] + sent * towards_grazing(wo.dot(facet))];
+        }
+    }
+    sum
+}
+
+/// The same of facets that are as rough as this along both axes, towards a direction.
+fn anisotropic_scattering(wo: DVec3, [wide, fine]: [f64; 2]) -> [f64; 2] {
+    let root = |v: DVec3| (v * DVec3::new(wide, fine, 1.0)).length();
+    let (own, mut sum) = (root(wo), [0.0; 2]);
+    for k in 0..OUTWARDS * ALL_AROUND {
+        let rest = 1.0 - ((k / ALL_AROUND) as f64 + 0.5) / OUTWARDS as f64;
+        let turn = ((k % ALL_AROUND) as f64 + 0.5) / ALL_AROUND as f64;
+        let facet = visible_facet::<f64>(wo, [wide, fine], on_disk([1.0 - rest.powi(3), turn]));
+        let wi = facet * (2.0 * wo.dot(facet)) - wo;
+        if wi.z > 0.0 {
+            let cell = 3.0 * rest * rest / (OUTWARDS * ALL_AROUND) as f64;
+            let sent = cell * (wo.z + own) * wi.z / (wo.z * root(wi) + wi.z * own);
+            sum = [sum[0] + sent, sum[1] + sent * towards_grazing(wo.dot(facet))];
+        }
+    }
+    sum
+}
+
+fn towards(cosine: f64, [x, y]: [f64; 2]) -> DVec3 {
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    DVec3::new(sine * x, sine * y, cosine)
+}
+
+/// α of facets by their finer roughness and strength, as the table has them.
+fn alpha(finer: f64, strength: f64) -> [f64; 2] {
+    let least = LEAST_ROUGHNESS.sqrt();
+    let fine = (least + finer * (1.0 - least)).powi(4);
+    [fine + (1.0 - fine) * strength * strength, fine]
+}
+
+/// What stands at a place of the table of anisotropic facets.
+fn difference(table: &Table, index: usize) -> [i16; 2] {
+    let mut rest = index;
+    let mut share = [0.0; 4];
+    for k in (0..4).rev() {
+        share[k] = (rest % ANISOTROPIC[k]) as f64 / (ANISOTROPIC[k] - 1) as f64;
+        rest /= ANISOTROPIC[k];
+    }
+    let [wide, fine] = alpha(share[2], share[3]);
+    if wide <= fine {
+        return [0; 2];
+    }
+    let [most, least] = [wide, fine].map(|alpha| alpha.sqrt().sqrt());
+    let shown = (least + share[1] * (most - least)).powi(4);
+    let y2 = ((wide * wide - shown * shown) / (wide * wide - fine * fine)).clamp(0.0, 1.0);
+    let wo = towards(share[0].powi(4).max(1e-4), [(1.0 - y2).sqrt(), y2.sqrt()]);
+    let [sent, grazing] = anisotropic_scattering(wo, [wide, fine]);
+    // Head-on, too, by the azimuth's own roughness, which the direction does not tell.
+    let isotropic = look_up(table, wo.z, shown.sqrt());
+    let stored = |exact: f64, isotropic: f64| ((exact - isotropic) * UNIT).round() as i16;
+    [stored(1.0 - sent, isotropic[0]), stored(grazing, isotropic[1])]
+}
+
+/// The mean over the hemisphere of what is looked up, by the midpoint rule over azimuths and the fourth root of the cosine.
+fn anisotropic_mean(table: &Table, index: usize) -> Entry {
+    let share = |k: usize| k as f64 / (ANISOTROPIC_MEANS - 1) as f64;
+    let alpha = alpha(share(index / ANISOTROPIC_MEANS), share(index % ANISOTROPIC_MEANS));
+    let ([heights, turns], mut sum) = (HEMISPHERE, [0.0; 2]);
+    for i in 0..heights * turns {
+        let root = ((i / turns) as f64 + 0.5) / heights as f64;
+        let azimuth = FRAC_PI_2 * ((i % turns) as f64 + 0.5) / turns as f64;
+        let entry = look_up_anisotropic(table, towards(root.powi(4), [libm::cos(azimuth), libm::sin(azimuth)]), alpha);
+        let cell = 8.0 * root.powi(7) / (heights * turns) as f64;
+        sum = [sum[0] + cell * entry[0], sum[1] + cell * entry[1]];
+    }
+    sum.map(|x| x as f32)
+}
+
+/// The whole table, computed.
+fn computed() -> Box<Table> {
+    let share = |i: usize| i as f64 / (STEPS - 1) as f64;
+    let mut table = Box::new(Table::read(&[0; Table::BYTES]));
+    for (i, entry) in table.entries.iter_mut().enumerate() {
+        let [cosine, roughness] = [share(i % STEPS).powi(4).max(1e-4), share(i / STEPS).powi(2)];
+        let [all, grazing] = single_scattering(cosine, roughness);
+        *entry = [(1.0 - all).max(0.0) as f32, grazing as f32];
+    }
+    for j in 0..STEPS {
+        table.means[j] = mean(&table.entries[j * STEPS..(j + 1) * STEPS]);
+    }
+    for index in 0..table.anisotropic.len() {
+        table.anisotropic[index] = difference(&table, index);
+    }
+    for index in 0..table.anisotropic_means.len() {
+        table.anisotropic_means[index] = anisotropic_mean(&table, index);
+    }
+    table
+}
+
+fn bytes(table: &Table) -> Vec<u8> {
+    let pairs = table.entries.iter().chain(&table.means).chain(&table.anisotropic_means);
+    let differences = table.anisotropic.iter().flatten().flat_map(|x| x.to_le_bytes());
+    pairs.flatten().flat_map(|x| x.to_le_bytes()).chain(differences).collect()
+}
+
+/// Protects: what stands in the table is what its integrals give.
+#[test]
+fn the_table_is_its_integrals() {
+    let found = bytes(&computed());
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/material/albedo.table");
+    if std::env::var_os("RAYWRIGHT_TAKE_TABLES").is_some() {
+        std::fs::write(&file, found).expect("the file can be written");
+        return;
+    }
+    assert!(std::fs::read(&file).expect("albedo.table") == found, "the table is not what is computed");
+}
+
+/// Protects: directional albedos of single scattering against brute force: facets drawn by their slopes, seen or not, each weighed by Smith's
+/// height-correlated masking and shadowing through Λ. Over roughness, strength, height and azimuth, between the entries.
+#[test]
+fn albedos_are_those_of_the_microsurface() {
+    const COUNT: u64 = 40_000;
+    let table = &TABLE;
+    for point in 0..120 {
+        let ([a, b, c], [turn, ..]) = (numbers(9000 + 2 * point), numbers(9001 + 2 * point));
+        let strength = if point % 5 == 0 { 0.0 } else { b };
+        let [wide, fine] = alpha(a, strength);
+        let wo = towards(0.05 + 0.95 * c, [libm::cos(TAU * turn), libm::sin(TAU * turn)]);
+        let lambda = |v: DVec3| 0.5 * ((1.0 + ((wide * v.x).powi(2) + (fine * v.y).powi(2)) / (v.z * v.z)).sqrt() - 1.0);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for i in 0..COUNT {
+            let [u, v, _] = numbers(1_000_000 * (point + 1) + i);
+            let slope = (u / (1.0 - u)).sqrt();
+            let facet = DVec3::new(wide * slope * libm::cos(TAU * v), fine * slope * libm::sin(TAU * v), 1.0).normalize();
+            let wi = facet * (2.0 * wo.dot(facet)) - wo;
+            if wo.dot(facet) > 0.0 && wi.z > 0.0 {
+                let weight = wo.dot(facet) / (wo.z * facet.z) / (1.0 + lambda(wo) + lambda(wi));
+                (sum, squares) = (sum + weight, squares + weight * weight);
+            }
+        }
+        let mean = sum / COUNT as f64;
+        let deviation = ((squares / COUNT as f64 - mean * mean) / COUNT as f64).sqrt();
+        let found =
+            if strength == 0.0 { look_up(table, wo.z, fine.sqrt()) } else { look_up_anisotropic(table, wo, [wide, fine]) };
+        let off = (1.0 - found[0] - mean).abs();
+        assert!(off <= 0.008 + 4.0 * deviation, "α {wide}, {fine}, towards {wo}: {} and {mean} ± {deviation}", 1.0 - found[0]);
+    }
+}

@@ -1,0 +1,67 @@
+//! Shading normals: what they mirror is above the surface, without a step, and those that need no bending are left alone.
+
+use super::super::reflecting_above;
+use super::numbers;
+use glam::DVec3;
+
+const UP: DVec3 = DVec3::Z;
+
+/// A direction by its cosine to the surface's normal and its azimuth in turns.
+fn towards(height: f64, turn: f64) -> DVec3 {
+    let across = (1.0 - height * height).max(0.0).sqrt();
+    DVec3::new(across * libm::cos(core::f64::consts::TAU * turn), across * libm::sin(core::f64::consts::TAU * turn), height)
+}
+
+/// The normal as it is used, and the height of what it mirrors.
+fn reflected(n: DVec3, wo: DVec3) -> (DVec3, f64) {
+    let bent = reflecting_above::<f64>(n, UP, true, -wo);
+    (bent, (bent * (2.0 * bent.dot(wo)) - wo).dot(UP))
+}
+
+/// Protects: whatever the normal and the view, the normal used is unit, faces the viewer, and mirrors the viewer above the surface; where the
+/// normal did so by itself and not barely, it is the same to the bit, the surface's own always; from within it is alike.
+#[test]
+fn what_is_mirrored_is_above_the_surface() {
+    let (mut kept, mut bent) = (0, 0);
+    for i in 0..20_000 {
+        let ([a, b, c], [d, ..]) = (numbers(2 * i), numbers(2 * i + 1));
+        let (n, wo) = (towards(2.0 * a - 1.0, b), towards(1e-4 + (1.0 - 1e-4) * c * c, d));
+        let before = (n * (2.0 * n.dot(wo)) - wo).dot(UP);
+        let (found, height) = reflected(n, wo);
+        assert!((found.length() - 1.0).abs() < 1e-12 && found.dot(wo) > 0.0 && found.dot(UP) > 0.0, "{n}, {wo}: {found}");
+        assert!(height > 0.0, "{n}, {wo}: mirrored to {height}");
+        if before >= 0.01 && n.dot(UP) > 0.0 {
+            assert_eq!(found, n);
+            kept += 1;
+        } else {
+            bent += 1;
+        }
+        assert_eq!(reflected(UP, wo).0, UP);
+        assert_eq!(reflecting_above::<f64>(n, -UP, false, -wo), found);
+    }
+    assert!(kept > 3_000 && bent > 3_000, "{kept} kept, {bent} bent");
+}
+
+/// Protects: normals that turn from the surface's own past the horizon to its back are bent without a step, and without a kink until they face
+/// away; the last are the surface's own.
+#[test]
+fn normals_bend_smoothly() {
+    const STEPS: usize = 40_000;
+    for (height, turn) in [(0.9, 0.1), (0.6, 0.0), (0.3, 0.25), (0.1, 0.5), (0.05, 0.4)] {
+        let wo = towards(height, 0.0);
+        let at = |k: usize| {
+            let angle = core::f64::consts::PI * k as f64 / STEPS as f64;
+            reflected(towards(libm::cos(angle), turn), wo).0
+        };
+        let path: Vec<DVec3> = (0..STEPS).map(at).collect();
+        for k in 1..STEPS {
+            let step = path[k].distance(path[k - 1]) * STEPS as f64;
+            assert!(step < 400.0, "a step of {step} at {k}, viewed at {height}, turn {turn}");
+        }
+        for k in 1..STEPS / 2 - 1 {
+            let kink = (path[k + 1] - path[k] * 2.0 + path[k - 1]).length() * STEPS as f64;
+            assert!(kink < 0.5, "a kink of {kink} at {k}, viewed at {height}, turn {turn}");
+        }
+        assert!(path[STEPS - 1].distance(UP) < 1e-3, "{}", path[STEPS - 1]);
+    }
+}
