@@ -5,7 +5,7 @@
 use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput};
-use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray};
+use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray};
 use raywright::core::bench::{Kind, group, rays};
 
 const SEED: u64 = 1;
@@ -18,7 +18,7 @@ fn main() {
     criterion.final_summary();
 }
 
-fn scene(kind: Kind, count: u32) -> Group<f32> {
+fn scene(kind: Kind, count: u32) -> PrimitiveSet<f32> {
     group(kind, count, SEED).unwrap_or_else(|e| panic!("{e}"))
 }
 

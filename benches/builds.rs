@@ -7,7 +7,7 @@ mod families;
 #[path = "../crates/bvh/tests/split_mix.rs"]
 mod split_mix;
 
-use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, Visits};
+use raywright::bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Ray, TraversalStats};
 use raywright::core::bench::Spread;
 use raywright::core::bench::clock::process_seconds;
 
@@ -26,7 +26,7 @@ fn main() {
     let named = |quality: &BuildQuality| arguments.contains(&format!("{quality:?}"));
     let quality = BuildQuality::ALL.into_iter().find(named).unwrap_or_default();
     println!("\n{count} primitives, preset {quality:?}, {ROUNDS} rounds; CPU time of all threads as a multiple of random ones");
-    println!("{:40}{:>18}{:>12}{:>14}{:>14}", "", "time : random", "clustered", "nodes/ray", "tests/ray");
+    println!("{:40}{:>18}{:>14}{:>14}", "", "time : random", "nodes/ray", "tests/ray");
     let base: Family = ("random", random);
     [base, ("random, one of 500 large", uneven)].into_iter().chain(FAMILIES).for_each(|family| row(family, count, quality));
 }
@@ -48,16 +48,15 @@ fn row((name, family): Family, count: usize, quality: BuildQuality) {
     };
     let spread = Spread::of(&(0..ROUNDS).map(ratio).collect::<Vec<_>>());
     let (_, geometry) = build(&items, quality);
-    let clustered = geometry.build_work().is_some_and(|work| work.clustered);
     let [nodes, tests] = visits(&geometry, &items);
     let time = format!("{:.2} ± {:.0} %", spread.median, spread.relative() * 100.0);
-    println!("{name:40}{time:>18}{:>12}{nodes:>14.1}{tests:>14.1}", if clustered { "yes" } else { "no" });
+    println!("{name:40}{time:>18}{nodes:>14.1}{tests:>14.1}");
 }
 
 /// Nodes and primitives that a ray visits which is aimed at one of them from a few of its sizes away.
 fn visits(geometry: &Geometry<f32>, items: &[Item]) -> [f64; 2] {
     const RAYS: usize = 400;
-    let (random, mut visits) = (&mut Random(9), Visits::default());
+    let (random, mut visits) = (&mut Random(9), TraversalStats::default());
     for i in 0..RAYS {
         let (target, size) = match items[i * 7919 % items.len()] {
             Item::Ball(centre, radius) => (centre + random.point() * 0.5 * radius, radius),

@@ -13,7 +13,7 @@ use std::hint::black_box;
 
 use glam::Vec3;
 use raywright::bvh::shapes::{Cuboid, Quad, Sphere};
-use raywright::bvh::{AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Visibility};
+use raywright::bvh::{AcceleratorKind, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket, Visibility};
 
 use random::Random;
 use turns::{Contestant, interleaved, measuring};
@@ -28,31 +28,31 @@ const SCANNED: usize = 1000;
 type Ask<'a> = &'a dyn Fn(&Geometry<f32>);
 
 /// Puts a primitive of about a size somewhere into the cube.
-type Put = fn(&mut Group<f32>, &mut Random, f64);
+type Put = fn(&mut PrimitiveSet<f32>, &mut Random, f64);
 
-fn sphere(group: &mut Group<f32>, random: &mut Random, size: f64) {
+fn sphere(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
     let sphere = Sphere { centre: random.cube().as_vec3(), radius: (size * (0.5 + random.unit())) as f32 };
     group.sphere(sphere, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn quad(group: &mut Group<f32>, random: &mut Random, size: f64) {
+fn quad(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
     let (corner, u, v) = (random.cube(), random.cube() * size * 2.0, random.cube() * size * 2.0);
     group.shape(Quad::new(corner, u, v).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn cuboid(group: &mut Group<f32>, random: &mut Random, size: f64) {
+fn cuboid(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
     let (middle, half) = (random.cube(), (random.cube().abs() + 0.5) * size);
     group.shape(Cuboid::new(middle - half, middle + half).into(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
 }
 
-fn any_kind(group: &mut Group<f32>, random: &mut Random, size: f64) {
+fn any_kind(group: &mut PrimitiveSet<f32>, random: &mut Random, size: f64) {
     let kinds: [Put; 3] = [sphere, quad, cuboid];
     kinds[(random.unit() * 3.0) as usize % 3](group, random, size);
 }
 
 /// So many of a kind, 1 % of the cube each where there are a hundred.
 fn geometry(put: Put, count: usize, kind: AcceleratorKind) -> Geometry<f32> {
-    let (mut group, mut random) = (Group::default(), Random(count as u64));
+    let (mut group, mut random) = (PrimitiveSet::default(), Random(count as u64));
     let size = 0.5 * (count as f64).powf(-1.0 / 3.0);
     (0..count).for_each(|_| put(&mut group, &mut random, size));
     Geometry::new(group, kind)
@@ -92,7 +92,7 @@ fn table(name: &str, put: Put, count: usize) {
     let across = |i: usize| (i as f32 / side as f32 - 0.5) * 0.8;
     let directions: Vec<Vec3> =
         (0..side * side).map(|i| Vec3::new(across(i % side), across(i / side), 1.0).as_dvec3().normalize().as_vec3()).collect();
-    let from = FromOnePoint {
+    let from = RayPacket {
         origin: Vec3::new(0.0, 0.0, -3.0),
         directions: &directions,
         time: 0.0,
@@ -116,7 +116,7 @@ fn table(name: &str, put: Put, count: usize) {
     };
     let together = |tree: &Geometry<f32>| {
         let mut hits = Vec::new();
-        tree.closest_from(&from, &mut Patience::default(), &mut hits);
+        tree.closest_from(&from, &mut PacketBackoff::default(), &mut hits);
         black_box(&hits);
     };
     let queries: [(&str, Ask<'_>); 4] =

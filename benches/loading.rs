@@ -15,7 +15,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use raywright::bvh::{AcceleratorKind, Geometry, Group, Visibility};
+use raywright::bvh::{AcceleratorKind, Geometry, PrimitiveSet, Visibility};
 use raywright::core::bench::clock::process_seconds;
 use raywright::core::scene::MeshSource;
 
@@ -108,7 +108,7 @@ fn sheet_beside_its_tree(side: u32) {
             println!("peak {:.2} of the scene's {:.0} MB", peak as f64 / whole as f64, whole as f64 / 1e6);
         }
         drop(ready);
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         let corner = |i: u32| data.positions[i as usize].into();
         group.mesh(data.indices.iter().map(|triangle| triangle.map(corner)), Visibility::default()).expect("triangles");
         let (tree, geometry) = timed(|| Geometry::new(group, AcceleratorKind::default()));

@@ -14,7 +14,8 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, TransformedShape,
+    Triangle,
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
@@ -93,7 +94,7 @@ fn precision<R: Real>(c: &mut Criterion, name: &str) {
     }
     let map = DAffine3::from_axis_angle(DVec3::Z, 0.3) * DAffine3::from_scale(DVec3::new(1.0, 0.7, 1.2));
     let sphere = Sphere { centre: R::Vec3::ZERO, radius: R::ONE };
-    if let Some(placed) = Placed::<R>::new(sphere.into(), map) {
+    if let Some(placed) = TransformedShape::<R>::new(sphere.into(), map) {
         run(c, "test", format!("placed-sphere/{name}"), &probes, |probe| {
             black_box(&placed).intersect(probe, Interval::positive(), Side::Both).map_or(0.0, |h| h.t.to_f64())
         });

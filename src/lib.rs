@@ -1,50 +1,68 @@
-//! Raywright is a data-driven scene engine: one file in - a scene, a glTF, OBJ, STL or PLY model - and one honest picture out.
-//!
-//! This crate only re-exports. [`bvh`] knows rays, shapes and acceleration; [`core`] knows scenes, effects and light; [`io`]
-//! knows files; [`cli`] is the program. The way of the data, from a scene that the program carries to a picture:
+//! Raywright renders a model or a scene file to a picture that says how far it is from the true one.
 //!
 //! ```
 //! use raywright::prelude::*;
 //!
-//! # if raywright::io::presets::get("whitted").is_err() { return Ok(()); } // its file may have been deleted
-//! let loaded = load(&Input::Preset("whitted".to_owned()), &LoadOptions::default())?;
-//! let settings = Settings { size: [32, 18], ..Settings::of(&loaded.scene) };
-//! let ready = prepare(&loaded.scene, &settings, &())?;
-//! assert_eq!(ready.effects().status(Effect::Refraction), Status::Simulated);
-//!
-//! let rendered = ready.render(&());
-//! assert!(rendered.finished);
-//! // The mirror sphere, left of the middle, shows the blue of the sky.
-//! let [red, _, blue] = rendered.picture.pixel(11, 7).unwrap();
-//! assert!(blue > red);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! #   if raywright::io::presets::get("cornell").is_err() { return Ok(()); } // its file may have been deleted
+//!     let loaded = load(&Input::Preset("cornell".into()), &LoadOptions::default())?; // or Input::Path("model.glb".into())
+//!     let settings = Settings { size: [64, 64], sampling: Sampling::General(16), denoise: true, ..Settings::of(&loaded.scene) };
+//!     let rendered = prepare(&loaded.scene, &settings, &())?.render(&());
+//!     let denoised = rendered.denoised().expect("it was asked for");
+//!     println!("root relMSE {:.3}", denoised.error.root_relmse.value);
+//!     let path = std::env::temp_dir().join("cornell.png");
+//!     write_picture(&path, rendered.shown(), Display::of(&loaded.scene.render), &Metadata::default())?;
+//!     Ok(())
+//! }
 //! ```
 //!
-//! Loading completes a scene as the command line does: a model without lights stands in the default studio, and one without a camera is
-//! shown whole. Ask for [`EnvironmentSource::None`](io::EnvironmentSource) and it stays dark.
+//! # The way of a picture
+//!
+//! | step | what it gives |
+//! |---|---|
+//! | [`load`](prelude::load) | a [`Scene`](prelude::Scene): plain data, checked, with its images and meshes in memory. A model without lights stands in a studio |
+//! | [`Settings::of`](prelude::Settings::of) | size, samples, integrator and so on as the scene asks for, to be changed field by field |
+//! | [`prepare`](prelude::prepare) | a [`Ready`](prelude::Ready): the tree, tables and textures for these settings. A scene without camera is framed |
+//! | [`Ready::render`](prelude::Ready::render) | a [`Rendered`](prelude::Rendered): picture, error, counts. Any number of threads gives the same bits |
+//! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |
+//!
+//! A scene is shaded by Whitted's integrator if that is all that it calls for, and by a path tracer otherwise.
+//! [`Ready::effects`](prelude::Ready::effects) says which effects are simulated, absent and left out.
+//!
+//! # Wrong input
+//!
+//! Everything that can fail returns a typed error: [`io::Error`] for files, [`core::settings::SettingsError`] for settings,
+//! [`core::prepare::PrepareError`] for what does not fit into memory. Nothing is printed, and nothing in a file can cause a panic.
 //!
 //! ```
+//! use raywright::core::prepare::PrepareError;
+//! use raywright::core::settings::SettingsError;
 //! use raywright::prelude::*;
 //!
-//! # let folder = tempfile::tempdir()?;
-//! # let file = folder.path().join("sheet.obj");
-//! std::fs::write(&file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
-//! let loaded = load(&Input::Path(file), &LoadOptions::default())?;
+//! let input = Input::Bytes { name: "sheet.obj".into(), bytes: b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".into(), resolver: None };
+//! let loaded = load(&input, &LoadOptions::default())?;
 //! assert_eq!(loaded.added_sky, Some(LightShortage::NoLight));
 //!
-//! let settings = Settings { size: [16, 16], ..Settings::of(&loaded.scene) };
+//! let none = Settings { size: [0, 16], ..Settings::of(&loaded.scene) };
+//! assert_eq!(prepare(&loaded.scene, &none, &()).err(), Some(PrepareError::Settings(SettingsError::Size([0, 16]))));
+//!
+//! // The studio lights all of it.
+//! let settings = Settings { size: [16, 16], ..none };
 //! let picture = prepare(&loaded.scene, &settings, &())?.render(&()).picture;
 //! assert!(picture.rgb.iter().flatten().all(|&channel| channel > 0.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A scene is shaded by Whitted's integrator where that is all it calls for, and by the path tracer otherwise.
+//! # The crates
 //!
-//! What is not done yet: caustics of lights without size, subsurface scattering, lights that move. A render says what a
-//! scene calls for and does not get ([`core::effects`]).
+//! This crate only re-exports. [`bvh`] has rays, shapes and the tree over them; [`core`] scenes, effects, light and film; [`io`] files;
+//! `cli` the program. `default-features = false` leaves the program out, with the crates that only a command line needs.
+//!
+//! Not here yet: caustics of lights without size, subsurface scattering, lights that move.
 #![forbid(unsafe_code)]
 
 pub use raywright_bvh as bvh;
+#[cfg(feature = "cli")]
 pub use raywright_cli as cli;
 pub use raywright_core as core;
 pub use raywright_io as io;
@@ -53,9 +71,11 @@ pub use raywright_io as io;
 pub mod prelude {
     pub use raywright_core::display::Display;
     pub use raywright_core::effects::{Effect, EffectReport, Status};
+    pub use raywright_core::film::Film;
     pub use raywright_core::picture::Picture;
     pub use raywright_core::scene::Scene;
+    pub use raywright_core::settings::Sampling;
     pub use raywright_core::{Observer, Ready, Rendered, Settings, prepare};
     pub use raywright_io::output::{Metadata, read_picture, write_picture};
-    pub use raywright_io::{Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded, load};
+    pub use raywright_io::{Environment, EnvironmentSource, Input, LightShortage, Limits, LoadOptions, Loaded, Resolver, load};
 }

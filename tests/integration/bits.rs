@@ -6,8 +6,9 @@ use std::path::Path;
 use rayon::ThreadPoolBuilder;
 use raywright::bvh::{AcceleratorKind, BuildQuality};
 use raywright::core::picture::Picture;
+use raywright::core::scene::Integrator;
 use raywright::core::settings::{Aov, Crop, KernelChoice, PrecisionChoice, Sampling};
-use raywright::core::{Scene, Settings, prepare};
+use raywright::core::{Observer, Rendered, Scene, Settings, prepare};
 use raywright::io::{Input, LoadOptions, load, presets};
 
 const SIZE: [u32; 2] = [64, 48];
@@ -225,4 +226,43 @@ fn the_comparison_sees_one_bit() {
         let seen = difference(&picture, &other).unwrap_or_default();
         assert!(seen.starts_with("1 samples of G differ"), "{}: a changed bit was not seen: {seen}", subject.name);
     }
+}
+
+/// Protects: who looks at a render on its way changes no bit of it. Each look has about twice the samples of the one before and some of
+/// every pixel; none is the finished picture; who stops at a look gets no further one.
+#[test]
+fn looks_change_no_bit() {
+    let text = r#"{ "format": 1, "sky": { "constant": 1 }, "materials": [{ "name": "m", "model": { "physical": { "roughness": 0.5 } } }],
+        "objects": [{ "shape": { "sphere": { "centre": [0, 0, 0], "radius": 1 } }, "material": "m" }] }"#;
+    let input = Input::Bytes { name: "ball.scene.json".to_owned(), bytes: text.into(), resolver: None };
+    let scene = load(&input, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).scene;
+    let settings =
+        Settings { size: SIZE, sampling: Sampling::General(256), integrator: Integrator::Path, ..Settings::of(&scene) };
+    let ready = prepare(&scene, &settings, &()).unwrap_or_else(|e| panic!("{e}"));
+    let (mut rays, mut bare) = (Vec::new(), 0);
+    let found = ready.render_showing(&(), |film| {
+        let so_far = Rendered::noisy(film);
+        rays.push(so_far.counters.camera);
+        bare += film.picture().rgb.iter().filter(|rgb| **rgb == [0.0; 3]).count();
+    });
+    assert!(found.finished && found.picture == ready.render(&()).picture);
+    assert_eq!((rays.len(), bare), (7, 0), "{rays:?}");
+    let all = found.counters.camera as f64;
+    assert!(rays.windows(2).all(|pair| pair[0] < pair[1]), "{rays:?}");
+    for (look, &rays) in rays.iter().enumerate() {
+        // The first passes are of several samples at once.
+        let (share, most) = (f64::from(1 << (7 - look)) * rays as f64 / all, if look < 3 { 4.0 } else { 1.6 });
+        assert!((1.0..most).contains(&share), "look {look}: {share} of what it should have");
+    }
+
+    /// Stops at once.
+    struct Stop;
+    impl Observer for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let mut looks = 0;
+    assert!(!ready.render_showing(&Stop, |_| looks += 1).finished);
+    assert_eq!(looks, 0);
 }

@@ -9,7 +9,7 @@ use std::ffi::{CStr, c_char};
 
 use glam::Vec3;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Real, Vector, Visibility,
+    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, Patience, PrimitiveSet, Ray, RayPacket, Real, Vector, Visibility,
 };
 
 /// A ray of the harness.
@@ -69,7 +69,7 @@ impl<R: Real> Peer for Together<R> {
             let (first, range) = ray::<R>(&rays[0]);
             directions.clear();
             directions.extend(rays.iter().map(|asked| ray::<R>(asked).0.direction));
-            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: first.time, culls: false, range };
+            let asked = RayPacket { origin: first.origin, directions: &directions, time: first.time, culls: false, range };
             self.0.closest_from(&asked, &mut patience, &mut found);
             let (these, rest) = hits.split_at_mut(rays.len());
             for (hit, found) in these.iter_mut().zip(&found) {
@@ -86,7 +86,7 @@ impl<R: Real> Peer for Together<R> {
 }
 
 fn build<R: Real + 'static>(triangles: impl Iterator<Item = [Vec3; 3]>, variant: &str, bytes: &mut u64) -> Option<Box<dyn Peer>> {
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     let corners = triangles.map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
     group.mesh(corners, Visibility::default()).ok()?;
     let named = |name: &str| variant.split(':').any(|part| part.eq_ignore_ascii_case(name));

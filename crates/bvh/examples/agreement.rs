@@ -26,7 +26,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use raywright_bvh::shapes::Triangle;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, PreparedRay, Ray, Real, Shape, Side, Vector,
+    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Vector,
     Visibility,
 };
 
@@ -64,7 +64,7 @@ fn named(files: &[String]) -> Vec<(String, Mesh)> {
 }
 
 fn built<R: Real>(mesh: &Mesh, kind: AcceleratorKind) -> Geometry<R> {
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     let corners = mesh.iter().map(|corners| corners.map(|p| Vector::from_f64(p.as_dvec3())));
     group.mesh(corners, Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
     Geometry::new(group, kind)

@@ -11,7 +11,7 @@
 mod files;
 
 use glam::Vec3;
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray, Visibility, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalStats, Visibility};
 
 /// Rays of a block, and how many blocks there are for one that is traced.
 const BLOCK: usize = 4096;
@@ -27,7 +27,7 @@ fn main() {
     let rays: Vec<_> = sets.iter().map(|set| files::rays(set)).collect();
     println!("{:10}{:>8}  {}", "", "bytes", sets.join("  "));
     for quality in BuildQuality::ALL {
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(mesh.iter().copied(), Visibility::default()).unwrap_or_else(|e| panic!("{e}"));
         let tree = Geometry::new(group, AcceleratorKind::Tree(quality));
         let cells: Vec<String> = sets.iter().zip(&rays).map(|(set, rays)| visited(&tree, rays, set.contains("shadow"))).collect();
@@ -37,7 +37,7 @@ fn main() {
 
 /// Nodes, triangles and hits a ray.
 fn visited(tree: &Geometry<f32>, rays: &[[f32; 8]], any: bool) -> String {
-    let (mut visits, mut hits, mut count) = (Visits::default(), 0, 0);
+    let (mut visits, mut hits, mut count) = (TraversalStats::default(), 0, 0);
     for &[ox, oy, oz, min, dx, dy, dz, max] in rays.chunks(BLOCK).step_by(THIN).flatten() {
         let (ray, range) = (Ray::new(Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz)), Interval { min, max });
         let hit = if any {

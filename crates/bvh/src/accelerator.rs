@@ -20,7 +20,6 @@ impl Default for AcceleratorKind {
 
 /// A structure over the places 0, 1, 2 … of a list of primitives.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one a set, and a box would be one more load for every ray")]
 pub(crate) enum Accelerator {
     /// None: so many places are tested one after the other.
     Linear(usize),
@@ -41,13 +40,7 @@ impl Accelerator {
         match kind {
             AcceleratorKind::Linear => 0,
             AcceleratorKind::Tree(_) if boxes <= few => 0,
-            AcceleratorKind::Tree(quality) => {
-                let triangles = quality.most_references(shares.triangles);
-                let others = boxes.saturating_sub(shares.triangles);
-                let is_named = quality.splits() && triangles > 0;
-                let names = if is_named { triangles.saturating_add(others).saturating_mul(4) } else { 0 };
-                Bvh8::most_bytes(PrimitiveCounts { triangles, ..shares }, quality.packs()).saturating_add(names)
-            }
+            AcceleratorKind::Tree(_) => Bvh8::most_bytes(shares),
         }
     }
 }

@@ -55,20 +55,6 @@ impl Binary {
     pub fn tops(&self) -> usize {
         self.parts.first().map_or(self.nodes.len(), |part| part.start)
     }
-
-    /// Gives the nodes the boxes of what is in them.
-    pub fn refit(&mut self, boxes: &[PaddedBox]) {
-        for node in (0..self.nodes.len()).rev() {
-            let BinaryNode { first, count, .. } = self.nodes[node];
-            let first = first as usize;
-            self.nodes[node].bounds = if count == 0 {
-                self.nodes[first].bounds.union(&self.nodes[first + 1].bounds)
-            } else {
-                let own = self.order[first..first + count as usize].iter().map(|&place| boxes[place as usize]);
-                own.fold(PaddedBox::NOTHING, |all, one| all.union(&one))
-            };
-        }
-    }
 }
 
 /// Goes on level by level from the root until so many wait for their children to follow; where these start.

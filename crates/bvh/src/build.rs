@@ -1,79 +1,43 @@
-//! Building: sanitised boxes in, a tree of eight-wide nodes out. Our own builder splits from the top; `obvhs` clusters from the bottom what is of very
-//! different sizes, and improves trees by moving their parts.
+//! Building: sanitised boxes in, a tree of eight-wide nodes out. Our own builder splits from the top, and `obvhs` improves
+//! trees of boxes of different sizes by moving their parts.
 
 mod binned;
-mod clustered;
-mod improved;
-mod morton;
-mod ploc_dry_run;
-mod presplit;
 mod reinsertion;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use self::binned::{Manner, binned};
-use self::clustered::clustered;
-use self::improved::improved;
-use self::presplit::{SplitBudget, presplit};
+use self::reinsertion::reinsert;
 use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
-use crate::bvh8::{Bvh8, cost};
+use crate::bvh8::Bvh8;
 
-/// How long a build may take for how good a tree, and how large it may be. Pictures do not depend on it.
+/// How long a build may take for how good a tree. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {
     /// Least build time: split from the top, large sets by samples.
     Fast,
-    /// Split from the top, and improved; where sizes differ much, `obvhs` clusters too and the cheaper tree is kept.
+    /// Split from the top, and improved where sizes differ.
     #[default]
     Medium,
-    /// Several times the build time and, where long triangles lie across the axes, half as many references again: more is improved, and such
-    /// triangles are split.
+    /// Several times the build time: more is improved.
     High,
-    /// Least memory: split as in medium quality, but the triangles of a block share their corners, which are gathered wherever a
-    /// ray meets the block. In f64 it is as medium.
-    Compact,
 }
 
 impl BuildQuality {
-    /// Every quality: fastest build first, then what is smallest.
-    pub const ALL: [Self; 4] = [Self::Fast, Self::Medium, Self::High, Self::Compact];
-
-    /// Most references that there may be to `count` boxes.
-    pub(crate) fn most_references(self, count: u64) -> u64 {
-        match self {
-            Self::Fast | Self::Medium | Self::Compact => count,
-            Self::High => count.saturating_add((count as f64 * MORE) as u64),
-        }
-    }
-
-    /// Whether triangles may be in several blocks.
-    pub(crate) fn splits(self) -> bool {
-        self == Self::High
-    }
-
-    /// Whether blocks of triangles are packed.
-    pub(crate) fn packs(self) -> bool {
-        self == Self::Compact
-    }
+    /// Every quality, the fastest build first.
+    pub const ALL: [Self; 3] = [Self::Fast, Self::Medium, Self::High];
 }
 
-/// Most references that splitting triangles adds for each box: with more than this, a triangle would take over 105 bytes of tree. Measured:
-/// `../../../benches/runs`.
-const MORE: f64 = 0.5;
 /// Splits of larger sets are looked for with this many of their boxes where time is short.
 const SAMPLE: usize = 4096;
 /// Shares of the nodes that are moved at once in improving a tree, and how many that is at most.
 const MOVED: [(f32, f32); 2] = [(0.2, 50_000.0), (1.0, 1e9)];
 
-/// Which builder made a tree, and what it cost: what tests count where they can't measure time.
+/// What a build cost: what tests count where they can't measure time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BuildWork {
-    /// Whether clustering built it, as it does unless it would be slow. Otherwise it was split from the top.
-    pub clustered: bool,
-    /// Boxes and pairs of boxes looked at, at most: in sorting, in the rehearsal, in clustering, in reinsertion, and in the
-    /// other builder.
+    /// Boxes looked at, at most: in splitting and in reinsertion.
     pub looks: u64,
     /// Nodes from the root to the deepest, the root included.
     pub depth: u32,
@@ -93,21 +57,10 @@ pub(crate) enum LeafKind {
     None,
     Triangles,
     Spheres,
-    Quad8,
 }
 
 /// Says what kind of leaf each of the boxes goes into.
 pub(crate) type LeafKindOf<'a> = &'a (dyn Fn(u32) -> LeafKind + Sync);
-
-/// The corners of a box's triangle; none where there is another primitive in it.
-pub(crate) type Corners<'a> = &'a (dyn Fn(u32) -> Option<[Vec3; 3]> + Sync);
-
-/// What a wide tree is to know of the boxes.
-#[derive(Clone, Copy)]
-pub(crate) struct Triangles<'a> {
-    pub company: LeafKindOf<'a>,
-    pub corners: Corners<'a>,
-}
 
 /// Boxes that a thread looks at in one piece. Nothing depends on it.
 const PIECE: usize = 4096;
@@ -115,28 +68,17 @@ const PIECE: usize = 4096;
 /// Whether a build is to be given up, asked between its passes.
 pub(crate) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Where boxes are of sizes that differ so much that large ones would go with what happens to lie about their centres: n Σa²/(Σa)²
-/// over their surfaces, which is one where all are alike. Measured: 1.1 to 9 on the surfaces of bodies, terrain and needles, 60 and more in rooms.
-const UNEVEN: f64 = 16.0;
-
 /// Trees over boxes of sizes more alike than this are not improved: split from the top they are as good, and rays of terrain and needles
 /// were slower in what moving their parts made of them. Measured: `../../../benches/runs`.
 const ALIKE: f64 = 2.0;
 
-/// Larger sets are clustered in high quality alone: clustering takes four times as long as splitting from the top. Measured: of three million
-/// triangles, a room and what was scattered in it, it made no better tree.
-const CLUSTERED: usize = 1 << 19;
-
-/// Where sizes differ that much, a leaf of several triangles has a box of this many times the surface of their own boxes on average, at
+/// Where sizes differ more, a leaf of several triangles has a box of this many times the surface of their own boxes on average, at
 /// most. What is left apart may still share a block, but what improves the tree moves it by itself, and eight large walls in one box are
 /// asked about by every ray in the room. Measured: `../../../benches/runs`.
 const WIDEST_LEAF: f64 = 8.0;
 
-/// A clustered tree is taken where it costs at most so many times what the other one does. Of rooms the cost tells little: trees of equal
-/// cost differed by a half in what rays took, and the clustered one was the best of a dozen. Measured: `../../../benches/runs`.
-const TRUST: f32 = 1.1;
-
-/// The surface of a box on average, half of it, and how much more the largest ones have, as [`UNEVEN`] says.
+/// The surface of a box on average, half of it, and how much more the largest ones have: n Σa²/(Σa)² over surfaces, which is one where all are
+/// alike. Measured: 1.1 to 9 on the surfaces of bodies, terrain and needles, 60 and more in rooms.
 fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
     let sums =
         |boxes: &[PaddedBox]| boxes.iter().map(exact_half_area).fold([0.0, 0.0], |[sum, squares], a| [sum + a, squares + a * a]);
@@ -146,31 +88,22 @@ fn sizes(boxes: &[PaddedBox]) -> [f64; 2] {
 }
 
 /// Builds the tree over two boxes or more; none where `stop` said so.
-pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, kinds: Triangles<'_>, stop: Stop<'_>) -> Option<Build> {
-    let shares = SplitBudget { more: MORE, least: 1e-8 };
-    let split = if quality.splits() { presplit(boxes, kinds.corners, shares) } else { None };
-    let (all, owners) = split.as_ref().map_or((boxes, &[][..]), |(all, owners)| (all, owners));
-    let (better, mut work) = binary(all, owners, quality, kinds.company, stop)?;
-    if let Some((tree, order, depth)) = Bvh8::collapse(&better, kinds.company) {
+pub(crate) fn build(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, stop: Stop<'_>) -> Option<Build> {
+    let (better, mut work) = binary(boxes, quality, company, stop)?;
+    if let Some((tree, order, depth)) = Bvh8::collapse(&better, company) {
         return Some(Build { tree: Some((tree, order)), work: BuildWork { depth, ..work } });
     }
-    // Clustered or improved it may be too deep, and split from the top it is not.
-    let (plain, again) = binary(all, owners, BuildQuality::Fast, kinds.company, stop)?;
+    // Improved it may be too deep, and split from the top it is not.
+    let (plain, again) = binary(boxes, BuildQuality::Fast, company, stop)?;
     work.looks += again.looks;
-    let collapsed = Bvh8::collapse(&plain, kinds.company);
+    let collapsed = Bvh8::collapse(&plain, company);
     let depth = collapsed.as_ref().map_or(0, |(_, _, depth)| *depth);
     let tree = collapsed.map(|(tree, order, _)| (tree, order));
-    Some(Build { tree, work: BuildWork { depth, clustered: false, ..work } })
+    Some(Build { tree, work: BuildWork { depth, ..work } })
 }
 
-/// The binary tree over boxes, the last of them of parts, as in [`presplit`]; what it took, but for its depth.
-fn binary(
-    boxes: &[PaddedBox],
-    owners: &[u32],
-    quality: BuildQuality,
-    company: LeafKindOf<'_>,
-    stop: Stop<'_>,
-) -> Option<(Binary, BuildWork)> {
+/// The binary tree over boxes; what it took, but for its depth.
+fn binary(boxes: &[PaddedBox], quality: BuildQuality, company: LeafKindOf<'_>, stop: Stop<'_>) -> Option<(Binary, BuildWork)> {
     let improves = quality != BuildQuality::Fast;
     // In least time all are taken to be alike.
     let [mean, unevenness] = if improves { sizes(boxes) } else { [0.0, 1.0] };
@@ -179,28 +112,19 @@ fn binary(
         sample: if improves { usize::MAX } else { SAMPLE },
         widest: if unevenness > ALIKE { (WIDEST_LEAF * mean) as f32 } else { f32::INFINITY },
     };
-    let (mut binary, mut looks) = binned(boxes, owners, company, manner, stop);
-    let mut work = BuildWork::default();
+    let (mut binary, mut looks) = binned(boxes, company, manner, stop);
     if unevenness > ALIKE {
         let (share, most) = MOVED[usize::from(quality == BuildQuality::High)];
         let share = share.min(most / binary.nodes.len() as f32);
-        looks += improved(&mut binary, share, stop);
+        looks += reinsert(&mut binary, share, stop);
     }
-    let few = quality == BuildQuality::High || boxes.len() <= CLUSTERED;
-    if few && unevenness > UNEVEN && !stop() {
-        let (other, counted) = clustered(boxes, owners, quality, stop);
-        looks += counted;
-        if let Some(other) = other
-            && cost(&other, company) <= TRUST * cost(&binary, company)
-        {
-            (binary, work.clustered) = (other, true);
-        }
-    }
-    (!stop()).then_some((binary, BuildWork { looks, ..work }))
+    (!stop()).then_some((binary, BuildWork { looks, ..BuildWork::default() }))
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     fn cube(centre: Vec3, edge: f32) -> PaddedBox {
@@ -228,31 +152,16 @@ mod tests {
     #[test]
     fn large_triangles_are_in_leaves_of_their_own() {
         let widest = |boxes: &[PaddedBox], quality: BuildQuality| {
-            let (binary, _) = binary(boxes, &[], quality, TRIANGLES, &|| false).unwrap();
+            let (binary, _) = binary(boxes, quality, TRIANGLES, &|| false).unwrap();
             let shared = binary.nodes.iter().filter(|node| node.count > 1);
             shared.map(|node| exact_half_area(&node.bounds)).fold(0.0, f64::max) / sizes(boxes)[0]
         };
-        // Uneven enough for a bound, and not for clustering.
         let [differ, alike] = [mixed(10, 4.0, 0.5), mixed(1, 1.0, 0.02)];
         let uneven = [&differ, &alike].map(|boxes| sizes(boxes)[1]);
-        assert!(uneven[0] > ALIKE && uneven[0] < UNEVEN && uneven[1] < ALIKE, "{uneven:?}");
+        assert!(uneven[0] > ALIKE && uneven[1] < ALIKE, "{uneven:?}");
         let shared = widest(&differ, BuildQuality::Medium);
         assert!(shared > 0.5 * WIDEST_LEAF && shared <= WIDEST_LEAF, "{shared}");
         assert!(widest(&differ, BuildQuality::Fast) > 1.5 * WIDEST_LEAF);
         assert!(widest(&alike, BuildQuality::Medium) > 100.0 * WIDEST_LEAF);
-    }
-
-    /// Protects: of sizes that differ much the clustered tree is kept where it is cheaper or costs 1.09 times what ours does, and ours where
-    /// the other costs 1.32 times as much.
-    #[test]
-    fn clustered_trees_are_kept_unless_they_cost_more() {
-        let kept = |boxes: &[PaddedBox]| {
-            assert!(sizes(boxes)[1] > UNEVEN);
-            binary(boxes, &[], BuildQuality::Medium, TRIANGLES, &|| false).unwrap().1.clustered
-        };
-        assert_eq!(
-            [mixed(800, 20.0, 2.0), mixed(100, 30.0, 0.2), mixed(50, 20.0, 1.0)].map(|boxes| kept(&boxes)),
-            [true, true, false]
-        );
     }
 }

@@ -1,5 +1,5 @@
-//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles, rows of eight spheres, eight quads and single
-//! other primitives, in the widest registers that the processor has.
+//! The tree that rays of stored f32 walk: eight-wide nodes over blocks of eight triangles, rows of eight spheres and single other
+//! primitives, in the widest registers that the processor has.
 //!
 //! Nodes and filters decide what is tested and never what is hit: boxes are padded and exits widened, the filter misses a
 //! triangle only where its error bounds prove that the exact test does ([`filter`]), and what is left goes through the
@@ -10,22 +10,19 @@
 //! ([`crate::shapes::EDGE_ON`]).
 
 mod collapse;
-mod doubles;
+mod entries;
 mod filter;
 mod flat;
-mod gathered;
 mod kernel;
-mod names;
 mod optimisation_barrier;
-mod packed;
 mod packet;
-mod portable;
 mod projected_ray;
 mod reparametrisation;
 mod row;
-mod simd;
+mod sphere_leaf;
 mod stack;
 mod traversal_ray;
+mod traversal_simd;
 mod traverse;
 mod triangle8;
 #[cfg(target_arch = "x86_64")]
@@ -35,15 +32,13 @@ use core::ops::Range;
 use rayon::prelude::*;
 
 use crate::aabb::PaddedBox;
-use crate::group::Slot;
+pub(crate) use crate::math::simd::WIDTH;
+use crate::primitive_set::Slot;
 use crate::ray::Visibility;
 use crate::shapes::Triangle;
 
-pub(crate) use self::collapse::cost;
-use self::gathered::Quad8;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
-use self::packed::Packed;
 pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
 pub(crate) use self::projected_ray::TriangleHit;
 pub(crate) use self::reparametrisation::RayReparametrisation;
@@ -55,14 +50,12 @@ use self::triangle8::Triangle8;
 
 /// The most primitives that one tree can address.
 pub const MAX_PRIMITIVES: usize = (1 << 27) - 1;
-/// Children of a node, triangles of a block.
-pub(crate) const WIDTH: usize = 8;
 /// Deepest tree that a traversal has a stack for; the builder falls back to a balanced split beyond it.
 const MAX_DEPTH: u32 = 64;
 /// Each level leaves at most seven siblings behind, and a node's eight children are written at once.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH as usize + WIDTH;
 
-/// An inner child names a node; a leaf a block of triangles, a row of spheres, quads, or the place of one other primitive.
+/// An inner child names a node; a leaf a block of triangles, a row of spheres, or the place of one other primitive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 struct Child(u32);
@@ -72,7 +65,6 @@ impl Child {
     const OTHER: u32 = 1 << 30;
     /// Of those that are no blocks. There are fewer than 2²⁷ primitives.
     const ROW: u32 = 1 << 29;
-    const QUADS: u32 = 1 << 28;
     /// No child: a leaf of nothing.
     const NONE: Self = Self(u32::MAX);
 
@@ -92,10 +84,6 @@ impl Child {
         Self(Self::LEAF | Self::OTHER | Self::ROW | row as u32)
     }
 
-    fn quads(quads: usize) -> Self {
-        Self(Self::LEAF | Self::OTHER | Self::QUADS | quads as u32)
-    }
-
     #[inline(always)]
     fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
@@ -106,27 +94,20 @@ impl Child {
         self.0 & Self::OTHER == 0
     }
 
-    /// Of a leaf that is something and no block: whether several primitives are in it.
-    #[inline(always)]
-    fn is_gathered(self) -> bool {
-        self.0 & (Self::ROW | Self::QUADS) != 0
-    }
-
-    /// Of those, whether they are spheres.
+    /// Of a leaf that is something and no block: whether spheres are in it.
     #[inline(always)]
     fn is_row(self) -> bool {
         self.0 & Self::ROW != 0
     }
 
-    /// The same among nodes, blocks, places, rows and quads that begin later by so much.
-    fn moved(self, [nodes, blocks, places, rows, quads]: [u32; 5]) -> Self {
+    /// The same among nodes, blocks, places and rows that begin later by so much.
+    fn moved(self, [nodes, blocks, places, rows]: [u32; 4]) -> Self {
         let by = match self {
             Self::NONE => 0,
             child if !child.is_leaf() => nodes,
             child if child.is_block() => blocks,
-            child if !child.is_gathered() => places,
             child if child.is_row() => rows,
-            _ => quads,
+            _ => places,
         };
         Self(self.0 + by)
     }
@@ -137,10 +118,10 @@ impl Child {
         self.0 as usize
     }
 
-    /// Of the block, the row, the quads or the place.
+    /// Of the block, the row or the place.
     #[inline(always)]
     fn index(self) -> usize {
-        (self.0 & !(Self::LEAF | Self::OTHER | Self::ROW | Self::QUADS)) as usize
+        (self.0 & !(Self::LEAF | Self::OTHER | Self::ROW)) as usize
     }
 }
 
@@ -171,7 +152,6 @@ impl Node {
 pub(crate) struct PrimitiveCounts {
     pub triangles: u64,
     pub spheres: u64,
-    pub quads: u64,
     pub others: u64,
 }
 
@@ -181,19 +161,13 @@ pub(crate) struct Bvh8 {
     /// Root first; none where everything is tested.
     nodes: Vec<Node>,
     blocks: Vec<Triangle8>,
-    /// The blocks, where they are packed.
-    packed: Packed,
     /// Of each block.
     facts: Vec<LeafHeader>,
     /// First those that every query tests, then those of leaves.
     rows: Vec<Row>,
     always: usize,
-    /// Of leaves.
-    quads: Vec<Quad8>,
     /// Without nodes: the places of what is in no row and in no block.
     others: Range<usize>,
-    /// The slots of the blocks' lanes; empty where these follow one another.
-    names: Vec<u32>,
     kernel: Chosen,
 }
 
@@ -202,9 +176,6 @@ impl Bvh8 {
     /// the order of the leaves; those of triangles get the numbers by which [`Bvh8::triangle`] knows them.
     pub fn fill(&mut self, slots: &mut [Slot], first: usize, taken: impl Fn(&Slot) -> (Triangle<f32>, Visibility) + Sync) {
         const PIECE: usize = 512;
-        if !self.names.is_empty() {
-            return self.fill_named(slots, taken);
-        }
         let (mut rest, mut done) = (&mut slots[first..], 0);
         let mut pieces = Vec::with_capacity(self.blocks.len() / PIECE + 1);
         for (number, (blocks, facts)) in self.blocks.chunks_mut(PIECE).zip(self.facts.chunks_mut(PIECE)).enumerate() {
@@ -244,6 +215,12 @@ impl Bvh8 {
         self.always += self.rows.len() - before;
     }
 
+    /// A triangle by its number.
+    #[inline]
+    pub fn triangle(&self, number: u32) -> Triangle<f32> {
+        self.blocks[number as usize / WIDTH].triangle(number as usize % WIDTH)
+    }
+
     /// The facts of a block.
     #[inline(always)]
     pub fn facts(&self, block: usize) -> &LeafHeader {
@@ -257,18 +234,15 @@ impl Bvh8 {
 
     /// Lets other code walk it; the portable one where the processor can't run that.
     pub fn set_kernel(&mut self, kernel: Kernel) {
-        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::Portable);
+        self.kernel = Chosen::new(kernel).unwrap_or(Chosen::PORTABLE);
     }
 
     /// Bytes of nodes and blocks.
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice())
             + size_of_val(self.blocks.as_slice())
-            + self.packed.bytes()
             + size_of_val(self.facts.as_slice())
             + size_of_val(self.rows.as_slice())
-            + size_of_val(self.quads.as_slice())
-            + size_of_val(self.names.as_slice())
     }
 
     /// Bytes of the rows of so many spheres or planes.
@@ -281,24 +255,23 @@ impl Bvh8 {
         triangles.div_ceil(WIDTH as u64).saturating_mul((size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64)
     }
 
-    /// The most bytes that the tree over so many triangles and other primitives takes, its blocks packed or not.
+    /// The most bytes that the tree over so many triangles and other primitives takes.
     ///
     /// A node with room left has leaves alone, or it would have opened a child. Of t nodes let f have an inner child: these were
     /// full, so they had 8f − (t − 1) leaves. The others have nine triangles at least, or another primitive and one lane
     /// more. So t ≤ n/7 + 1 for n triangles, t ≤ (4n + 3)/7 for n others, and t ≤ n/7 + m + 1 for both. Blocks of fewer than three
     /// triangles are alone in their node, which then has seven inner children, or beside those that they don't fit into: there
     /// are at most n/3 + n/49 blocks, and one more for each other primitive that may stand between them.
-    pub fn most_bytes(PrimitiveCounts { triangles, spheres, quads, others }: PrimitiveCounts, packed: bool) -> u64 {
+    pub fn most_bytes(PrimitiveCounts { triangles, spheres, others }: PrimitiveCounts) -> u64 {
         let few = |count: u64| count.saturating_mul(4).saturating_add(3) / 7;
-        let all = [triangles, spheres, quads, others].into_iter().fold(0, u64::saturating_add);
+        let all = [triangles, spheres, others].into_iter().fold(0, u64::saturating_add);
         // The most of one company are the triangles of the argument above, whatever they are.
-        let most = triangles.max(spheres).max(quads);
+        let most = triangles.max(spheres);
         let nodes = if most == 0 { few(others) } else { (most / 7).saturating_add(all - most).saturating_add(1) };
-        let leaves = Self::most_bytes_of_leaves(spheres, quads, all - spheres - quads);
+        let leaves = Self::most_bytes_of_leaves(spheres, all - spheres);
         let others = all - triangles;
         let blocks = triangles.min((triangles / 5).saturating_mul(2).saturating_add(others).saturating_add(2));
-        let block = if packed { Packed::MOST_BYTES } else { size_of::<Triangle8>() };
-        let each = (block + size_of::<LeafHeader>()) as u64;
+        let each = (size_of::<Triangle8>() + size_of::<LeafHeader>()) as u64;
         blocks.saturating_mul(each).saturating_add(nodes.saturating_mul(size_of::<Node>() as u64)).saturating_add(leaves)
     }
 }

@@ -1,6 +1,6 @@
 //! A group with its accelerator, ready for queries.
 //!
-//! A [`Group`] collects primitives; [`Geometry`] is the group with its accelerator. An instance is a primitive that shows
+//! A [`PrimitiveSet`] collects primitives; [`Geometry`] is the group with its accelerator. An instance is a primitive that shows
 //! another geometry under an affine map, so a scene has two levels where it repeats something and one where it does not.
 
 use core::mem::take;
@@ -9,10 +9,10 @@ use rayon::prelude::*;
 
 use crate::aabb::{Aabb, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
-use crate::build::{Build, BuildWork, Stop, Triangles, build};
+use crate::build::{Build, BuildWork, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
-use crate::group::{Group, Kind, Slot};
-use crate::memory::{filled, roomy};
+use crate::memory::{filled, huge_page_vec};
+use crate::primitive_set::{Kind, PrimitiveSet, Slot};
 use crate::scalar::{Real, Vector};
 use crate::shapes::Triangle;
 
@@ -21,7 +21,7 @@ use crate::shapes::Triangle;
 pub struct Geometry<R: Real> {
     /// Its slots: first those without bounds, which every query tests, then the others in the accelerator's order, then
     /// instances of nothing, which none does.
-    pub(crate) group: Group<R>,
+    pub(crate) group: PrimitiveSet<R>,
     pub(crate) unbounded: usize,
     /// How many of the first are planes in rows of the accelerator.
     pub(crate) planes: usize,
@@ -51,7 +51,7 @@ struct Sorted {
 impl Sorted {
     /// An instance of an empty geometry has an empty box: nothing to test. What has a box that no tree can hold is tested by every
     /// query, since nothing may vanish from a scene without a word.
-    fn new<R: Real>(group: &mut Group<R>) -> Self {
+    fn new<R: Real>(group: &mut PrimitiveSet<R>) -> Self {
         let all = take(&mut group.slots);
         let mut boxes = filled(all.len(), PaddedBox::NOTHING);
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
@@ -126,7 +126,7 @@ struct Structure {
 impl Structure {
     /// Builds it; none where `stop` gave the build up. What few things there are is sorted by kind.
     fn build<R: Real>(
-        group: &Group<R>,
+        group: &PrimitiveSet<R>,
         kind: AcceleratorKind,
         bounded: &mut [Slot],
         few: usize,
@@ -145,12 +145,7 @@ impl Structure {
         }
         let bounded = &*bounded;
         let company = |place: u32| group.company(&bounded[place as usize]);
-        let corners = |place: u32| {
-            let slot = &bounded[place as usize];
-            let vertices = || group.triangles[slot.index as usize].vertices.map(Vector::to_f32);
-            (R::IS_SINGLE && slot.kind == Kind::Triangle).then(vertices)
-        };
-        let Build { tree, work } = build(boxes, quality, Triangles { company: &company, corners: &corners }, stop)?;
+        let Build { tree, work } = build(boxes, quality, &company, stop)?;
         Some(match tree {
             Some((tree, order)) => {
                 Self { accelerator: Accelerator::Bvh8(tree), order: Some(order), work: Some(work), flat: None }
@@ -166,28 +161,22 @@ impl<R: Real> Geometry<R> {
     ///
     /// # Panics
     /// Never: nothing gives the build up.
-    pub fn new(group: Group<R>, kind: AcceleratorKind) -> Self {
+    pub fn new(group: PrimitiveSet<R>, kind: AcceleratorKind) -> Self {
         Self::unless(group, kind, &|| false).expect("no one gave the build up")
     }
 
     /// The same, given up where `stop` says so: none. It is asked between the passes of a build, from any thread of the pool; a
-    /// pass of clustering or of reinsertion, once begun, goes to its end.
-    pub fn unless(mut group: Group<R>, kind: AcceleratorKind, stop: Stop<'_>) -> Option<Self> {
+    /// pass of reinsertion, once begun, goes to its end.
+    pub fn unless(mut group: PrimitiveSet<R>, kind: AcceleratorKind, stop: Stop<'_>) -> Option<Self> {
         let Sorted { mut slots, mut bounded, mut nothing, boxes, bounds } = Sorted::new(&mut group);
         let unbounded = slots.len();
         let few = group.few(unbounded + bounded.len() + nothing.len());
-        let Structure { mut accelerator, mut order, work, flat } =
-            Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
+        let Structure { mut accelerator, order, work, flat } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
         drop(boxes);
         let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Bvh8(_));
         let planes = if is_wide { planes_first(&mut slots) } else { 0 };
-        if let Accelerator::Bvh8(bvh) = &mut accelerator
-            && order.as_ref().is_some_and(|order| order.len() > bounded.len())
-        {
-            order = order.map(|order| bvh.name(order, bounded.len(), unbounded));
-        }
         let mut firsts = slots;
-        let mut slots = roomy(unbounded + bounded.len() + nothing.len());
+        let mut slots = huge_page_vec(unbounded + bounded.len() + nothing.len());
         slots.append(&mut firsts);
         match order {
             Some(order) => slots.par_extend(order.par_iter().with_min_len(PIECE).map(|&place| bounded[place as usize])),
@@ -202,9 +191,6 @@ impl<R: Real> Geometry<R> {
         {
             group.move_triangles(bvh, unbounded);
             let spheres = flat.map_or(0, |flat| flat.spheres);
-            if flat.is_none() && matches!(kind, AcceleratorKind::Tree(quality) if quality.packs()) {
-                bvh.pack();
-            }
             group.make_rows(bvh, planes, unbounded..unbounded + spheres);
             group.fill_leaves(bvh, unbounded);
         }

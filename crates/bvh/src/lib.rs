@@ -1,14 +1,14 @@
 //! Rays, boxes, shapes and acceleration structures: what is hit, and where. Light, materials and files are unknown here.
 //!
-//! A [`Group`] collects primitives, [`Geometry`] answers for them: the closest hit, or any hit that a filter accepts, by a
+//! A [`PrimitiveSet`] collects primitives, [`Geometry`] answers for them: the closest hit, or any hit that a filter accepts, by a
 //! linear scan or by a tree, with the same bits. What is stored is f32 or f64; intersections compute in f64.
 //!
 //! ```
 //! use glam::{DVec3, Vec3};
 //! use raywright_bvh::shapes::{AnyShape, Disk, Sphere};
-//! use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Visibility};
+//! use raywright_bvh::{AcceleratorKind, Geometry, PrimitiveSet, Interval, Ray, Visibility};
 //!
-//! let mut group = Group::<f32>::default();
+//! let mut group = PrimitiveSet::<f32>::default();
 //! group.shape(AnyShape::Disk(Disk::new(DVec3::ZERO, DVec3::Y, 10.0)), Visibility::default())?;
 //! let ball = group.sphere(Sphere { centre: Vec3::new(0.0, 1.0, 0.0), radius: 1.0 }, Visibility::default())?;
 //! let geometry = Geometry::new(group, AcceleratorKind::default());
@@ -23,12 +23,12 @@
 //! # Ok::<(), raywright_bvh::GeometryError>(())
 //! ```
 //!
-//! What is stored in f32 has a tree of eight-wide nodes and blocks of eight triangles, walked by the best [`Kernel`] that the processor can
-//! run; what is stored in f64 has one of four-wide nodes.
+//! The tree has nodes of eight boxes and, of what is stored in f32, leaves of eight triangles or spheres. It is walked by the best [`Kernel`] that
+//! the processor can run.
 //!
 //! [`Geometry::closest_from`] asks rays that leave one point together.
 //!
-//! Not here yet: SIMD tests of primitives other than triangles, quads, spheres and planes, packets of other rays, quantised nodes, refitting,
+//! Not here yet: SIMD tests of primitives other than triangles, spheres and planes, packets of other rays, quantised nodes, refitting,
 //! motion other than of instances along straight lines.
 #![deny(unsafe_code)]
 
@@ -37,35 +37,34 @@ mod accelerator;
 mod binary;
 mod build;
 mod bvh8;
-mod double_double;
 mod error;
 mod geometry;
-mod group;
+mod geometry_memory;
 mod instance;
-mod inventory;
-mod lanes;
 mod locate;
+mod math;
 mod memory;
 mod motion;
+mod primitive_set;
 mod processor;
 mod query;
 pub mod ray;
 pub mod scalar;
 pub mod shapes;
-mod tally;
+mod stats;
 pub use aabb::{Aabb, PaddedBox};
 pub use accelerator::AcceleratorKind;
 pub use build::{BuildQuality, BuildWork};
 pub use bvh8::Kernel;
 pub use error::GeometryError;
 pub use geometry::Geometry;
-pub use group::Group;
-pub use inventory::Inventory;
-pub use memory::roomy;
+pub use geometry_memory::GeometryMemory;
+pub use memory::huge_page_vec;
 pub use motion::Motion;
+pub use primitive_set::PrimitiveSet;
 pub use processor::{Loops, prefetch, widest};
-pub use query::{FromOnePoint, Patience};
+pub use query::{PacketBackoff, RayPacket};
 pub use ray::{Hit, Interval, Occlusion, Query, Ray, Side, Visibility};
 pub use scalar::{Real, Vector};
-pub use shapes::{Located, Parameters, PreparedRay, Shape, ShapeHit, Surface, Transform};
-pub use tally::{Tally, Visits};
+pub use shapes::{Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Transform};
+pub use stats::{TraversalCounter, TraversalStats};

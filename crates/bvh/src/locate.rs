@@ -1,15 +1,15 @@
 //! What is at a hit: the surface and its texture coordinates, made once the hit is known.
 
 use crate::geometry::Geometry;
-use crate::group::Kind;
+use crate::primitive_set::Kind;
 use crate::ray::{Hit, Ray};
 use crate::scalar::{Real, Vector};
-use crate::shapes::{Located, Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, Under};
+use crate::shapes::{Maps, Parameters, PreparedRay, Shape, ShapeHit, Surface, SurfacePoint, Under};
 
 impl<R: Real> Geometry<R> {
     /// The surface at a hit that this geometry returned for the same ray, before it is rounded to the stored scalar.
     #[inline]
-    pub fn located(&self, ray: &Ray<R>, hit: &Hit<R>) -> Located {
+    pub fn located(&self, ray: &Ray<R>, hit: &Hit<R>) -> SurfacePoint {
         // Spheres and planes are asked here, where what their answer does not need of a probe is not made.
         let slot = &self.group.slots[hit.slots[0] as usize];
         match slot.kind {
@@ -45,7 +45,7 @@ impl<R: Real> Geometry<R> {
 
     /// For a probe of this geometry's own space, which is under these maps.
     #[inline(never)]
-    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>, [slot, inner]: [u32; 2], maps: Under<'_>) -> Located {
+    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>, [slot, inner]: [u32; 2], maps: Under<'_>) -> SurfacePoint {
         let (group, slot) = (&self.group, &self.group.slots[slot as usize]);
         let index = slot.index as usize;
         match slot.kind {
@@ -53,7 +53,7 @@ impl<R: Real> Geometry<R> {
             Kind::Triangle => self.triangle(index).locate_under(probe, hit, maps),
             Kind::Plane => group.planes[index].locate_under(probe, hit, maps),
             Kind::Shape => group.shapes[index].locate_under(probe, hit, maps),
-            Kind::Placed => group.placed[index].locate_under(probe, hit, maps),
+            Kind::TransformedShape => group.placed[index].locate_under(probe, hit, maps),
             Kind::Instance => {
                 let (instance, mut room) = (&group.instances[index], None);
                 let transform = group.transform(instance, probe.time, &mut room);
@@ -72,7 +72,7 @@ impl<R: Real> Geometry<R> {
             Kind::Triangle => self.triangle(index).parameters(probe, hit),
             Kind::Plane => group.planes[index].parameters(probe, hit),
             Kind::Shape => group.shapes[index].parameters(probe, hit),
-            Kind::Placed => group.placed[index].parameters(probe, hit),
+            Kind::TransformedShape => group.placed[index].parameters(probe, hit),
             Kind::Instance => {
                 let (instance, mut room) = (&group.instances[index], None);
                 let transform = group.transform(instance, probe.time, &mut room);

@@ -9,7 +9,7 @@ const LEAST: usize = 4 << 20;
 
 /// An empty list with room for so many, on large pages where they are many and the system has such: for what is written once and
 /// read from all over. It is a list like any other, wherever the advice is not taken.
-pub fn roomy<T>(capacity: usize) -> Vec<T> {
+pub fn huge_page_vec<T>(capacity: usize) -> Vec<T> {
     let mut list = Vec::with_capacity(capacity);
     advise(list.spare_capacity_mut());
     list
@@ -17,7 +17,7 @@ pub fn roomy<T>(capacity: usize) -> Vec<T> {
 
 /// The same with so many of one value in it.
 pub(crate) fn filled<T: Clone>(count: usize, value: T) -> Vec<T> {
-    let mut list = roomy(count);
+    let mut list = huge_page_vec(count);
     list.resize(count, value);
     list
 }
@@ -49,13 +49,13 @@ mod tests {
     #[test]
     fn lists_have_room_for_what_is_put_there() {
         for count in [0, 1, LEAST / 8 - 1, LEAST / 8, LEAST] {
-            let mut list: Vec<u64> = roomy(count);
+            let mut list: Vec<u64> = huge_page_vec(count);
             assert!(list.is_empty() && list.capacity() >= count);
             let place = list.as_ptr();
             list.extend(0..count as u64);
             assert!(list.as_ptr() == place && list.iter().copied().eq(0..count as u64));
         }
-        assert_eq!(roomy::<()>(usize::MAX).capacity(), usize::MAX);
+        assert_eq!(huge_page_vec::<()>(usize::MAX).capacity(), usize::MAX);
     }
 
     /// Protects: the system is asked for large pages below large arrays, for whole ones of the array's own, and not below small ones.

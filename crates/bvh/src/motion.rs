@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::double_double::DoubleDouble;
 use crate::error::GeometryError;
-use crate::group::Group;
 use crate::instance::Instance;
+use crate::math::double_double::DoubleDouble;
+use crate::primitive_set::PrimitiveSet;
 use crate::scalar::Real;
 use crate::shapes::Transform;
 
@@ -50,7 +50,7 @@ impl Motion {
     }
 }
 
-impl<R: Real> Group<R> {
+impl<R: Real> PrimitiveSet<R> {
     /// The map of an instance at a ray's time: its own, or where it moves one that is put into `room`.
     #[inline(always)]
     pub(crate) fn transform<'a>(&'a self, instance: &'a Instance, time: f64, room: &'a mut Option<Transform>) -> &'a Transform {

@@ -7,7 +7,7 @@ use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use glam::{DVec3, Vec3};
 
-pub use crate::lanes::{Four, Laned};
+pub use crate::math::four::{Four, Laned};
 
 mod sealed {
     pub trait Sealed {}
@@ -96,7 +96,7 @@ pub trait Real:
     /// time, and within three units of rounding.
     fn angle(self, x: Self) -> Self;
     /// Cosine and sine of this share of a whole turn, from 0 to 1; in f32 by arithmetic alone, as [`Self::angle`], and within 1.5e-7.
-    fn turned(self) -> [Self; 2];
+    fn sin_cos_turns(self) -> [Self; 2];
     /// Natural exponential.
     fn exp(self) -> Self;
     /// Natural logarithm.
@@ -295,14 +295,14 @@ macro_rules! real {
     };
     (@fn $libm:ident asin) => { #[inline] fn asin(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
     (@fn $libm:ident acos) => { #[inline] fn acos(self) -> Self { libm::$libm(Real::clamp(self, -1.0, 1.0)) } };
-    (@fn sincos turned) => {
+    (@fn sincos sin_cos_turns) => {
         #[inline]
-        fn turned(self) -> [Self; 2] {
+        fn sin_cos_turns(self) -> [Self; 2] {
             let (sin, cos) = libm::sincos(core::f64::consts::TAU * self);
             [cos, sin]
         }
     };
-    (@fn sincosf turned) => { #[inline(always)] fn turned(self) -> [Self; 2] { turned(self) } };
+    (@fn sincosf sin_cos_turns) => { #[inline(always)] fn sin_cos_turns(self) -> [Self; 2] { sin_cos_turns(self) } };
     (@fn atan2 angle) => { #[inline(always)] fn angle(self, x: Self) -> Self { Real::atan2(self, x) } };
     (@fn atan2f angle) => { #[inline(always)] fn angle(self, x: Self) -> Self { angle(self, x) } };
     (@fn $libm:ident atan2) => { #[inline] fn atan2(self, x: Self) -> Self { libm::$libm(self, x) } };
@@ -332,7 +332,7 @@ fn angle(y: f32, x: f32) -> f32 {
 
 /// Cosine and sine of a share of a turn: what is left beside the nearest quarter, exactly, and there the polynomials of the Cephes library.
 #[inline(always)]
-fn turned(share: f32) -> [f32; 2] {
+fn sin_cos_turns(share: f32) -> [f32; 2] {
     let quarters = (4.0 * share + 0.5) as i32;
     let rest = (share - quarters as f32 * 0.25) * core::f32::consts::TAU;
     let z = rest * rest;
@@ -343,5 +343,5 @@ fn turned(share: f32) -> [f32; 2] {
     [over, if quarters & 2 == 0 { up } else { -up }]
 }
 
-real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, sincosf => turned, expf => exp, logf => ln, powf => powf);
-real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, sincos => turned, exp => exp, log => ln, pow => powf);
+real!(f32, Vec3, 5.960_464_5e-8, sinf => sin, cosf => cos, tanf => tan, asinf => asin, acosf => acos, atanf => atan, atan2f => atan2, atan2f => angle, sincosf => sin_cos_turns, expf => exp, logf => ln, powf => powf);
+real!(f64, DVec3, 1.110_223_024_625_156_5e-16, sin => sin, cos => cos, tan => tan, asin => asin, acos => acos, atan => atan, atan2 => atan2, atan2 => angle, sincos => sin_cos_turns, exp => exp, log => ln, pow => powf);

@@ -1,12 +1,61 @@
 //! What the user reads: results on standard output, everything else on standard error, and nothing of it steers a terminal.
 
 use std::borrow::Cow;
+use std::env;
 use std::fmt;
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
+use crate::args::ColorChoice;
 use crate::failure::Failure;
+
+/// Whether messages are coloured.
+static COLOURED: AtomicBool = AtomicBool::new(false);
+
+/// Decides about the colours of all messages that follow. Unless a flag says so, NO_COLOR (<https://no-color.org>) goes before
+/// CLICOLOR_FORCE and CLICOLOR (<https://bixense.com/clicolors>), and these before what standard error is.
+pub fn set_colour(choice: ColorChoice) {
+    let variable = |name| env::var(name).ok().filter(|value| !value.is_empty());
+    let coloured = match choice {
+        ColorChoice::Always => true,
+        ColorChoice::Never => false,
+        ColorChoice::Auto if variable("NO_COLOR").is_some() => false,
+        ColorChoice::Auto if variable("CLICOLOR_FORCE").is_some_and(|value| value != "0") => true,
+        ColorChoice::Auto => variable("CLICOLOR").is_none_or(|value| value != "0") && io::stderr().is_terminal(),
+    };
+    COLOURED.store(coloured, Ordering::Relaxed);
+}
+
+/// Words that begin messages, and what a terminal shows them in: red, yellow, cyan, green.
+const LABELS: [(&str, u8); 5] = [("error:", 31), ("warning:", 33), ("note:", 36), ("help:", 32), ("tip:", 32)];
+
+/// The same text with its labels bold and coloured.
+fn coloured(text: &str) -> String {
+    let line = |line: &str| {
+        let indent = line.len() - line.trim_start().len();
+        let label = LABELS.iter().find(|(label, _)| line[indent..].starts_with(label));
+        match label {
+            Some((label, code)) => {
+                format!("{}\u{1b}[1;{code}m{label}\u{1b}[0m{}", &line[..indent], &line[indent + label.len()..])
+            }
+            None => line.to_owned(),
+        }
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// Characters in a line of standard output: those of the terminal, or as COLUMNS says; none where lines are not broken, since programs read
+/// them.
+pub fn width() -> Option<usize> {
+    let told = env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    let own = || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
+    told.or_else(own).map(|width| width.max(NARROWEST))
+}
+
+/// Lines are not broken into shorter ones.
+const NARROWEST: usize = 40;
 
 /// Writes a result to standard output, masked. A reader that has seen enough (`raywright schema | head`) is no failure.
 pub fn print(text: impl AsRef<str>) -> Result<(), Failure> {
@@ -33,7 +82,10 @@ pub fn json(value: &impl Serialize) -> String {
 
 /// Writes one message to standard error, masked. Nothing can be done, or said, where that fails.
 pub fn tell(message: impl fmt::Display) {
-    let _ = writeln!(io::stderr().lock(), "{}", masked(&message.to_string()));
+    let message = message.to_string();
+    let shown = masked(&message);
+    let shown = if COLOURED.load(Ordering::Relaxed) { Cow::Owned(coloured(&shown)) } else { shown };
+    let _ = writeln!(io::stderr().lock(), "{shown}");
 }
 
 /// Text that shows on a terminal and does nothing to it: names come out of files, and a name can hold an escape sequence. All that the
@@ -112,6 +164,13 @@ mod tests {
         assert_eq!(masked(name), "�[31mré�2J���\u{fffd}d�\n\t世");
         assert_eq!(on_one_line("a\nb\u{1b}"), "a�b�");
         assert!(matches!(masked("plain, été\n"), Cow::Borrowed(_)));
+    }
+
+    /// Protects: labels alone are coloured, wherever a line begins with one.
+    #[test]
+    fn labels_stand_out() {
+        let shown = coloured("error: no\n  tip: yes\nan error: in a line");
+        assert_eq!(shown, "\u{1b}[1;31merror:\u{1b}[0m no\n  \u{1b}[1;32mtip:\u{1b}[0m yes\nan error: in a line");
     }
 
     /// Protects: JSON has names as they are, in codes that no terminal obeys.

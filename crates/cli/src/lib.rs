@@ -22,6 +22,7 @@ mod console;
 mod interrupt;
 mod machine;
 mod memory;
+mod notes;
 mod origin;
 mod plan;
 mod progress;
@@ -34,14 +35,14 @@ mod table;
 mod targets;
 mod threads;
 mod watch;
+mod words;
 
+use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 use std::sync::Once;
 
 use clap::Parser;
-use clap::error::{ContextKind, ContextValue};
-use raywright_io::Error;
 
 use args::Arguments;
 use failure::{Exit, Failure};
@@ -61,24 +62,17 @@ pub fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), Failure> {
-    match Arguments::try_parse() {
-        Ok(arguments) => commands::run(arguments.command),
-        Err(error) if error.use_stderr() => {
-            let usual = || Failure { exit: Exit::Usage, message: error.render().to_string() };
-            Err(scene_as_command(&error).unwrap_or_else(usual))
+    let words: Vec<OsString> = std::env::args_os().collect();
+    // What is wrong with the command line is coloured too.
+    console::set_colour(words::colour(&words));
+    match Arguments::try_parse_from(words::with_command(words)) {
+        Ok(arguments) => {
+            console::set_colour(arguments.messages.color);
+            commands::run(arguments.command, arguments.messages.verbosity())
         }
+        Err(error) if error.use_stderr() => Err(Failure { exit: Exit::Usage, message: error.render().to_string() }),
         Err(help) => console::print(help.render().to_string()),
     }
-}
-
-/// `raywright duck.glb` is a natural thing to type; the answer is the command that was meant.
-fn scene_as_command(error: &clap::Error) -> Option<Failure> {
-    let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return None };
-    let scene = word.starts_with("preset:") || word.contains(['.', '/']);
-    scene.then(|| {
-        let message = format!("`{word}` is not a command");
-        Error::usage(message).with_hint(format!("to render it: raywright render {word}")).into()
-    })
 }
 
 /// The last resort: a bug shows itself in two lines instead of a trace, and once however many threads it strikes.

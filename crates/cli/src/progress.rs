@@ -42,6 +42,11 @@ impl Progress {
         Self { what, start: Instant::now(), display, reports: AtomicU64::new(0), finished: AtomicU64::new(0), of: 1 }
     }
 
+    /// Shows nothing.
+    pub fn hidden() -> Self {
+        Self::start("", ProgressStyle::None, Verbosity::Quiet)
+    }
+
     /// The same of work in so many pieces, each of which reports for itself.
     pub fn of_pieces(self, of: usize) -> Self {
         Self { of: of as u64, ..self }

@@ -27,6 +27,7 @@ pub fn failed(source: &SourceInfo, error: PrepareError) -> Failure {
         PrepareError::Cancelled => Failure::new(Exit::Interrupted, NOTHING_KEPT),
         PrepareError::Memory { needed, allowed } => too_much(name, &needed, Some(allowed)).into(),
         PrepareError::OutOfMemory { needed } => too_much(name, &needed, None).into(),
+        PrepareError::Settings(error) => Error::usage(error.to_string()).into(),
         PrepareError::Collapsed { problems } => source.error(problems).into(),
         other => Error::input(name, other).into(),
     }

@@ -5,33 +5,30 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
+use raywright_core::suggest::closest;
 use raywright_io::{
     Environment, EnvironmentSource, Error, ErrorKind, Format, Input, LightShortage, Limits, LoadOptions, Loaded, ModelOptions,
-    Overrides, load_observed, presets,
+    Overrides, load_observed, models_in, presets,
 };
 
-use crate::args::{DEFAULT_PRESET, ProgressStyle, SceneArgs};
-use crate::console::Verbosity;
+use crate::args::{DEFAULT_PRESET, SceneArgs};
 use crate::failure::Failure;
+use crate::notes::Notes;
 use crate::progress::Progress;
 use crate::watch::Watch;
 
-/// Reads and checks a scene and passes on its warnings.
-pub fn read(name: &OsStr, changes: &SceneArgs, limits: Limits, verbosity: Verbosity) -> Result<Loaded, Failure> {
-    watched(name, changes, limits, verbosity, ProgressStyle::None)
+/// Reads and checks the scene of a name and notes its warnings.
+pub fn read(name: &OsStr, changes: &SceneArgs, notes: &mut Notes) -> Result<Loaded, Failure> {
+    let limits = Limits::default();
+    let loaded = load(&input(name, &limits)?, changes, limits, &Progress::hidden())?;
+    notes.warn_of(&loaded);
+    Ok(loaded)
 }
 
-/// As [`read`], and shows how far it has come where that takes a while.
-pub fn watched(
-    name: &OsStr,
-    changes: &SceneArgs,
-    limits: Limits,
-    verbosity: Verbosity,
-    style: ProgressStyle,
-) -> Result<Loaded, Failure> {
+/// Reads and checks a scene, and shows how far it has come where that takes a while.
+pub fn load(input: &Input, changes: &SceneArgs, limits: Limits, progress: &Progress) -> Result<Loaded, Failure> {
     let overrides = Overrides { at: changes.at, set: changes.set.clone() };
     let model = ModelOptions { scene: changes.model_scene.clone(), variant: changes.variant.clone() };
-    let input = named(name, &limits)?;
     let environment = Environment {
         source: if changes.studio { Some(EnvironmentSource::Studio) } else { changes.env.clone() },
         ground: changes.ground,
@@ -39,14 +36,9 @@ pub fn watched(
         strength: changes.env_strength,
     };
     let options = LoadOptions { overrides, model, environment, allow_outside: changes.allow_outside, limits };
-    let progress = Progress::start("loading", style, verbosity);
-    let loaded = load_observed(&input, &options, &Watch { progress: Some(&progress), ..Watch::until(&AtomicBool::new(false)) });
+    let loaded = load_observed(input, &options, &Watch { progress: Some(progress), ..Watch::until(&AtomicBool::new(false)) });
     progress.finish();
-    let loaded = loaded.map_err(|error| explained(error, &input))?;
-    for warning in &loaded.warnings {
-        verbosity.warn(&warning.message);
-    }
-    Ok(loaded)
+    loaded.map_err(|error| explained(error, input).into())
 }
 
 /// The scene that is meant where none is named.
@@ -66,24 +58,26 @@ fn default_of(carried: &[&str]) -> Result<String, Error> {
     }))
 }
 
-/// Says what a scene lacked that its picture needs, and what is there in its place.
-pub fn tell_completed(loaded: &Loaded, verbosity: Verbosity) {
-    let name = &loaded.source.name;
-    if let Some(shortage) = loaded.added_sky {
-        let said = match (loaded.source.format, shortage) {
-            (Format::Native(_), _) => "has no light; a neutral grey sky is added",
-            (_, LightShortage::NoLight) => "brings no lights; it stands in the default studio",
-            (_, LightShortage::TooDim) => "brings too little light to be seen by; it stands in the default studio",
-        };
-        verbosity.say(format_args!("note: {name} {said}"));
-    }
-    if loaded.scene.cameras.is_empty() {
-        verbosity.say(format_args!("note: {name} has no camera; the whole scene is shown"));
+/// Notes what a scene lacked that its picture needs, and what is there in its place.
+pub fn note_completed(loaded: &Loaded, notes: &mut Notes) {
+    let light = loaded.added_sky.map(|shortage| match (loaded.source.format, shortage) {
+        (Format::Native(_), _) => "the scene has no light: a neutral grey sky is added",
+        (_, LightShortage::NoLight) => "the model brings no lights: it stands in the default studio",
+        (_, LightShortage::TooDim) => "the model brings too little light to be seen by: it stands in the default studio",
+    });
+    let camera = match light {
+        _ if !loaded.scene.cameras.is_empty() => None,
+        Some(_) => Some("without a camera it is shown whole"),
+        None => Some("the scene has no camera: it is shown whole"),
+    };
+    let parts: Vec<&str> = light.into_iter().chain(camera).collect();
+    if !parts.is_empty() {
+        notes.note(parts.join("; "));
     }
 }
 
 /// A path, `preset:NAME`, or `-` for what comes through standard input.
-fn named(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
+pub fn input(name: &OsStr, limits: &Limits) -> Result<Input, Error> {
     if name == "-" {
         return piped(limits);
     }
@@ -103,14 +97,39 @@ fn piped(limits: &Limits) -> Result<Input, Error> {
     Input::from_reader("standard input", source.lock(), limits)
 }
 
-/// A file that does not exist is sometimes a preset without its prefix.
+/// A file that does not exist is sometimes a preset without its prefix, or a neighbour with another name; a folder may hold what is meant.
 fn explained(error: Error, input: &Input) -> Error {
-    match input {
-        Input::Path(path) if error.kind() == ErrorKind::File && !path.exists() && is_preset(path) => {
-            error.with_hint(format!("the built-in scene of that name is `preset:{}`", path.display()))
-        }
-        _ => error,
+    let Input::Path(path) = input else { return error };
+    if error.kind() != ErrorKind::File {
+        return error;
     }
+    if path.is_dir() {
+        let inside = |name: &String| path.join(name).display().to_string();
+        let models: Vec<String> = models_in(path).iter().map(inside).collect();
+        return match models.as_slice() {
+            [] => error.with_hint("there is no scene or model in it"),
+            models => error.with_hint(format!("in it: {}", listed(models))),
+        };
+    }
+    if path.exists() {
+        return error;
+    }
+    if is_preset(path) {
+        return error.with_hint(format!("the built-in scene of that name is `preset:{}`", path.display()));
+    }
+    let neighbours = models_in(path.parent().unwrap_or(Path::new("")));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    match closest(&name, neighbours.iter().map(String::as_str)) {
+        Some(near) => error.with_hint(format!("did you mean `{}`?", path.with_file_name(near).display())),
+        None => error,
+    }
+}
+
+/// The first few of many names.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 8;
+    let more = if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
+    names[..names.len().min(SHOWN)].join(", ") + &more
 }
 
 fn is_preset(path: &Path) -> bool {

@@ -79,6 +79,11 @@ impl Outputs {
         Ok(())
     }
 
+    /// Whether anything lies where one of them goes.
+    pub fn replace_any(&self) -> bool {
+        self.0.iter().any(|output| output.path.exists())
+    }
+
     /// Whether a file that nobody named would take the place of no output and no input. Where no file can be made at all,
     /// writing it will say so.
     pub fn leave_free(&self, path: &Path, inputs: &Inputs) -> bool {

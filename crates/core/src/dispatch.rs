@@ -1,10 +1,12 @@
 //! The one place where run-time choices become types: precision and kernel.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use raywright_bvh::Real;
 
 use crate::effects::{EffectReport, EffectSet, chosen, detect, switched_off};
 use crate::film::{Aim, Film, Part, PartError, Plan};
-use crate::integrator::{Analytic, General, Kernel, Paths};
+use crate::integrator::{Analytic, General, Kernel, PathTracer, WhittedTracer};
 use crate::lookup::Lookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
@@ -43,6 +45,7 @@ macro_rules! each {
 /// # Errors
 /// See [`PrepareError`].
 pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Ready, PrepareError> {
+    settings.check().map_err(PrepareError::Settings)?;
     let effects = detect(scene, settings);
     let simulated = effects.simulated();
     let needed = reckon(scene, settings, simulated);
@@ -134,6 +137,28 @@ impl KernelName {
     }
 }
 
+/// Ends a render once a 2ᵏ-th of its samples are there, and some of each pixel.
+struct Stage<'a> {
+    observer: &'a dyn Observer,
+    halving: u32,
+    is_over: AtomicBool,
+}
+
+impl Observer for Stage<'_> {
+    fn progress(&self, done: u64, total: u64) {
+        self.observer.progress(done, total);
+        self.is_over.store(done >= total >> self.halving, Ordering::Relaxed);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.observer.cancelled()
+    }
+
+    fn has_enough(&self, everywhere: bool) -> bool {
+        self.observer.has_enough(everywhere) || everywhere && self.is_over.load(Ordering::Relaxed)
+    }
+}
+
 impl Ready {
     /// Takes another camera: as if the scene, which has to be the one it was made from, had been prepared for it, to the bit, without
     /// building again what no camera changes. False, and nothing changed, where that would be another picture altogether: with a
@@ -157,6 +182,23 @@ impl Ready {
     pub fn render(&self, observer: &dyn Observer) -> Rendered {
         let mut film = self.film("");
         let whole = film.whole();
+        self.render_rounds(&mut film, &whole, observer);
+        Rendered::of(&film, observer)
+    }
+
+    /// As [`Self::render`]; `look` sees the film each time that it has about twice as many samples as before, the last time excepted: a first
+    /// look at a 128th of them, which [`Rendered::noisy`] makes a picture of. The bits of the result are those of [`Self::render`].
+    pub fn render_showing(&self, observer: &dyn Observer, mut look: impl FnMut(&Film)) -> Rendered {
+        let mut film = self.film("");
+        let whole = film.whole();
+        for halving in (1..=7).rev() {
+            let stage = Stage { observer, halving, is_over: AtomicBool::new(false) };
+            self.render_units(&mut film, &whole, &stage);
+            if !stage.is_over.into_inner() || observer.cancelled() || film.lacking(&whole) == 0 {
+                break;
+            }
+            look(&film);
+        }
         self.render_rounds(&mut film, &whole, observer);
         Rendered::of(&film, observer)
     }
@@ -198,9 +240,9 @@ impl Ready {
 
     fn with_kernel<R: Real>(&self, prepared: &Prepared<R>, film: &mut Film, part: &Part, observer: &dyn Observer) {
         match self.kernel {
-            KernelName::General => render::<R, General>(prepared, &self.settings, film, part, observer),
-            KernelName::Analytic => render::<R, Analytic>(prepared, &self.settings, film, part, observer),
-            KernelName::Paths => render::<R, Paths>(prepared, &self.settings, film, part, observer),
+            KernelName::General => render::<R, WhittedTracer<'_, R, General>>(prepared, &self.settings, film, part, observer),
+            KernelName::Analytic => render::<R, WhittedTracer<'_, R, Analytic>>(prepared, &self.settings, film, part, observer),
+            KernelName::Paths => render::<R, PathTracer<'_, R>>(prepared, &self.settings, film, part, observer),
         }
     }
 
@@ -226,7 +268,7 @@ impl Ready {
         match self.kernel {
             KernelName::General => General::NAME,
             KernelName::Analytic => Analytic::NAME,
-            KernelName::Paths => Paths::NAME,
+            KernelName::Paths => "paths",
         }
     }
 

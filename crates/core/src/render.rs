@@ -17,8 +17,7 @@ use crate::counters::Counters;
 use crate::denoise::{DenoiseError, Denoised, denoise};
 use crate::film::{Block, Film, Gather, Moments, Part, Plain, Plan, Plane, Single, Sums, Unit, parts};
 use crate::filter::Draws;
-use crate::integrator::{FirstHit, Kernel, Tracer};
-use crate::light::LightUsage;
+use crate::integrator::{FirstHit, LightTransport, PACKET};
 use crate::observer::Observer;
 use crate::picture::Picture;
 use crate::prepare::Prepared;
@@ -68,12 +67,12 @@ impl Rendered {
 
 /// Renders what `part` names and the film lacks on the current thread pool, in passes over the picture that each add some samples
 /// of one replicate, so that a render that is stopped has something everywhere, and nearly the same of it.
-pub(crate) fn render<R: Real, K: Kernel>(
-    scene: &Prepared<R>,
+pub(crate) fn render<'a, R: Real, T: LightTransport<'a, R>>(
+    scene: &'a Prepared<R>,
     settings: &Settings,
     film: &mut Film,
     part: &Part,
-    observer: &dyn Observer,
+    observer: &'a dyn Observer,
 ) {
     let (plan, draws) = (film.plan().clone(), settings.filter.draws());
     let queue = Mutex::new(Queue::new(film, part));
@@ -81,13 +80,13 @@ pub(crate) fn render<R: Real, K: Kernel>(
     let exchange = |finished: Option<Unit>| lock(&queue).exchange(finished, observer);
     let work = || {
         let mut finished = None;
-        let mut usage = if K::PATHS { LightUsage::new(&scene.lights) } else { LightUsage::default() };
+        let mut tracer = T::new(scene, settings.max_depth, !plan.layers.mean.is_empty(), observer);
         while !observer.cancelled()
             && let Some(next) = exchange(finished.take())
         {
             let Next { tile, replicate, samples, start } = next;
             let area = plan.tile(tile);
-            let job = UnitJob::<R, K> {
+            let job = UnitJob::<R, T> {
                 scene,
                 settings,
                 plan: &plan,
@@ -97,12 +96,12 @@ pub(crate) fn render<R: Real, K: Kernel>(
                 replicate,
                 samples,
                 observer,
-                kernel: PhantomData,
+                transport: PhantomData,
             };
-            let Some(unit) = job.run(&start, &mut usage) else { break };
+            let Some(unit) = job.run(&start, &mut tracer) else { break };
             finished = Some(unit);
         }
-        lock(&queue).end(finished, &usage, observer);
+        lock(&queue).end(finished, &tracer.into_light_usage(), observer);
     };
     // Each thread takes the next one, so that they are finished nearly in order and none waits for another. Not a broadcast,
     // which ends only when every thread of the pool has taken part: a caller's pool may have other things to do.
@@ -114,7 +113,7 @@ fn lock<'a, T>(mutex: &'a Mutex<T>) -> MutexGuard<'a, T> {
 }
 
 /// Some samples of one tile in one replicate.
-struct UnitJob<'a, R: Real, K: Kernel> {
+struct UnitJob<'a, R: Real, T> {
     scene: &'a Prepared<R>,
     settings: &'a Settings,
     plan: &'a Plan,
@@ -125,23 +124,21 @@ struct UnitJob<'a, R: Real, K: Kernel> {
     replicate: u32,
     samples: Range<u32>,
     observer: &'a dyn Observer,
-    kernel: PhantomData<K>,
+    transport: PhantomData<T>,
 }
 
-impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
+impl<'t, R: Real, T: LightTransport<'t, R>> UnitJob<'_, R, T> {
     /// None where the observer stopped it halfway.
-    fn run(&self, start: &Plane, usage: &mut LightUsage) -> Option<Unit> {
+    fn run(&self, start: &Plane, tracer: &mut T) -> Option<Unit> {
         match self.plan.random {
-            true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start, usage),
-            true => self.gather::<Moments>(start, usage),
-            false => self.gather::<Plain<R>>(start, usage),
+            true if self.settings.accumulation == Accumulation::Single => self.gather::<Single>(start, tracer),
+            true => self.gather::<Moments>(start, tracer),
+            false => self.gather::<Plain<R>>(start, tracer),
         }
     }
 
-    fn gather<B: Block<R>>(&self, start: &Plane, usage: &mut LightUsage) -> Option<Unit> {
+    fn gather<B: Block<R>>(&self, start: &Plane, tracer: &mut T) -> Option<Unit> {
         let pixels = self.area.width as usize * self.area.height as usize;
-        let keeps_first = !self.plan.layers.mean.is_empty();
-        let mut tracer = Tracer::<R, K>::new(self.scene, usage, self.settings.max_depth, keeps_first, self.observer);
         let mut plane = Plane::with_room(self.plan, pixels);
         let mut spread = Vec::with_capacity(if self.plan.random { pixels } else { 0 });
         let (mut dropped, met);
@@ -152,7 +149,7 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
             }
         };
         match self.settings.sampling {
-            Sampling::Pattern(Pattern::Corners) => (dropped, met) = self.corners::<B>(&mut tracer, &mut plane, finish),
+            Sampling::Pattern(Pattern::Corners) => (dropped, met) = self.corners::<B>(tracer, &mut plane, finish),
             Sampling::Pattern(Pattern::Centre) | Sampling::General(_) => {
                 dropped = 0;
                 let mut firsts = FirstHitSums::new(self.plan);
@@ -171,10 +168,10 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
                         place += 1;
                         for index in self.samples.clone() {
                             let make = |most, samples: &mut Samples<_>| self.make_samples([x, y], index, most, samples);
-                            let Some(brought) = ahead.next(&mut tracer, make) else { break };
+                            let Some(brought) = ahead.next(tracer, make) else { break };
                             let entered = pixel.add(brought.radiance, parts(brought.coverage));
                             dropped += u64::from(!entered);
-                            firsts.add(|| ahead.first(&tracer), entered);
+                            firsts.add(|| ahead.first(), entered);
                         }
                         finish(&mut plane, pixel.finish());
                         firsts.push(&mut plane);
@@ -183,11 +180,11 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
                 met = pixel.met;
             }
         }
-        let centre = if self.replicate == 0 && self.samples.start == 0 { self.centre_layers(&mut tracer) } else { Vec::new() };
+        let centre = if self.replicate == 0 && self.samples.start == 0 { self.centre_layers(tracer) } else { Vec::new() };
         if tracer.is_stopped() {
             return None;
         }
-        let mut counters: Counters = tracer.counters;
+        let mut counters: Counters = tracer.take_counters();
         let entered = |plane: &Plane| plane.samples.iter().map(|&n| u64::from(n)).sum::<u64>();
         counters.samples = entered(&plane) - entered(start);
         counters.dropped = dropped;
@@ -208,12 +205,7 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
     }
 
     /// Pixels that are the means of their corners; how many samples were dropped, and how many met something.
-    fn corners<B: Block<R>>(
-        &self,
-        tracer: &mut Tracer<'_, R, K>,
-        plane: &mut Plane,
-        mut finish: impl FnMut(&mut Plane, Sums),
-    ) -> (u64, u64) {
+    fn corners<B: Block<R>>(&self, tracer: &mut T, plane: &mut Plane, mut finish: impl FnMut(&mut Plane, Sums)) -> (u64, u64) {
         let (lattice, hits) = self.lattice(tracer);
         let row = self.area.width as usize + 1;
         let mut dropped = 0;
@@ -240,7 +232,7 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
     /// Radiance and coverage at the corners of the tile's pixels, each traced once for the up to four pixels that share it, and their first
     /// hits and what was seen without light from elsewhere, where layers ask for them.
     #[expect(clippy::type_complexity, reason = "two lists for one caller")]
-    fn lattice(&self, tracer: &mut Tracer<'_, R, K>) -> (Vec<(R::Vec3, u32)>, Vec<(Option<FirstHit>, [f64; 3])>) {
+    fn lattice(&self, tracer: &mut T) -> (Vec<(R::Vec3, u32)>, Vec<(Option<FirstHit>, [f64; 3])>) {
         // One more each way than there are pixels.
         let inclusive = |range: Range<u32>| range.start..range.end + 1;
         let (columns, rows) = (inclusive(self.columns()), inclusive(self.rows()));
@@ -258,7 +250,7 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
                 let Some(brought) = ahead.next(tracer, make) else { break };
                 corners.push((brought.radiance, parts(brought.coverage)));
                 if asked {
-                    let (first, direct) = ahead.first(tracer);
+                    let (first, direct) = ahead.first();
                     hits.push((first.copied(), direct));
                 }
             }
@@ -274,7 +266,8 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
     /// Makes at most so many samples from one of a pixel on: those of this pixel, then of the next ones; of paths those of the next rows
     /// too.
     fn make_samples(&self, [x, y]: [u32; 2], index: u32, most: usize, samples: &mut Samples<R>) {
-        let end = if K::PATHS { self.rows().end } else { y + 1 };
+        // A row of its own leaves one point together.
+        let end = if T::BATCH > PACKET { self.rows().end } else { y + 1 };
         let pixels =
             (y..end).flat_map(|row| (if row == y { x } else { self.columns().start }..self.columns().end).map(move |x| [x, row]));
         let by_chance = !self.settings.sampling.is_fixed();
@@ -316,7 +309,7 @@ impl<R: Real, K: Kernel> UnitJob<'_, R, K> {
     }
 
     /// The layers that show what the rays through the middles of pixels hit first. Those rays are traced for them alone.
-    fn centre_layers(&self, tracer: &mut Tracer<'_, R, K>) -> Vec<Vec<f32>> {
+    fn centre_layers(&self, tracer: &mut T) -> Vec<Vec<f32>> {
         let layers = &self.plan.layers.centre;
         let mut buffers = vec![Vec::new(); layers.len()];
         if layers.is_empty() {

@@ -1,5 +1,6 @@
 //! What a render is asked for besides the scene: every choice that the command line can override, resolved to plain values.
 
+mod check;
 mod rungs;
 
 use raywright_bvh::{AcceleratorKind, BuildQuality};
@@ -10,6 +11,7 @@ use crate::effects::EffectSet;
 use crate::filter::PixelFilter;
 use crate::material::FresnelRule;
 use crate::scene::{Camera, Integrator, Pattern, Scene};
+pub use check::SettingsError;
 pub use rungs::{Accumulation, AreaShadows, KernelChoice, LightSampling, Microfacets, PrecisionChoice, Roulette, SamplerKind};
 
 /// Replicates that so many samples of the general sampler are divided into, where nothing else is asked for: as few as the
@@ -138,13 +140,13 @@ impl Aov {
 /// Everything a render is asked for besides the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Width and height of the whole picture in pixels.
+    /// Width and height of the whole picture in pixels, 1 to [`Settings::MOST_EDGE`].
     pub size: [u32; 2],
     /// The part that is rendered; none: all of it.
     pub crop: Option<Crop>,
     /// The view; none: framed automatically.
     pub camera: Option<Camera>,
-    /// Samples of a pixel.
+    /// Samples of a pixel, 1 to [`Settings::MOST_SAMPLES`].
     pub sampling: Sampling,
     /// How much of a pixel's surroundings counts towards it, where samples lie at random places.
     pub filter: PixelFilter,
@@ -206,6 +208,12 @@ pub struct Settings {
 impl Settings {
     /// Segments that a path may be limited to at most.
     pub const MOST_SEGMENTS: u32 = 64;
+
+    /// Pixels that an edge of a picture may have.
+    pub const MOST_EDGE: u32 = 65_536;
+
+    /// Samples that a pixel may have: as many as the sampler's sequence holds.
+    pub const MOST_SAMPLES: u32 = 65_536;
 
     /// No limit on the segments of a path: chance alone ends it.
     pub const UNLIMITED: u32 = u32::MAX;

@@ -1,6 +1,10 @@
 //! The one gate through which files named inside a scene are read: nothing outside the scene's folder, nothing over the
 //! limits, every byte counts towards the scene's hash, and every name is remembered as one that no output may replace.
 
+mod resolver;
+
+pub use resolver::Resolver;
+
 use std::cell::RefCell;
 use std::fmt;
 use std::fs::File;
@@ -32,13 +36,27 @@ impl fmt::Display for ReadError {
     }
 }
 
+/// Where the files lie that a scene names.
+#[derive(Clone, Debug)]
+enum Root {
+    /// Below a folder, by its canonical path.
+    Disk(PathBuf),
+    /// Where a caller finds them, below a prefix: empty, or ending in `/`.
+    Resolver(Resolver, String),
+    /// Nowhere: every reference is refused, for this reason.
+    Nowhere(&'static str),
+}
+
+/// Where a file is that a scene names.
+enum Location<'f> {
+    Disk(PathBuf),
+    Resolver(&'f Resolver, String),
+}
+
 /// A scene's folder, the hash of everything read so far, and the files that were read or named.
 #[derive(Debug)]
 pub struct Folder {
-    /// Canonical path; none: the scene has no folder, and every reference is refused.
-    root: Option<PathBuf>,
-    /// What has none.
-    rootless: &'static str,
+    root: Root,
     /// Whether files elsewhere may be read too, because the user says so.
     outside: bool,
     file_bytes: u64,
@@ -54,14 +72,19 @@ impl Folder {
             Some(parent) if parent != Path::new("") => parent,
             _ => Path::new("."),
         };
-        Ok(Self { root: Some(parent.canonicalize()?), ..Self::none(file_bytes) })
+        Ok(Self { root: Root::Disk(parent.canonicalize()?), ..Self::none(file_bytes) })
     }
 
     /// The folder that holds a file which was read from this one, for what that file names in turn.
     pub fn beside(&self, reference: &str) -> Result<Self, ReadError> {
-        let path = self.resolve(reference)?;
-        let (root, inputs) = (path.parent().map(Path::to_owned), Rc::clone(&self.inputs));
-        Ok(Self { root, inputs, outside: self.outside, ..Self::none(self.file_bytes) })
+        let root = match self.resolve(reference)? {
+            Location::Disk(path) => path.parent().map_or(self.root.clone(), |parent| Root::Disk(parent.to_owned())),
+            Location::Resolver(resolver, name) => {
+                let prefix = name.rsplit_once('/').map(|(folder, _)| format!("{folder}/"));
+                Root::Resolver(resolver.clone(), prefix.unwrap_or_default())
+            }
+        };
+        Ok(Self { root, inputs: Rc::clone(&self.inputs), outside: self.outside, ..Self::none(self.file_bytes) })
     }
 
     /// The same folder, from which references may lead out where `allowed`.
@@ -71,30 +94,38 @@ impl Folder {
 
     /// The folder of a scene that the program carries, which has none.
     pub fn none(file_bytes: u64) -> Self {
-        let rootless = "a scene that the program carries cannot read files";
-        Self { root: None, rootless, outside: false, file_bytes, hash: RefCell::default(), inputs: Rc::default() }
+        let root = Root::Nowhere("a scene that the program carries cannot read files");
+        Self { root, outside: false, file_bytes, hash: RefCell::default(), inputs: Rc::default() }
     }
 
-    /// The folder of what came through a pipe, which has none.
-    pub fn nowhere(file_bytes: u64) -> Self {
-        Self {
-            rootless: "what comes through a pipe lies in no folder to find it in; name the scene's file instead",
-            ..Self::none(file_bytes)
-        }
+    /// The folder of what came as bytes alone, which has none, or what a caller has in its place.
+    pub fn of_bytes(resolver: Option<&Resolver>, file_bytes: u64) -> Self {
+        let root = match resolver {
+            Some(resolver) => Root::Resolver(resolver.clone(), String::new()),
+            None => Root::Nowhere("what comes through a pipe lies in no folder to find it in; name the scene's file instead"),
+        };
+        Self { root, ..Self::none(file_bytes) }
     }
 
     /// The bytes of a file named inside the scene, by a path relative to the folder with `/` between its parts.
     pub fn read(&self, reference: &str) -> Result<Vec<u8>, ReadError> {
         self.name(reference);
-        let path = self.resolve(reference)?;
-        self.inputs.borrow_mut().read(&path);
         let unreadable = |cause: std::io::Error| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
-        // A pipe or a device could keep a reader waiting for ever, and a pipe already when it is opened.
-        if !path.is_file() {
-            return Err(ReadError::Refused(format!("`{reference}` is not a regular file")));
-        }
-        let file = File::open(&path).map_err(unreadable)?;
-        let bytes = read_file(&file, self.file_bytes).map_err(unreadable)?.ok_or_else(|| {
+        let bytes = match self.resolve(reference)? {
+            Location::Disk(path) => {
+                self.inputs.borrow_mut().read(&path);
+                // A pipe or a device could keep a reader waiting for ever, and a pipe already when it is opened.
+                if !path.is_file() {
+                    return Err(ReadError::Refused(format!("`{reference}` is not a regular file")));
+                }
+                let file = File::open(&path).map_err(unreadable)?;
+                read_file(&file, self.file_bytes).map_err(unreadable)?
+            }
+            Location::Resolver(resolver, name) => {
+                Some(resolver.read(&name).map_err(unreadable)?).filter(|bytes| bytes.len() as u64 <= self.file_bytes)
+            }
+        };
+        let bytes = bytes.ok_or_else(|| {
             ReadError::TooLarge(format!("`{reference}` is larger than the limit of {}", human_bytes(self.file_bytes)))
         })?;
         self.note(reference.as_bytes());
@@ -111,7 +142,9 @@ impl Folder {
     pub fn name(&self, reference: &str) {
         // A picture of the scene that was written under a name which the scene takes for a texture's would change the next one.
         let path = Path::new(reference.strip_prefix("file://").unwrap_or(reference));
-        if let Some(root) = self.root.as_ref().filter(|_| !reference.is_empty()) {
+        if let Root::Disk(root) = &self.root
+            && !reference.is_empty()
+        {
             self.inputs.borrow_mut().name(&root.join(path));
         }
     }
@@ -131,7 +164,7 @@ impl Folder {
         self.hash.take()
     }
 
-    fn resolve(&self, reference: &str) -> Result<PathBuf, ReadError> {
+    fn resolve(&self, reference: &str) -> Result<Location<'_>, ReadError> {
         let refuse = |why: &str| Err(ReadError::Refused(format!("`{reference}` {why}")));
         if reference.is_empty() || reference.contains('\0') {
             return refuse("names no file");
@@ -140,8 +173,14 @@ impl Folder {
         if has_scheme(local) {
             return refuse("is an address, and only files in the scene's own folder are read");
         }
-        let Some(root) = &self.root else {
-            return refuse(&format!("is a file, and {}", self.rootless));
+        let root = match &self.root {
+            Root::Disk(root) => root,
+            Root::Resolver(resolver, prefix) => {
+                let Some(name) = inside(local) else { return refuse("leads out of the scene's folder") };
+                let parts: Vec<_> = name.iter().map(|part| part.to_string_lossy()).collect();
+                return Ok(Location::Resolver(resolver, prefix.clone() + &parts.join("/")));
+            }
+            Root::Nowhere(why) => return refuse(&format!("is a file, and {why}")),
         };
         const OUT: &str = "leads out of the scene's folder, and only files in it are read (--allow-outside reads others)";
         let path = match inside(local) {
@@ -152,7 +191,7 @@ impl Folder {
         let unreadable = |cause| ReadError::Unreadable(format!("cannot read `{reference}`: {}", reason(&cause)));
         let path = path.canonicalize().or_else(|cause| in_any_case(root, local).ok_or(cause)).map_err(unreadable)?;
         match self.outside || path.starts_with(root) {
-            true => Ok(path),
+            true => Ok(Location::Disk(path)),
             false => refuse("is a link that leads out of the scene's folder (--allow-outside follows it)"),
         }
     }

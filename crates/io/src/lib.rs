@@ -21,6 +21,7 @@
 //! [`Scene::unread`](raywright_core::Scene::unread), and so an effect that is left out), points and lines (a warning).
 #![forbid(unsafe_code)]
 
+mod colour;
 mod diagnostic;
 mod environment;
 mod error;
@@ -52,11 +53,12 @@ mod uri;
 mod waiting;
 mod work;
 
+pub use colour::parse_colour;
 pub use diagnostic::{Diagnostic, Diagnostics, Place};
 pub use environment::{Environment, EnvironmentSource, GroundRule, LightShortage};
 pub use error::{Error, Warning};
 pub use error_kind::ErrorKind;
-pub use folder::{Folder, ReadError};
+pub use folder::{Folder, ReadError, Resolver};
 pub use gltf::{AnimationInfo, Contents, ExtensionInfo};
 pub use hash::SceneHash;
 pub use inputs::{Clash, Inputs};
@@ -64,4 +66,4 @@ pub use limits::{Limits, human_bytes};
 pub use load::{Input, LoadOptions, Loaded, ModelOptions, load, load_observed};
 pub use native::{Notation, Overrides};
 pub use schema::schema;
-pub use source::{Format, SourceInfo};
+pub use source::{Format, SourceInfo, models_in};

@@ -9,7 +9,7 @@ use raywright_core::{Observer, Scene, generate};
 
 use crate::environment::{self, Environment, LightShortage};
 use crate::error::{Error, Warning};
-use crate::folder::{Folder, read_file, read_limited};
+use crate::folder::{Folder, Resolver, read_file, read_limited};
 use crate::gltf::{Choice, Contents, Model};
 use crate::hash::SceneHash;
 use crate::inputs::Inputs;
@@ -23,12 +23,14 @@ use crate::{model_file, presets};
 pub enum Input {
     /// A file: a native scene, glTF, GLB, OBJ, STL or PLY.
     Path(PathBuf),
-    /// The content of such a file without a place of its own, as a pipe brings it: what it names beside itself can't be read.
+    /// The content of such a file without a place of its own, as a pipe or an archive has it.
     Bytes {
         /// What messages call it.
         name: String,
         /// All of it, from which its format is told.
         bytes: Vec<u8>,
+        /// Finds the files that it names; none: they can't be read.
+        resolver: Option<Resolver>,
     },
     /// One that the program carries, by its name.
     Preset(String),
@@ -41,7 +43,16 @@ impl Input {
     /// An error of kind file where it can't be read, of kind limit where it gives more than a file may have.
     pub fn from_reader(name: &str, source: impl Read, limits: &Limits) -> Result<Self, Error> {
         let bytes = limited(Path::new(name), read_limited(source, 0, most(limits)), limits)?;
-        Ok(Self::Bytes { name: name.to_owned(), bytes })
+        Ok(Self::Bytes { name: name.to_owned(), bytes, resolver: None })
+    }
+
+    /// The name without folders and endings, for naming pictures.
+    pub fn stem(&self) -> String {
+        match self {
+            Self::Path(path) => stem(path),
+            Self::Bytes { name, .. } => name.replace(' ', "-"),
+            Self::Preset(name) => name.clone(),
+        }
     }
 }
 
@@ -114,11 +125,11 @@ pub fn load_observed(input: &Input, options: &LoadOptions, observer: &dyn Observ
             let folder = Folder::around(path, options.limits.file_bytes).map_err(|cause| Error::read(path, &cause))?;
             let folder = folder.allowing_outside(options.allow_outside);
             folder.note_file(path);
-            content(path, &stem(path), bytes, &folder, options, observer)
+            content(path, &input.stem(), bytes, &folder, options, observer)
         }
-        Input::Bytes { name, bytes } => {
-            let folder = Folder::nowhere(options.limits.file_bytes);
-            content(Path::new(name), &name.replace(' ', "-"), bytes.clone(), &folder, options, observer)
+        Input::Bytes { name, bytes, resolver } => {
+            let folder = Folder::of_bytes(resolver.as_ref(), options.limits.file_bytes);
+            content(Path::new(name), &input.stem(), bytes.clone(), &folder, options, observer)
         }
     }
 }

@@ -98,6 +98,19 @@ impl Format {
     }
 }
 
+/// Names of the scenes and models in a folder, in order; none where it can't be read.
+pub fn models_in(folder: &Path) -> Vec<String> {
+    /// A folder with more entries is no place to look for a misspelled name in.
+    const MOST: usize = 10_000;
+    let folder = if folder == Path::new("") { Path::new(".") } else { folder };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().take(MOST).flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let is_scene = |name: &str| name.ends_with(".scene.toml") || name.ends_with(".scene.json");
+    let mut names: Vec<String> = names.filter(|name| is_scene(name) || Format::of_model(Path::new(name)).is_some()).collect();
+    names.sort();
+    names
+}
+
 /// Where a scene came from.
 #[derive(Clone, Debug)]
 pub struct SourceInfo {

@@ -17,7 +17,7 @@ fn denoised_pictures_have_the_bits_of_one_run() {
     let desk = desk();
     render(&desk, "--spp 16 --denoise -o once.png -o once.exr --checkpoint once.film")
         .exits_with(0)
-        .says_like("denoised (biased): root relMSE")
+        .says_like("denoised (biased), error ")
         .says_like("(70x50, 16 samples, denoised");
     render(&desk, "--spp 16 --denoise --threads 1 -o single.exr").exits_with(0);
     same_bits(&desk, "single.exr", "once.exr");

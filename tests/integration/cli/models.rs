@@ -164,7 +164,7 @@ fn nothing_to_be_seen_is_told() {
     };
     let there = render("a.obj", "0.2,0.2,0");
     assert!(
-        !there.contains("no camera ray") && there.contains("a.obj brings no lights; it stands in the default studio"),
+        !there.contains("no camera ray") && there.contains("the model brings no lights: it stands in the default studio"),
         "{there}"
     );
     let away = render("a.obj", "0.2,0.2,9");

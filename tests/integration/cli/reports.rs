@@ -15,7 +15,7 @@ fn explain_says_the_same_twice() {
         return;
     }
     let desk = Desk::new();
-    let table = desk.run(&["explain", "preset:whitted"]);
+    let table = desk.run(&["explain", "preset:whitted", "-v"]);
     table.exits_with(0).says("");
     let report = json(desk.run(&["explain", "preset:whitted", "--json"]).exits_with(0).text());
     assert_eq!(report["integrator"], "whitted");
@@ -108,9 +108,9 @@ fn what_vanishes_is_a_warning() {
     };
     let advice = "so far from the origin, single precision takes the corners of such small triangles for one; move the mesh nearer, or \
                   add --precision reference";
-    assert_eq!(warning(&["render", "one.scene.toml"]), [format!("warning: nothing is seen of object `far`: {advice}")]);
+    assert_eq!(warning(&["render", "one.scene.toml", "-v"]), [format!("warning: nothing is seen of object `far`: {advice}")]);
     assert_eq!(
-        warning(&["render", "three.scene.toml"]),
+        warning(&["render", "three.scene.toml", "-v"]),
         [format!("warning: nothing is seen of object `far` and 2 more: {advice}")]
     );
     assert!(warning(&["render", "one.scene.toml", "--precision", "reference"]).is_empty());
@@ -130,7 +130,7 @@ fn closed_gaps_are_a_warning() {
                 [[materials]]\nname = \"shell\"\nmodel.physical = { transmission = 1, roughness = 0 }\n\
                 [[materials]]\nname = \"core\"\nmodel.physical = {}\n";
     desk.write("a.scene.toml", head.to_owned() + &ball("shell", "1.00000012") + &ball("core", "1"));
-    let run = desk.run(&["render", "a.scene.toml", "--stats", "a.json"]);
+    let run = desk.run(&["render", "a.scene.toml", "-v", "--stats", "a.json"]);
     let message = "the gap between object `shell` and object `core` is closed: light that passes the one starts beyond the other, since they \
                    touch or are nearer than rounding tells apart; leave ";
     let warning =
@@ -229,14 +229,9 @@ material = "plain"
     );
     let run = desk.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1"]);
     run.exits_with(0);
-    let said: Vec<&str> = run.stderr.lines().take(2).collect();
-    assert_eq!(
-        said,
-        [
-            "note: bare.scene.toml has no light; a neutral grey sky is added",
-            "note: bare.scene.toml has no camera; the whole scene is shown",
-        ]
-    );
+    let said: Vec<&str> = run.stderr.lines().collect();
+    assert_eq!(said[0], "note: the scene has no light: a neutral grey sky is added; without a camera it is shown whole");
+    assert!(said.len() == 2 && said[1].starts_with("wrote bare.png (32x18, 1 sample"), "{said:?}");
     let framed = desk.picture("bare.png");
     assert!(framed.rgb.iter().any(|&pixel| pixel != framed.rgb[0]), "the sphere is in sight");
     let nearer = desk.run(&["render", "bare.scene.toml", "--size", "32x18", "--spp", "1", "--fov", "20", "-o", "near.png"]);

@@ -15,7 +15,7 @@ use self::split::{Item, Split, split};
 use super::{LeafKind, LeafKindOf, Stop};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::{Binary, BinaryNode};
-use crate::memory::{filled, roomy};
+use crate::memory::{filled, huge_page_vec};
 
 /// Levels more than halving would take that a tree may have: 27 + 16 where there are as many boxes as can be, fewer than a
 /// traversal has a stack for.
@@ -57,20 +57,10 @@ enum Grown {
 }
 
 /// Builds the tree and says over how many boxes, counted anew in each level, it went; given up, it is not the whole tree.
-/// `company` says which boxes may share a leaf. The last boxes are of parts: `owners` says of what boxes.
-pub(super) fn binned(
-    boxes: &[PaddedBox],
-    owners: &[u32],
-    company: LeafKindOf<'_>,
-    manner: Manner,
-    stop: Stop<'_>,
-) -> (Binary, u64) {
-    let wholes = boxes.len() - owners.len();
-    let item = |at: usize| {
-        let place = if at < wholes { at as u32 } else { owners[at - wholes] };
-        Item::new(&boxes[at], place, company(place))
-    };
-    let mut items: Vec<Item> = roomy(boxes.len());
+/// `company` says which boxes may share a leaf.
+pub(super) fn binned(boxes: &[PaddedBox], company: LeafKindOf<'_>, manner: Manner, stop: Stop<'_>) -> (Binary, u64) {
+    let item = |at: usize| Item::new(&boxes[at], at as u32, company(at as u32));
+    let mut items: Vec<Item> = huge_page_vec(boxes.len());
     items.par_extend((0..boxes.len()).into_par_iter().with_min_len(PARALLEL).map(item));
     let mut room = filled(items.len(), Item::default());
     let mut order = filled(items.len(), 0);
@@ -187,7 +177,7 @@ fn flattened(grown: Grown) -> (Vec<BinaryNode>, Vec<Range<usize>>) {
     }
     let tops = nodes.len();
     let total = tops + wholes.iter().map(|(_, own)| own.len() - 1).sum::<usize>();
-    let mut all = roomy(total);
+    let mut all = huge_page_vec(total);
     all.append(&mut nodes);
     all.resize(total, NONE);
     let (top, mut rest) = all.split_at_mut(tops);
@@ -239,7 +229,7 @@ mod tests {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let company = |place: u32| if place.is_multiple_of(kind) { LeafKind::Triangles } else { LeafKind::None };
                 let manner = Manner { leaf, sample, widest };
-                let (binary, work) = pool.install(|| binned(&boxes, &[], &company, manner, &|| false));
+                let (binary, work) = pool.install(|| binned(&boxes, &company, manner, &|| false));
                 let nodes: Vec<_> = binary.nodes.iter().map(|n| (n.bounds.min, n.bounds.max, n.first, n.count)).collect();
                 (nodes, binary.order, binary.parts, work)
             };
@@ -273,7 +263,7 @@ mod tests {
         let boxes = boxes(1000);
         let leaves = |company: LeafKind, widest: f32| {
             let manner = Manner { leaf: 8, sample: usize::MAX, widest };
-            let (binary, _) = binned(&boxes, &[], &|_| company, manner, &|| false);
+            let (binary, _) = binned(&boxes, &|_| company, manner, &|| false);
             binary.nodes.iter().filter(|node| node.count > 0).count()
         };
         let [shared, spheres] = [leaves(LeafKind::Triangles, f32::INFINITY), leaves(LeafKind::Spheres, 0.0)];

@@ -1,10 +1,16 @@
-//! How much reinsertion is worth its time in a tree. For each node it looks through the tree for a better parent and leaves
-//! out what can't be one. Among long crossing boxes hardly anything is left out, and with many nodes to place that is
-//! quadratic. So the search is tried with a few of them first.
+//! A tree made better by moving its parts to where they cost less: the reinsertion of `obvhs`, as much of it as is worth its time. For each node
+//! it looks through the tree for a better parent and leaves out what can't be one. Among long crossing boxes hardly anything is left
+//! out, and with many nodes to place that is quadratic. So the search is tried with a few of them first.
 
+use obvhs::Boundable;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::bvh2::{Bvh2, DEFAULT_MAX_STACK_DEPTH};
+
+use super::Stop;
+use crate::aabb::{PaddedBox, half_area};
+use crate::binary::{Binary, BinaryNode};
 
 /// Nodes that the search is tried with.
 const TRIED: usize = 64;
@@ -12,9 +18,43 @@ const TRIED: usize = 64;
 /// axes, 200 to 2500 and more among crossing ones.
 const STEPS: u64 = 150;
 
+/// Moves this share of the nodes, and ever fewer after them, from the top on. Returns how many nodes were looked at.
+pub(super) fn reinsert(binary: &mut Binary, share: f32, stop: Stop<'_>) -> u64 {
+    // Where surfaces leave the range of f32, `obvhs` can't tell what is better.
+    if stop() || binary.nodes.len() < 3 || !half_area(&binary.nodes[0].bounds).is_finite() {
+        return 0;
+    }
+    // What is looked for first are the first nodes: those near the root.
+    let level = binary.by_level();
+    let mut tree = Bvh2 { max_depth: DEFAULT_MAX_STACK_DEPTH, ..Bvh2::default() };
+    tree.nodes = level.iter().map(|node| Bvh2Node::new(node.bounds.aabb(), node.count, node.first)).collect();
+    tree.init_parents_if_uninit();
+    let (share, steps) = affordable(&tree, share);
+    ReinsertionOptimizer::default().run(&mut tree, share, None);
+    let order = core::mem::take(&mut binary.order);
+    *binary = Binary::sorted(&nodes(&tree), order);
+    steps
+}
+
+impl Boundable for PaddedBox {
+    fn aabb(&self) -> Aabb {
+        Aabb::new(self.min.into(), self.max.into())
+    }
+}
+
+/// The nodes of a tree, in its order.
+fn nodes(tree: &Bvh2) -> Vec<BinaryNode> {
+    let node = |n: &Bvh2Node| BinaryNode {
+        bounds: PaddedBox { min: n.aabb.min.into(), max: n.aabb.max.into() },
+        first: n.first_index,
+        count: n.prim_count,
+    };
+    tree.nodes.iter().map(node).collect()
+}
+
 /// The share of nodes to reinsert, of a tree that knows parents, and what that costs: for searches that are not too long the
 /// share that is asked for, for others less by as much as they are too long.
-pub(super) fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
+fn affordable(tree: &Bvh2, share: f32) -> (f32, u64) {
     let nodes = tree.nodes.len();
     // The candidates are the largest of those that come first, twice as many as are wanted.
     let candidates = ((nodes as f32 * share * 2.0) as usize).clamp(1, nodes) - 1;

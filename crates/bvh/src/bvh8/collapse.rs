@@ -1,6 +1,6 @@
 //! From a binary tree to eight-wide nodes and leaves of up to eight primitives of a kind, by least expected cost.
 //!
-//! A child is an inner node, a leaf of up to eight triangles, spheres or quads, or one other primitive.
+//! A child is an inner node, a leaf of up to eight triangles or spheres, or one other primitive.
 
 mod costs;
 
@@ -11,11 +11,9 @@ use super::{Bvh8, Child, MAX_DEPTH, Node, WIDTH};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::Binary;
 use crate::build::{LeafKind, LeafKindOf};
-use crate::bvh8::gathered::Quad8;
 use crate::bvh8::row::Row;
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
-use crate::memory::{filled, roomy};
-pub(crate) use costs::cost;
+use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
 
 /// A block of fewer primitives takes in another one beside it where both fit into one.
@@ -41,7 +39,6 @@ struct Piece {
     nodes: Vec<Node>,
     facts: Vec<LeafHeader>,
     rows: Vec<Row>,
-    quads: Vec<Quad8>,
     order: Vec<u32>,
     deepest: u32,
     jobs: Vec<Job>,
@@ -140,17 +137,12 @@ impl Collapse<'_> {
 impl Piece {
     /// Puts primitives that share a leaf into one.
     fn leaf(&mut self, company: LeafKind, places: &[u32]) -> Child {
-        let places = once(places);
         let (first, count) = (self.order.len(), places.len());
-        self.order.extend(places);
+        self.order.extend_from_slice(places);
         match company {
             LeafKind::Spheres if count > 1 => {
                 self.rows.push(Row::room(first, count));
                 Child::row(self.rows.len() - 1)
-            }
-            LeafKind::Quad8 if count > 1 => {
-                self.quads.push(Quad8::room(first, count));
-                Child::quads(self.quads.len() - 1)
             }
             LeafKind::Triangles => {
                 self.facts.push(LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() });
@@ -176,13 +168,13 @@ impl Bvh8 {
         drop(collapse);
         let total = |count: fn(&Piece) -> usize| count(&top) + pieces.iter().map(count).sum::<usize>();
         let [nodes, blocks] = [total(|piece| piece.nodes.len()), total(|piece| piece.facts.len())];
-        let mut bvh = Self { nodes: roomy(nodes), facts: roomy(blocks), rows: top.rows, quads: top.quads, ..Self::default() };
+        let mut bvh = Self { nodes: huge_page_vec(nodes), facts: huge_page_vec(blocks), rows: top.rows, ..Self::default() };
         bvh.nodes.extend(top.nodes);
         bvh.facts.extend(top.facts);
-        let (mut order, mut deepest) = (roomy(binary.order.len()), top.deepest);
+        let (mut order, mut deepest) = (huge_page_vec(binary.order.len()), top.deepest);
         order.extend(top.order);
         for (job, piece) in top.jobs.iter().zip(pieces) {
-            let bases = [bvh.nodes.len(), bvh.facts.len(), order.len(), bvh.rows.len(), bvh.quads.len()];
+            let bases = [bvh.nodes.len(), bvh.facts.len(), order.len(), bvh.rows.len()];
             let bases @ [_, _, place, ..] = bases.map(|base| base as u32);
             bvh.nodes[job.slot].children[job.lane] = Child::inner(bvh.nodes.len());
             let moved = |mut source: Node| {
@@ -192,24 +184,12 @@ impl Bvh8 {
             bvh.nodes.extend(piece.nodes.into_iter().map(moved));
             bvh.facts.extend(piece.facts.into_iter().map(|facts| LeafHeader { first: facts.first + place, ..facts }));
             bvh.rows.extend(piece.rows.into_iter().map(|row| row.moved(place)));
-            bvh.quads.extend(piece.quads.into_iter().map(|quads| Quad8 { first: quads.first + place, ..quads }));
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }
         bvh.blocks = filled(bvh.facts.len(), Triangle8::EMPTY);
         Some((bvh, order, deepest))
     }
-}
-
-/// The same without what is in it twice.
-fn once(places: &[u32]) -> ArrayVec<u32, WIDTH> {
-    let mut once = ArrayVec::new();
-    for (at, place) in places.iter().enumerate() {
-        if !places[..at].contains(place) {
-            once.push(*place);
-        }
-    }
-    once
 }
 
 /// What a lane will hold.

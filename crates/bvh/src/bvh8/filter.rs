@@ -34,10 +34,9 @@
 //! and directions so large or small that a product of three lengths might leave the range of f32 get infinite bounds
 //! ([`super::triangle8::LARGE`], [`super::traversal_ray`]).
 
-use super::gathered::Quad8;
-use super::simd::Simd;
 use super::traversal_ray::LeafRay;
 use super::triangle8::Triangle8;
+use crate::math::simd::Simd;
 
 /// So many times its error a determinant has to be before anything is said of the distance: what the exact test places because it is
 /// seen edge-on ([`crate::shapes::EDGE_ON`]) has less. Such a triangle's D is below 24 · 2⁻²⁵ E² |d| = 12 u E² |d|, and with the
@@ -48,7 +47,7 @@ use super::triangle8::Triangle8;
 pub(super) const TOLD: f32 = 2.0;
 
 /// More than what underflows.
-pub(super) const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
+const UNDERFLOW: f32 = 512.0 * f32::MIN_POSITIVE;
 
 /// What the filter leaves, a bit a lane, and for [`certain`] what it found on the way.
 #[derive(Clone, Copy)]
@@ -88,6 +87,31 @@ fn corner<S: Simd>(s: S, block: &Triangle8, place: usize) -> [S::Floats; 3] {
     [s.load(&block.corners[0][place]), s.load(&block.corners[1][place]), s.load(&block.corners[2][place])]
 }
 
+/// What rounding takes at most, as above: of weights, of determinants, of distances times these, and of what those are held against.
+pub(super) struct Bounds<S: Simd> {
+    pub weight: S::Floats,
+    pub determinant: S::Floats,
+    pub distance: S::Floats,
+    pub before: S::Floats,
+    pub beyond: S::Floats,
+}
+
+impl<S: Simd> Bounds<S> {
+    /// Of triangles by their first corners from the origin and their longest edges.
+    #[inline(always)]
+    pub fn new(s: S, ray: &LeafRay, from: [S::Floats; 3], longest: &[f32; 8], far: f32) -> Self {
+        let longest = s.load(longest);
+        let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
+        let (reach, least) = (s.add(sum, s.max(longest, s.splat(0.0))), s.splat(UNDERFLOW));
+        let weight = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), least);
+        let determinant = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), least);
+        let reached = s.mul(reach, s.splat(ray.distance));
+        let before = s.mul_add(determinant, s.add(reached, s.splat(ray.near.abs())), least);
+        let beyond = s.mul_add(determinant, s.add(reached, s.splat(far.abs())), least);
+        Self { weight, determinant, distance: s.mul_add(determinant, reached, least), before, beyond }
+    }
+}
+
 /// The lanes that the exact test may hit before `far`. The ray comes from memory, one number at a time:
 /// a processor spreads them over its lanes as it reads them, and the walk keeps its registers.
 #[inline(always)]
@@ -103,69 +127,17 @@ pub(super) fn left<S: Simd>(s: S, ray: &LeafRay, block: &Triangle8, far: f32) ->
     let w = s.sub(s.sub(along, u), v);
     let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
 
-    let longest = s.load(&block.longest);
-    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
-    let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let least_error = s.splat(UNDERFLOW);
-    let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), least_error);
-    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), least_error);
+    let bounds = Bounds::new(s, ray, from, &block.longest, far);
+    let error = bounds.weight;
     let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
 
     let (determinant, distance) = (s.abs(along), s.signed_by(dot(s, normal, from), along));
-    let reached = s.mul(reach, s.splat(ray.distance));
-    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(ray.near.abs())), least_error);
-    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
-    let before = s.less(distance, s.mul_sub(s.splat(ray.near), determinant, before_error));
-    let beyond = s.less(s.mul_add(s.splat(far), determinant, beyond_error), distance);
-    let told = s.less(s.mul(determinant_error, s.splat(TOLD)), determinant);
+    let before = s.less(distance, s.mul_sub(s.splat(ray.near), determinant, bounds.before));
+    let beyond = s.less(s.mul_add(s.splat(far), determinant, bounds.beyond), distance);
+    let told = s.less(s.mul(bounds.determinant, s.splat(TOLD)), determinant);
     let lanes = !(missed | (before | beyond) & told) & 0xff;
-    let distance_error = s.mul_add(determinant_error, reached, least_error);
+    let (determinant_error, distance_error) = (bounds.determinant, bounds.distance);
     Left { lanes, least, greatest, error, determinant, determinant_error, distance, distance_error }
-}
-
-/// Of quads the lanes of which the exact test may hit one half or the other before `far`: of the triangles of the first three corners
-/// and of the first, the third and the fourth, each as in [`left`], with the bounds of both.
-#[inline(always)]
-pub(super) fn left_of_quads<S: Simd>(s: S, ray: &LeafRay, quads: &Quad8, far: f32) -> u32 {
-    let a = place(s, quads, 0);
-    let (ab, ac, ad) = (sub3(s, place(s, quads, 1), a), sub3(s, place(s, quads, 2), a), sub3(s, place(s, quads, 3), a));
-    let from = sub3(s, a, spread(s, ray.origin));
-    let direction = spread(s, ray.direction);
-    let across = cross(s, from, direction);
-    let (second, third, fourth) = (dot(s, ab, across), dot(s, ac, across), dot(s, ad, across));
-
-    let longest = s.load(&quads.longest);
-    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(ray.reach)));
-    let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let least_error = s.splat(UNDERFLOW);
-    let error = s.mul_add(s.mul(longest, reach), s.splat(ray.weight), least_error);
-    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(ray.determinant), least_error);
-    let reached = s.mul(reach, s.splat(ray.distance));
-    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(ray.near.abs())), least_error);
-    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
-    let told = s.mul(determinant_error, s.splat(TOLD));
-
-    let (mut lanes, halves) = (0, [(ab, ac, third, second), (ac, ad, fourth, third)]);
-    let mut half = 0;
-    while half < halves.len() {
-        let (e1, e2, u, negative_v) = halves[half];
-        half += 1;
-        let (normal, v) = (cross(s, e1, e2), s.negate(negative_v));
-        let along = dot(s, normal, direction);
-        let w = s.sub(s.sub(along, u), v);
-        let (least, greatest) = (s.min(s.min(u, v), w), s.max(s.max(u, v), w));
-        let missed = s.less(least, s.negate(error)) & s.less(error, greatest);
-        let (determinant, distance) = (s.abs(along), s.signed_by(dot(s, normal, from), along));
-        let before = s.less(distance, s.mul_sub(s.splat(ray.near), determinant, before_error));
-        let beyond = s.less(s.mul_add(s.splat(far), determinant, beyond_error), distance);
-        lanes |= !(missed | (before | beyond) & s.less(told, determinant));
-    }
-    lanes & quads.used()
-}
-
-#[inline(always)]
-fn place<S: Simd>(s: S, quads: &Quad8, corner: usize) -> [S::Floats; 3] {
-    [s.load(&quads.corners[0][corner]), s.load(&quads.corners[1][corner]), s.load(&quads.corners[2][corner])]
 }
 
 /// Of what is left, the lanes that the exact test hits within the range, for certain.

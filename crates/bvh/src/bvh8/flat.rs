@@ -3,20 +3,21 @@
 
 use core::ops::Range;
 
-use super::doubles::Doubles;
 use super::row::RayF64;
-use super::simd::{Simd, asked};
 use super::traversal_ray::LeafRay;
+use super::traversal_simd::{TraversalSimd, asked};
 use super::traverse::HitVisitor;
 use super::{Bvh8, WIDTH};
+use crate::math::simd::Simd;
 use crate::shapes::PreparedRay;
 
-/// What a scan may take before a tree takes over, and what it takes for a row and for a block: nanoseconds as they were measured, of
-/// which only the ratios matter (`../../../../benches/README.md`). What comes in neither is asked one by one: two of those are
-/// slower than their boxes.
+/// What a scan may take before a tree takes over, and what it takes for a row and for a block: a row as it was measured, a block so that there are
+/// two at most. Rays that miss a small mesh miss all of its blocks, and without nodes each is asked: instances of 60 triangles took 1.38 times
+/// the instructions (`../../../../benches/runs/2026-11-25-what-stays.md`). What comes in neither is asked one by one: two of those are slower
+/// than their boxes.
 const LIMIT: u64 = 100;
 const ROW: u64 = 5;
-const BLOCK: u64 = 11;
+const BLOCK: u64 = 50;
 
 impl Bvh8 {
     /// The places of all there is, where that is nothing but primitives that are tested one by one.
@@ -38,7 +39,7 @@ impl Bvh8 {
 
 /// Asks about the rows that every query meets. Whether some answer ended it.
 #[inline(always)]
-pub(super) fn rows<S: Doubles, A: HitVisitor>(s: S, bvh: &Bvh8, line: &RayF64, answer: &mut A) -> bool {
+pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, line: &RayF64, answer: &mut A) -> bool {
     for row in &bvh.rows[..bvh.always] {
         answer.several(u64::from(row.facts.count));
         let found = row.hits(s, line, answer.range(), answer.culls());
@@ -54,7 +55,7 @@ pub(super) fn rows<S: Doubles, A: HitVisitor>(s: S, bvh: &Bvh8, line: &RayF64, a
 
 /// Asks about each block, and then about what comes in no block. Whether some answer ended it.
 #[inline(always)]
-pub(super) fn blocks<S: Simd, A: HitVisitor>(
+pub(super) fn blocks<S: TraversalSimd, A: HitVisitor>(
     s: S,
     bvh: &Bvh8,
     aim: &LeafRay,

@@ -11,15 +11,14 @@
 
 use glam::{DVec3, Vec3};
 
-use super::doubles::{Doubles, dot};
-use super::filter::{TOLD, UNDERFLOW, cross, sub3};
-use super::gathered::Quad8;
+use super::filter::{Bounds, TOLD, cross, sub3};
 use super::row::{RaysF64, Row};
-use super::simd::Simd;
 use super::stack::Stack;
 use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traversal_simd::TraversalSimd;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, Node, WIDTH};
+use crate::math::simd::{Simd, dot_f64};
 use crate::ray::Ray;
 use crate::shapes::{EDGE_ON, PreparedRay, Triangle};
 
@@ -155,7 +154,7 @@ fn both<S: Simd>(s: S, a: [f32; 3], b: [f32; 3]) -> [[S::Floats; 2]; 3] {
     [[s.splat(a[0]), s.splat(b[0])], [s.splat(a[1]), s.splat(b[1])], [s.splat(a[2]), s.splat(b[2])]]
 }
 
-impl<S: Doubles> Bundle<S> {
+impl<S: Simd> Bundle<S> {
     #[inline(always)]
     fn new(s: S, pencil: &PacketState) -> Option<Self> {
         let [least, most] = pencil.spans()?;
@@ -239,46 +238,46 @@ struct Crossed<S: Simd> {
 /// The operations of [`crate::shapes::Triangle`]'s test in their order, for eight rays. Those for which rounding could have taken the
 /// sign of an edge function are to go through that test itself, and those that see it edge-on.
 #[inline(always)]
-fn crossed<S: Doubles>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays) -> Crossed<S> {
-    let zero = s.spread(0.0);
+fn crossed<S: Simd>(s: S, origin: DVec3, corners: &[Vec3; 3], rays: &Rays) -> Crossed<S> {
+    let zero = s.splat_f64(0.0);
     let [[ax, ay, az], [bx, by, bz]] = &rays.across;
-    let (across, beside) = ([s.take(ax), s.take(ay), s.take(az)], [s.take(bx), s.take(by), s.take(bz)]);
+    let (across, beside) = ([s.load_f64(ax), s.load_f64(ay), s.load_f64(az)], [s.load_f64(bx), s.load_f64(by), s.load_f64(bz)]);
     let [dx, dy, dz] = &rays.direction;
-    let direction = [s.take(dx), s.take(dy), s.take(dz)];
+    let direction = [s.load_f64(dx), s.load_f64(dy), s.load_f64(dz)];
     let (mut x, mut y, mut z) = ([zero; 3], [zero; 3], [zero; 3]);
     for corner in 0..3 {
         let offset = corners[corner].as_dvec3() - origin;
-        let offset = [s.spread(offset.x), s.spread(offset.y), s.spread(offset.z)];
-        x[corner] = dot(s, offset, across);
-        y[corner] = dot(s, offset, beside);
-        z[corner] = dot(s, offset, direction);
+        let offset = [s.splat_f64(offset.x), s.splat_f64(offset.y), s.splat_f64(offset.z)];
+        x[corner] = dot_f64(s, offset, across);
+        y[corner] = dot_f64(s, offset, beside);
+        z[corner] = dot_f64(s, offset, direction);
     }
-    let products = [s.times(x[2], y[1]), s.times(x[0], y[2]), s.times(x[1], y[0])];
-    let u = s.minus(products[0], s.times(y[2], x[1]));
-    let v = s.minus(products[1], s.times(y[0], x[2]));
-    let w = s.minus(products[2], s.times(y[1], x[0]));
-    let tiny = s.spread(f64::EPSILON * 0.5 * 8.0);
-    let sure = s.at_least(s.size(u), s.times(s.size(products[0]), tiny))
-        & s.at_least(s.size(v), s.times(s.size(products[1]), tiny))
-        & s.at_least(s.size(w), s.times(s.size(products[2]), tiny));
-    let below = s.above(zero, u) | s.above(zero, v) | s.above(zero, w);
-    let above = s.above(u, zero) | s.above(v, zero) | s.above(w, zero);
-    let determinant = s.plus(s.plus(u, v), w);
-    let mut sizes = s.size(x[0]);
+    let products = [s.mul_f64(x[2], y[1]), s.mul_f64(x[0], y[2]), s.mul_f64(x[1], y[0])];
+    let u = s.sub_f64(products[0], s.mul_f64(y[2], x[1]));
+    let v = s.sub_f64(products[1], s.mul_f64(y[0], x[2]));
+    let w = s.sub_f64(products[2], s.mul_f64(y[1], x[0]));
+    let tiny = s.splat_f64(f64::EPSILON * 0.5 * 8.0);
+    let sure = s.at_least_f64(s.abs_f64(u), s.mul_f64(s.abs_f64(products[0]), tiny))
+        & s.at_least_f64(s.abs_f64(v), s.mul_f64(s.abs_f64(products[1]), tiny))
+        & s.at_least_f64(s.abs_f64(w), s.mul_f64(s.abs_f64(products[2]), tiny));
+    let below = s.greater_f64(zero, u) | s.greater_f64(zero, v) | s.greater_f64(zero, w);
+    let above = s.greater_f64(u, zero) | s.greater_f64(v, zero) | s.greater_f64(w, zero);
+    let determinant = s.add_f64(s.add_f64(u, v), w);
+    let mut sizes = s.abs_f64(x[0]);
     for one in [y[0], x[1], y[1], x[2], y[2]] {
-        sizes = s.plus(sizes, s.size(one));
+        sizes = s.add_f64(sizes, s.abs_f64(one));
     }
-    let depth = s.minus(s.greatest(s.greatest(z[0], z[1]), z[2]), s.least(s.least(z[0], z[1]), z[2]));
-    let told = s.at_least(s.size(determinant), s.times(s.times(sizes, depth), s.spread(EDGE_ON)));
-    let hits = s.above(s.size(determinant), zero) & !(below & above);
-    let inverse = s.over(s.spread(1.0), determinant);
-    let (u, v, w) = (s.times(u, inverse), s.times(v, inverse), s.times(w, inverse));
-    let along = s.plus(s.plus(s.times(z[0], u), s.times(z[1], v)), s.times(z[2], w));
+    let depth = s.sub_f64(s.max_f64(s.max_f64(z[0], z[1]), z[2]), s.min_f64(s.min_f64(z[0], z[1]), z[2]));
+    let told = s.at_least_f64(s.abs_f64(determinant), s.mul_f64(s.mul_f64(sizes, depth), s.splat_f64(EDGE_ON)));
+    let hits = s.greater_f64(s.abs_f64(determinant), zero) & !(below & above);
+    let inverse = s.div_f64(s.splat_f64(1.0), determinant);
+    let (u, v, w) = (s.mul_f64(u, inverse), s.mul_f64(v, inverse), s.mul_f64(w, inverse));
+    let along = s.add_f64(s.add_f64(s.mul_f64(z[0], u), s.mul_f64(z[1], v)), s.mul_f64(z[2], w));
     Crossed {
         hits,
-        outside: s.above(determinant, zero),
+        outside: s.greater_f64(determinant, zero),
         unsure: !(sure & told) & 0xff,
-        t: s.narrow(s.times(along, s.take(&rays.inverse_length_squared))),
+        t: s.narrow(s.mul_f64(along, s.load_f64(&rays.inverse_length_squared))),
         weights: [s.narrow(v), s.narrow(w)],
     }
 }
@@ -303,51 +302,35 @@ fn spread<S: Simd>(s: S, v: &[[f32; WIDTH]; 3], lane: usize) -> [S::Floats; 3] {
 }
 
 #[inline(always)]
-fn rows<S: Doubles>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
-    [s.row(v[0]), s.row(v[1]), s.row(v[2])]
+fn rows<S: Simd>(s: S, v: [S::Floats; 3]) -> [[f32; WIDTH]; 3] {
+    [s.to_array(v[0]), s.to_array(v[1]), s.to_array(v[2])]
 }
 
-/// Of the corners of these numbers, in blocks or quads.
+/// Of a block, up to a distance.
 #[inline(always)]
-fn see<S: Doubles, const CORNERS: usize>(
-    s: S,
-    bundle: &Bundle<S>,
-    [x, y, z]: &[[[f32; WIDTH]; CORNERS]; 3],
-    [b, c]: [usize; 2],
-    longest: &[f32; WIDTH],
-    far: f32,
-) -> TriangleOrigin8 {
-    let bounds = &bundle.bounds;
+fn see<S: Simd>(s: S, bundle: &Bundle<S>, block: &Triangle8, far: f32) -> TriangleOrigin8 {
+    let Triangle8 { corners: [x, y, z], longest } = block;
     let a = [s.load(&x[0]), s.load(&y[0]), s.load(&z[0])];
-    let ab = sub3(s, [s.load(&x[b]), s.load(&y[b]), s.load(&z[b])], a);
-    let ac = sub3(s, [s.load(&x[c]), s.load(&y[c]), s.load(&z[c])], a);
+    let ab = sub3(s, [s.load(&x[1]), s.load(&y[1]), s.load(&z[1])], a);
+    let ac = sub3(s, [s.load(&x[2]), s.load(&y[2]), s.load(&z[2])], a);
     let from = sub3(s, a, bundle.origin);
     let (u, v, normal) = (cross(s, ac, from), cross(s, from, ab), cross(s, ab, ac));
     let w = sub3(s, sub3(s, normal, u), v);
 
-    let longest = s.load(longest);
-    let sum = s.add(s.add(s.abs(from[0]), s.abs(from[1])), s.add(s.abs(from[2]), s.splat(bounds.reach)));
-    let reach = s.add(sum, s.max(longest, s.splat(0.0)));
-    let least_error = s.splat(UNDERFLOW);
-    let error = s.mul_add(s.mul(longest, reach), s.splat(bounds.weight), least_error);
-    let determinant_error = s.mul_add(s.mul(longest, longest), s.splat(bounds.determinant), least_error);
-    let reached = s.mul(reach, s.splat(bounds.distance));
-    let before_error = s.mul_add(determinant_error, s.add(reached, s.splat(bounds.near.abs())), least_error);
-    let beyond_error = s.mul_add(determinant_error, s.add(reached, s.splat(far.abs())), least_error);
-
+    let errors = Bounds::new(s, &bundle.bounds, from, longest, far);
     let ([ul, ug], [vl, vg], [wl, wg]) = (bundle.products(s, u), bundle.products(s, v), bundle.products(s, w));
-    let below = s.less(s.min(s.min(ug, vg), wg), s.negate(error));
-    let above = s.less(error, s.max(s.max(ul, vl), wl));
+    let below = s.less(s.min(s.min(ug, vg), wg), s.negate(errors.weight));
+    let above = s.less(errors.weight, s.max(s.max(ul, vl), wl));
     let distance = s.mul_add(normal[0], from[0], s.mul_add(normal[1], from[1], s.mul(normal[2], from[2])));
     TriangleOrigin8 {
         u: rows(s, u),
         v: rows(s, v),
         normal: rows(s, normal),
-        distance: s.row(distance),
-        error: s.row(error),
-        determinant_error: s.row(determinant_error),
-        before_error: s.row(before_error),
-        beyond_error: s.row(beyond_error),
+        distance: s.to_array(distance),
+        error: s.to_array(errors.weight),
+        determinant_error: s.to_array(errors.determinant),
+        before_error: s.to_array(errors.before),
+        beyond_error: s.to_array(errors.beyond),
         lanes: !(below & above) & 0xff,
     }
 }
@@ -382,8 +365,7 @@ pub(crate) enum PacketResult {
     Whole,
     /// Each has its own way: it would take less to ask them one by one, and what they found so far is not all.
     Parted,
-    /// They can't be asked together: directions differ too much, or blocks are packed (to make them here slowed rays down by a tenth where none
-    /// is). Nothing was done.
+    /// They can't be asked together: directions differ too much. Nothing was done.
     Unfit,
 }
 
@@ -393,9 +375,14 @@ const MOST_LEAVES: u32 = 32;
 
 /// Asks about all that the rays may meet.
 #[inline(always)]
-pub(super) fn walk<S: Doubles, M: PacketVisitor>(s: S, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) -> PacketResult {
+pub(super) fn walk<S: TraversalSimd, M: PacketVisitor>(
+    s: S,
+    bvh: &Bvh8,
+    pencil: &mut PacketState,
+    meets: &mut M,
+) -> PacketResult {
     let bundle = if bvh.nodes.is_empty() && bvh.blocks.is_empty() { None } else { Bundle::new(s, pencil) };
-    if bundle.is_none() && !(bvh.nodes.is_empty() && bvh.blocks.is_empty()) || bvh.is_packed() {
+    if bundle.is_none() && !(bvh.nodes.is_empty() && bvh.blocks.is_empty()) {
         return PacketResult::Unfit;
     }
     if bvh.always > 0 {
@@ -417,7 +404,7 @@ pub(super) fn walk<S: Doubles, M: PacketVisitor>(s: S, bvh: &Bvh8, pencil: &mut 
 
 /// Spheres or planes, each asked about eight rays at a time.
 #[inline(always)]
-fn rows_of_lanes<S: Doubles, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &M) {
+fn rows_of_lanes<S: Simd, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut PacketState, meets: &M) {
     let origin = Vec3::from(pencil.origin).as_dvec3();
     for group in 0..GROUPS {
         let first = group * WIDTH;
@@ -447,39 +434,6 @@ fn rows_of_lanes<S: Doubles, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut 
     }
 }
 
-/// A leaf of spheres, or one of quads, of which go on those that some ray may hit.
-#[inline(always)]
-fn gathered<S: Doubles, M: PacketVisitor>(
-    s: S,
-    bvh: &Bvh8,
-    leaf: Child,
-    bundle: &Bundle<S>,
-    pencil: &mut PacketState,
-    meets: &mut M,
-) {
-    if leaf.is_row() {
-        let row = bvh.always + leaf.index();
-        return rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
-    }
-    let quads = &bvh.quads[leaf.index()];
-    let (far, Quad8 { corners, longest, .. }) = (last(pencil), quads);
-    let (first, second) = (see(s, bundle, corners, [1, 2], longest, far), see(s, bundle, corners, [2, 3], longest, far));
-    let mut lanes = (first.lanes | second.lanes) & quads.used();
-    while lanes != 0 {
-        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
-        lanes &= lanes - 1;
-        let mut asked = 0;
-        for group in 0..GROUPS {
-            let (directions, far) = group_of(s, pencil, group);
-            let left = first.left(s, lane, directions, bundle.near, far) | second.left(s, lane, directions, bundle.near, far);
-            asked |= (left & pencil.asked(group)) << (group * WIDTH);
-        }
-        if asked != 0 {
-            meets.other(quads.first as usize + lane, asked, pencil);
-        }
-    }
-}
-
 /// The greatest distance that still counts of any ray, as boxes use it.
 #[inline(always)]
 fn last(pencil: &PacketState) -> f32 {
@@ -492,7 +446,7 @@ fn last(pencil: &PacketState) -> f32 {
 
 /// Down the tree; whether to its end.
 #[inline(always)]
-fn down<S: Doubles, M: PacketVisitor>(
+fn down<S: TraversalSimd, M: PacketVisitor>(
     s: S,
     bvh: &Bvh8,
     bundle: &Bundle<S>,
@@ -520,7 +474,10 @@ fn down<S: Doubles, M: PacketVisitor>(
             }
             match () {
                 () if current.is_block() => block(s, bvh, current.index(), bundle, pencil, exact, meets),
-                () if current.is_gathered() => gathered(s, bvh, current, bundle, pencil, meets),
+                () if current.is_row() => {
+                    let row = bvh.always + current.index();
+                    rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
+                }
                 () => meets.other(current.index(), u32::MAX, pencil),
             }
             far = last(pencil);
@@ -541,7 +498,7 @@ fn down<S: Doubles, M: PacketVisitor>(
 
 /// The directions of a group, and the greatest distances that still count.
 #[inline(always)]
-fn group_of<S: Doubles>(s: S, pencil: &PacketState, group: usize) -> ([S::Floats; 3], S::Floats) {
+fn group_of<S: Simd>(s: S, pencil: &PacketState, group: usize) -> ([S::Floats; 3], S::Floats) {
     let (first, [x, y, z]) = (group * WIDTH, &pencil.directions);
     let directions = [s.load_from(x, first), s.load_from(y, first), s.load_from(z, first)];
     (directions, s.load_from(&pencil.far, first))
@@ -549,7 +506,7 @@ fn group_of<S: Doubles>(s: S, pencil: &PacketState, group: usize) -> ([S::Floats
 
 /// The triangles of a block.
 #[inline(always)]
-fn block<S: Doubles, M: PacketVisitor>(
+fn block<S: Simd, M: PacketVisitor>(
     s: S,
     bvh: &Bvh8,
     number: usize,
@@ -558,8 +515,7 @@ fn block<S: Doubles, M: PacketVisitor>(
     exact: &mut Option<[Rays; GROUPS]>,
     meets: &mut M,
 ) {
-    let Triangle8 { corners, longest } = &bvh.blocks[number];
-    let seen = see(s, bundle, corners, [1, 2], longest, last(pencil));
+    let seen = see(s, bundle, &bvh.blocks[number], last(pencil));
     let mut lanes = seen.lanes;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
@@ -577,7 +533,7 @@ fn block<S: Doubles, M: PacketVisitor>(
 
 /// The exact test of a triangle for some rays of a group.
 #[inline(always)]
-fn settle<S: Doubles, M: PacketVisitor>(
+fn settle<S: Simd, M: PacketVisitor>(
     s: S,
     bvh: &Bvh8,
     [number, lane, group]: [usize; 3],
@@ -590,7 +546,7 @@ fn settle<S: Doubles, M: PacketVisitor>(
     let facts = bvh.facts(number);
     let found = crossed(s, Vec3::from(pencil.origin).as_dvec3(), &triangle.vertices, rays);
     let (mut outside, mut hits) = (found.outside, found.hits & left);
-    let (mut t, [mut u, mut v]) = (s.row(found.t), [s.row(found.weights[0]), s.row(found.weights[1])]);
+    let (mut t, [mut u, mut v]) = (s.to_array(found.t), [s.to_array(found.weights[0]), s.to_array(found.weights[1])]);
     let mut unsure = found.unsure & left;
     while unsure != 0 {
         let (ray, bit) = (unsure.trailing_zeros() as usize & (WIDTH - 1), unsure & unsure.wrapping_neg());
@@ -612,7 +568,7 @@ fn settle<S: Doubles, M: PacketVisitor>(
         let ray = hits.trailing_zeros() as usize & (WIDTH - 1);
         hits &= hits - 1;
         if pencil.near < t[ray] {
-            let slots = [bvh.slot(facts.first, lane), u32::MAX];
+            let slots = [facts.first + lane as u32, u32::MAX];
             pencil.consider(group * WIDTH + ray, [t[ray], u[ray], v[ray]], slots, |a, b| meets.lower(a, b));
         }
     }

@@ -32,7 +32,7 @@ pub(super) struct Unsure;
 
 /// What belongs to an axis and to the two that follow it.
 #[inline(always)]
-pub(super) fn turned<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
+pub(super) fn rotated_axes<T: Copy>([x, y, z]: [T; 3], major: usize) -> (T, T, T) {
     let (around, major) = ([x, y, z, x, y], major.min(2));
     (around[major], around[major + 1], around[major + 2])
 }
@@ -56,7 +56,7 @@ impl ProjectedRay {
         // Without branches, which bounced rays would often mispredict.
         let [first, second] = [(size.x > size.y) & (size.x > size.z), size.y > size.z].map(usize::from);
         let major = (1 - first) * (2 - second);
-        let (p, q, r) = turned([d.x, d.y, d.z], major);
+        let (p, q, r) = rotated_axes([d.x, d.y, d.z], major);
         let sign = 1.0_f64.copysign(p);
         Self { origin, direction: d.to_array(), major, across: [p * sign, -q * sign, p, -r], inverse_length_squared }
     }

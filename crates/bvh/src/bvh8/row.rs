@@ -4,11 +4,11 @@
 use glam::{DVec3, Vec3};
 
 use super::WIDTH;
-use super::doubles::{Doubles, dot};
-use super::simd::Simd;
 use super::triangle8::LeafHeader;
+use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::ray::{Interval, Ray, Side, Visibility};
-use crate::shapes::{FAR, Plane, PreparedRay, Shape, Sphere};
+use crate::scalar::Real;
+use crate::shapes::{FAR, Plane, PreparedRay, Shape, ShapeHit, Sphere};
 
 /// A ray with what these tests need of a [`PreparedRay`], by its operations.
 #[derive(Clone, Copy)]
@@ -77,10 +77,10 @@ pub(crate) struct SphereHits {
     pub t: [f32; WIDTH],
 }
 
-impl<S: Doubles> LaneHits<S> {
+impl<S: Simd> LaneHits<S> {
     #[inline(always)]
     pub fn roots(&self, s: S) -> SphereHits {
-        SphereHits { hits: self.hits as u8, leaving: self.leaving as u8, t: s.row(self.t) }
+        SphereHits { hits: self.hits as u8, leaving: self.leaving as u8, t: s.to_array(self.t) }
     }
 }
 
@@ -131,183 +131,42 @@ impl Row {
 
     /// Where a ray hits them.
     #[inline(always)]
-    pub(super) fn hits<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
+    pub(super) fn hits<S: Simd>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
+        let rays = RayLanes {
+            origin: splat3_f64(s, line.origin),
+            direction: splat3_f64(s, line.direction),
+            length_squared: s.splat_f64(line.length_squared),
+            shortened: s.splat_f64(line.shortened),
+            inverse_length_squared: s.splat_f64(line.inverse_length_squared),
+        };
+        let ends = [s.splat(range.min), s.splat(Real::next_down(range.max))];
+        let sides = [self.facts.outside_alone(culls).into(), self.facts.inside.into()];
+        // One by one: a closure would not have the instructions of the function that it is in.
+        let places = [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])];
+        let [x, y, z] = &self.rest;
         match self.kind {
-            Kind::Spheres => self.spheres(s, line, range, culls),
-            Kind::Planes => self.planes(s, line, range, culls),
+            Kind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, |lane| {
+                self.sphere(lane).intersect(&line.probe(), range, self.side(lane, culls))
+            }),
+            Kind::Planes => planes(s, places, [s.widen(x), s.widen(y), s.widen(z)], &rays, ends, sides),
         }
     }
 
-    #[inline(always)]
-    fn spheres<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
-        let [x, y, z] = spread(s, line.origin);
-        let [cx, cy, cz] = self.widened_places(s);
-        let f = [s.minus(x, cx), s.minus(y, cy), s.minus(z, cz)];
-        let r = s.widen(&self.rest[0]);
-        let (b, room) = (dot(s, f, spread(s, line.direction)), s.times(r, r));
-        let (outside, squared) = (s.minus(dot(s, f, f), room), s.times(b, b));
-        let zero = s.spread(0.0);
-        let may_meet = s.at_least(s.minus(squared, s.times(outside, s.spread(line.shortened))), zero);
-        if may_meet == 0 {
-            return LaneHits { hits: 0, leaving: 0, t: s.splat(0.0) };
-        }
-        let discriminant = s.minus(squared, s.times(outside, s.spread(line.length_squared)));
-        let met = s.at_least(discriminant, zero);
-        let (root, inverse) = (s.root(discriminant), s.spread(line.inverse_length_squared));
-        // Taken from −0, every number has its sign turned, zero too.
-        let turned = s.minus(s.spread(-0.0), b);
-        let near = s.narrow(s.times(s.minus(turned, root), inverse));
-        let far = s.narrow(s.times(s.minus(root, b), inverse));
-        let (first, last) = (s.splat(range.min), s.splat(range.max));
-        let entering = met & s.less(first, near) & s.less(near, last) & !u32::from(self.facts.inside);
-        let leaving = met & s.less(first, far) & s.less(far, last) & !u32::from(self.facts.outside_alone(culls)) & !entering;
-        let hits = LaneHits { hits: entering | leaving, leaving, t: s.chosen(leaving, near, far) };
-        let far_away = may_meet & s.above(outside, s.times(room, s.spread(FAR * FAR)));
-        if far_away == 0 {
-            return hits;
-        }
-        let SphereHits { hits, leaving, t } = self.far_away(far_away, (*line, culls), range, hits.roots(s));
-        LaneHits { hits: hits.into(), leaving: leaving.into(), t: s.load(&t) }
-    }
-
-    /// Spheres so far away that their test takes another form: one by one.
-    #[cold]
-    #[inline(never)]
-    fn far_away(&self, mut lanes: u32, (line, culls): (RayF64, bool), range: Interval<f32>, mut roots: SphereHits) -> SphereHits {
-        let probe = line.probe();
-        while lanes != 0 {
-            let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
-            lanes &= lanes - 1;
-            (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
-            if let Some(hit) = self.sphere(lane).intersect(&probe, range, self.side(lane, culls)) {
-                roots.hits |= bit;
-                roots.leaving |= if hit.leaves() { bit } else { 0 };
-                roots.t[lane] = hit.t;
-            }
-        }
-        roots
-    }
-
-    #[inline(always)]
-    fn planes<S: Doubles>(&self, s: S, line: &RayF64, range: Interval<f32>, culls: bool) -> LaneHits<S> {
-        let normal = [s.widen(&self.rest[0]), s.widen(&self.rest[1]), s.widen(&self.rest[2])];
-        let slope = dot(s, normal, spread(s, line.direction));
-        let [x, y, z] = spread(s, line.origin);
-        let [px, py, pz] = self.widened_places(s);
-        let way = [s.minus(px, x), s.minus(py, y), s.minus(pz, z)];
-        let t = s.narrow(s.over(dot(s, normal, way), slope));
-        // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
-        let within = s.less(s.splat(range.min), t) & s.less(t, s.splat(range.max)) & s.less(t, s.splat(f32::INFINITY));
-        let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
-        let against = s.above(s.spread(0.0), slope) as u8;
-        LaneHits { hits: self.facts.accepted(finite as u8, against, culls).into(), leaving: 0, t }
-    }
-
-    /// One by one: a closure would not have the instructions of the function that it is in.
-    #[inline(always)]
-    fn widened_places<S: Doubles>(&self, s: S) -> [S::Doubles; 3] {
-        [s.widen(&self.places[0]), s.widen(&self.places[1]), s.widen(&self.places[2])]
-    }
-}
-
-#[inline(always)]
-fn spread<S: Doubles>(s: S, v: DVec3) -> [S::Doubles; 3] {
-    [s.spread(v.x), s.spread(v.y), s.spread(v.z)]
-}
-
-/// Eight rays from one point, as [`RayF64`] has one.
-pub(super) struct RaysF64<S: Doubles> {
-    origin: DVec3,
-    direction: [S::Doubles; 3],
-    length_squared: S::Doubles,
-    shortened: S::Doubles,
-    inverse_length_squared: S::Doubles,
-    rows: [[f32; WIDTH]; 3],
-    culls: bool,
-}
-
-impl<S: Doubles> RaysF64<S> {
-    /// By the operations of a probe, in lanes.
-    #[inline(always)]
-    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
-        let direction = [s.widen(x), s.widen(y), s.widen(z)];
-        let length_squared = dot(s, direction, direction);
-        let inverse_length_squared = s.over(s.spread(1.0), length_squared);
-        let shortened = s.times(length_squared, s.spread(PreparedRay::SHORTER));
-        Self { origin, direction, length_squared, shortened, inverse_length_squared, rows: [*x, *y, *z], culls }
-    }
-
-    fn probe(&self, ray: usize) -> PreparedRay {
-        let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
-        PreparedRay::of(Ray::<f32>::new(self.origin.as_vec3(), d), false)
-    }
-}
-
-impl Row {
     /// Where eight rays hit one of them, up to `far`: a bit a ray.
     #[inline(always)]
-    pub(super) fn lane<S: Doubles>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> LaneHits<S> {
-        let (lane, first) = (lane & (WIDTH - 1), s.splat(near));
-        let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
-        let (bit, place, rest) = (1 << lane, of(&self.places).as_dvec3(), of(&self.rest));
-        let only = |side: u8| if side & bit != 0 { 0xff } else { 0 };
-        let (outside, inside) = (only(self.facts.outside_alone(lines.culls)), only(self.facts.inside));
-        if self.kind == Kind::Planes {
-            let normal = rest.as_dvec3();
-            let slope = dot(s, spread(s, normal), lines.direction);
-            let t = s.narrow(s.over(s.spread(normal.dot(place - lines.origin)), slope));
-            let counts =
-                s.less(first, t) & s.at_most(t, far) & s.less(t, s.splat(f32::INFINITY)) & s.less(s.splat(f32::NEG_INFINITY), t);
-            let against = s.above(s.spread(0.0), slope);
-            return LaneHits { hits: counts & !(outside & !against) & !(inside & against), leaving: 0, t };
+    pub(super) fn lane<S: Simd>(&self, s: S, lane: usize, lines: &RaysF64<S>, near: f32, far: S::Floats) -> LaneHits<S> {
+        let lane = lane & (WIDTH - 1);
+        let of = |rows: &[[f32; WIDTH]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]).as_dvec3();
+        let only = |side: u8| if side >> lane & 1 == 0 { 0 } else { 0xff };
+        let sides = [only(self.facts.outside_alone(lines.culls)), only(self.facts.inside)];
+        let (places, rest, ends) = (splat3_f64(s, of(&self.places)), of(&self.rest), [s.splat(near), far]);
+        match self.kind {
+            Kind::Spheres => spheres(s, places, s.splat_f64(rest.x), &lines.rays, ends, sides, |ray| {
+                let range = Interval { min: near, max: s.to_array(far)[ray].next_up() };
+                self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane, lines.culls))
+            }),
+            Kind::Planes => planes(s, places, splat3_f64(s, rest), &lines.rays, ends, sides),
         }
-        let (f, r) = (lines.origin - place, f64::from(rest.x));
-        let room = r * r;
-        let beyond = f.dot(f) - room;
-        let b = dot(s, spread(s, f), lines.direction);
-        let squared = s.times(b, b);
-        let may_meet = s.at_least(s.minus(squared, s.times(s.spread(beyond), lines.shortened)), s.spread(0.0));
-        if may_meet == 0 {
-            return LaneHits { hits: 0, leaving: 0, t: first };
-        }
-        if beyond > room * (FAR * FAR) {
-            return self.lane_far_away(s, lane, lines, may_meet, near, far);
-        }
-        let discriminant = s.minus(squared, s.times(s.spread(beyond), lines.length_squared));
-        let met = s.at_least(discriminant, s.spread(0.0));
-        let root = s.root(discriminant);
-        let turned = s.minus(s.spread(-0.0), b);
-        let enter = s.narrow(s.times(s.minus(turned, root), lines.inverse_length_squared));
-        let leave = s.narrow(s.times(s.minus(root, b), lines.inverse_length_squared));
-        let entering = met & s.less(first, enter) & s.at_most(enter, far) & !inside;
-        let leaving = met & s.less(first, leave) & s.at_most(leave, far) & !outside & !entering;
-        LaneHits { hits: entering | leaving, leaving, t: s.chosen(leaving, enter, leave) }
-    }
-
-    /// Rays from so far away that their test takes another form: one by one.
-    #[cold]
-    #[inline(never)]
-    fn lane_far_away<S: Doubles>(
-        &self,
-        s: S,
-        lane: usize,
-        lines: &RaysF64<S>,
-        mut asked: u32,
-        near: f32,
-        far: S::Floats,
-    ) -> LaneHits<S> {
-        let (mut roots, far) = (SphereHits { hits: 0, leaving: 0, t: [0.0; WIDTH] }, s.row(far));
-        while asked != 0 {
-            let ray = asked.trailing_zeros() as usize & (WIDTH - 1);
-            asked &= asked - 1;
-            let range = Interval { min: near, max: far[ray].next_up() };
-            if let Some(hit) = self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane, lines.culls)) {
-                roots.hits |= 1 << ray;
-                roots.leaving |= u8::from(hit.leaves()) << ray;
-                roots.t[ray] = hit.t;
-            }
-        }
-        LaneHits { hits: roots.hits.into(), leaving: roots.leaving.into(), t: s.load(&roots.t) }
     }
 
     fn sphere(&self, lane: usize) -> Sphere<f32> {
@@ -321,5 +180,118 @@ impl Row {
             bit if self.facts.inside & bit != 0 => Side::Inside,
             _ => Side::Both,
         }
+    }
+}
+
+/// A ray for each lane: the same one for eight spheres or planes, or eight for one.
+struct RayLanes<S: Simd> {
+    origin: [S::Doubles; 3],
+    direction: [S::Doubles; 3],
+    length_squared: S::Doubles,
+    shortened: S::Doubles,
+    inverse_length_squared: S::Doubles,
+}
+
+#[inline(always)]
+fn difference<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> [S::Doubles; 3] {
+    [s.sub_f64(a[0], b[0]), s.sub_f64(a[1], b[1]), s.sub_f64(a[2], b[2])]
+}
+
+/// Rays and spheres, lane by lane. `sides` are the lanes hit from outside alone and from inside alone; `alone` tests a lane's sphere by itself.
+#[inline(always)]
+fn spheres<S: Simd>(
+    s: S,
+    centres: [S::Doubles; 3],
+    radii: S::Doubles,
+    rays: &RayLanes<S>,
+    [first, last]: [S::Floats; 2],
+    [outside_alone, inside_alone]: [u32; 2],
+    alone: impl Fn(usize) -> Option<ShapeHit<f32>>,
+) -> LaneHits<S> {
+    let f = difference(s, rays.origin, centres);
+    let (b, room) = (dot_f64(s, f, rays.direction), s.mul_f64(radii, radii));
+    let (outside, squared) = (s.sub_f64(dot_f64(s, f, f), room), s.mul_f64(b, b));
+    let zero = s.splat_f64(0.0);
+    let may_meet = s.at_least_f64(s.sub_f64(squared, s.mul_f64(outside, rays.shortened)), zero);
+    if may_meet == 0 {
+        return LaneHits { hits: 0, leaving: 0, t: first };
+    }
+    let discriminant = s.sub_f64(squared, s.mul_f64(outside, rays.length_squared));
+    let met = s.at_least_f64(discriminant, zero);
+    let root = s.sqrt_f64(discriminant);
+    // Taken from −0, every number has its sign turned, zero too.
+    let turned = s.sub_f64(s.splat_f64(-0.0), b);
+    let near = s.narrow(s.mul_f64(s.sub_f64(turned, root), rays.inverse_length_squared));
+    let far = s.narrow(s.mul_f64(s.sub_f64(root, b), rays.inverse_length_squared));
+    let entering = met & s.less(first, near) & s.at_most(near, last) & !inside_alone;
+    let leaving = met & s.less(first, far) & s.at_most(far, last) & !outside_alone & !entering;
+    let hits = LaneHits { hits: entering | leaving, leaving, t: s.select(leaving, near, far) };
+    let far_away = may_meet & s.greater_f64(outside, s.mul_f64(room, s.splat_f64(FAR * FAR)));
+    if far_away == 0 {
+        return hits;
+    }
+    let SphereHits { hits, leaving, t } = one_by_one(far_away, hits.roots(s), alone);
+    LaneHits { hits: hits.into(), leaving: leaving.into(), t: s.load(&t) }
+}
+
+/// Rays from so far away that the test of a sphere takes another form.
+#[cold]
+#[inline(never)]
+fn one_by_one(mut lanes: u32, mut roots: SphereHits, alone: impl Fn(usize) -> Option<ShapeHit<f32>>) -> SphereHits {
+    while lanes != 0 {
+        let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
+        lanes &= lanes - 1;
+        (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
+        if let Some(hit) = alone(lane) {
+            roots.hits |= bit;
+            roots.leaving |= if hit.leaves() { bit } else { 0 };
+            roots.t[lane] = hit.t;
+        }
+    }
+    roots
+}
+
+/// Rays and planes, lane by lane, as [`spheres`].
+#[inline(always)]
+fn planes<S: Simd>(
+    s: S,
+    points: [S::Doubles; 3],
+    normals: [S::Doubles; 3],
+    rays: &RayLanes<S>,
+    [first, last]: [S::Floats; 2],
+    [outside_alone, inside_alone]: [u32; 2],
+) -> LaneHits<S> {
+    let slope = dot_f64(s, normals, rays.direction);
+    let t = s.narrow(s.div_f64(dot_f64(s, normals, difference(s, points, rays.origin)), slope));
+    // A ray in the plane gives 0/0 or x/0: neither lies in an open range.
+    let within = s.less(first, t) & s.at_most(t, last) & s.less(t, s.splat(f32::INFINITY));
+    let finite = within & s.less(s.splat(f32::NEG_INFINITY), t);
+    let against = s.greater_f64(s.splat_f64(0.0), slope);
+    LaneHits { hits: finite & !(outside_alone & !against) & !(inside_alone & against), leaving: 0, t }
+}
+
+/// Eight rays from one point, as [`RayF64`] has one.
+pub(super) struct RaysF64<S: Simd> {
+    rays: RayLanes<S>,
+    origin: DVec3,
+    rows: [[f32; WIDTH]; 3],
+    culls: bool,
+}
+
+impl<S: Simd> RaysF64<S> {
+    /// By the operations of a probe, in lanes.
+    #[inline(always)]
+    pub fn new(s: S, origin: DVec3, [x, y, z]: [&[f32; WIDTH]; 3], culls: bool) -> Self {
+        let direction = [s.widen(x), s.widen(y), s.widen(z)];
+        let length_squared = dot_f64(s, direction, direction);
+        let inverse_length_squared = s.div_f64(s.splat_f64(1.0), length_squared);
+        let shortened = s.mul_f64(length_squared, s.splat_f64(PreparedRay::SHORTER));
+        let rays = RayLanes { origin: splat3_f64(s, origin), direction, length_squared, shortened, inverse_length_squared };
+        Self { rays, origin, rows: [*x, *y, *z], culls }
+    }
+
+    fn probe(&self, ray: usize) -> PreparedRay {
+        let d = Vec3::new(self.rows[0][ray], self.rows[1][ray], self.rows[2][ray]);
+        PreparedRay::of(Ray::<f32>::new(self.origin.as_vec3(), d), false)
     }
 }

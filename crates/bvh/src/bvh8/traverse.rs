@@ -7,11 +7,12 @@ use super::filter;
 use super::optimisation_barrier::in_memory;
 use super::projected_ray::TriangleHit;
 use super::row::SphereHits;
-use super::simd::Simd;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::TraversalRay;
+use super::traversal_simd::TraversalSimd;
 use super::triangle8::{LeafHeader, Triangle8};
 use super::{Bvh8, Child, Node};
+use crate::math::simd::Simd;
 use crate::ray::Interval;
 use crate::shapes::PreparedRay;
 
@@ -95,12 +96,12 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
     }
 }
 
-/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block that is not packed.
+/// Has brought near what a child is read from that waits while its nearer sibling is visited: all of a node, most of a block.
 #[inline(always)]
-fn fetch<S: Simd>(s: S, bvh: &Bvh8, child: Child) {
+fn fetch<S: TraversalSimd>(s: S, bvh: &Bvh8, child: Child) {
     let (start, bytes) = match () {
         () if !child.is_leaf() => (bvh.nodes.as_ptr().cast::<u8>(), size_of::<Node>()),
-        () if child.is_block() && !bvh.blocks.is_empty() => (bvh.blocks.as_ptr().cast::<u8>(), size_of::<Triangle8>()),
+        () if child.is_block() => (bvh.blocks.as_ptr().cast::<u8>(), size_of::<Triangle8>()),
         () => return,
     };
     let start = start.wrapping_add(child.index() * bytes);
@@ -110,13 +111,10 @@ fn fetch<S: Simd>(s: S, bvh: &Bvh8, child: Child) {
     s.prefetch(start.wrapping_add(192));
 }
 
-/// No lanes: a block that is packed, about which is asked outside of the walk's loop.
-const PACKED: u32 = u32::MAX;
-
 /// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
 /// `MAPPED`: the ray was rounded, see [`TraversalRay::mapped`].
 #[inline(always)]
-pub(super) fn traverse<S: Simd, A: HitVisitor, const MAPPED: bool>(
+pub(super) fn traverse<S: TraversalSimd, A: HitVisitor, const MAPPED: bool>(
     s: S,
     bvh: &Bvh8,
     setup: &TraversalRay,
@@ -174,7 +172,7 @@ pub(super) fn traverse<S: Simd, A: HitVisitor, const MAPPED: bool>(
             } else if current.is_block() {
                 answer.block(current.index());
                 s.prefetch(bvh.facts.as_ptr().wrapping_add(current.index()));
-                let Some(block) = bvh.blocks.get(current.index()) else { break PACKED };
+                let block = &bvh.blocks[current.index()];
                 let left = filter::left(s, in_memory(&aim), block, far.last);
                 if left.lanes != 0 {
                     let [wanted, ends] = answer.lanes(current.index());
@@ -201,9 +199,8 @@ pub(super) fn traverse<S: Simd, A: HitVisitor, const MAPPED: bool>(
             };
         };
         let over = match left {
-            0 if current.is_gathered() => s.gathered(bvh, current, &aim, probe, &mut line, answer),
+            0 if current.is_row() => s.spheres(bvh, current, &aim, probe, &mut line, answer),
             0 => answer.other(current.index()),
-            PACKED => s.packed(bvh, current.index(), &aim, probe, answer),
             lanes => s.settle(&bvh.blocks[current.index()], [current.index(), lanes as usize], &aim, probe, answer),
         };
         if over {

@@ -51,7 +51,7 @@ impl Triangle8 {
 /// a lane.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeafHeader {
-    /// The slot of the first lane, or its place in the list of slots where there is one; the others follow.
+    /// The slot of the first lane; the others follow.
     pub first: u32,
     /// How many lanes are in use.
     pub count: u8,
@@ -65,8 +65,6 @@ pub(crate) struct LeafHeader {
     pub inside: u8,
     /// Those hit from outside alone by rays that cull.
     pub culled: u8,
-    /// Those whose triangle is in other blocks too.
-    pub twice: u8,
 }
 
 impl LeafHeader {
@@ -90,12 +88,6 @@ impl LeafHeader {
     #[inline(always)]
     pub fn outside_alone(&self, culls: bool) -> u8 {
         if culls { self.outside | self.culled } else { self.outside }
-    }
-
-    /// Of hits from outside and of other hits, those that count.
-    #[inline(always)]
-    pub fn accepted(&self, hits: u8, from_outside: u8, culls: bool) -> u8 {
-        hits & !(self.outside_alone(culls) & !from_outside) & !(self.inside & from_outside)
     }
 
     /// Whether a lane's hit counts, from outside or not.

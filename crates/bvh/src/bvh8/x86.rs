@@ -1,204 +1,34 @@
-//! The kernels of AVX2 and AVX-512: eight lanes of f32 in one register, and four exact tests at once in f64.
+//! What a traversal asks of AVX2 and AVX-512.
 //!
-//! Here, in what this uses, in `processor.rs` and in `memory.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
+//! Here, in `math/simd`, in `processor.rs` and in `memory.rs` is the only unsafe code of the project, here of three kinds. *Instructions*: a token of
 //! type [`Avx2`] or [`Avx512`] exists only where the processor was seen to have them, and methods of a token use no others. *Memory*:
 //! loads and stores go through pointers made from arrays of just that many numbers. *The stack*: its room is written before it is read.
 #![expect(unsafe_code, reason = "intrinsics of the processor; each block says why it may")]
 
-mod doubles;
 mod exact;
 
 use core::arch::x86_64::*;
 
-use super::flat::{blocks, rows};
-use super::gathered::gathered;
-use super::packet::{self, PacketResult, PacketState, PacketVisitor};
+use super::entries::{entries, leaves};
 use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
 use super::row::RayF64;
-use super::simd::{Simd, settled, unpacked};
-use super::stack::{Stack, Waiting, two};
-use super::traversal_ray::{LeafRay, TraversalRay};
-use super::traverse::{HitVisitor, traverse};
+use super::sphere_leaf::spheres;
+use super::stack::{Stack, Waiting};
+use super::traversal_ray::LeafRay;
+use super::traversal_simd::{TraversalSimd, settled};
+use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
+use crate::math::simd::{Avx2, Avx512};
 use crate::shapes::PreparedRay;
 
-/// Entries of a set of instructions: methods of its token, each of which calls a function that is compiled for them.
-macro_rules! entries {
-    ($token:ident, $features:literal: $(
-        $(#[doc = $about:literal])*
-        $(@[$inner:meta])*
-        $visibility:vis fn $name:ident<$G:ident: $Bound:ident>($s:ident $(, $argument:ident: $kind:ty)*) { $body:expr } -> $out:ty;
-    )*) => { $(
-        $(#[doc = $about])*
-        #[inline(always)]
-        #[allow(clippy::too_many_arguments, reason = "in registers")]
-        $visibility fn $name<$G: $Bound>(self $(, $argument: $kind)*) -> $out {
-            $(#[$inner])*
-            #[inline(never)]
-            #[target_feature(enable = $features)]
-            #[allow(clippy::too_many_arguments, reason = "in registers")]
-            fn enter<$G: $Bound>($s: $token $(, $argument: $kind)*) -> $out {
-                $body
-            }
-            // SAFETY: `self` exists, so the processor has what the function needs.
-            unsafe { enter(self $(, $argument)*) }
-        }
-    )* };
-}
-
-/// What a query asks of the whole tree.
-macro_rules! traversals {
-    ($token:ident, $features:literal) => {
-        entries! { $token, $features:
-            /// The walk with these instructions.
-            pub fn walk<A: HitVisitor>(
-                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, answer: &mut A
-            ) { traverse::<_, _, false>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), None, answer) } -> bool;
-            /// The same for a ray in the space of an instance.
-            pub fn walk_mapped<A: HitVisitor>(s, bvh: &Bvh8, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) {
-                traverse::<_, _, true>(s, bvh, setup, Some(&probe), answer)
-            } -> bool;
-            /// The rows that every query tests.
-            pub fn rows<A: HitVisitor>(
-                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
-            ) { rows(s, bvh, &RayF64::new([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
-            /// The same for a ray in the space of an instance.
-            pub fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &RayF64, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
-            /// Blocks and the rest where there are no nodes.
-            pub fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) {
-                blocks(s, bvh, aim, probe, answer)
-            } -> bool;
-            /// Rays from one point.
-            pub fn pencil<M: PacketVisitor>(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) {
-                packet::walk(s, bvh, pencil, meets)
-            } -> PacketResult;
-        }
-    };
-}
-
-/// What a traversal asks of a leaf, apart from it, whose registers that would take.
-macro_rules! leaves {
-    ($token:ident, $features:literal) => {
-        entries! { $token, $features:
-            fn settle<A: HitVisitor>(
-                s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
-            ) { settled(s, block, at, aim, probe, answer) } -> bool;
-            // Cold, or it is inlined all the same, and the walk copies to its stack for every ray what this reads of the tree.
-            @[cold]
-            fn packed<A: HitVisitor>(
-                s, bvh: &Bvh8, number: usize, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
-            ) { unpacked(s, bvh, number, aim, probe, answer) } -> bool;
-            fn gathered<A: HitVisitor>(
-                s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, probe: Option<&PreparedRay>, line: &mut Option<RayF64>, answer: &mut A
-            ) { gathered(s, bvh, leaf, aim, probe, line, answer) } -> bool;
-        }
-    };
-}
-
-/// Proof that the processor has AVX2 and FMA, and what comes with them.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Avx2(());
-
-impl Avx2 {
-    pub fn detect() -> Option<Self> {
-        let has = is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt");
-        has.then_some(Self(()))
-    }
-
-    traversals!(Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
-}
-
-/// Proof that the processor has AVX-512 with vectors of all lengths, besides AVX2.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Avx512(Avx2);
-
-impl Avx512 {
-    pub fn detect() -> Option<Self> {
-        let has = is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512bw");
-        if has { Avx2::detect().map(Self) } else { None }
-    }
-
-    traversals!(Avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
-}
-
-/// What both have in common: instructions of AVX2 and FMA on eight lanes.
-macro_rules! eight_lanes {
+/// What both have in common.
+macro_rules! of_both {
     () => {
-        type Floats = __m256;
-
-        #[inline(always)]
-        fn splat(self, value: f32) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_set1_ps(value) }
-        }
-        #[inline(always)]
-        fn load(self, values: &[f32; WIDTH]) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX, and there are eight numbers to read, at any address.
-            unsafe { _mm256_loadu_ps(values.as_ptr()) }
-        }
         #[inline(always)]
         fn prefetch<T>(self, place: *const T) {
             // SAFETY: a prefetch reads nothing that the program sees, whatever the place.
             unsafe { _mm_prefetch::<_MM_HINT_T0>(place.cast()) }
-        }
-        #[inline(always)]
-        fn add(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_add_ps(a, b) }
-        }
-        #[inline(always)]
-        fn sub(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_sub_ps(a, b) }
-        }
-        #[inline(always)]
-        fn mul(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_mul_ps(a, b) }
-        }
-        #[inline(always)]
-        fn mul_add(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has FMA.
-            unsafe { _mm256_fmadd_ps(a, b, c) }
-        }
-        #[inline(always)]
-        fn mul_sub(self, a: __m256, b: __m256, c: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has FMA.
-            unsafe { _mm256_fmsub_ps(a, b, c) }
-        }
-        #[inline(always)]
-        fn max(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_max_ps(a, b) }
-        }
-        #[inline(always)]
-        fn min(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_min_ps(a, b) }
-        }
-        #[inline(always)]
-        fn abs(self, a: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
-        }
-        #[inline(always)]
-        fn negate(self, a: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_xor_ps(_mm256_set1_ps(-0.0), a) }
-        }
-        #[inline(always)]
-        fn signed_by(self, a: __m256, b: __m256) -> __m256 {
-            // SAFETY: `self` says that the processor has AVX.
-            unsafe { _mm256_xor_ps(a, _mm256_and_ps(_mm256_set1_ps(-0.0), b)) }
         }
         #[inline(always)]
         fn crossing(self, block: &Triangle8, lane: usize, sight: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
@@ -208,52 +38,17 @@ macro_rules! eight_lanes {
     };
 }
 
-impl Simd for Avx2 {
-    eight_lanes!();
+impl TraversalSimd for Avx2 {
+    of_both!();
 
-    leaves!(Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
-
-    #[inline(always)]
-    fn less(self, a: __m256, b: __m256) -> u32 {
-        // SAFETY: `self` says that the processor has AVX.
-        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(a, b)) as u32 }
-    }
-    #[inline(always)]
-    fn at_most(self, a: __m256, b: __m256) -> u32 {
-        // SAFETY: `self` says that the processor has AVX.
-        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(a, b)) as u32 }
-    }
-    #[inline(always)]
-    fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
-        let mut row = [0.0; WIDTH];
-        // SAFETY: `self` says that the processor has AVX, and there is room for eight numbers, at any address.
-        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), entries) };
-        two(children, &row, mask)
-    }
-    #[inline(always)]
-    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: __m256, mask: u32) -> usize {
-        let mut row = [0.0; WIDTH];
-        // SAFETY: `self` says that the processor has AVX, and there is room for eight numbers, at any address.
-        unsafe { _mm256_storeu_ps(row.as_mut_ptr(), entries) };
-        stack.push(top, children, &row, mask)
-    }
+    leaves!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
 }
 
-impl Simd for Avx512 {
-    eight_lanes!();
+impl TraversalSimd for Avx512 {
+    of_both!();
 
-    leaves!(Avx512, "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt");
+    leaves!(Avx512, target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
 
-    #[inline(always)]
-    fn less(self, a: __m256, b: __m256) -> u32 {
-        // SAFETY: `self` says that the processor has AVX-512F and VL.
-        unsafe { u32::from(_mm256_cmp_ps_mask::<_CMP_LT_OQ>(a, b)) }
-    }
-    #[inline(always)]
-    fn at_most(self, a: __m256, b: __m256) -> u32 {
-        // SAFETY: `self` says that the processor has AVX-512F and VL.
-        unsafe { u32::from(_mm256_cmp_ps_mask::<_CMP_LE_OQ>(a, b)) }
-    }
     #[inline(always)]
     fn two(self, children: &[Child; WIDTH], entries: __m256, mask: u32) -> [Waiting; 2] {
         // SAFETY: `self` says that the processor has AVX-512F and VL and AVX2.

@@ -1,6 +1,6 @@
 //! Rays that leave one point, as those of a pinhole camera do: asked together, they find what each would find alone.
 
-use super::Found;
+use super::SlotHit;
 use crate::accelerator::Accelerator;
 use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
 use crate::geometry::Geometry;
@@ -13,7 +13,7 @@ const FEWEST: usize = 4;
 
 /// Rays from one point.
 #[derive(Clone, Copy, Debug)]
-pub struct FromOnePoint<'a, R: Real> {
+pub struct RayPacket<'a, R: Real> {
     /// Where all of them start, in world units.
     pub origin: R::Vec3,
     /// Unit directions. Those that follow one another should be near one another: up to sixteen are asked together.
@@ -26,7 +26,7 @@ pub struct FromOnePoint<'a, R: Real> {
     pub range: Interval<R>,
 }
 
-impl<R: Real> FromOnePoint<'_, R> {
+impl<R: Real> RayPacket<'_, R> {
     fn ray(&self, direction: R::Vec3) -> Ray<R> {
         Ray { culls: self.culls, ..Ray::new(self.origin, direction).at_time(self.time) }
     }
@@ -35,14 +35,14 @@ impl<R: Real> FromOnePoint<'_, R> {
 /// How rays that were asked together have fared. Where triangles are smaller than pixels each ray has its own way, and they are better
 /// asked one by one: the next few, and twice as many each time that they have still parted. Nothing that is found depends on it.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Patience {
+pub struct PacketBackoff {
     /// Turns that are still to be taken one by one.
     alone: u32,
     /// How many these were.
     pause: u32,
 }
 
-impl Patience {
+impl PacketBackoff {
     /// Turns taken one by one at most before rays are asked together again.
     const LONGEST: u32 = 64;
 
@@ -69,7 +69,7 @@ impl Patience {
 impl<R: Real> Geometry<R> {
     /// The nearest hit of each ray, in their order, in place of what `hits` held: those of [`Geometry::closest`], bit for bit. `patience` is to
     /// be handed from one call to the next where their rays are near one another.
-    pub fn closest_from(&self, rays: &FromOnePoint<'_, R>, patience: &mut Patience, hits: &mut Vec<Option<Hit<R>>>) {
+    pub fn closest_from(&self, rays: &RayPacket<'_, R>, patience: &mut PacketBackoff, hits: &mut Vec<Option<Hit<R>>>) {
         hits.clear();
         hits.reserve(rays.directions.len());
         for some in rays.directions.chunks(RAYS) {
@@ -84,7 +84,7 @@ impl<R: Real> Geometry<R> {
 
     /// Up to [`RAYS`] of them at once. Only where that has gone to its end are there more hits than before.
     #[inline(never)]
-    fn together(&self, rays: &FromOnePoint<'_, R>, directions: &[R::Vec3], hits: &mut Vec<Option<Hit<R>>>) -> PacketResult {
+    fn together(&self, rays: &RayPacket<'_, R>, directions: &[R::Vec3], hits: &mut Vec<Option<Hit<R>>>) -> PacketResult {
         let Accelerator::Bvh8(bvh) = &self.accelerator else { return PacketResult::Unfit };
         if !R::IS_SINGLE {
             return PacketResult::Unfit;
@@ -95,7 +95,7 @@ impl<R: Real> Geometry<R> {
         let mut pencil =
             PacketState::new(rays.origin.to_f32(), &stored[..directions.len()], [rays.range.min.to_f32(), last], rays.culls);
         let mut asking = PacketQuery { geometry: self, rays, directions };
-        let asked = bvh.ask_pencil(&mut pencil, &mut asking);
+        let asked = bvh.visit_packet(&mut pencil, &mut asking);
         if asked != PacketResult::Whole {
             return asked;
         }
@@ -105,7 +105,7 @@ impl<R: Real> Geometry<R> {
         let number = R::from_f32;
         hits.extend((0..pencil.count()).map(|ray| {
             let ([t, u, v], [slot, inner]) = pencil.hit(ray)?;
-            Some(self.named(&Found { t: number(t), u: number(u), v: number(v), slot, inner }))
+            Some(self.named(&SlotHit { t: number(t), u: number(u), v: number(v), slot, inner }))
         }));
         asked
     }
@@ -114,7 +114,7 @@ impl<R: Real> Geometry<R> {
 /// What a pencil asks of a geometry.
 struct PacketQuery<'a, 'r, R: Real> {
     geometry: &'a Geometry<R>,
-    rays: &'a FromOnePoint<'r, R>,
+    rays: &'a RayPacket<'r, R>,
     directions: &'a [R::Vec3],
 }
 
@@ -127,7 +127,7 @@ impl<R: Real> PacketQuery<'_, '_, R> {
             let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
             let range = Interval { min: self.rays.range.min, max: R::from_f32(pencil.far(ray)).next_up() };
             let own = (slot as u32, &geometry.group.slots[slot]);
-            if let Some(Found { t, u, v, slot, inner }) = geometry.test(own, &probe, range, &mut ()) {
+            if let Some(SlotHit { t, u, v, slot, inner }) = geometry.test(own, &probe, range, &mut ()) {
                 pencil.consider(ray, [t, u, v].map(Real::to_f32), [slot, inner], |a, b| self.lower(a, b));
             }
         }
@@ -153,13 +153,13 @@ mod tests {
     use super::*;
     use crate::Visibility;
     use crate::accelerator::AcceleratorKind;
-    use crate::group::Group;
+    use crate::primitive_set::PrimitiveSet;
 
     /// Protects: each time that rays part twice as many turns are taken one by one, up to 64; one that stays together ends that, and one that
     /// can't be asked changes nothing.
     #[test]
     fn those_that_part_are_asked_one_by_one_for_a_while() {
-        let mut patience = Patience::default();
+        let mut patience = PacketBackoff::default();
         for turns in [1, 2, 4, 8, 16, 32, 64, 64, 64] {
             assert!(patience.tries());
             patience.learn(PacketResult::Parted);
@@ -188,15 +188,15 @@ mod tests {
             let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
             [[a, c, b], [a, d, c]]
         };
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh((0..SIDE * SIDE).flat_map(faces), Visibility::default()).unwrap();
         let ground = Geometry::new(group, AcceleratorKind::default());
         let origin = Vec3::new(-20.0, 500.0, -30.0);
         for (spacing, parts) in [(12.0, true), (0.7, false), (0.01, false)] {
             let aim = |i: i32| Vec3::new(60.2 + spacing * (i % 4) as f32, 0.0, 70.3 + spacing * (i / 4) as f32);
             let directions: Vec<Vec3> = (0..16).map(|i| (aim(i) - origin).normalize()).collect();
-            let asked = FromOnePoint { origin, directions: &directions, time: 0.0, culls: false, range: Interval::positive() };
-            let (mut patience, mut hits) = (Patience::default(), Vec::new());
+            let asked = RayPacket { origin, directions: &directions, time: 0.0, culls: false, range: Interval::positive() };
+            let (mut patience, mut hits) = (PacketBackoff::default(), Vec::new());
             ground.closest_from(&asked, &mut patience, &mut hits);
             assert_eq!(patience.pause > 0, parts, "{spacing} apart");
             let alone: Vec<_> = directions.iter().map(|&d| ground.closest(&asked.ray(d), asked.range, &mut ())).collect();

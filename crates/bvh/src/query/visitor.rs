@@ -1,186 +1,47 @@
 //! What the tree's hits are to a query: one visitor for every kind of query.
 
-use std::collections::BTreeSet;
-
-use super::{Found, NO_PART, Nearest};
+use super::kind::QueryKind;
+use super::{NO_PART, SlotHit};
 use crate::accelerator::Accelerator;
 use crate::bvh8::{Bvh8, HitVisitor, LeafHeader, RayReparametrisation, SphereHits, TraversalRay, TriangleHit};
 use crate::geometry::Geometry;
-use crate::group::Slot;
 use crate::processor::prefetch;
-use crate::ray::{Hit, Interval, Ray};
+use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
 use crate::shapes::PreparedRay;
-use crate::tally::Tally;
-
-/// A kind of query: closest, any, or each hit until one counts.
-pub(super) trait QueryKind<R: Real> {
-    /// Whether any hit will do.
-    const ANY: bool;
-    /// Where hits count.
-    fn range(&self) -> Interval<R>;
-    /// The greatest distance that still counts.
-    fn far(&self) -> R;
-    /// The lanes of a leaf that matter.
-    fn wanted(facts: &LeafHeader) -> u8;
-    /// Those of them any hit of which ends the query.
-    fn opaque(facts: &LeafHeader) -> u8;
-    /// Takes a hit within the range. Whether it ends the query.
-    fn take(&mut self, geometry: &Geometry<R>, found: Found<R>) -> bool;
-    /// Takes the hit of one primitive, where there is one. Whether it ends the query.
-    fn test<T: Tally>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T) -> bool;
-}
-
-impl<R: Real> QueryKind<R> for Nearest<R> {
-    const ANY: bool = false;
-
-    #[inline(always)]
-    fn range(&self) -> Interval<R> {
-        self.range
-    }
-    #[inline(always)]
-    fn far(&self) -> R {
-        // In f64 hits count a little beyond the nearest.
-        if !R::IS_SINGLE {
-            return self.range.max;
-        }
-        self.found.as_ref().map_or_else(|| self.range.max.next_down(), |found| found.t)
-    }
-    #[inline(always)]
-    fn wanted(_: &LeafHeader) -> u8 {
-        u8::MAX
-    }
-    #[inline(always)]
-    fn opaque(_: &LeafHeader) -> u8 {
-        0
-    }
-    #[inline(always)]
-    fn take(&mut self, geometry: &Geometry<R>, found: Found<R>) -> bool {
-        self.consider(geometry, found);
-        false
-    }
-    #[inline(always)]
-    fn test<T: Tally>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T) -> bool {
-        if let Some(found) = geometry.test(slot, ray, self.range, tally) {
-            self.consider(geometry, found);
-        }
-        false
-    }
-}
-
-/// Any hit of what is opaque, or that the caller says yes to.
-pub(super) struct Any<'f, R: Real> {
-    pub range: Interval<R>,
-    pub ask: &'f mut dyn FnMut(&Hit<R>) -> bool,
-}
-
-impl<R: Real> QueryKind<R> for Any<'_, R> {
-    const ANY: bool = true;
-
-    #[inline(always)]
-    fn range(&self) -> Interval<R> {
-        self.range
-    }
-    #[inline(always)]
-    fn far(&self) -> R {
-        self.range.max.next_down()
-    }
-    #[inline(always)]
-    fn wanted(facts: &LeafHeader) -> u8 {
-        facts.opaque | facts.asks
-    }
-    #[inline(always)]
-    fn opaque(facts: &LeafHeader) -> u8 {
-        facts.opaque
-    }
-    #[inline(always)]
-    fn take(&mut self, geometry: &Geometry<R>, found: Found<R>) -> bool {
-        (self.ask)(&geometry.named(&found))
-    }
-    #[inline(always)]
-    fn test<T: Tally>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T) -> bool {
-        geometry.blocks(slot, ray, self.range, self.ask, tally)
-    }
-}
-
-/// Each hit, whatever its object is to any-hit queries, until one counts: in an instance, whose own visibility decides that.
-pub(super) struct Each<'f, R: Real> {
-    pub range: Interval<R>,
-    pub counts: &'f mut dyn FnMut(Found<R>) -> bool,
-}
-
-impl<R: Real> QueryKind<R> for Each<'_, R> {
-    const ANY: bool = true;
-
-    #[inline(always)]
-    fn range(&self) -> Interval<R> {
-        self.range
-    }
-    #[inline(always)]
-    fn far(&self) -> R {
-        self.range.max.next_down()
-    }
-    #[inline(always)]
-    fn wanted(_: &LeafHeader) -> u8 {
-        u8::MAX
-    }
-    #[inline(always)]
-    fn opaque(_: &LeafHeader) -> u8 {
-        0
-    }
-    #[inline(always)]
-    fn take(&mut self, _: &Geometry<R>, found: Found<R>) -> bool {
-        (self.counts)(found)
-    }
-    #[inline(always)]
-    fn test<T: Tally>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T) -> bool {
-        geometry.test(slot, ray, self.range, tally).is_some_and(&mut *self.counts)
-    }
-}
+use crate::stats::TraversalCounter;
 
 impl<R: Real> Geometry<R> {
-    /// The nearest hit of a ray in the tree's own scalar.
+    /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it, and the query.
     #[inline(always)]
-    pub(super) fn nearest_as_stored<T: Tally>(
+    pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         bvh: &Bvh8,
         ray: &Ray<R>,
-        range: Interval<R>,
+        query: Q,
         tally: &mut T,
-    ) -> Option<Found<R>> {
+    ) -> (bool, Q) {
         // In its place from the start: to move it would wait for its stores.
-        let mut visitor = Visitor::stored(self, bvh, ray, Nearest::new(range), tally);
-        if self.unbounded > self.planes {
-            self.nearest_unbounded(ray, &mut visitor.query, visitor.tally);
-        }
-        bvh.ask(ray, visitor.query.range, &mut visitor);
-        visitor.query.found
+        let mut visitor = Visitor::stored(self, bvh, ray, query, tally);
+        let over = self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally);
+        let over = over || bvh.visit(ray, visitor.query.range(), &mut visitor);
+        (over, visitor.query)
     }
 
     #[inline(never)]
-    fn nearest_unbounded<T: Tally>(&self, ray: &Ray<R>, nearest: &mut Nearest<R>, tally: &mut T) {
+    fn visit_unbounded<Q: QueryKind<R>, T: TraversalCounter>(&self, ray: &Ray<R>, query: &mut Q, tally: &mut T) -> bool {
         let ray = self.prepare(*ray);
-        for slot in self.unbounded() {
-            nearest.test(self, slot, &ray, tally);
-        }
-    }
-
-    /// Whether anything in the tree ends an any-hit query, of a ray in the tree's own scalar.
-    #[inline(always)]
-    pub(super) fn any_as_stored<T: Tally>(
-        &self,
-        bvh: &Bvh8,
-        ray: &Ray<R>,
-        range: Interval<R>,
-        ask: &mut dyn FnMut(&Hit<R>) -> bool,
-        tally: &mut T,
-    ) -> bool {
-        bvh.ask(ray, range, &mut Visitor::stored(self, bvh, ray, Any { range, ask }, tally))
+        self.unbounded().any(|slot| query.test(self, slot, &ray, tally))
     }
 
     /// Shows a query what a prepared ray meets. Returns whether that ended it, and the query.
     #[inline(always)]
-    pub(super) fn visit_all<Q: QueryKind<R>, T: Tally>(&self, ray: &PreparedRay, mut query: Q, tally: &mut T) -> (bool, Q) {
+    pub(super) fn visit_all<Q: QueryKind<R>, T: TraversalCounter>(
+        &self,
+        ray: &PreparedRay,
+        mut query: Q,
+        tally: &mut T,
+    ) -> (bool, Q) {
         let (tree, alone) = match &self.accelerator {
             Accelerator::Linear(count) => (None, 0..*count),
             Accelerator::Bvh8(bvh) => bvh.places_alone().map_or((Some(bvh), 0..0), |places| (None, places)),
@@ -198,26 +59,19 @@ impl<R: Real> Geometry<R> {
 
     /// The same of a tree. Rounded to f32 the ray is another one, so it is moved to beside what is there, and boxes take its error into account.
     #[inline(always)]
-    fn traverse<Q: QueryKind<R>, T: Tally>(&self, bvh: &Bvh8, ray: &PreparedRay, query: Q, tally: &mut T) -> (bool, Q) {
+    fn traverse<Q: QueryKind<R>, T: TraversalCounter>(
+        &self,
+        bvh: &Bvh8,
+        ray: &PreparedRay,
+        query: Q,
+        tally: &mut T,
+    ) -> (bool, Q) {
         let near = query.range().min.to_f64();
         let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
-        let (stored, prepared, mailbox, culls) = (None, Some(*ray), Mailbox::default(), ray.culls);
-        let mut visitor =
-            Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, mailbox, tally };
-        let over = bvh.ask_mapped(&setup, *ray, &mut visitor);
+        let (stored, prepared, culls) = (None, Some(*ray), ray.culls);
+        let mut visitor = Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, tally };
+        let over = bvh.visit_mapped(&setup, *ray, &mut visitor);
         (over, visitor.query)
-    }
-}
-
-/// Triangles in several leaves that a query has tested already.
-#[derive(Default)]
-struct Mailbox(BTreeSet<u32>);
-
-impl Mailbox {
-    /// Whether this is the first time.
-    #[inline(always)]
-    fn is_first(&mut self, facts: &LeafHeader, lane: usize, slot: u32) -> bool {
-        facts.twice >> lane & 1 == 0 || self.0.insert(slot)
     }
 }
 
@@ -231,19 +85,18 @@ struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
     prepared: Option<PreparedRay>,
     query: Q,
     rebase: RayReparametrisation,
-    mailbox: Mailbox,
     tally: &'a mut T,
 }
 
 impl<'a, R: Real, Q, T> Visitor<'a, R, Q, T, false> {
     #[inline(always)]
     fn stored(geometry: &'a Geometry<R>, bvh: &'a Bvh8, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Self {
-        let (rebase, mailbox) = (RayReparametrisation::default(), Mailbox::default());
-        Self { geometry, bvh, culls: ray.culls, stored: Some(ray), prepared: None, query, rebase, mailbox, tally }
+        let rebase = RayReparametrisation::default();
+        Self { geometry, bvh, culls: ray.culls, stored: Some(ray), prepared: None, query, rebase, tally }
     }
 }
 
-impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
+impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
     const ANY: bool = Q::ANY;
 
     #[inline(always)]
@@ -291,7 +144,7 @@ impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> HitVisitor for Visi
     fn triangle(&mut self, block: usize, lane: usize, met: &TriangleHit) -> bool {
         let facts = self.bvh.facts(block);
         let [t, u, v] = [met.t, met.weights[0], met.weights[1]].map(R::from_f32);
-        let found = Found { t, u, v, slot: self.bvh.slot(facts.first, lane), inner: NO_PART };
+        let found = SlotHit { t, u, v, slot: facts.first + lane as u32, inner: NO_PART };
         if !Q::ANY {
             // Its names are asked for when the traversal is over.
             prefetch(&self.geometry.group.slots, found.slot as usize);
@@ -299,8 +152,7 @@ impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> HitVisitor for Visi
         if !(facts.accepts(lane, met.from_outside, self.culls) && self.query.range().contains(t)) {
             return false;
         }
-        Q::opaque(facts) >> lane & 1 != 0
-            || (!Q::ANY || self.mailbox.is_first(facts, lane, found.slot)) && self.query.take(self.geometry, found)
+        Q::opaque(facts) >> lane & 1 != 0 || self.query.take(self.geometry, found)
     }
 
     #[inline(always)]
@@ -314,7 +166,7 @@ impl<R: Real, Q: QueryKind<R>, T: Tally, const MAPPED: bool> HitVisitor for Visi
             hits &= hits - 1;
             let v = if roots.leaving >> lane & 1 == 0 { R::ZERO } else { R::ONE };
             let t = R::from_f32(roots.t[lane]);
-            if self.query.take(self.geometry, Found { t, u: R::ZERO, v, slot: facts.first + lane as u32, inner: NO_PART }) {
+            if self.query.take(self.geometry, SlotHit { t, u: R::ZERO, v, slot: facts.first + lane as u32, inner: NO_PART }) {
                 return true;
             }
         }

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::cylinder::Ends;
 use super::{
-    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Located, Paraboloid, Parameters, Plane, PreparedRay, Quad, SampleArea,
-    Shape, ShapeHit, Sphere, Torus, Triangle, Under,
+    Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Parameters, Plane, PreparedRay, Quad, SampleArea, Shape,
+    ShapeHit, Sphere, SurfacePoint, Torus, Triangle, Under,
 };
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
@@ -93,7 +93,7 @@ impl<R: Real> Shape<R> for AnyShape<R> {
         each!(self, shape => shape.intersect(probe, range, side))
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         each!(self, shape => shape.locate_under(probe, hit, maps))
     }
 
@@ -120,12 +120,12 @@ impl<R: Real> AnyShape<R> {
     }
 
     /// [`SampleArea::sample_area`]; none for a shape of infinite area.
-    pub fn sample_area(&self, u: R, v: R) -> Option<(Located, f64)> {
+    pub fn sample_area(&self, u: R, v: R) -> Option<(SurfacePoint, f64)> {
         each_finite!(self, shape => shape.sample_area(u, v))
     }
 
     /// [`SampleArea::density`]; none for a shape of infinite area.
-    pub fn density(&self, point: &Located) -> Option<f64> {
+    pub fn density(&self, point: &SurfacePoint) -> Option<f64> {
         each_finite!(self, shape => shape.density(point))
     }
 }

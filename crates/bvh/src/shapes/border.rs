@@ -6,7 +6,7 @@
 //! is smaller than its points are exact has no such place, and they stay.
 
 use super::drift::Drift;
-use super::{Located, Maps};
+use super::{Maps, SurfacePoint};
 use crate::scalar::Real;
 use glam::DVec3;
 
@@ -27,7 +27,13 @@ struct EdgeShares {
 
 /// A face spanned by two edges, met at their shares `at`, with its starts away from the border.
 #[inline(never)]
-pub(super) fn off_border<R: Real>(located: Located, face: Face, [ab, ac]: [DVec3; 2], at: [f64; 2], maps: Maps<'_>) -> Located {
+pub(super) fn off_border<R: Real>(
+    located: SurfacePoint,
+    face: Face,
+    [ab, ac]: [DVec3; 2],
+    at: [f64; 2],
+    maps: Maps<'_>,
+) -> SurfacePoint {
     let ([u, v], one, normal) = (at, 1.0, ab.cross(ac));
     let inverse = one / normal.dot(normal);
     let (by_u, by_v) = (ac.cross(normal) * inverse, normal.cross(ab) * inverse);
@@ -46,7 +52,7 @@ pub(super) fn off_border<R: Real>(located: Located, face: Face, [ab, ac]: [DVec3
     let shares = EdgeShares { at, gradients: [drift.in_world(by_u), drift.in_world(by_v)], least };
     let kept = if face == Face::Triangle { shares.within_triangle() } else { shares.within_parallelogram() };
     let start = located.point + ab * (kept[0] - u) + ac * (kept[1] - v);
-    Located { above: start, below: start, ..located }
+    SurfacePoint { above: start, below: start, ..located }
 }
 
 impl EdgeShares {

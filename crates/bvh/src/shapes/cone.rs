@@ -6,7 +6,7 @@ use super::drift::Drift;
 use super::frame::{disk_support, length, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, slab, tests_close};
 use super::turned::{BASE, TOP, Turned, WALL};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -101,7 +101,7 @@ impl<R: Real> Cone<R> {
 
     /// The point of the wall at a fraction `along` of the axis, in the direction `out` across the axis, or at the tip where
     /// there is no such direction.
-    fn on_wall(&self, along: f64, out: DVec3) -> Located {
+    fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (height, distance) = (axis.length(), out.length());
         let has_side = distance > 0.0;
@@ -109,15 +109,15 @@ impl<R: Real> Cone<R> {
         let taper = self.top_radius.to_f64() - self.radius.to_f64();
         let point = self.base.to_f64() + axis * along + out * self.radius_at(along);
         let normal = if has_side { out * height - axis * (taper / height) } else { axis * 1.0_f64.copysign(-taper) };
-        Located::new(point, normal.normalize(), slack(self.scale(point)))
+        SurfacePoint::new(point, normal.normalize(), slack(self.scale(point)))
     }
 
     /// The point of an end at an offset from its centre.
-    fn on_cap(&self, part: u8, offset: DVec3) -> Located {
+    fn on_cap(&self, part: u8, offset: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (end, normal) = if part == TOP { (1.0, axis.normalize()) } else { (0.0, -axis.normalize()) };
         let point = self.base.to_f64() + axis * end + offset;
-        Located::new(point, normal, slack(self.scale(point)))
+        SurfacePoint::new(point, normal, slack(self.scale(point)))
     }
 }
 
@@ -134,7 +134,7 @@ impl<R: Real> Shape<R> for Cone<R> {
         self.span(probe, tests_close(probe, self.base, self.radius.max(self.top_radius)))?.nearest(range, side)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
         // The unrounded end of the span, so that the fraction along the axis is the hit's own.
         let t = self.span(probe, true).map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
@@ -143,7 +143,7 @@ impl<R: Real> Shape<R> for Cone<R> {
         let located = if part == WALL { self.on_wall(along, out) } else { self.on_cap(part, out) };
         let solid = Turned { axis: self.axis.to_f64(), radii: [self.radius, self.top_radius].map(Real::to_f64) };
         let drift = Drift::around::<R>(maps, located.point, located.error);
-        Located { below: located.point + solid.inwards(part, (along, out), drift), ..located }
+        SurfacePoint { below: located.point + solid.inwards(part, (along, out), drift), ..located }
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base; on an end from its centre to its rim.
@@ -173,7 +173,7 @@ impl<R: Real> SampleArea<R> for Cone<R> {
         self.areas().iter().sum()
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let [wall, base, top] = self.areas();
         let out: DVec3 = spoke(self.axis.to_f64(), u.to_f64());
         let place = v.to_f64() * (wall + base + top);
@@ -196,7 +196,7 @@ impl<R: Real> SampleArea<R> for Cone<R> {
         (located, 1.0 / self.area())
     }
 
-    fn density(&self, _: &Located) -> f64 {
+    fn density(&self, _: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::drift::Drift;
 use super::quadratic::Span;
-use super::{Located, Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
+use super::{Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -72,17 +72,17 @@ impl<R: Real> Cuboid<R> {
 
     /// The surface at a point near a face.
     #[inline(always)]
-    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> Located {
+    fn located(&self, raw: DVec3, (axis, greater): (usize, bool)) -> SurfacePoint {
         let size = self.min.abs().max(self.max.abs()).to_f64().max_element();
         let sign = if greater { 1.0 } else { -1.0 };
         let normal = Self::face::<DVec3, f64>(axis, sign);
-        Located::new(self.on_face(raw, axis, greater), normal, slack(size))
+        SurfacePoint::new(self.on_face(raw, axis, greater), normal, slack(size))
     }
 
     /// From a point of a face to where a ray starts that goes in: inside of all faces, so far as it may drift against each. What
     /// lies above the face is outside anyway; without maps faces are at right angles, and the point is far enough from the others.
     #[inline(never)]
-    fn inwards(&self, located: &Located, (axis, greater): (usize, bool), maps: Maps<'_>) -> DVec3 {
+    fn inwards(&self, located: &SurfacePoint, (axis, greater): (usize, bool), maps: Maps<'_>) -> DVec3 {
         let drift = Drift::around::<R>(Some(maps), located.point, located.error);
         let at = |i: usize| {
             let (min, max) = (self.min.axis(i).to_f64(), self.max.axis(i).to_f64());
@@ -122,13 +122,13 @@ impl<R: Real> Shape<R> for Cuboid<R> {
         self.span(probe)?.nearest(range, side)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (axis, greater) = face_of(hit.u);
         let span = if probe.mapped { self.span(probe) } else { None };
         let t = span.map_or_else(|| hit.t.to_f64(), |span| span.unrounded(hit));
         let located = self.located(probe.origin + probe.direction * t, (axis, greater));
         match maps {
-            Some(maps) => Located { below: self.inwards(&located, (axis, greater), maps), ..located },
+            Some(maps) => SurfacePoint { below: self.inwards(&located, (axis, greater), maps), ..located },
             None => located,
         }
     }
@@ -159,7 +159,7 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
     }
 
     /// The first number picks the pair of faces and the place along it, the half of its range picks the side.
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let s = self.max.to_f64() - self.min.to_f64();
         let pairs = [s.y * s.z, s.z * s.x, s.x * s.y];
         let total = pairs[0] + pairs[1] + pairs[2];
@@ -178,10 +178,10 @@ impl<R: Real> SampleArea<R> for Cuboid<R> {
         place[along_v] += s[along_v] * v.to_f64();
         let raw = DVec3::from_f64(place);
         let located = self.located(raw, (axis, greater));
-        (Located::new(self.on_face(raw, axis, greater), located.normal, located.error), 1.0 / self.area())
+        (SurfacePoint::new(self.on_face(raw, axis, greater), located.normal, located.error), 1.0 / self.area())
     }
 
-    fn density(&self, _: &Located) -> f64 {
+    fn density(&self, _: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }

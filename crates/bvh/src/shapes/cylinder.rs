@@ -6,7 +6,7 @@ use super::drift::{Drift, off_bends};
 use super::frame::{disk_support, split, spoke, turn};
 use super::quadratic::{Crossings, Quadratic, Span, approach, point_at, slab, tests_close};
 use super::turned::{BASE, TOP, Turned, WALL};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -100,18 +100,18 @@ impl<R: Real> Cylinder<R> {
     }
 
     /// The point of the wall at a fraction `along` of the axis, seen from the axis in the direction `out`.
-    fn on_wall(&self, along: f64, out: DVec3) -> Located {
+    fn on_wall(&self, along: f64, out: DVec3) -> SurfacePoint {
         let normal = out.normalize();
         let point = self.base.to_f64() + self.axis.to_f64() * along + normal * self.radius.to_f64();
-        Located::new(point, normal, slack(self.scale(point)))
+        SurfacePoint::new(point, normal, slack(self.scale(point)))
     }
 
     /// The point of a cap at an offset from its centre.
-    fn on_cap(&self, part: u8, offset: DVec3) -> Located {
+    fn on_cap(&self, part: u8, offset: DVec3) -> SurfacePoint {
         let axis = self.axis.to_f64();
         let (end, normal) = if part == TOP { (1.0, axis.normalize()) } else { (0.0, -axis.normalize()) };
         let point = self.base.to_f64() + axis * end + offset;
-        Located::new(point, normal, slack(self.scale(point)))
+        SurfacePoint::new(point, normal, slack(self.scale(point)))
     }
 }
 
@@ -135,7 +135,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let part = hit.u.to_f64() as u8;
         let raw = self.raw(probe, hit);
         let (mut along, mut out) = split(raw - self.base.to_f64(), self.axis.to_f64());
@@ -160,7 +160,7 @@ impl<R: Real> Shape<R> for Cylinder<R> {
         }
         let solid = Turned { axis: self.axis.to_f64(), radii: [radius; 2] };
         let drift = Drift::around::<R>(maps, located.point, located.error);
-        Located { below: located.point + solid.inwards(part, (along, out), drift), ..located }
+        SurfacePoint { below: located.point + solid.inwards(part, (along, out), drift), ..located }
     }
 
     /// u turns about the axis; v runs down it, from 0 at the top to 1 at the base, of an infinite one in its own units from the
@@ -192,7 +192,7 @@ impl<R: Real> SampleArea<R> for Cylinder<R> {
         wall + 2.0 * cap
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let (wall, cap) = self.areas();
         let out: DVec3 = spoke(self.axis.to_f64(), u.to_f64());
         let place = v.to_f64() * (wall + 2.0 * cap);
@@ -210,7 +210,7 @@ impl<R: Real> SampleArea<R> for Cylinder<R> {
         (located, 1.0 / self.area())
     }
 
-    fn density(&self, _: &Located) -> f64 {
+    fn density(&self, _: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }

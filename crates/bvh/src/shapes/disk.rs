@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::{disk_support, spoke, turn};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -42,13 +42,13 @@ impl<R: Real> Shape<R> for Disk<R> {
         (range.contains(t) && offset.dot(offset) <= radius * radius && side.accepts(slope < 0.0)).then_some(ShapeHit::at(t))
     }
 
-    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> SurfacePoint {
         let (normal, centre) = (self.normal.to_f64(), self.centre.to_f64());
         let height = normal.dot(centre - probe.origin);
         let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
         let way = (point - probe.origin).abs().max_element();
         let error = slack(point.abs().max_element() + centre.abs().max_element() + way);
-        Located::new(point, normal.normalize(), error)
+        SurfacePoint::new(point, normal.normalize(), error)
     }
 
     /// u turns about the normal, v runs from the centre to the rim.
@@ -64,15 +64,15 @@ impl<R: Real> SampleArea<R> for Disk<R> {
         core::f64::consts::PI * self.radius.to_f64() * self.radius.to_f64()
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let centre = self.centre.to_f64();
         let radius = self.radius.to_f64();
         let point = centre + spoke(self.normal.to_f64(), u.to_f64()) * (radius * v.to_f64().sqrt());
         let error = slack(centre.abs().max_element() + radius);
-        (Located::new(point, self.normal.to_f64().normalize(), error), 1.0 / self.area())
+        (SurfacePoint::new(point, self.normal.to_f64().normalize(), error), 1.0 / self.area())
     }
 
-    fn density(&self, _: &Located) -> f64 {
+    fn density(&self, _: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }

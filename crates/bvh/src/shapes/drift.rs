@@ -5,7 +5,7 @@
 //! the other faces too, and there the inverse map magnifies what was a rounding in the world. Of a curved face it then lies
 //! above the tangent plane, but so far to the side that the face has bent away from there.
 
-use super::{Located, Transform, Under};
+use super::{SurfacePoint, Transform, Under};
 use crate::scalar::Real;
 use glam::DVec3;
 
@@ -22,7 +22,7 @@ impl<'a> Maps<'a> {
         Self { map, outer }
     }
 
-    fn to_world(self, located: &Located) -> Located {
+    fn to_world(self, located: &SurfacePoint) -> SurfacePoint {
         let mapped = self.map.located_to_world(located);
         self.outer.map_or(mapped, |outer| outer.to_world(&mapped))
     }
@@ -56,7 +56,7 @@ impl<'a> Drift<'a> {
     #[inline]
     pub fn around<R: Real>(maps: Option<Maps<'a>>, point: DVec3, error: f64) -> Self {
         // Only the place and the bound matter.
-        let own = Located::new(point, DVec3::ONE, error);
+        let own = SurfacePoint::new(point, DVec3::ONE, error);
         let located = maps.map_or(own, |maps| maps.to_world(&own));
         let rounding = located.point.abs().max_element() * R::ROUNDOFF.to_f64();
         Self { by: (located.error + rounding) * 5.5, maps }
@@ -88,7 +88,7 @@ impl<'a> Drift<'a> {
 /// A start that is lifted by its bound lies above the tangent plane at its point, up to `reach` r from it. Moved along the normal
 /// by r²/ρ it lies in the ball of radius ρ there, for r below ρ: (ρ − r²/ρ)² + r² < ρ². No larger reach leaves it a safe place.
 #[inline(always)]
-pub(super) fn off_bends<R: Real>(located: Located, maps: Under<'_>, balls: impl FnOnce() -> [f64; 2]) -> Located {
+pub(super) fn off_bends<R: Real>(located: SurfacePoint, maps: Under<'_>, balls: impl FnOnce() -> [f64; 2]) -> SurfacePoint {
     match maps {
         Some(maps) => off_balls::<R>(&located, maps, balls()),
         None => located,
@@ -96,8 +96,8 @@ pub(super) fn off_bends<R: Real>(located: Located, maps: Under<'_>, balls: impl 
 }
 
 #[inline(never)]
-fn off_balls<R: Real>(located: &Located, maps: Maps<'_>, balls: [f64; 2]) -> Located {
+fn off_balls<R: Real>(located: &SurfacePoint, maps: Maps<'_>, balls: [f64; 2]) -> SurfacePoint {
     let reach = Drift::around::<R>(Some(maps), located.point, located.error).reach();
     let [above, below] = balls.map(|ball| if reach < ball { reach * (reach / ball) } else { 0.0 });
-    Located { above: located.point + located.normal * above, below: located.point - located.normal * below, ..*located }
+    SurfacePoint { above: located.point + located.normal * above, below: located.point - located.normal * below, ..*located }
 }

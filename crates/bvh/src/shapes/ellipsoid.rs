@@ -7,7 +7,7 @@ use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at};
 use super::sample::area_by_quadrature;
 use super::sphere::{on_globe, sphere_direction};
-use super::{Located, Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
+use super::{Maps, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -61,18 +61,18 @@ impl<R: Real> Ellipsoid<R> {
     }
 
     /// Normal and error bound at a point near the surface.
-    fn at(&self, point: DVec3, scale: f64) -> Located {
+    fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let (centre, s) = (self.centre.to_f64(), self.semi_axes.to_f64());
         let offset = point - centre;
         let gradient = offset / (s * s);
         let scale = scale + centre.abs().max_element() + s.max_element();
-        Located::new(point, gradient.normalize(), slack(scale))
+        SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
     /// From a point to where a ray starts that goes in: as on the unit sphere of which this is an image, for which see
     /// [`super::drift::off_bends`].
     #[inline(never)]
-    fn inwards(&self, located: &Located, maps: Maps<'_>) -> DVec3 {
+    fn inwards(&self, located: &SurfacePoint, maps: Maps<'_>) -> DVec3 {
         let (zero, one, s) = (0.0, 1.0, self.semi_axes.to_f64());
         let drift = Drift::around::<R>(Some(maps), located.point, located.error);
         let x = drift.along(DVec3::new(one / s.x, zero, zero));
@@ -93,13 +93,13 @@ impl<R: Real> Shape<R> for Ellipsoid<R> {
         self.crossings(probe, !R::IS_SINGLE)?.nearest(range, side, |_| true)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let crossings = self.crossings(probe, true);
         let point = point_at(probe, crossings, hit);
         let way = (probe.origin - point).abs().max_element();
         let located = self.at(point, way + point.abs().max_element());
         match maps {
-            Some(maps) => Located { below: located.point + self.inwards(&located, maps), ..located },
+            Some(maps) => SurfacePoint { below: located.point + self.inwards(&located, maps), ..located },
             None => located,
         }
     }
@@ -128,14 +128,14 @@ impl<R: Real> SampleArea<R> for Ellipsoid<R> {
         area_by_quadrature(|u, v| 4.0 * core::f64::consts::PI * self.stretch(sphere_direction(u, v)))
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let n = sphere_direction(u.to_f64(), v.to_f64());
         let point = DVec3::from_f64(self.centre.to_f64() + self.semi_axes.to_f64() * n);
         let density = 1.0 / (4.0 * core::f64::consts::PI * self.stretch(n));
         (self.at(point, 0.0), density)
     }
 
-    fn density(&self, point: &Located) -> f64 {
+    fn density(&self, point: &SurfacePoint) -> f64 {
         let n = ((point.point - self.centre.to_f64()) / self.semi_axes.to_f64()).normalize();
         1.0 / (4.0 * core::f64::consts::PI * self.stretch(n))
     }

@@ -6,7 +6,7 @@ use super::drift::off_bends;
 use super::frame::{disk_support, length, turn};
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, Quadratic, approach, point_at};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, sample::area_by_quadrature, slack};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -66,14 +66,14 @@ impl<R: Real> Hyperboloid<R> {
     }
 
     /// The surface at a point near it.
-    fn at(&self, point: DVec3, scale: f64) -> Located {
+    fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let centre = self.centre.to_f64();
         let (waist, slope) = (self.waist.to_f64(), self.slope.to_f64());
         let offset = point - centre;
         let (across, up) = (slope * slope, waist * waist);
         let gradient = DVec3::new(offset.x * across, -offset.y * up, offset.z * across);
         let scale = scale + centre.abs().max_element() + point.abs().max_element() + waist;
-        Located::new(point, gradient.normalize(), slack(scale))
+        SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 
     /// Distance from the axis at a height above the centre, in f64.
@@ -101,7 +101,7 @@ impl<R: Real> Shape<R> for Hyperboloid<R> {
         self.crossings(probe, !R::IS_SINGLE)?.nearest(range, side, clipped)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let crossings = self.crossings(probe, true);
         let point = point_at(probe, crossings, hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
@@ -137,7 +137,7 @@ impl<R: Real> SampleArea<R> for Hyperboloid<R> {
         area_by_quadrature(|u, _| self.inverse_density((2.0 * u - 1.0) * self.half_height.to_f64()))
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let y = (2.0 * u.to_f64() - 1.0) * self.half_height.to_f64();
         let angle = v.to_f64() * core::f64::consts::TAU;
         let radius = self.radius_at(y);
@@ -146,7 +146,7 @@ impl<R: Real> SampleArea<R> for Hyperboloid<R> {
         (self.at(point, 0.0), 1.0 / self.inverse_density(y))
     }
 
-    fn density(&self, point: &Located) -> f64 {
+    fn density(&self, point: &SurfacePoint) -> f64 {
         1.0 / self.inverse_density(point.point.y.to_f64() - self.centre.y().to_f64())
     }
 }

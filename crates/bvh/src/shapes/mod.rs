@@ -16,7 +16,6 @@ mod ellipsoid;
 mod frame;
 mod hyperboloid;
 mod paraboloid;
-mod placed;
 mod plane;
 mod prepared_ray;
 mod quad;
@@ -27,6 +26,7 @@ mod sphere;
 mod surface;
 mod torus;
 mod transform;
+mod transformed_shape;
 mod triangle;
 mod turned;
 
@@ -40,16 +40,16 @@ pub(crate) use edges::{Crossing, EDGE_ON};
 pub use ellipsoid::Ellipsoid;
 pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;
-pub use placed::Placed;
 pub use plane::Plane;
 pub(crate) use prepared_ray::FAR;
 pub use prepared_ray::PreparedRay;
 pub use quad::Quad;
 pub use sample::SampleArea;
 pub use sphere::{Sphere, equirectangular};
-pub use surface::{Located, Parameters, Surface};
+pub use surface::{Parameters, Surface, SurfacePoint};
 pub use torus::Torus;
 pub use transform::{Transform, transform_bounds};
+pub use transformed_shape::TransformedShape;
 pub use triangle::Triangle;
 
 use glam::DVec3;
@@ -117,11 +117,11 @@ pub trait Shape<R: Real> {
     /// The surface at a hit that [`Shape::intersect`] returned for the same ray, before it is rounded to the stored scalar. A
     /// ray that comes from the world by the inverses of maps brings them: what may happen to the start of a ray there decides
     /// how far from edges and bends starts have to be.
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located;
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint;
 
     /// The same for a ray of the shape's own space.
     #[inline(always)]
-    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Located {
+    fn locate(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate_under(probe, hit, None)
     }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::drift::off_bends;
 use super::frame::{length, turn};
 use super::quadratic::{Crossings, Quadratic, approach, point_at, tests_close};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, sample::area_by_quadrature, slack};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, sample::area_by_quadrature, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -40,14 +40,14 @@ impl<R: Real> Paraboloid<R> {
     }
 
     /// The surface at a point near it.
-    fn at(&self, point: DVec3, scale: f64) -> Located {
+    fn at(&self, point: DVec3, scale: f64) -> SurfacePoint {
         let apex = self.apex.to_f64();
         let (radius, height) = (self.radius.to_f64(), self.height.to_f64());
         let offset = point - apex;
         let (steep, room) = (height + height, radius * radius);
         let gradient = DVec3::new(offset.x * steep, -room, offset.z * steep);
         let scale = scale + apex.abs().max_element() + point.abs().max_element() + radius + height;
-        Located::new(point, gradient.normalize(), slack(scale))
+        SurfacePoint::new(point, gradient.normalize(), slack(scale))
     }
 }
 
@@ -72,7 +72,7 @@ impl<R: Real> Shape<R> for Paraboloid<R> {
             .nearest(range, side, |t| above + probe.direction.y * t <= height)
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let crossings = self.crossings(probe, true);
         let point = point_at(probe, crossings, hit);
         let located = self.at(point, (probe.origin - point).abs().max_element());
@@ -107,7 +107,7 @@ impl<R: Real> SampleArea<R> for Paraboloid<R> {
         area_by_quadrature(|u, _| self.inverse_density(u.sqrt() * self.radius.to_f64()))
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let (share, angle) = (u.to_f64(), v.to_f64() * core::f64::consts::TAU);
         let distance = share.sqrt() * self.radius.to_f64();
         let offset = DVec3::new(distance * libm::cos(angle), share * self.height.to_f64(), distance * libm::sin(angle));
@@ -115,7 +115,7 @@ impl<R: Real> SampleArea<R> for Paraboloid<R> {
         (self.at(point, 0.0), 1.0 / self.inverse_density(distance))
     }
 
-    fn density(&self, point: &Located) -> f64 {
+    fn density(&self, point: &SurfacePoint) -> f64 {
         let offset = point.point - self.apex.to_f64();
         1.0 / self.inverse_density(length(offset.x, offset.z))
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::frame::tangent;
-use super::{Located, Parameters, PreparedRay, Shape, ShapeHit, Under, slack};
+use super::{Parameters, PreparedRay, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -42,14 +42,14 @@ impl<R: Real> Shape<R> for Plane<R> {
     }
 
     #[inline]
-    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, _: ShapeHit<R>, _: Under<'_>) -> SurfacePoint {
         let (normal, through) = (self.normal.to_f64(), self.point.to_f64());
         // At the unrounded distance; what remains is the rounding of the stored coordinates.
         let height = normal.dot(through - probe.origin);
         let point = probe.origin + probe.direction * (height / normal.dot(probe.direction));
         let way = (point - probe.origin).abs().max_element();
         let error = slack(point.abs().max_element() + through.abs().max_element() + way);
-        Located::new(point, normal, error)
+        SurfacePoint::new(point, normal, error)
     }
 
     /// u along the tangent, v across it, from the plane's point; for a floor, world x and z.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::border::{Face, off_border};
 use super::edges::{Corner, corner_slack, cross};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -89,7 +89,7 @@ impl<R: Real> Shape<R> for Quad<R> {
         (range.contains(t) && side.accepts(from_outside)).then(|| ShapeHit { t, u: R::from_f64(u), v: R::from_f64(v) })
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let [a, b, _, d] = self.corners.map(Vector::to_f64);
         let normal = self.normal();
         // The rounding of stored coordinates moves the point along the plane only, but in a map's space that may be far.
@@ -103,7 +103,7 @@ impl<R: Real> Shape<R> for Quad<R> {
             x.max(margin).min(1.0 - margin)
         };
         let (u, v) = (keep(u, b - a), keep(v, d - a));
-        let located = Located::new(self.point([u, v]), normal, self.error());
+        let located = SurfacePoint::new(self.point([u, v]), normal, self.error());
         match maps {
             Some(maps) => off_border::<R>(located, Face::Parallelogram, [b - a, d - a], [u, v], maps),
             None => located,
@@ -123,13 +123,13 @@ impl<R: Real> SampleArea<R> for Quad<R> {
         0.5 * (c - a).cross(d - b).length()
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let point = self.point([u.to_f64(), v.to_f64()]);
-        let located = Located::new(point, self.normal(), self.error());
+        let located = SurfacePoint::new(point, self.normal(), self.error());
         (located, 1.0 / self.area())
     }
 
-    fn density(&self, _: &Located) -> f64 {
+    fn density(&self, _: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }

@@ -1,6 +1,6 @@
 //! Points of a surface by a density over its area: what turns a shape into a light.
 
-use super::{Located, Shape};
+use super::{Shape, SurfacePoint};
 use crate::scalar::Real;
 
 /// A shape of finite area whose points can be drawn.
@@ -10,10 +10,10 @@ pub trait SampleArea<R: Real>: Shape<R> {
 
     /// A point for two numbers in [0, 1), with outward normal and error bound, and the density per area with which points
     /// are drawn there: above zero, finite, and the same that [`SampleArea::density`] gives.
-    fn sample_area(&self, u: R, v: R) -> (Located, f64);
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64);
 
     /// The density per area of drawing a point of the surface.
-    fn density(&self, point: &Located) -> f64;
+    fn density(&self, point: &SurfacePoint) -> f64;
 }
 
 /// Area as the mean of one over the density, by the midpoint rule: for surfaces without a closed form, and for mapped ones.

@@ -3,7 +3,7 @@
 use super::drift::off_bends;
 use super::prepared_ray::FAR;
 use super::quadratic::{Crossings, approach};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, first_root, slack};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, first_root, slack};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -60,7 +60,7 @@ impl<R: Real> Shape<R> for Sphere<R> {
     }
 
     #[inline]
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
         if probe.needs_unrounded(hit.t, self.radius) {
             // From the roots again, as the rounding of the stored distance may be large in the map's space, or for the sphere.
@@ -104,9 +104,9 @@ impl<R: Real> Sphere<R> {
 
     /// The surface in a direction from the centre; in the core's scalar, so that only the rounding to storage is left.
     #[inline(always)]
-    pub fn at(&self, normal: DVec3) -> Located {
+    pub fn at(&self, normal: DVec3) -> SurfacePoint {
         let (centre, radius) = (self.centre.to_f64(), self.radius.to_f64());
-        Located::new(centre + normal * radius, normal, slack(centre.abs().max_element() + radius))
+        SurfacePoint::new(centre + normal * radius, normal, slack(centre.abs().max_element() + radius))
     }
 }
 
@@ -115,11 +115,11 @@ impl<R: Real> SampleArea<R> for Sphere<R> {
         4.0 * core::f64::consts::PI * self.radius.to_f64() * self.radius.to_f64()
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         (self.at(DVec3::from_f64(sphere_direction(u.to_f64(), v.to_f64()))), 1.0 / self.area())
     }
 
-    fn density(&self, _: &Located) -> f64 {
+    fn density(&self, _: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 /// The surface at a hit in f64, before it is rounded to what is stored.
 #[derive(Clone, Copy, Debug)]
-pub struct Located {
+pub struct SurfacePoint {
     /// The hit point, moved onto the surface.
     pub point: DVec3,
     /// Where rays to the outer side start, before they are lifted off the surface: the point, or one beside it from which a
@@ -21,7 +21,7 @@ pub struct Located {
     pub error: f64,
 }
 
-impl Located {
+impl SurfacePoint {
     /// A surface from whose point rays may start as it is.
     #[inline(always)]
     pub fn new(point: DVec3, normal: DVec3, error: f64) -> Self {
@@ -49,9 +49,9 @@ impl Located {
 pub struct Surface<R: Real> {
     /// The hit point, moved onto the surface.
     pub point: R::Vec3,
-    /// Where rays to the outer side start, before they are lifted off: as [`Located::above`].
+    /// Where rays to the outer side start, before they are lifted off: as [`SurfacePoint::above`].
     pub above: R::Vec3,
-    /// Where rays to the inner side start, before they are lifted off: as [`Located::below`].
+    /// Where rays to the inner side start, before they are lifted off: as [`SurfacePoint::below`].
     pub below: R::Vec3,
     /// Bound on the distance, in each axis, of `point` from the exact surface, including the error of the test that may
     /// meet the surface again ("Managing Rounding Error", Physically Based Rendering, 4th edition, 6.8).

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::drift::off_bends;
 use super::frame::{disk_support, split, spoke, turn};
 use super::quartic::Quartic;
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under, slack};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under, slack};
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
 
@@ -101,10 +101,10 @@ impl<R: Real> Torus<R> {
     }
 
     /// The point of the tube around the circle's point in direction `spoke`, in the direction `normal` from there.
-    fn on_tube(&self, spoke: DVec3, normal: DVec3) -> Located {
+    fn on_tube(&self, spoke: DVec3, normal: DVec3) -> SurfacePoint {
         let (major, minor) = (self.major_radius.to_f64(), self.minor_radius.to_f64());
         let point = self.centre.to_f64() + spoke * major + normal * minor;
-        Located::new(point, normal, slack(self.scale(point)))
+        SurfacePoint::new(point, normal, slack(self.scale(point)))
     }
 }
 
@@ -123,7 +123,7 @@ impl<R: Real> Shape<R> for Torus<R> {
         })
     }
 
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let (centre, major) = (self.centre.to_f64(), self.major_radius.to_f64());
         // From the nearest point of the circle.
         let tube = |offset: DVec3| {
@@ -166,7 +166,7 @@ impl<R: Real> SampleArea<R> for Torus<R> {
         self.inverse_density(0.0)
     }
 
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let out = spoke(self.axis.to_f64(), u.to_f64());
         let angle = v.to_f64() * core::f64::consts::TAU;
         let (away, up) = (libm::cos(angle), libm::sin(angle));
@@ -174,7 +174,7 @@ impl<R: Real> SampleArea<R> for Torus<R> {
         (self.on_tube(out, normal), 1.0 / self.inverse_density(away))
     }
 
-    fn density(&self, point: &Located) -> f64 {
+    fn density(&self, point: &SurfacePoint) -> f64 {
         let axis = self.axis.to_f64().normalize();
         let offset = point.point - self.centre.to_f64();
         let out = (offset - axis * axis.dot(offset)).normalize();

@@ -2,9 +2,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::{Located, Parameters, PreparedRay};
+use super::{Parameters, PreparedRay, SurfacePoint};
 use crate::aabb::Aabb;
-use crate::double_double::DoubleDouble;
+use crate::math::double_double::DoubleDouble;
 use crate::scalar::{Real, Vector};
 
 /// An invertible affine map, with the inverse of its linear part.
@@ -58,14 +58,14 @@ impl Transform {
     /// A surface of object space in the world: the point by the map, the normal by the inverse transpose, outward still
     /// outward where the map mirrors, the error bound grown by the map, by its own rounding, and by that of the way back for
     /// a ray that starts at the point.
-    pub fn located_to_world(&self, s: &Located) -> Located {
+    pub fn located_to_world(&self, s: &SurfacePoint) -> SurfacePoint {
         let sizes = self.columns.map(DVec3::abs);
         let there = times(self.columns, s.point);
         let point = there + self.translation;
         let there_and_back = times(sizes, times(self.inverse_columns.map(DVec3::abs), there.abs()));
         let magnitude =
             times(sizes, s.point.abs().max(s.above.abs()).max(s.below.abs())) + there_and_back + self.translation.abs();
-        Located {
+        SurfacePoint {
             point,
             above: times(self.columns, s.above) + self.translation,
             below: times(self.columns, s.below) + self.translation,
@@ -75,10 +75,10 @@ impl Transform {
     }
 
     /// A surface of the world in object space, without a bound: the point by the inverse, the normal by the transpose.
-    pub fn located_to_object(&self, s: &Located) -> Located {
+    pub fn located_to_object(&self, s: &SurfacePoint) -> SurfacePoint {
         let [x, y, z] = self.columns;
         let normal = DVec3::new(x.dot(s.normal), y.dot(s.normal), z.dot(s.normal)).normalize();
-        Located::new(times(self.inverse_columns, s.point - self.translation), normal, 0.0)
+        SurfacePoint::new(times(self.inverse_columns, s.point - self.translation), normal, 0.0)
     }
 
     /// A normal by the inverse transpose, not brought to unit length.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::border::{Face, off_border};
 use super::edges::{Corner, Crossing, are_collinear, corner_slack, cross};
-use super::{Located, Parameters, PreparedRay, SampleArea, Shape, ShapeHit, Under};
+use super::{Parameters, PreparedRay, SampleArea, Shape, ShapeHit, SurfacePoint, Under};
 use crate::aabb::Aabb;
 use crate::ray::{Interval, Side};
 use crate::scalar::{Real, Vector};
@@ -50,7 +50,7 @@ impl<R: Real> Shape<R> for Triangle<R> {
     }
 
     #[inline]
-    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> Located {
+    fn locate_under(&self, probe: &PreparedRay, hit: ShapeHit<R>, maps: Under<'_>) -> SurfacePoint {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         // The rounding of stored weights moves the point along the plane only, but in a map's space that may be far.
         let again = if probe.mapped { self.crossing(probe) } else { None };
@@ -107,14 +107,14 @@ impl<R: Real> Triangle<R> {
 
     /// The surface at the weights of the second and third corner.
     #[inline(always)]
-    fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> Located {
+    fn at([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> SurfacePoint {
         let (ab, ac) = (b - a, c - a);
         let (p, q, r) = (ab, ac, c - b);
         let (normal, scale) = (p.cross(q), a.abs().max(b.abs()).max(c.abs()).max_element());
         let longest = p.dot(p).max(q.dot(q)).max(r.dot(r));
         let inverse = 1.0 / normal.length();
         let error = corner_slack(scale, longest, inverse);
-        Located::new(a + ab * u + ac * v, normal * inverse, error)
+        SurfacePoint::new(a + ab * u + ac * v, normal * inverse, error)
     }
 }
 
@@ -125,14 +125,14 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
     }
 
     /// The square is folded along its diagonal by a root ("Physically Based Rendering", 3rd edition, 13.6.5).
-    fn sample_area(&self, u: R, v: R) -> (Located, f64) {
+    fn sample_area(&self, u: R, v: R) -> (SurfacePoint, f64) {
         let [a, b, c] = self.vertices.map(Vector::to_f64);
         let root = u.to_f64().sqrt();
         let weights = [1.0 - root, v.to_f64() * root];
         (Self::at([a, b, c], weights), 1.0 / self.area())
     }
 
-    fn density(&self, _: &Located) -> f64 {
+    fn density(&self, _: &SurfacePoint) -> f64 {
         1.0 / self.area()
     }
 }

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Occlusion, Ray, Real, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Occlusion, PrimitiveSet, Ray, Real, Vector, Visibility};
 
 use super::families::Random;
 
@@ -62,7 +62,7 @@ fn visibility(random: &mut Random) -> Visibility {
 /// The same scene for the same seed: some of each shape, as it is, mapped, doubled, and instances of a mesh.
 fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
     let random = &mut Random(seed);
-    let mut mesh = Group::<R>::default();
+    let mut mesh = PrimitiveSet::<R>::default();
     for i in 0..30 {
         // Some as objects of their own, some as one object of two.
         let mut corners = || match shape::<R>(random, SHAPES - 1) {
@@ -72,7 +72,7 @@ fn scene<R: Real>(seed: u64, kind: AcceleratorKind) -> Geometry<R> {
         let count = 1 + i % 2;
         mesh.mesh((0..count).map(|_| corners()), Visibility::default()).unwrap();
     }
-    let mut group = Group::default();
+    let mut group = PrimitiveSet::default();
     let mesh = group.part(Geometry::new(mesh, kind)).unwrap();
     for i in 0..10 + random.below(150) {
         // A few without bounds, so that there is something to hit besides them.

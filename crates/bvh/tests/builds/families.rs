@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 use raywright_bvh::shapes::Sphere;
-use raywright_bvh::{Group, Visibility};
+use raywright_bvh::{PrimitiveSet, Visibility};
 
 use crate::split_mix::step;
 
@@ -31,7 +31,7 @@ impl Random {
     }
 }
 
-/// Random balls, one of 500 thirty times as large: an ordinary set that is clustered too.
+/// Random balls, one of 500 thirty times as large: an ordinary set that is improved too.
 pub fn uneven(n: usize) -> Vec<Item> {
     let larger = |(i, item): (usize, Item)| match item {
         Item::Ball(centre, radius) if i % 500 == 0 => Item::Ball(centre, 30.0 * radius),
@@ -206,8 +206,8 @@ fn scaled(item: Item, by: f32) -> Item {
 }
 
 /// The primitives as they are built from.
-pub fn group(items: &[Item]) -> Group<f32> {
-    let mut group = Group::default();
+pub fn group(items: &[Item]) -> PrimitiveSet<f32> {
+    let mut group = PrimitiveSet::default();
     for item in items {
         let added = match *item {
             Item::Ball(centre, radius) => group.sphere(Sphere { centre, radius }, Visibility::default()),

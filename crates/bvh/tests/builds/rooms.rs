@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Quad};
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Ray, Visibility, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, PrimitiveSet, Ray, TraversalStats, Visibility};
 
 use super::families::Random;
 
 /// Six walls of cells × cells quads, of extent 2·half around the centre; each corner moved by as much as `jitter` says.
-fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> Group<f32> {
+fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> PrimitiveSet<f32> {
     let random = &mut Random(2);
-    let mut group = Group::default();
+    let mut group = PrimitiveSet::default();
     let step = 2.0 * half / cells as f64;
     for wall in 0..6 {
         let axis = wall % 3;
@@ -25,9 +25,9 @@ fn room(cells: usize, centre: DVec3, half: f64, jitter: f64) -> Group<f32> {
 }
 
 /// Nodes and primitives of rays that start anywhere in the room.
-fn visits(group: Group<f32>, centre: DVec3, half: f64, quality: BuildQuality) -> u64 {
+fn visits(group: PrimitiveSet<f32>, centre: DVec3, half: f64, quality: BuildQuality) -> u64 {
     let geometry = Geometry::new(group, AcceleratorKind::Tree(quality));
-    let (random, mut visits) = (&mut Random(3), Visits::default());
+    let (random, mut visits) = (&mut Random(3), TraversalStats::default());
     for _ in 0..2000 {
         let origin = centre + random.point().as_dvec3() * (0.9 * half);
         let ray = Ray::new(origin.as_vec3(), random.point().normalize());

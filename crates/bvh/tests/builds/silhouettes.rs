@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Disk, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Visibility};
 
 use super::families::Random;
 
 /// Unit balls and disks in a row, so many that they have a tree.
 fn scene(kind: AcceleratorKind, offset: DVec3) -> Geometry<f64> {
-    let mut group = Group::<f64>::default();
+    let mut group = PrimitiveSet::<f64>::default();
     for i in 0..20 {
         let centre = offset + DVec3::X * (4.0 * f64::from(i));
         group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();

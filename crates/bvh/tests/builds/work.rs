@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
-use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, BuildWork, Geometry, Interval, Ray, TraversalStats};
 
 use super::families::{FAMILIES, Item, Random, group, random, uneven};
 
@@ -43,10 +43,9 @@ fn work_grows_with_the_number() {
 fn builds_can_be_given_up() {
     let family = |wanted: &str| FAMILIES.into_iter().find(|(name, _)| *name == wanted).expect("a family").1;
     let cases = [
-        // Questions counted: one for each subtree of 8192 items and more, one at the end, one before improving where sizes differ, and where
-        // it is clustered one more, nine passes of the rehearsal and more, and one each before clustering and reinsertion.
+        // Questions counted: one for each subtree of 8192 items and more, one at the end, and one before improving where sizes differ.
         ("random", random as fn(usize) -> Vec<Item>, BuildQuality::Fast, 8),
-        ("uneven", uneven, BuildQuality::High, 24),
+        ("uneven", uneven, BuildQuality::High, 9),
         ("all in one place", family("all in one place"), BuildQuality::Medium, 8),
     ];
     for (name, items, quality, least) in cases {
@@ -67,24 +66,13 @@ fn builds_can_be_given_up() {
     }
 }
 
-/// Protects: what is of one size is split from the top in every quality, and what is of many is clustered too, unless time is short
-/// or clustering would be slow.
+/// Protects: what is of one size is split from the top alone in every quality, and what is of many sizes is improved too, unless time is short.
 #[test]
-fn uneven_scenes_are_clustered() {
-    let even = ["each twice", "regular grid", "flat grid of quads", "crossing sticks along axes"];
-    let families = FAMILIES.into_iter().filter(|(name, _)| even.contains(name));
-    let all: Vec<_> = families.chain([("random", random as fn(usize) -> Vec<Item>)]).collect();
-    assert_eq!(all.len(), even.len() + 1);
+fn uneven_scenes_are_improved() {
     for quality in BuildQuality::ALL {
-        for (name, family) in &all {
-            assert!(!work(&family(3000), quality).clustered, "{name}, {quality:?}");
-        }
-        // Whether that tree is kept is another question: what was looked at tells whether it was made.
         let [even, uneven] = [random(3000), uneven(3000)].map(|items| work(&items, quality).looks as f64);
-        assert_eq!(uneven > 1.5 * even, quality != BuildQuality::Fast, "{quality:?}: {uneven} against {even}");
+        assert_eq!(uneven > 1.2 * even, quality != BuildQuality::Fast, "{quality:?}: {uneven} against {even}");
     }
-    let slow = FAMILIES.into_iter().find(|(name, _)| *name == "geometric row").expect("a family").1;
-    assert!(!work(&slow(3000), BuildQuality::Medium).clustered);
 }
 
 /// Protects: trees of odd arrangements cull. Of families whose boxes lie apart, a ray visits no more than four times the
@@ -94,7 +82,7 @@ fn trees_of_odd_families_cull() {
     const COUNT: usize = 20_000;
     let visits = |items: &[Item]| {
         let geometry = Geometry::new(group(items), AcceleratorKind::default());
-        let (random, mut visits) = (&mut Random(9), Visits::default());
+        let (random, mut visits) = (&mut Random(9), TraversalStats::default());
         for i in 0..400 {
             let Item::Ball(centre, radius) = items[i * 7919 % COUNT] else { panic!("balls") };
             let target = centre + random.point() * 0.5 * radius;
@@ -119,7 +107,7 @@ fn scans_are_counted() {
         let items = random(count);
         let Item::Ball(centre, radius) = items[0] else { panic!("balls") };
         let away = Ray::new(centre + glam::Vec3::X * 1e6 * radius.max(1.0), glam::Vec3::X);
-        let mut visits = Visits::default();
+        let mut visits = TraversalStats::default();
         Geometry::new(group(&items), AcceleratorKind::Linear).closest(&away, Interval::positive(), &mut visits);
         assert_eq!((visits.nodes, visits.primitives), (0, count as u64));
     }

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use raywright_bvh::shapes::Triangle;
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Real, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Visibility};
 
 use super::support::{Outcome, Verdict, exact, hex, judge, ray, stored, towards};
 
@@ -86,7 +86,7 @@ impl Mesh {
 
     /// In a tree.
     pub fn geometry<R: Real>(&self) -> Geometry<R> {
-        let mut group = Group::<R>::default();
+        let mut group = PrimitiveSet::<R>::default();
         for triangle in self.triangles() {
             group.shape(triangle.into(), Visibility::default()).expect("finite corners");
         }

@@ -1,7 +1,9 @@
 //! Faces that a ray sees edge-on, or would but for the last digit, with others that it meets along the way.
 
 use glam::{Vec3, Vec3Swizzles};
-use raywright_bvh::{AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Interval, Kernel, Patience, Ray, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, BuildQuality, Geometry, Interval, Kernel, PacketBackoff, PrimitiveSet, Ray, RayPacket, Visibility,
+};
 
 use super::bits;
 use super::meshes::Random;
@@ -35,7 +37,7 @@ fn about(random: &mut Random, direction: Vec3) -> Vec<Vec3> {
 /// Asks every kernel, alone and from one point, what the scan says, before the origin too. Returns how many rays hit.
 fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: AcceleratorKind) -> usize {
     let built = |kind: AcceleratorKind| {
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
         Geometry::new(group, kind)
     };
@@ -52,8 +54,8 @@ fn compared(origin: Vec3, directions: &[Vec3], triangles: &[[Vec3; 3]], kind: Ac
             assert_eq!(alone, expected, "{kernel:?}, {kind:?}, from {origin:?} along {directions:?}: {triangles:?}");
             let mut together = vec![];
             tree.closest_from(
-                &FromOnePoint { origin, directions, time: 0.0, culls: false, range },
-                &mut Patience::default(),
+                &RayPacket { origin, directions, time: 0.0, culls: false, range },
+                &mut PacketBackoff::default(),
                 &mut together,
             );
             let together: Vec<_> = together.into_iter().map(bits).collect();
@@ -87,39 +89,6 @@ fn order_does_not_decide() {
         hits += compared(origin, &about(random, direction), &triangles, AcceleratorKind::default());
     }
     assert!(hits > GROUPS * RAYS / 4, "{hits} hits");
-}
-
-/// Protects: nor does it where such a triangle has parts with boxes of their own, some of which lie behind the faces before which rounding
-/// puts it. And that there are parts: the tree takes more room than one without.
-#[test]
-fn order_does_not_decide_among_parts() {
-    let (random, mut hits) = (&mut Random(43), 0);
-    for _ in 0..GROUPS / 3 {
-        let origin = random.point() * [0.0, 1.0, 1e3][random.below(3)];
-        let direction = Vec3::new(step(random), step(random), step(random)) * [1.0, 1e-3][random.below(2)];
-        let mut triangles = vec![];
-        for _ in 0..120 {
-            // They reach far along the ray, most to both of its sides too, so that it passes a few of their parts alone.
-            let side = direction.yzx() * [0.0, 10.0, 100.0][random.below(3)];
-            let ends = [random.unit(), 1000.0 * random.unit(), 900.0 + 100.0 * random.unit()];
-            let corners = ends.map(|end| origin + direction * end + side * (random.unit() - 0.5));
-            triangles.push(corners.map(|corner| nudged(random, corner)));
-        }
-        for _ in 0..16 {
-            let at = origin + direction * (1000.0 * random.unit());
-            let size = direction.length() * (0.1 + random.unit());
-            triangles.push([at + random.point() * size, at + random.point() * size, at + random.point() * size]);
-        }
-        let bytes = |quality: BuildQuality| {
-            let mut group = Group::<f32>::default();
-            group.mesh(triangles.iter().copied(), Visibility::default()).unwrap();
-            Geometry::new(group, AcceleratorKind::Tree(quality)).bytes()
-        };
-        let [medium, high] = [BuildQuality::Medium, BuildQuality::High].map(bytes);
-        assert!(high > medium + medium / 4, "{medium} and {high} bytes");
-        hits += compared(origin, &about(random, direction), &triangles, AcceleratorKind::Tree(BuildQuality::High));
-    }
-    assert!(hits > GROUPS * RAYS / 8, "{hits} hits");
 }
 
 /// Rays from one point and needles that lie in one plane with them, as exactly as f32 can say: a coordinate is the sum of the others. Corners

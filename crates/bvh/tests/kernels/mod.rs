@@ -8,14 +8,15 @@ mod rows;
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::Sphere;
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, Group, Hit, Interval, Kernel, Occlusion, Ray, Side, Visibility, Visits,
+    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, Occlusion, PrimitiveSet, Ray, Side, TraversalStats,
+    Visibility,
 };
 
 use self::meshes::{Mesh, Random, families, range, ray};
 
 /// Objects of some triangles each, with every kind of visibility, and balls between them where asked for.
-fn group(mesh: &Mesh, balls: bool) -> Group<f32> {
-    let mut group = Group::default();
+fn group(mesh: &Mesh, balls: bool) -> PrimitiveSet<f32> {
+    let mut group = PrimitiveSet::default();
     for (i, part) in mesh.chunks(5).enumerate() {
         let side = [Side::Both, Side::Culled, Side::Outside, Side::Inside][i % 4];
         let occlusion = [Occlusion::Ask, Occlusion::Opaque, Occlusion::None][i % 3];
@@ -86,53 +87,6 @@ fn kernels_find_what_the_scan_finds() {
     }
 }
 
-/// Slivers across the axes, of which the boxes are as good as empty: what a tree of high quality splits.
-fn slivers(count: usize) -> Mesh {
-    let random = &mut Random(23);
-    let sliver = |_| {
-        let (a, along) = (random.point(), random.point().normalize_or(Vec3::ONE));
-        [a, a + along, a + along * 0.5 + random.point() * 0.02]
-    };
-    (0..count).map(sliver).collect()
-}
-
-/// Protects: parts of a triangle change no answer: the hits are those of a scan, bit for bit, and a query is asked about each triangle
-/// once, in the scene's own set and in an instance, from every kernel. And that they are there: the tree takes more room.
-#[test]
-fn parts_of_triangles_are_one_triangle() {
-    let mesh = slivers(4000);
-    let bytes = BuildQuality::ALL.map(|quality| Geometry::new(group(&mesh, true), AcceleratorKind::Tree(quality)).bytes());
-    assert!(bytes[2] > bytes[1] + bytes[1] / 4, "{bytes:?}");
-    let shown = |kind: AcceleratorKind| {
-        let mut outer = Group::<f32>::default();
-        let part = outer.part(Geometry::new(group(&mesh, true), kind)).unwrap();
-        let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
-        outer.instance(part, DAffine3::from_translation(DVec3::X * 0.5), visibility).unwrap();
-        Geometry::new(outer, AcceleratorKind::Linear)
-    };
-    let own = |kind: AcceleratorKind| Geometry::new(group(&mesh, true), kind);
-    let high = AcceleratorKind::Tree(BuildQuality::High);
-    let pairs = [(own(AcceleratorKind::Linear), own(high)), (shown(AcceleratorKind::Linear), shown(high))];
-    for (place, (scan, mut tree)) in pairs.into_iter().enumerate() {
-        for kernel in Kernel::available() {
-            tree.set_kernel(kernel);
-            let (random, mut hits) = (&mut Random(29), 0);
-            for i in 0..600 {
-                let ray = ray(random, &mesh);
-                let first = scan.closest(&ray, Interval::positive(), &mut ());
-                hits += usize::from(first.is_some());
-                let range = range(random, first.map(|hit| hit.t));
-                for range in [Interval::positive(), range] {
-                    let what = format!("place {place}, {kernel:?}, ray {i}: {ray:?}, {range:?}");
-                    assert_eq!(bits(tree.closest(&ray, range, &mut ())), bits(scan.closest(&ray, range, &mut ())), "{what}");
-                    assert_eq!(asked(&tree, &ray, range), asked(&scan, &ray, range), "{what}");
-                }
-            }
-            assert!(hits > 300, "{hits} of 600 rays hit anything");
-        }
-    }
-}
-
 /// Where a part is shown: in its place, turned and flattened and mirrored, far away, and small and far away.
 fn maps() -> [DAffine3; 4] {
     let turned = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
@@ -154,7 +108,7 @@ fn instances_show_what_the_scan_finds() {
     for ((name, mesh), balls) in families().into_iter().zip([true, false].into_iter().cycle()) {
         for (place, map) in maps().into_iter().enumerate() {
             let shown = |kind: AcceleratorKind| {
-                let mut outer = Group::<f32>::default();
+                let mut outer = PrimitiveSet::<f32>::default();
                 let part = outer.part(Geometry::new(group(&mesh, balls), kind)).unwrap();
                 let visibility = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
                 outer.instance(part, map, visibility).ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
@@ -210,7 +164,7 @@ fn globe(times: usize) -> Mesh {
 fn closed_meshes_do_not_leak() {
     for offset in [Vec3::ZERO, Vec3::new(1000.0, -200.0, 30.0)] {
         let mesh: Mesh = globe(5).into_iter().map(|face| face.map(|p| p + offset)).collect();
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(mesh.iter().copied(), Visibility::default()).unwrap();
         let mut tree = Geometry::new(group, AcceleratorKind::default());
         for kernel in Kernel::available() {
@@ -239,9 +193,9 @@ fn a_wide_ground_does_not_blind_the_filter() {
     let small: Mesh = globe(4).into_iter().map(|face| face.map(|p| p * 0.01)).collect();
     let ground = [Vec3::new(-1e6, -0.011, -1e6), Vec3::new(1e6, -0.011, -1e6), Vec3::new(0.0, -0.011, 1e6)];
     let visits = |mesh: &mut dyn Iterator<Item = [Vec3; 3]>, random: &mut Random| {
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(mesh, Visibility::default()).unwrap();
-        let (tree, mut visits) = (Geometry::new(group, AcceleratorKind::default()), Visits::default());
+        let (tree, mut visits) = (Geometry::new(group, AcceleratorKind::default()), TraversalStats::default());
         for _ in 0..500 {
             let origin = random.point().normalize() * 0.03;
             let direction = (random.point() * 0.01 - origin).normalize();

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Disk, Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, FromOnePoint, Geometry, Group, Interval, Kernel, Occlusion, Patience, Ray, Real, Vector, Visibility,
+    AcceleratorKind, Geometry, Interval, Kernel, Occlusion, PacketBackoff, PrimitiveSet, Ray, RayPacket, Real, Vector, Visibility,
 };
 
 use super::meshes::{Mesh, Random, families, range, ray};
@@ -29,8 +29,8 @@ fn agree(name: &str, geometry: &mut Geometry<f32>, mesh: &Mesh, scan: Option<&Ge
             let directions = around(random, first.direction, COUNTS[i % COUNTS.len()]);
             let t = geometry.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
             let range = if i % 3 == 0 { range(random, t) } else { Interval { min: [0.0, -1.0][i % 2], max: f32::INFINITY } };
-            let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
-            geometry.closest_from(&asked, &mut Patience::default(), &mut hits);
+            let asked = RayPacket { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
+            geometry.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
             assert_eq!(hits.len(), directions.len());
             for (&direction, hit) in directions.iter().zip(&hits) {
                 let ray = Ray { culls: asked.culls, ..Ray::new(first.origin, direction) };
@@ -62,9 +62,9 @@ fn together_is_as_alone() {
 /// A plane without end, a cylinder's worth of other shapes, balls, and a mesh that is shown under two maps.
 fn mixed<R: Real>(kind: AcceleratorKind, mesh: &Mesh) -> Geometry<R> {
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
-    let mut part = Group::<R>::default();
+    let mut part = PrimitiveSet::<R>::default();
     part.mesh(mesh.iter().map(|corners| corners.map(v)), Visibility::default()).unwrap();
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     let part = group.part(Geometry::new(part, kind)).unwrap();
     let ask = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
     for shift in [DVec3::ZERO, DVec3::new(0.3, -0.1, 0.2)] {
@@ -96,7 +96,7 @@ fn whatever_is_met() {
     assert!(2 * hits > rays, "{hits} of {rays}");
     let exact = mixed::<f64>(AcceleratorKind::default(), &mesh);
     let directions = [DVec3::X, DVec3::new(0.8, 0.6, 0.0), DVec3::Z, DVec3::NEG_Y, DVec3::Y];
-    let asked = FromOnePoint {
+    let asked = RayPacket {
         origin: DVec3::new(0.1, 0.2, 0.05),
         directions: &directions,
         time: 0.0,
@@ -104,7 +104,7 @@ fn whatever_is_met() {
         range: Interval::positive(),
     };
     let mut hits = vec![None; 3];
-    exact.closest_from(&asked, &mut Patience::default(), &mut hits);
+    exact.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
     let alone = |&d: &DVec3| exact.closest(&Ray::new(asked.origin, d), asked.range, &mut ());
     assert_eq!(hits, directions.iter().map(alone).collect::<Vec<_>>());
     assert!(hits.iter().flatten().count() > 1);
@@ -117,8 +117,8 @@ fn nothing_asked_and_nothing_said() {
     let tree = mixed::<f32>(AcceleratorKind::default(), &mesh);
     let mut hits = vec![None];
     let mut from = |directions: &[Vec3]| {
-        let asked = FromOnePoint { origin: Vec3::X, directions, time: 0.0, culls: false, range: Interval::positive() };
-        tree.closest_from(&asked, &mut Patience::default(), &mut hits);
+        let asked = RayPacket { origin: Vec3::X, directions, time: 0.0, culls: false, range: Interval::positive() };
+        tree.closest_from(&asked, &mut PacketBackoff::default(), &mut hits);
         hits.len()
     };
     assert_eq!(from(&[]), 0);

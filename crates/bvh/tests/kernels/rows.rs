@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Disk, Plane, Quad, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, FromOnePoint, Geometry, Group, Hit, Interval, Kernel, Occlusion, Patience, Ray, Side,
+    AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Kernel, Occlusion, PacketBackoff, PrimitiveSet, Ray, RayPacket, Side,
     Visibility,
 };
 
@@ -54,8 +54,8 @@ fn visibility(i: usize) -> Visibility {
 fn group(
     [spheres, planes, triangles, disks, quads, boxes]: [usize; 6],
     (_, spread, size, away): (&str, f32, f32, f32),
-) -> (Group<f32>, Vec<Sphere<f32>>) {
-    let (random, mut group, mut aims) = (&mut Random(3), Group::default(), vec![]);
+) -> (PrimitiveSet<f32>, Vec<Sphere<f32>>) {
+    let (random, mut group, mut aims) = (&mut Random(3), PrimitiveSet::default(), vec![]);
     let unit = spread.max(size);
     // Of each kind in turn, so that the order of objects is not that of rows.
     for i in 0..spheres.max(planes).max(triangles).max(disks).max(quads).max(boxes) {
@@ -173,7 +173,7 @@ fn rows_find_what_the_scan_finds() {
         assert!(rows.kernel().is_some(), "{name}");
         hits += agree(&name, &scan, &mut rows, &aims, DAffine3::IDENTITY);
         let shown = |kind: AcceleratorKind| {
-            let mut outer = Group::<f32>::default();
+            let mut outer = PrimitiveSet::<f32>::default();
             let part = outer.part(built(kind)).unwrap();
             let shown = outer.instance(part, turned, Visibility { occlusion: Occlusion::Ask, ..Visibility::default() });
             shown.ok().map(|_| Geometry::new(outer, AcceleratorKind::Linear))
@@ -238,8 +238,8 @@ fn leaves_are_met_together() {
                 let directions: Vec<Vec3> = (0..16).map(|_| first.direction + random.point() * width).collect();
                 let t = tree.closest(&first, Interval::positive(), &mut ()).map(|hit| hit.t);
                 let range = range(random, t);
-                let asked = FromOnePoint { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
-                tree.closest_from(&asked, &mut Patience::default(), &mut found);
+                let asked = RayPacket { origin: first.origin, directions: &directions, time: 0.0, culls: i % 2 == 0, range };
+                tree.closest_from(&asked, &mut PacketBackoff::default(), &mut found);
                 for (&direction, hit) in directions.iter().zip(&found) {
                     let alone = tree.closest(&Ray { culls: asked.culls, ..Ray::new(first.origin, direction) }, range, &mut ());
                     assert_eq!(bits(*hit), bits(alone), "{}, {kernel:?}: {direction} {asked:?}", family.0);
@@ -255,10 +255,10 @@ fn leaves_are_met_together() {
 #[test]
 fn nothing_and_next_to_nothing() {
     let down = Ray::new(Vec3::Y, Vec3::NEG_Y);
-    let empty = Geometry::<f32>::new(Group::default(), AcceleratorKind::default());
+    let empty = Geometry::<f32>::new(PrimitiveSet::default(), AcceleratorKind::default());
     assert_eq!(empty.closest(&down, Interval::positive(), &mut ()), None);
     assert!(!empty.any(&down, Interval::positive(), &mut |_| true, &mut ()));
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     group.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default()).unwrap();
     let plane = Geometry::new(group, AcceleratorKind::default());
     assert_eq!(plane.closest(&down, Interval::positive(), &mut ()).map(|hit| hit.t), Some(1.0));
@@ -269,7 +269,7 @@ fn nothing_and_next_to_nothing() {
 /// and from one point.
 #[test]
 fn rays_that_touch_hit() {
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     for i in 0..8_u8 {
         let centre = Vec3::X * 10.0 * f32::from(i);
         group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
@@ -284,8 +284,8 @@ fn rays_that_touch_hit() {
             let hit = |hit: Option<Hit<f32>>| hit.map(|hit| (hit.t, hit.object));
             assert_eq!(hit(rows.closest(&Ray::new(origin, Vec3::X), range, &mut ())), Some((t, i)), "{kernel:?}");
             let mut together = vec![];
-            let asked = FromOnePoint { origin, directions: &[Vec3::X, Vec3::NEG_X, Vec3::X], time: 0.0, culls: false, range };
-            rows.closest_from(&asked, &mut Patience::default(), &mut together);
+            let asked = RayPacket { origin, directions: &[Vec3::X, Vec3::NEG_X, Vec3::X], time: 0.0, culls: false, range };
+            rows.closest_from(&asked, &mut PacketBackoff::default(), &mut together);
             let together: Vec<_> = together.into_iter().map(hit).collect();
             assert_eq!(together, [Some((t, i)), None, Some((t, i))], "{kernel:?}");
         }

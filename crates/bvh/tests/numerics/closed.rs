@@ -2,14 +2,14 @@
 
 use glam::{DQuat, DVec3, Vec3};
 use raywright_bvh::shapes::{AnyShape, Cuboid, Quad, Sphere, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Surface, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
 use super::support::{Random, Verdict, exact, hex, judge, stored, towards, ulp};
 
 const GAP: f64 = 1e-4;
 
 fn geometry(shapes: impl IntoIterator<Item = AnyShape<f32>>) -> Geometry<f32> {
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     for shape in shapes {
         group.shape(shape, Visibility::default()).expect("finite");
     }

@@ -4,7 +4,7 @@ use core::f64::consts::{PI, TAU};
 
 use glam::{DQuat, DVec3};
 use raywright_bvh::shapes::{AnyShape, Quad};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Surface, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Surface, Visibility};
 
 use super::support::{Random, Verdict, exact, hex, judge, towards};
 
@@ -27,7 +27,7 @@ fn room(seed: u64) -> Room {
     let (x, z, down) = (turn * DVec3::X, turn * DVec3::Z, turn * DVec3::NEG_Y);
     let quad = |reach: f64| Quad::new(middle - x * reach - z * reach, x * (2.0 * reach), z * (2.0 * reach));
     let light = quad(0.5);
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     for shape in [AnyShape::from(light), AnyShape::from(quad(3.0))] {
         group.shape(shape, Visibility::default()).expect("finite");
     }
@@ -43,7 +43,7 @@ fn drawn(room: &Room, u: f64, v: f64) -> Surface<f32> {
 /// A receiver: a surface at a place, facing the light, as a hit on a small quad there would give it.
 fn receiver(place: DVec3, facing: DVec3) -> Option<Surface<f32>> {
     let (a, b) = facing.any_orthonormal_pair();
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     // `facing` is a × b: the outside.
     group.shape(Quad::new(place - (a + b) * 0.05, a * 0.1, b * 0.1).into(), Visibility::default()).expect("finite");
     let geometry = Geometry::new(group, AcceleratorKind::default());
@@ -170,7 +170,7 @@ fn a_distant_lamp_is_not_in_its_own_light() {
         if eu.cross(ev).length() < 0.3 * eu.length() * ev.length() || normal.dot(out).abs() < 0.1 {
             return Verdict::Skip;
         }
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.shape(lamp.into(), Visibility::default()).expect("finite");
         let geometry = Geometry::new(group, AcceleratorKind::default());
         let point = (out * distance).as_vec3();

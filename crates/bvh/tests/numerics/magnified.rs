@@ -1,7 +1,7 @@
 //! What an ill-conditioned map makes of its own roundings: the error bound of a mapped point counts the way back.
 
 use glam::{DAffine3, DMat3};
-use raywright_bvh::shapes::{AnyShape, Placed, Quad};
+use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Side};
 
 use super::support::{Verdict, hex, judge};
@@ -23,7 +23,7 @@ fn bounds_count_the_way_back() {
         let turn = DMat3::from_axis_angle(random.direction(), random.between(0.0, 6.0));
         let map = DAffine3::from_mat3(turn * squeeze);
         let quad: AnyShape<f64> = Quad::new(random.cube(), u, v).into();
-        let placed = Placed::<f64>::new(quad, map).expect("an invertible map");
+        let placed = TransformedShape::<f64>::new(quad, map).expect("an invertible map");
         let AnyShape::Quad(own) = quad else { return Verdict::Skip };
         let corner = own.corners[0] + u * random.between(0.2, 0.8) + v * random.between(0.2, 0.8);
         let target = map.transform_point3(corner);

@@ -1,8 +1,8 @@
 //! P23: shapes under affine maps, hit in their own space and shaded in the world.
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Ends, Placed, Quad, Sphere, Torus, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, PreparedRay, Ray, Real, Side, Surface, Visibility};
+use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Ends, Quad, Sphere, Torus, TransformedShape, Triangle};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Side, Surface, Visibility};
 
 use super::support::{Random, U, Verdict, exact, hex, judge, stored, towards};
 
@@ -155,7 +155,7 @@ fn p23_mapped_shapes() {
             if moved.iter().any(|t| (t - wanted.t).abs() > 1e2 * step / steep) {
                 return Verdict::Skip;
             }
-            let placed = Placed::<f32>::new(own, map).expect("an invertible map");
+            let placed = TransformedShape::<f32>::new(own, map).expect("an invertible map");
             let probe = PreparedRay::new(ray);
             let outward = if wanted.normal.dot(d) < 0.0 { Side::Outside } else { Side::Inside };
             let Some(hit) = placed.intersect(&probe, Interval::positive(), outward) else {
@@ -176,9 +176,9 @@ fn p23_mapped_shapes() {
 
 /// One shape in a geometry of its own, instanced.
 fn instance(shape: AnyShape<f32>, map: DAffine3) -> Geometry<f32> {
-    let mut inner = Group::<f32>::default();
+    let mut inner = PrimitiveSet::<f32>::default();
     inner.shape(shape, Visibility::default()).expect("finite");
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     let inner = group.part(Geometry::new(inner, AcceleratorKind::default())).expect("no instances in it");
     group.instance(inner, map, Visibility::default()).expect("an invertible map");
     Geometry::new(group, AcceleratorKind::default())

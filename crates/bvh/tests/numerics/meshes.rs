@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{Quad, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Real, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
 use super::support::{Outcome, Random, Verdict, hex, judge, stored, towards};
@@ -61,7 +61,7 @@ fn height(faces: &[Vec<DVec3>], p: DVec3) -> f64 {
 
 /// The body as a mesh, turned inside out or not.
 fn mesh<R: Real>(faces: &[Vec<DVec3>], inside_out: bool) -> Geometry<R> {
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     for face in faces {
         let mut corners: Vec<_> = face.iter().map(|&p| stored::<R>(p)).collect();
         if inside_out {
@@ -100,7 +100,7 @@ fn starts<R: Real>(Body { name, faces }: &Body, by: f64, inside_out: bool) -> Ou
         20_000,
         |random: &mut Random| {
             let map = flattening(random, by);
-            let mut group = Group::<R>::default();
+            let mut group = PrimitiveSet::<R>::default();
             let part = group.part(mesh.clone()).expect("no instances in it");
             group.instance(part, map, Visibility::default()).expect("an invertible map");
             let geometry = Geometry::new(group, AcceleratorKind::default());

@@ -1,7 +1,7 @@
 //! Where a moving instance is at a time: within the stated bound of where its exact map puts it.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Real, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
 
 use super::support::{Verdict, hex, judge, stored};
 
@@ -22,7 +22,7 @@ fn passing<R: Real>() {
         }
         let height = (from * (TIMES - time) + to * time) as f64 / (UNIT * TIMES as f64);
         let end = |z: i128| DAffine3::from_translation(DVec3::Z * (z as f64 / UNIT));
-        let (mut sheet, mut group) = (Group::<R>::default(), Group::<R>::default());
+        let (mut sheet, mut group) = (PrimitiveSet::<R>::default(), PrimitiveSet::<R>::default());
         let corners = [DVec3::new(-2.0, -2.0, 0.0), DVec3::new(2.0, -2.0, 0.0), DVec3::new(0.0, 3.0, 0.0)];
         sheet.triangle(corners.map(stored::<R>), Visibility::default()).expect("a triangle");
         let sheet = group.part(Geometry::new(sheet, AcceleratorKind::Linear)).expect("no instances");
@@ -59,7 +59,7 @@ fn bounds_hold_on_the_way() {
 fn own_normals_turn_on_the_way() {
     let ends = [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.9) * DAffine3::from_scale(DVec3::new(1.0, 3.0, 0.5))];
     let seen = |map: [DAffine3; 2], time: f64| {
-        let (mut sheet, mut group) = (Group::<f64>::default(), Group::<f64>::default());
+        let (mut sheet, mut group) = (PrimitiveSet::<f64>::default(), PrimitiveSet::<f64>::default());
         let corners = [DVec3::new(-9.0, -9.0, 0.0), DVec3::new(9.0, -9.0, 0.0), DVec3::new(0.0, 9.0, 0.0)];
         sheet.triangle(corners, Visibility::default()).expect("a triangle");
         let sheet = group.part(Geometry::new(sheet, AcceleratorKind::Linear)).expect("no instances");

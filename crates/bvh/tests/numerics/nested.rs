@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Real, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Real, Vector, Visibility};
 
 use super::sharp::{back, flattening, is_thin};
 use super::support::{Outcome, Random, Verdict, hex, judge, stored, towards};
@@ -24,7 +24,7 @@ fn starts<R: Real>(semi_axes: DVec3, own: f64, outer: f64) -> Outcome {
         // Without a translation of its own, so that the first map leaves all of the rounding to the second.
         let inner = DAffine3 { translation: DVec3::ZERO, ..flattening(random, own) };
         let outside = flattening(random, outer);
-        let (mut part, mut group) = (Group::<R>::default(), Group::<R>::default());
+        let (mut part, mut group) = (PrimitiveSet::<R>::default(), PrimitiveSet::<R>::default());
         part.placed(round::<R>(semi_axes), inner, Visibility::default()).expect("an invertible map");
         let part = group.part(Geometry::new(part, AcceleratorKind::Linear)).expect("no instances in it");
         group.instance(part, outside, Visibility::default()).expect("an invertible map");

@@ -1,7 +1,7 @@
 //! P06–P08: directions of any length, and planes at grazing angles and far out.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{Placed, Plane};
+use raywright_bvh::shapes::{Plane, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Shape, Side};
 
 use super::stated::shapes;
@@ -13,8 +13,8 @@ use super::support::{U, Verdict, exact, hex, hit, judge, ray, stored, ulp};
 fn p06_any_length_of_direction() {
     let map = DAffine3::from_rotation_x(0.7) * DAffine3::from_scale(DVec3::new(0.5, -1.5, 1.25));
     for ((name, shape), (_, best)) in shapes::<f32>().into_iter().zip(shapes::<f64>()) {
-        let placed = Placed::<f32>::new(shape, map).unwrap();
-        let best_placed = Placed::<f64>::new(best, map).unwrap();
+        let placed = TransformedShape::<f32>::new(shape, map).unwrap();
+        let best_placed = TransformedShape::<f64>::new(best, map).unwrap();
         judge(&format!("P06 {name}"), 6, 60_000, |random| {
             let length = random.pick(&[1e-20, 1e-8, 1e-3, 1.0, 1e3, 1e8]);
             let origin = exact(random.direction() * 4.0);

@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{AnyShape, Ellipsoid, Sphere, Torus};
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Group, Interval, Occlusion, Ray, Real, Side, Visibility};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Interval, Occlusion, PrimitiveSet, Ray, Real, Side, Visibility};
 
 use super::stated::shapes;
 use super::support::{Random, Verdict, exact, hex, judge, stored, towards};
@@ -24,14 +24,14 @@ fn offered<R: Real>(geometry: &Geometry<R>, ray: &Ray<R>, range: Interval<R>) ->
 }
 
 /// The same group under every accelerator, the plain scan first.
-fn every<R: Real>(group: &Group<R>) -> Vec<Geometry<R>> {
+fn every<R: Real>(group: &PrimitiveSet<R>) -> Vec<Geometry<R>> {
     let trees = BuildQuality::ALL.into_iter().map(AcceleratorKind::Tree);
     let kinds = [AcceleratorKind::Linear].into_iter().chain(trees);
     kinds.map(|kind| Geometry::new(group.clone(), kind)).collect()
 }
 
 /// Rays by a generator, through one group under every accelerator: closest and any, with and without a far end.
-fn agree<R: Real>(case: &str, group: &Group<R>, count: u32, ray: impl Fn(&mut Random) -> Ray<R> + Sync) {
+fn agree<R: Real>(case: &str, group: &PrimitiveSet<R>, count: u32, ray: impl Fn(&mut Random) -> Ray<R> + Sync) {
     let all = every(group);
     let (scan, others) = all.split_first().expect("a scan at least");
     judge(&format!("{case} in {}", std::any::type_name::<R>()), 400, count, |random| {
@@ -57,7 +57,7 @@ fn agree_everywhere<R: Real>() {
     let real = R::from_f64;
     // False hits beside the shape: the quartic of a torus in f32, seen from afar.
     for away in [9.0, 40.0] {
-        let mut group = Group::<R>::default();
+        let mut group = PrimitiveSet::<R>::default();
         for i in 0..4 {
             let centre = DVec3::new(f64::from(i) * 0.7, 0.0, f64::from(i) * 1.5);
             let ring = Torus::new(centre, DVec3::new(0.2, 1.0, 0.3), 0.8, 0.25);
@@ -69,7 +69,7 @@ fn agree_everywhere<R: Real>() {
         });
     }
     // False hits before the shape: spheres as far away as a textbook can't see.
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     let random = &mut Random::new(401, 0);
     let balls: Vec<DVec3> = (0..40).map(|_| exact(random.direction() * (300.0 * 1000_f64.powf(random.unit())))).collect();
     for &centre in &balls {
@@ -90,9 +90,9 @@ fn hits_are_the_same_for_every_accelerator() {
 }
 
 /// Three of every shape side by side: as they are, under a map, and in an instance.
-fn family<R: Real>() -> Group<R> {
-    let mut group = Group::<R>::default();
-    let mut inner = Group::<R>::default();
+fn family<R: Real>() -> PrimitiveSet<R> {
+    let mut group = PrimitiveSet::<R>::default();
+    let mut inner = PrimitiveSet::<R>::default();
     for (i, (_, shape)) in shapes::<R>().into_iter().enumerate() {
         let at = DVec3::new(i as f64 % 4.0, (i / 4) as f64, 0.0) * 3.0;
         // Without bounds a shape stands outside every accelerator, and hides what is behind it.
@@ -143,7 +143,7 @@ fn family_agrees<R: Real>() {
     // Each by itself four times, so that there is a tree and the rays pass its own box.
     for (name, shape) in shapes::<R>() {
         let Some(own) = raywright_bvh::Shape::bounds(&shape) else { continue };
-        let mut group = Group::<R>::default();
+        let mut group = PrimitiveSet::<R>::default();
         for i in 0..4 {
             let map = DAffine3::from_translation(DVec3::splat(f64::from(i) * 1.5));
             group.placed(shape, map, ASKED).expect("finite");
@@ -164,7 +164,7 @@ fn grazing_agrees<R: Real>() {
     for exponent in 4..=8 {
         let far = 10_f64.powi(exponent);
         // Four of a kind, so that there is a tree; two kinds, as a sphere's test is its own.
-        let mut group = Group::<R>::default();
+        let mut group = PrimitiveSet::<R>::default();
         let centres = [DVec3::ZERO, DVec3::X * 8.0, DVec3::Y * 8.0, DVec3::Z * 8.0];
         for &centre in &centres {
             let ball = Sphere { centre: stored::<R>(centre), radius: real(1.0) };

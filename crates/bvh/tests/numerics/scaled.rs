@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, PreparedRay, Ray, Real, Shape, Side, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Vector, Visibility};
 
 use super::stated::sized;
 use super::support::{Random, Verdict, exact, hex, judge, stored};
@@ -64,7 +64,7 @@ fn powers_of_two_change_no_bit() {
 
 /// A crowd of the bounded shapes in a tree.
 fn crowd<R: Real>(size: f64) -> Geometry<R> {
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     for (name, shape) in sized::<R>(size) {
         if let AnyShape::Sphere(s) = shape {
             for i in 0..40_u32 {

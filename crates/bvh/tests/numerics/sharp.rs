@@ -1,7 +1,7 @@
 //! Starts of rays beside edges: on the side to which the ray leaves, of everything there, whatever map flattens the shape.
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Cone, Placed, Sphere, Torus};
+use raywright_bvh::shapes::{AnyShape, Cone, Sphere, Torus, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
 use super::edged::{Edged, edged, round};
@@ -42,7 +42,7 @@ fn starts<R: Real>(edged: &Edged<R>, by: f64) -> Outcome {
     let Edged { name, shape, height, edge, .. } = edged;
     judge(&format!("starts on the {name}, flattened by {by:e}, in {}", std::any::type_name::<R>()), 420, 50_000, |random| {
         let map = if by == 1.0 { DAffine3::from_translation(random.cube().round()) } else { flattening(random, by) };
-        let placed = Placed::<R>::new(*shape, map).expect("an invertible map");
+        let placed = TransformedShape::<R>::new(*shape, map).expect("an invertible map");
         let off = 10_f64.powf(random.between(-9.0, -0.5));
         let target = map.transform_point3(edge(random) + random.cube() * off);
         let ray = towards::<R>(target + random.direction() * random.pick(&[0.5, 3.0, 30.0]), target);
@@ -153,7 +153,7 @@ fn starts_under_ill_conditioned_maps_are_clear() {
             judge(&format!("rays that leave the {} in {}", edged.name, std::any::type_name::<R>()), 423, 20_000, |random| {
                 let by = 10_f64.powf(random.between(-6.0, -3.0));
                 let map = flattening(random, by);
-                let placed = Placed::<R>::new(edged.shape, map).expect("an invertible map");
+                let placed = TransformedShape::<R>::new(edged.shape, map).expect("an invertible map");
                 let target = map.transform_point3(random.cube() * 0.5);
                 let ray = towards::<R>(target + random.direction() * random.pick(&[1.0, 30.0]), target);
                 let probe = PreparedRay::new(ray);

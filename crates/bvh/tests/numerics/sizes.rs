@@ -3,7 +3,8 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, TransformedShape,
+    Triangle,
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Shape, Side, Vector};
 
@@ -48,10 +49,12 @@ fn rays<R: Real>(random: &mut Random, by: f64) -> (Ray<R>, Ray<R>) {
 /// and by a map.
 fn alike<R: Real>() {
     for (name, shape) in shapes::<R>() {
-        let own = Placed::<R>::new(shape, DAffine3::IDENTITY).expect("invertible");
-        let larger: Vec<(f64, AnyShape<R>, Placed<R>)> = (-12..=12)
+        let own = TransformedShape::<R>::new(shape, DAffine3::IDENTITY).expect("invertible");
+        let larger: Vec<(f64, AnyShape<R>, TransformedShape<R>)> = (-12..=12)
             .map(|step| 2_f64.powi((f64::from(step) * 10.0 / 3.0).round() as i32))
-            .map(|by| (by, times(&shape, by), Placed::new(shape, DAffine3::from_scale(DVec3::splat(by))).expect("invertible")))
+            .map(|by| {
+                (by, times(&shape, by), TransformedShape::new(shape, DAffine3::from_scale(DVec3::splat(by))).expect("invertible"))
+            })
             .collect();
         judge(&format!("{name} of every size in {}", std::any::type_name::<R>()), 410, 3000, |random| {
             let seed = random.bits();

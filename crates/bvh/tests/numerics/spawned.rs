@@ -2,9 +2,11 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Paraboloid, Placed, Plane, Quad, Sphere, Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Paraboloid, Plane, Quad, Sphere, TransformedShape, Triangle,
 };
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, PreparedRay, Ray, Real, Shape, Side, Surface, Visibility};
+use raywright_bvh::{
+    AcceleratorKind, Geometry, Interval, PreparedRay, PrimitiveSet, Ray, Real, Shape, Side, Surface, Visibility,
+};
 
 use crate::hard_cases::textbook;
 
@@ -135,7 +137,7 @@ fn s01_no_acne_on_mapped_shapes() {
                 * DAffine3::from_scale(stretch)
                 * DAffine3::from_axis_angle(random.direction(), random.between(0.0, 6.0))
                 * DAffine3::from_translation(random.direction() * power(random, 4.0));
-            let Some(placed) = Placed::<f32>::new(shape, map) else { return Verdict::Skip };
+            let Some(placed) = TransformedShape::<f32>::new(shape, map) else { return Verdict::Skip };
             let Some(bounds) = placed.bounds().filter(|b| shape.is_finite() && b.padded().is_some()) else {
                 return Verdict::Skip;
             };
@@ -155,7 +157,7 @@ fn s01_no_acne_on_mapped_shapes() {
 
 /// A ball of radius `s` that rests on the floor y = 0; the floor is primitive 0, the ball 1.
 fn ball_on_floor<R: Real>(s: f64) -> Geometry<R> {
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     group.plane(Plane::new(stored::<R>(DVec3::ZERO), stored::<R>(DVec3::Y)), Visibility::default()).expect("finite");
     let ball = Sphere { centre: stored::<R>(DVec3::Y * s), radius: R::from_f64(s) };
     group.sphere(ball, Visibility::default()).expect("finite");

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
-    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Placed, Plane, Quad, Sphere, Torus,
-    Triangle,
+    AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Ends, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus,
+    TransformedShape, Triangle,
 };
 use raywright_bvh::{Interval, PreparedRay, Ray, Real, Side, Vector};
 
@@ -41,7 +41,7 @@ pub fn sized<R: Real>(size: f64) -> Vec<(&'static str, AnyShape<R>)> {
 }
 
 /// How far a point is from a surface along a normal, in f64: by a ray that comes down the normal from a little above.
-fn height(shape: &Placed<f64>, point: DVec3, normal: DVec3, above: f64) -> Option<f64> {
+fn height(shape: &TransformedShape<f64>, point: DVec3, normal: DVec3, above: f64) -> Option<f64> {
     let probe = PreparedRay::new(Ray::<f64>::new(point + normal * above, -normal));
     let hit = shape.intersect(&probe, Interval { min: 0.0, max: 2.0 * above }, Side::Both)?;
     Some((hit.t - above).abs())
@@ -52,8 +52,8 @@ fn height(shape: &Placed<f64>, point: DVec3, normal: DVec3, above: f64) -> Optio
 fn stated<R: Real>(name: &str, shape: AnyShape<R>, best: AnyShape<f64>, size: f64, place: f64) -> Outcome {
     let map =
         DAffine3::from_translation(DVec3::new(0.6, -0.3, 0.9) * place) * DAffine3::from_scale(DVec3::new(size, -size, size));
-    let placed = Placed::<R>::new(shape, map).expect("an invertible map");
-    let best = Placed::<f64>::new(best, map).expect("an invertible map");
+    let placed = TransformedShape::<R>::new(shape, map).expect("an invertible map");
+    let best = TransformedShape::<f64>::new(best, map).expect("an invertible map");
     judge(
         &format!("stated bound of the {name} in {}, size {size:e} at {place:e}", std::any::type_name::<R>()),
         180,

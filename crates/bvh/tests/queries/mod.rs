@@ -6,8 +6,8 @@ mod objects;
 use glam::{DAffine3, DVec3, Vec3};
 use raywright_bvh::shapes::{Plane, Sphere};
 use raywright_bvh::{
-    AcceleratorKind, BuildQuality, Geometry, GeometryError, Group, Interval, Occlusion, Query, Ray, Real, Side, Visibility,
-    Visits,
+    AcceleratorKind, BuildQuality, Geometry, GeometryError, Interval, Occlusion, PrimitiveSet, Query, Ray, Real, Side,
+    TraversalStats, Visibility,
 };
 
 use crate::split_mix::step;
@@ -30,8 +30,8 @@ impl Random {
 /// Every hit is shown to the caller.
 const ASKED: Visibility = Visibility { side: Side::Both, occlusion: Occlusion::Ask };
 
-fn triangles(random: &mut Random, count: usize) -> Group<f32> {
-    let mut group = Group::default();
+fn triangles(random: &mut Random, count: usize) -> PrimitiveSet<f32> {
+    let mut group = PrimitiveSet::default();
     for _ in 0..count {
         let a = random.point();
         let vertices = [a, a + random.direction() * 2.0, a + random.direction() * 2.0];
@@ -41,7 +41,7 @@ fn triangles(random: &mut Random, count: usize) -> Group<f32> {
 }
 
 /// Spheres, triangles (many of them doubled, so that ties occur), a plane and instances.
-fn mixed(seed: u64, count: usize) -> Group<f32> {
+fn mixed(seed: u64, count: usize) -> PrimitiveSet<f32> {
     let random = &mut Random(seed);
     let shared = Geometry::new(triangles(random, 20), AcceleratorKind::default());
     let mut group = triangles(random, count);
@@ -110,7 +110,7 @@ fn tree_equals_scan() {
 #[test]
 fn zeros_of_either_sign_are_one_direction() {
     let row = |kind| {
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         for i in 0..5 * 5 * 5 {
             let centre = Vec3::new((i % 5) as f32, (i / 5 % 5) as f32, (i / 25) as f32) * 3.0 - 6.0;
             group.sphere(Sphere { centre, radius: 1.0 }, Visibility::default()).unwrap();
@@ -138,7 +138,7 @@ fn zeros_of_either_sign_are_one_direction() {
 /// Protects: many identical primitives build quickly into a shallow tree and the lowest id wins.
 #[test]
 fn coincident_primitives() {
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     for _ in 0..10_000 {
         group.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default()).unwrap();
     }
@@ -151,7 +151,7 @@ fn coincident_primitives() {
 /// Protects: a primitive with a coordinate that is not finite is refused with a typed error, before any build.
 #[test]
 fn not_finite_is_refused() {
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     assert!(group.triangle([Vec3::NAN, Vec3::X, Vec3::Y], Visibility::default()).is_err());
     assert!(group.sphere(Sphere { centre: Vec3::ZERO, radius: f32::INFINITY }, Visibility::default()).is_err());
     assert!(group.is_empty());
@@ -161,7 +161,7 @@ fn not_finite_is_refused() {
 #[test]
 fn refused_meshes_leave_nothing() {
     let at = |x: f32| [Vec3::new(x, 0.0, 0.0), Vec3::new(x + 1.0, 0.0, 0.0), Vec3::new(x, 1.0, 0.0)];
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     assert_eq!(group.mesh([at(0.0), at(f32::NAN)], Visibility::default()), Err(GeometryError::NotFinite));
     assert_eq!((group.len(), group.objects(), group.triangles().len()), (0, 0, 0));
     assert_eq!(group.mesh([at(5.0)], Visibility::default()), Ok(0));
@@ -199,7 +199,7 @@ fn precisions_agree() {
     fn distance<R: Real>() -> f64 {
         use raywright_bvh::Vector;
         let v = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
-        let mut group = Group::<R>::default();
+        let mut group = PrimitiveSet::<R>::default();
         group.sphere(Sphere { centre: v(0.0, 0.0, 0.0), radius: R::from_f64(1.0) }, Visibility::default()).unwrap();
         let geometry = Geometry::new(group, AcceleratorKind::default());
         geometry.closest(&Ray::new(v(0.5, 0.0, 3.0), v(0.0, 0.0, -1.0)), Interval::positive(), &mut ()).unwrap().t.to_f64()
@@ -212,10 +212,10 @@ fn precisions_agree() {
 /// Protects: a third level, whose hits nobody could locate, is refused and not walked.
 #[test]
 fn instances_of_instances_are_refused() {
-    let mut middle = Group::<f32>::default();
+    let mut middle = PrimitiveSet::<f32>::default();
     let leaf = middle.part(Geometry::new(triangles(&mut Random(3), 5), AcceleratorKind::default())).unwrap();
     middle.instance(leaf, DAffine3::IDENTITY, Visibility::default()).unwrap();
-    let mut outer = Group::default();
+    let mut outer = PrimitiveSet::default();
     assert_eq!(outer.part(Geometry::new(middle, AcceleratorKind::default())), Err(GeometryError::Nested));
     assert_eq!(outer.instance(0, DAffine3::IDENTITY, Visibility::default()), Err(GeometryError::NoPart));
     assert!(outer.is_empty());
@@ -229,7 +229,7 @@ fn nothing_behind_a_hit_is_looked_at() {
     const LEVELS: u32 = 6;
     const COUNT: usize = 4_usize.pow(LEVELS);
     let row = |backwards: bool| {
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         for i in 0..COUNT {
             let place = if backwards { COUNT - i } else { i + 1 };
             group.sphere(Sphere { centre: Vec3::X * (3.0 * place as f32), radius: 1.0 }, Visibility::default()).unwrap();
@@ -241,14 +241,14 @@ fn nothing_behind_a_hit_is_looked_at() {
         if !instanced {
             return geometry;
         }
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         let part = group.part(geometry).unwrap();
         group.instance(part, halved(), Visibility::default()).unwrap();
         Geometry::new(group, AcceleratorKind::Linear)
     };
     for (kind, backwards) in kinds().flat_map(|kind| [(kind, false), (kind, true)]) {
         for instanced in [false, true] {
-            let (geometry, mut visits) = (shown(kind, backwards, instanced), Visits::default());
+            let (geometry, mut visits) = (shown(kind, backwards, instanced), TraversalStats::default());
             let hit = geometry.closest(&Ray::new(Vec3::ZERO, Vec3::X), Interval::positive(), &mut visits).expect("a row");
             let nearest = if backwards { COUNT - 1 } else { 0 };
             assert_eq!(hit.object as usize, nearest, "{kind:?}");

@@ -2,13 +2,13 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use raywright_bvh::shapes::{Disk, Sphere};
-use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Hit, Interval, Ray, Real, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Hit, Interval, PrimitiveSet, Ray, Real, Vector, Visibility};
 
 use super::{ASKED, Random, halved, kinds};
 
 /// A ball, a disk and a few triangles within two units of the origin.
 fn part<R: Real>(kind: AcceleratorKind) -> Geometry<R> {
-    let (random, mut group) = (&mut Random(7), Group::<R>::default());
+    let (random, mut group) = (&mut Random(7), PrimitiveSet::<R>::default());
     let v = |p: Vec3| R::Vec3::from_f64(p.as_dvec3());
     group.sphere(Sphere { centre: v(Vec3::X), radius: R::from_f64(0.5) }, ASKED).unwrap();
     group.shape(Disk::new(DVec3::NEG_X, DVec3::Y, 0.75).into(), ASKED).unwrap();
@@ -27,7 +27,7 @@ fn journeys(random: &mut Random) -> Vec<[DAffine3; 2]> {
         matrix3: DMat3::from_cols_array(&[(); 9].map(|()| coarse(random, 1.5))) + DMat3::IDENTITY * 1.25,
         translation: DVec3::from_array([(); 3].map(|()| coarse(random, 6.0))),
     };
-    let mut probe = Group::<f32>::default();
+    let mut probe = PrimitiveSet::<f32>::default();
     let part = probe.part(part(AcceleratorKind::Linear)).unwrap();
     let drawn = core::iter::repeat_with(|| [map(random), map(random)]);
     drawn.filter(|&ends| probe.moving(part, ends, ASKED).is_ok()).take(12).collect()
@@ -41,14 +41,14 @@ fn at(&[start, end]: &[DAffine3; 2], time: f64) -> DAffine3 {
 }
 
 fn moving<R: Real>(journeys: &[[DAffine3; 2]], kind: AcceleratorKind) -> Geometry<R> {
-    let mut group = Group::default();
+    let mut group = PrimitiveSet::default();
     let part = group.part(part(kind)).unwrap();
     journeys.iter().for_each(|&ends| assert!(group.moving(part, ends, ASKED).is_ok()));
     Geometry::new(group, kind)
 }
 
 fn standing<R: Real>(journeys: &[[DAffine3; 2]], time: f64) -> Geometry<R> {
-    let mut group = Group::default();
+    let mut group = PrimitiveSet::default();
     let part = group.part(part(AcceleratorKind::Linear)).unwrap();
     journeys.iter().for_each(|ends| assert!(group.instance(part, at(ends, time), ASKED).is_ok()));
     Geometry::new(group, AcceleratorKind::Linear)
@@ -105,8 +105,8 @@ fn moving_things_are_met_where_they_are() {
 }
 
 /// A group with a ball of radius one, as a part.
-fn ball() -> (Group<f32>, u32) {
-    let (mut inner, mut group) = (Group::default(), Group::default());
+fn ball() -> (PrimitiveSet<f32>, u32) {
+    let (mut inner, mut group) = (PrimitiveSet::default(), PrimitiveSet::default());
     inner.sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }, Visibility::default()).unwrap();
     let part = group.part(Geometry::new(inner, AcceleratorKind::default())).unwrap();
     (group, part)
@@ -181,7 +181,7 @@ fn impossible_ways_are_refused() {
 }
 
 /// How one more instance of a part is added.
-type Adding<'a> = &'a dyn Fn(&mut Group<f32>, u32) -> Result<u32, GeometryError>;
+type Adding<'a> = &'a dyn Fn(&mut PrimitiveSet<f32>, u32) -> Result<u32, GeometryError>;
 
 /// Protects: an instance that stands still takes the bytes that it took before there was motion, also as one that goes from where
 /// it is to there; one that moves takes its two maps besides.

@@ -1,8 +1,8 @@
 //! Objects: how hits name them, what they are to any-hit queries, and what they take.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Disk, Placed, Plane, Quad, Sphere, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Group, Hit, Interval, Occlusion, Ray, Visibility};
+use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Disk, Plane, Quad, Sphere, TransformedShape, Triangle};
+use raywright_bvh::{AcceleratorKind, Geometry, GeometryError, Hit, Interval, Occlusion, PrimitiveSet, Ray, Visibility};
 
 use super::{Random, halved, kinds, triangles};
 
@@ -14,9 +14,9 @@ fn disk() -> AnyShape<f32> {
 #[test]
 fn bytes_count_every_primitive() {
     let ball = Sphere { centre: Vec3::ZERO, radius: 1.0 };
-    let more = |add: &dyn Fn(&mut Group<f32>) -> Result<u32, GeometryError>| {
+    let more = |add: &dyn Fn(&mut PrimitiveSet<f32>) -> Result<u32, GeometryError>| {
         let bytes = |count: usize| {
-            let mut group = Group::default();
+            let mut group = PrimitiveSet::default();
             assert!((0..count).all(|_| add(&mut group).is_ok()));
             Geometry::new(group, AcceleratorKind::Linear).bytes()
         };
@@ -27,7 +27,7 @@ fn bytes_count_every_primitive() {
         more(&|g| g.triangle([Vec3::ZERO, Vec3::X, Vec3::Y], Visibility::default())) - size_of::<Triangle<f32>>(),
         more(&|g| g.plane(Plane::new(Vec3::ZERO, Vec3::Y), Visibility::default())) - size_of::<Plane<f32>>(),
         more(&|g| g.shape(disk(), Visibility::default())) - size_of::<AnyShape<f32>>(),
-        more(&|g| g.placed(disk(), halved(), Visibility::default())) - size_of::<Placed<f32>>(),
+        more(&|g| g.placed(disk(), halved(), Visibility::default())) - size_of::<TransformedShape<f32>>(),
     ];
     // Common to all: a slot with object, primitive, flags and a place in its list.
     assert!(own == [16; 5], "{own:?}");
@@ -45,7 +45,7 @@ fn bytes_count_every_primitive() {
 }
 
 /// The name of a kind, and how one of it is put in the way of a ray down the y axis.
-type Adding<'a> = (&'static str, &'a dyn Fn(&mut Group<f32>, Visibility) -> Result<u32, GeometryError>);
+type Adding<'a> = (&'static str, &'a dyn Fn(&mut PrimitiveSet<f32>, Visibility) -> Result<u32, GeometryError>);
 
 /// Protects: a primitive of any kind is met by an any-hit query up to beyond it; one that casts no shadow is still seen and met by
 /// none. Alone, and among others that the ray passes by.
@@ -63,7 +63,7 @@ fn every_kind_casts_its_shadow() {
         ("mapped disk", &|g, v| g.placed(disk(), halved(), v)),
         ("mapped infinite cylinder", &|g, v| g.placed(pipe(), halved(), v)),
         ("instance", &|g, v| {
-            let mut inner = Group::default();
+            let mut inner = PrimitiveSet::default();
             inner.shape(disk(), Visibility::default())?;
             let inner = g.part(Geometry::new(inner, AcceleratorKind::default()))?;
             g.instance(inner, halved(), v)
@@ -75,7 +75,7 @@ fn every_kind_casts_its_shadow() {
         all.iter().flat_map(|adding| [0, 40].into_iter().flat_map(move |n| beings.map(|being| (adding, n, being))))
     {
         for kind in kinds().chain([AcceleratorKind::Linear]) {
-            let mut group = Group::<f32>::default();
+            let mut group = PrimitiveSet::<f32>::default();
             for i in 0..others {
                 group.sphere(Sphere { centre: Vec3::X * (5.0 + 3.0 * i as f32), radius: 1.0 }, Visibility::default()).unwrap();
             }
@@ -103,7 +103,7 @@ fn endless_shapes_are_met_through_instances() {
     for ((name, add), beside, kind) in
         endless.iter().flat_map(|e| [false, true].into_iter().flat_map(move |b| kinds().map(move |kind| (e, b, kind))))
     {
-        let mut inner = Group::default();
+        let mut inner = PrimitiveSet::default();
         if beside {
             inner.sphere(Sphere { centre: Vec3::ZERO, radius: 1.0 }, Visibility::default()).unwrap();
         }
@@ -130,9 +130,9 @@ fn occlusion_belongs_to_objects() {
     let all = [Occlusion::None, Occlusion::Opaque, Occlusion::Ask];
     for (own, instanced) in all.into_iter().flat_map(|own| all.map(|instanced| (own, instanced))) {
         for kind in [AcceleratorKind::Linear, AcceleratorKind::default()] {
-            let mut inner = Group::<f32>::default();
+            let mut inner = PrimitiveSet::<f32>::default();
             inner.mesh([flat(3.0), flat(4.0)], being(Occlusion::None)).unwrap();
-            let mut group = Group::<f32>::default();
+            let mut group = PrimitiveSet::<f32>::default();
             let part = group.part(Geometry::new(inner, kind)).unwrap();
             group.mesh([flat(1.0), flat(2.0)], being(own)).unwrap();
             group.instance(part, DAffine3::IDENTITY, being(instanced)).unwrap();
@@ -161,10 +161,10 @@ fn hits_name_their_objects() {
     let at = |x: f32, z: f32| [Vec3::new(x, 0.0, z), Vec3::new(x + 0.5, 0.0, z), Vec3::new(x, 0.5, z)];
     let row = |x: f32| (0..5).map(move |i| at(x, 5.0 - i as f32));
     for kind in kinds().chain([AcceleratorKind::Linear]) {
-        let mut inner = Group::<f32>::default();
+        let mut inner = PrimitiveSet::<f32>::default();
         inner.mesh(row(0.0), Visibility::default()).unwrap();
         inner.mesh(row(1.0), Visibility::default()).unwrap();
-        let mut group = Group::<f32>::default();
+        let mut group = PrimitiveSet::<f32>::default();
         group.mesh(row(10.0), Visibility::default()).unwrap();
         group.mesh([], Visibility::default()).unwrap();
         let ball = group.sphere(Sphere { centre: Vec3::new(-3.0, 0.0, 0.0), radius: 1.0 }, Visibility::default()).unwrap();
@@ -195,12 +195,12 @@ fn hits_name_their_objects() {
 /// shows; then by that, then by the primitive.
 #[test]
 fn the_outermost_object_decides_first() {
-    let mut inner = Group::<f32>::default();
+    let mut inner = PrimitiveSet::<f32>::default();
     for x in [0.0, 1.0] {
         let at = |i: usize| [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5)].map(|(u, v)| Vec3::new(x + u, v, -(i as f32)));
         inner.mesh((0..2).map(at), Visibility::default()).unwrap();
     }
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     let part = group.part(Geometry::new(inner, AcceleratorKind::Linear)).unwrap();
     for x in [0.0, 10.0] {
         group.instance(part, DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)), Visibility::default()).unwrap();
@@ -218,10 +218,10 @@ fn the_outermost_object_decides_first() {
 /// Protects: what the point does as u grows is told in the world, through an instance's map.
 #[test]
 fn coordinates_of_instances_run_in_the_world() {
-    let mut inner = Group::<f32>::default();
+    let mut inner = PrimitiveSet::<f32>::default();
     let quad = Quad::new(DVec3::ZERO, DVec3::X * 2.0, DVec3::Y * 2.0);
     inner.shape(AnyShape::Quad(quad), Visibility::default()).unwrap();
-    let mut group = Group::<f32>::default();
+    let mut group = PrimitiveSet::<f32>::default();
     let part = group.part(Geometry::new(inner, AcceleratorKind::Linear)).unwrap();
     // x goes to 3y and y to −x.
     let turn = DMat3::from_cols(DVec3::Y * 3.0, -DVec3::X, DVec3::Z);
@@ -245,7 +245,7 @@ fn the_first_of_coincident_objects_is_hit() {
     let shapes: [AnyShape<f64>; 4] = [face.into(), Disk::new(DVec3::ZERO, DVec3::Y, 1.0).into(), body.into(), face.into()];
     let eye = DVec3::new(1.0, 2.0, 3.0);
     for (kind, turn) in kinds().chain([AcceleratorKind::Linear]).flat_map(|kind| (0..4).map(move |turn| (kind, turn))) {
-        let mut group = Group::<f64>::default();
+        let mut group = PrimitiveSet::<f64>::default();
         for i in 0..4 {
             group.shape(shapes[(turn + i) % 4], Visibility::default()).unwrap();
         }

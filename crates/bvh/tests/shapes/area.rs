@@ -1,7 +1,7 @@
 //! Areas and densities: what sampling says of a surface against what random lines find of it.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{Placed, Shape, ShapeHit, Sphere};
+use raywright_bvh::shapes::{Shape, ShapeHit, Sphere, TransformedShape};
 use raywright_bvh::{Interval, PreparedRay, Ray, Side, Vector};
 
 use super::gallery::{Random, gallery};
@@ -63,7 +63,7 @@ fn samples_agree_with_lines() {
             (s.point, s.normal, density)
         });
         assert!((samples / lines - 1.0).abs() < 0.025, "{name}: samples say {samples}, lines {lines}");
-        let placed = Placed::<f64>::new(shape, map).unwrap();
+        let placed = TransformedShape::<f64>::new(shape, map).unwrap();
         let lines = by_lines(|probe, from| {
             let hit = placed.intersect(probe, range(from), Side::Both)?;
             let s = placed.locate(probe, hit);
@@ -87,7 +87,7 @@ fn densities_are_those_of_small_squares() {
         DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 1.0) * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
     for (name, shape, _) in gallery::<f64>().into_iter().filter(|(_, shape, _)| shape.area().is_some()) {
         for map in [DAffine3::IDENTITY, map] {
-            let placed = Placed::<f64>::new(shape, map).unwrap();
+            let placed = TransformedShape::<f64>::new(shape, map).unwrap();
             let at = |u: f64, v: f64| placed.sample_area(u, v).unwrap().0;
             let mut judged = 0;
             for _ in 0..POINTS {
@@ -183,7 +183,7 @@ fn areas_are_those_of_the_textbooks() {
 fn mapped_areas() {
     use raywright_bvh::shapes::{AnyShape, Disk, Quad};
     let pi = core::f64::consts::PI;
-    let area = |shape: AnyShape<f64>, map: DAffine3| Placed::<f64>::new(shape, map).unwrap().area().unwrap();
+    let area = |shape: AnyShape<f64>, map: DAffine3| TransformedShape::<f64>::new(shape, map).unwrap().area().unwrap();
     let sphere: AnyShape<f64> = Sphere { centre: DVec3::new(1.0, 2.0, 3.0), radius: 0.5 }.into();
     let even = DAffine3::from_axis_angle(DVec3::Y, 0.3) * DAffine3::from_scale(DVec3::splat(3.0));
     assert!((area(sphere, even) / (9.0 * pi) - 1.0).abs() < 1e-9);
@@ -239,13 +239,14 @@ fn leaning_changes_areas() {
     let lean = DAffine3::from_cols(DVec3::X, DVec3::new(0.6, 0.8, 0.0), DVec3::Z, DVec3::ZERO);
     let ball = Sphere { centre: DVec3::ZERO, radius: 1.0 };
     let half_axes = DVec3::new(1.6_f64.sqrt(), 0.4_f64.sqrt(), 1.0);
-    let expected = Placed::<f64>::new(Ellipsoid::new(DVec3::ZERO, half_axes).into(), DAffine3::IDENTITY).unwrap().area();
+    let expected =
+        TransformedShape::<f64>::new(Ellipsoid::new(DVec3::ZERO, half_axes).into(), DAffine3::IDENTITY).unwrap().area();
     for turn in [DAffine3::IDENTITY, DAffine3::from_rotation_x(0.7)] {
-        let area = Placed::<f64>::new(ball.into(), turn * lean).unwrap().area().unwrap();
+        let area = TransformedShape::<f64>::new(ball.into(), turn * lean).unwrap().area().unwrap();
         assert!((area / expected.unwrap() - 1.0).abs() < 1e-3, "{area} {expected:?}");
         // Faces of 1 × 2, 2 × 3 and 3 × 1; those across z lean to 0.8 of themselves.
         let cuboid = Cuboid::new(DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
-        let area = Placed::<f64>::new(cuboid.into(), turn * lean).unwrap().area().unwrap();
+        let area = TransformedShape::<f64>::new(cuboid.into(), turn * lean).unwrap().area().unwrap();
         assert!((area - 2.0 * (2.0 * 0.8 + 6.0 + 3.0)).abs() < 1e-12, "{area}");
     }
 }

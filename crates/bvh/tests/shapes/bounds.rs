@@ -1,13 +1,13 @@
 //! Boxes touch what they hold: a box that is merely large enough costs time in every tree.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::Placed;
+use raywright_bvh::shapes::TransformedShape;
 
 use super::gallery::gallery;
 
 /// How far a surface reaches in a direction: the best of a grid of its points, improved by steps in both numbers that it is
 /// drawn by, halved where none gains.
-fn reach(shape: &Placed<f64>, direction: DVec3) -> f64 {
+fn reach(shape: &TransformedShape<f64>, direction: DVec3) -> f64 {
     const STEPS: u32 = 60;
     let value = |u: f64, v: f64| {
         // Angles run around; at the very end lies a border.
@@ -38,7 +38,7 @@ fn bounds_are_tight() {
         * DAffine3::from_scale(DVec3::new(-0.8, 1.3, 0.6));
     for (name, shape, _) in gallery::<f64>() {
         for map in [DAffine3::IDENTITY, turned] {
-            let placed = Placed::<f64>::new(shape, map).unwrap();
+            let placed = TransformedShape::<f64>::new(shape, map).unwrap();
             let Some(bounds) = placed.bounds() else {
                 assert!(name == "plane" || name == "infinite cylinder", "{name} has no box");
                 continue;

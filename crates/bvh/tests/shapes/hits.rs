@@ -1,15 +1,15 @@
 //! Hits against a march along the ray that looks for changes of sign of the implicit function.
 
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Placed, Quad, Shape, ShapeHit};
-use raywright_bvh::{Aabb, Interval, Located, Parameters, PreparedRay, Ray, Real, Side, Vector};
+use raywright_bvh::shapes::{AnyShape, Quad, Shape, ShapeHit, TransformedShape};
+use raywright_bvh::{Aabb, Interval, Parameters, PreparedRay, Ray, Real, Side, SurfacePoint, Vector};
 
 use super::gallery::{Oracle, Random, gallery};
 
 /// A shape in the world or under a map.
 trait Subject<R: Real> {
     fn hit(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>>;
-    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Located;
+    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint;
     fn coordinates(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R>;
     fn extent(&self) -> Option<Aabb>;
 }
@@ -18,7 +18,7 @@ impl<R: Real> Subject<R> for AnyShape<R> {
     fn hit(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         self.intersect(probe, range, side)
     }
-    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Located {
+    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate(probe, hit)
     }
     fn coordinates(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
@@ -29,11 +29,11 @@ impl<R: Real> Subject<R> for AnyShape<R> {
     }
 }
 
-impl<R: Real> Subject<R> for Placed<R> {
+impl<R: Real> Subject<R> for TransformedShape<R> {
     fn hit(&self, probe: &PreparedRay, range: Interval<R>, side: Side) -> Option<ShapeHit<R>> {
         self.intersect(probe, range, side)
     }
-    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Located {
+    fn at(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> SurfacePoint {
         self.locate(probe, hit)
     }
     fn coordinates(&self, probe: &PreparedRay, hit: ShapeHit<R>) -> Parameters<R> {
@@ -158,7 +158,7 @@ fn all<R: Real>(tolerance: f64) {
     for (name, shape, oracle) in gallery::<R>() {
         let hits = check::<R>(name, &shape, &oracle, tolerance);
         assert!(hits > 30, "{name}: only {hits} hits");
-        let placed = Placed::<R>::new(shape, map).unwrap();
+        let placed = TransformedShape::<R>::new(shape, map).unwrap();
         let hits = check::<R>(&format!("{name}, placed"), &placed, &oracle.under(map), tolerance * 4.0);
         assert!(hits > 30, "{name}, placed: only {hits} hits");
     }

@@ -1,7 +1,7 @@
 //! Texture coordinates: where they start and end, and that dp/du is what the point does as u grows.
 
 use glam::{DAffine3, DVec2, DVec3};
-use raywright_bvh::shapes::{AnyShape, Placed};
+use raywright_bvh::shapes::{AnyShape, TransformedShape};
 use raywright_bvh::{Interval, Parameters, PreparedRay, Ray, Side};
 
 use super::gallery::{Random, gallery};
@@ -13,7 +13,7 @@ struct Found {
     parameters: Parameters<f64>,
 }
 
-fn found(shape: &Placed<f64>, origin: DVec3, direction: DVec3) -> Option<Found> {
+fn found(shape: &TransformedShape<f64>, origin: DVec3, direction: DVec3) -> Option<Found> {
     let probe = PreparedRay::new(Ray::<f64>::new(origin, direction));
     let hit = shape.intersect(&probe, Interval::positive(), Side::Both)?;
     let located = shape.locate(&probe, hit);
@@ -28,7 +28,7 @@ fn around(difference: f64) -> f64 {
 fn derivative(name: &str, shape: AnyShape<f64>, map: DAffine3) {
     const STEP: f64 = 1e-6;
     let random = &mut Random(9);
-    let placed = Placed::<f64>::new(shape, map).unwrap();
+    let placed = TransformedShape::<f64>::new(shape, map).unwrap();
     let (mut hits, mut judged, mut handed) = (0, 0, 0);
     for _ in 0..4000 {
         let direction = random.direction();
@@ -112,14 +112,14 @@ fn coordinates_of_known_points() {
         ("torus", ring, DVec3::X, None, Some(0.5)),
     ];
     for (name, shape, towards, u, v) in cases {
-        let placed = Placed::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
+        let placed = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
         let at = found(&placed, towards * 9.0, -towards).unwrap_or_else(|| panic!("{name} missed from {towards:?}"));
         let got = DVec2::new(at.parameters.u, at.parameters.v);
         let wanted = DVec2::new(u.unwrap_or(got.x), v.unwrap_or(got.y));
         assert!(got.distance(wanted) < 1e-9, "{name} from {towards:?}: {got:?} for {wanted:?}");
     }
     // Off the middle of each face of a box: to the right and down as it is seen from outside.
-    let placed = Placed::<f64>::new(cube, DAffine3::IDENTITY).unwrap();
+    let placed = TransformedShape::<f64>::new(cube, DAffine3::IDENTITY).unwrap();
     for (side, right, down) in [
         (DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y),
         (DVec3::NEG_X, DVec3::Z, DVec3::NEG_Y),
@@ -153,7 +153,7 @@ fn images_are_upright() {
         ("torus", Torus::new(DVec3::ZERO, DVec3::Y, 2.0, 0.5).into()),
     ];
     for (name, shape) in bodies {
-        let placed = Placed::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
+        let placed = TransformedShape::<f64>::new(shape, DAffine3::IDENTITY).unwrap();
         for angle in [0.5_f64, 1.5, 2.5, 3.5, 4.5, 5.5] {
             let (out, right) = (DVec3::new(angle.cos(), 0.0, angle.sin()), DVec3::new(angle.sin(), 0.0, -angle.cos()));
             let at = |aside: f64, down: f64| {

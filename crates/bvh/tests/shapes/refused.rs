@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use raywright_bvh::shapes::{
     AnyShape, Cone, Cuboid, Cylinder, Disk, Ellipsoid, Hyperboloid, Paraboloid, Plane, Quad, Sphere, Torus, Triangle,
 };
-use raywright_bvh::{Group, Visibility};
+use raywright_bvh::{PrimitiveSet, Visibility};
 
 /// Shapes of eleven numbers, each of which is used by some of them, under its own name.
 fn shapes(x: [f64; 11]) -> Vec<(&'static str, Vec<usize>, AnyShape<f64>)> {
@@ -36,7 +36,7 @@ fn numbers_that_are_none_are_refused() {
     let moved = DAffine3::from_scale(DVec3::new(1.0, -2.0, 3.0));
     for (name, used, shape) in shapes(sound) {
         for map in [DAffine3::IDENTITY, moved] {
-            let mut group = Group::<f64>::default();
+            let mut group = PrimitiveSet::<f64>::default();
             assert!(group.placed(shape, map, Visibility::default()).is_ok(), "{name}");
             for place in &used {
                 for wrong in [f64::NAN, f64::INFINITY] {

@@ -46,13 +46,13 @@ fn turns_are_cosines_and_sines() {
     for step in 0..=100_000_u32 {
         let share = step as f32 / 100_000.0;
         let (sin, cos) = libm::sincos(core::f64::consts::TAU * f64::from(share));
-        let [c, s] = Real::turned(share).map(f64::from);
+        let [c, s] = Real::sin_cos_turns(share).map(f64::from);
         worst = worst.max((c - cos).abs()).max((s - sin).abs());
-        let [c, s] = Real::turned(f64::from(share));
+        let [c, s] = Real::sin_cos_turns(f64::from(share));
         assert!((c - cos).abs() < 1e-15 && (s - sin).abs() < 1e-15);
     }
     assert!(worst <= 1.5e-7, "{worst}");
     for (quarters, expected) in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0], [1.0, 0.0]].into_iter().enumerate() {
-        assert_eq!(Real::turned(quarters as f32 * 0.25), expected);
+        assert_eq!(Real::sin_cos_turns(quarters as f32 * 0.25), expected);
     }
 }

@@ -70,8 +70,4 @@ pub struct AccuracyArgs {
     /// Write the report too: .html (a page with plot and table), .csv, .json or .svg (the plot); may be repeated
     #[arg(short = 'o', long, value_name = "FILE", action = clap::ArgAction::Append)]
     pub output: Vec<PathBuf>,
-
-    /// Print errors only, besides the result
-    #[arg(short, long)]
-    pub quiet: bool,
 }

@@ -21,7 +21,7 @@ Examples:
   raywright bench                             Spheres and triangles
   raywright bench --max-n 10000 --plot n.svg  A shorter table, with a plot
   raywright bench duck.glb                    A model's own rays
-  raywright bench duck.glb --build compact    The same in the smallest tree")]
+  raywright bench duck.glb --build high       The same in a tree that took longer")]
 pub struct BenchArgs {
     /// Scene or model to measure instead of generated scenes: .scene.toml, .scene.json, glTF/GLB, OBJ, STL, PLY, preset:NAME, or - for standard input
     #[arg(value_name = "SCENE")]
@@ -39,7 +39,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(1..=10_000_000), conflicts_with = "scene")]
     pub max_n: u32,
 
-    /// How the tree is built: a rung of the ladder `build`, fast, medium, high or compact
+    /// How the tree is built: a rung of the ladder `build`, fast, medium or high
     #[arg(long, value_name = "RUNG", default_value = "fast", value_parser = build)]
     pub build: BuildQuality,
 
@@ -63,10 +63,6 @@ pub struct BenchArgs {
     /// Draw time a ray against N too, to an .svg that reads in light and dark
     #[arg(short = 'o', long, value_name = "FILE", conflicts_with = "scene")]
     pub plot: Option<PathBuf>,
-
-    /// Print errors only, besides the result
-    #[arg(short, long)]
-    pub quiet: bool,
 }
 
 /// How the tree is built.

@@ -39,8 +39,4 @@ pub struct DenoiseArgs {
     /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
     #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
-
-    /// Print errors only
-    #[arg(short, long)]
-    pub quiet: bool,
 }

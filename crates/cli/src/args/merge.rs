@@ -43,8 +43,4 @@ pub struct MergeArgs {
     /// Refuse what would need more memory: bytes, or with K, M, G [default: 8G]
     #[arg(long, value_name = "BYTES", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
-
-    /// Print errors only
-    #[arg(short, long)]
-    pub quiet: bool,
 }

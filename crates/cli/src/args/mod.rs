@@ -22,8 +22,10 @@ pub use render::{
 };
 pub use scene::{CheckArgs, ChoiceArgs, ExplainArgs, InfoArgs, SceneArgs};
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+
+use crate::console::Verbosity;
 
 /// The preset that is rendered where no scene is named. It is the only one whose name the program knows.
 pub const DEFAULT_PRESET: &str = "whitted";
@@ -33,7 +35,8 @@ fn examples() -> String {
         "Examples:
   raywright                                 Render the preset {DEFAULT_PRESET}
   raywright render preset:{DEFAULT_PRESET} --at 2.5  The same, 2.5 seconds later
-  raywright render duck.glb -o duck.png     Render a model
+  raywright duck.glb                        Render a model to duck.png
+  raywright *.glb --sheet models.png        Many models, on one sheet
 
 `raywright COMMAND --help` explains a command and its flags."
     )
@@ -51,17 +54,69 @@ For TOML, the first line of a scene may name it:
 /// Render a scene - a text file, a glTF, OBJ, STL or PLY model - to a picture.
 #[derive(Debug, Parser)]
 #[command(name = "raywright", version, propagate_version = false, after_help = examples(), max_term_width = 100)]
-#[command(subcommand_value_name = "COMMAND")]
+#[command(subcommand_value_name = "COMMAND", args_override_self = true)]
+#[command(override_usage = "raywright [OPTIONS] [COMMAND]\n       raywright [OPTIONS] FILE...")]
 pub struct Arguments {
     /// What to do; without it, the default preset is rendered.
     #[command(subcommand)]
     pub command: Option<Command>,
+
+    /// How much is said, and in which colours.
+    #[command(flatten)]
+    pub messages: MessageArgs,
+}
+
+/// Flags that every command takes, before its name or after it.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct MessageArgs {
+    /// Print errors only, besides the result
+    #[arg(short, long, global = true, overrides_with = "verbose")]
+    pub quiet: bool,
+
+    /// Print more: every warning and note, of a render the effects, times, rays and memory
+    #[arg(short, long, global = true, overrides_with = "quiet")]
+    pub verbose: bool,
+
+    /// Colours of messages: auto (on a terminal, unless NO_COLOR is set or CLICOLOR is 0), always or never
+    #[arg(
+        long,
+        value_name = "WHEN",
+        global = true,
+        value_enum,
+        default_value_t,
+        hide_default_value = true,
+        hide_possible_values = true
+    )]
+    pub color: ColorChoice,
+}
+
+impl MessageArgs {
+    /// How much is said.
+    pub fn verbosity(self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, false) => Verbosity::Normal,
+            (false, true) => Verbosity::Verbose,
+        }
+    }
+}
+
+/// When messages are coloured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ColorChoice {
+    /// Where a terminal shows them and no variable says otherwise
+    #[default]
+    Auto,
+    /// Everywhere
+    Always,
+    /// Nowhere
+    Never,
 }
 
 /// One thing the program does.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Render a scene to a picture
+    /// Render scenes to pictures, which is also what files without a command ask for
     Render(Box<RenderArgs>),
     /// Make one picture of parts that were rendered apart
     Merge(MergeArgs),

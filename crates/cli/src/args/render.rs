@@ -18,7 +18,7 @@ use super::values;
 use crate::console::Verbosity;
 
 /// Samples a pixel that can be asked for.
-pub const MOST_SAMPLES: u32 = 65_536;
+pub const MOST_SAMPLES: u32 = Settings::MOST_SAMPLES;
 
 fn examples() -> String {
     format!(
@@ -27,7 +27,8 @@ fn examples() -> String {
   raywright render preset:{DEFAULT_PRESET} --at 2.5     Another moment of it
   raywright render duck.glb -o d.png -o d.exr  A model, to two files
   raywright render duck.glb --views front,left,top   Three pictures of it
-  raywright render duck.glb --turntable 72 -o spin-%04d.png   Once around it
+  raywright render duck.glb --turntable 72 -o spin.gif   Once around it
+  raywright render *.glb --sheet all.png       What many models look like
   raywright render a.scene.toml --crop 100,50,320,200
   raywright render a.scene.toml -o - | display
   raywright render a.scene.toml --quick        A first look: 16 samples, denoised
@@ -45,14 +46,19 @@ Exit code: 0 done, 1 failed, 2 wrong use, 3 bad scene, 4 a file cannot be read o
 pub struct RenderArgs {
     /// What is rendered.
     #[arg(value_name = "SCENE", help = format!(
-        "Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input [default: preset:{DEFAULT_PRESET}]"
+        "Scene files (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY models, preset:NAME, or - for standard input [default: preset:{DEFAULT_PRESET}]"
     ))]
-    pub scene: Option<OsString>,
+    pub scenes: Vec<OsString>,
 
-    /// Picture to write, .png (display) or .exr (linear); may be repeated; - for PNG on standard output
+    /// Picture to write, .png (display) or .exr (linear); may be repeated; - for PNG on standard output. Several pictures are
+    /// numbered where %04d is in the name; .gif or .apng holds all of them, one after the other
     /// [default: the scene's name .png in the current directory]
     #[arg(short, long = "output", value_name = "OUT", action = ArgAction::Append)]
     pub outputs: Vec<PathBuf>,
+
+    /// Write all pictures side by side into one, .png, each with its name below; others are then written where -o says alone
+    #[arg(long, value_name = "FILE")]
+    pub sheet: Option<PathBuf>,
 
     /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (lamps and sky as seen), depth,
     /// object, material, samples (how many), stderr (standard error)
@@ -97,7 +103,7 @@ pub struct RenderArgs {
 #[command(next_help_heading = "View")]
 pub struct ViewArgs {
     /// Width and height in pixels; the vertical field of view is kept [default: the scene's; models 1280x720]
-    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    #[arg(short, long, value_name = "WxH", value_parser = values::size)]
     pub size: Option<[u32; 2]>,
 
     /// Camera by name, or by index from 0 [default: the scene's first]
@@ -149,8 +155,9 @@ pub struct ViewArgs {
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop)]
     pub crop: Option<Crop>,
 
-    /// What is seen where nothing is hit: env (the sky), transparent, or a linear colour [default: env]
-    #[arg(long, value_name = "env|transparent|R,G,B", value_parser = values::background)]
+    /// What is seen where nothing is hit: env (the sky), transparent, or a colour: linear R,G,B, or as #e6b219, white,
+    /// rgb(230,178,25) [default: env]
+    #[arg(long, value_name = "env|transparent|COLOUR", value_parser = values::background)]
     pub background: Option<Background>,
 }
 
@@ -187,7 +194,7 @@ pub struct LightArgs {
 
     /// Samples a pixel: time grows with it, noise falls with its square root. The count of the scene's fixed pattern
     /// keeps the pattern; 1 then is the pixel centre [default: the scene's; models 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
+    #[arg(long, value_name = "N", value_parser = values::samples, allow_hyphen_values = true)]
     pub spp: Option<u32>,
 
     /// Filter the noise out of the picture, from 8 samples on, and tell how wrong it still is. It is biased: what is fine or faint is
@@ -343,24 +350,9 @@ pub struct ReportArgs {
     #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
     pub progress: ProgressStyle,
 
-    /// Print errors only
-    #[arg(short, long, conflicts_with = "verbose")]
-    pub quiet: bool,
-
-    /// Print more: the effects, times, rays and memory
-    #[arg(short, long)]
-    pub verbose: bool,
-}
-
-impl ReportArgs {
-    /// How much is said.
-    pub fn verbosity(&self) -> Verbosity {
-        match (self.quiet, self.verbose) {
-            (true, _) => Verbosity::Quiet,
-            (false, false) => Verbosity::Normal,
-            (false, true) => Verbosity::Verbose,
-        }
-    }
+    /// How much is said, as the flags of every command have it.
+    #[arg(skip)]
+    pub verbosity: Verbosity,
 }
 
 /// How progress is shown.

@@ -2,22 +2,23 @@
 //!
 //! Each parser says in its error what it expected; clap adds the flag and the value.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use raywright_io::{EnvironmentSource, GroundRule};
+use raywright_io::{EnvironmentSource, GroundRule, parse_colour};
 use std::str::FromStr;
 use std::time::Duration;
 
+use raywright_core::Settings;
 use raywright_core::effects::{Effect, SWITCHABLE};
 use raywright_core::framing::View;
 use raywright_core::settings::{Background, Crop};
 use raywright_core::suggest::closest;
 
-use super::{Frames, Share, Views};
+use super::{Frames, MOST_SAMPLES, Share, Views};
 
 /// Largest width or height of a picture, in pixels.
-pub const MAX_EDGE: u32 = 65536;
+pub const MAX_EDGE: u32 = Settings::MOST_EDGE;
 
 /// A time from a second to a day: a number with `s`, `min` or `h`, seconds without.
 pub fn duration(text: &str) -> Result<Duration, String> {
@@ -146,21 +147,35 @@ pub fn bytes(text: &str) -> Result<u64, String> {
 
 /// A background: `env`, `transparent` or `R,G,B`.
 pub fn background(text: &str) -> Result<Background, String> {
+    if let Some(colour) = parse_colour(text) {
+        return Ok(Background::Colour(colour));
+    }
     match (text, triple(text)) {
         ("env", _) => Ok(Background::Environment),
         ("transparent", _) => Ok(Background::Transparent),
         (_, Ok(colour)) if colour.iter().all(|&v| v >= 0.0) => Ok(Background::Colour(colour)),
-        _ => Err("expected env, transparent or a linear colour R,G,B of numbers from 0, such as 0.2,0.2,0.25".to_owned()),
+        _ => Err("expected env, transparent or a colour: linear R,G,B of numbers from 0, such as 0.2,0.2,0.25, or #e6b219, white or rgb(230,178,25)".to_owned()),
     }
 }
 
 /// An environment: `none`, `default` or a file, whatever its name is made of.
 pub fn environment() -> impl TypedValueParser<Value = EnvironmentSource> {
-    OsStringValueParser::new().map(|text| match text.to_str() {
-        Some("none") => EnvironmentSource::None,
-        Some("default") => EnvironmentSource::Default,
-        _ => EnvironmentSource::File(PathBuf::from(text)),
+    OsStringValueParser::new().try_map(|text| match text.to_str() {
+        Some("none") => Ok(EnvironmentSource::None),
+        Some("default") => Ok(EnvironmentSource::Default),
+        Some("studio") if !Path::new(&text).exists() => Err("the studio has a flag of its own: --studio"),
+        // A word is more likely a name than a file, unless there is one.
+        Some(word) if !word.contains(['.', '/']) && !Path::new(&text).exists() => {
+            Err("expected none, default or an equirectangular picture (.hdr, .exr, .png, .jpg)")
+        }
+        _ => Ok(EnvironmentSource::File(PathBuf::from(text))),
     })
+}
+
+/// Samples of a pixel.
+pub fn samples(text: &str) -> Result<u32, String> {
+    let number = text.trim().parse().ok().filter(|number| (1..=MOST_SAMPLES).contains(number));
+    number.ok_or_else(|| format!("expected a whole number of samples from 1 to {MOST_SAMPLES}, such as 64"))
 }
 
 /// What lies below a scene in a studio.

@@ -2,16 +2,18 @@
 //! default one, so that what its numbers lose is a problem here too.
 
 use raywright_core::{Settings, collapsed};
-use raywright_io::Limits;
 
 use crate::args::CheckArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::Failure;
+use crate::notes::Notes;
 use crate::scene_input;
 
 /// Reads and validates the file; problems are the error.
-pub fn run(args: &CheckArgs) -> Result<(), Failure> {
-    let loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), Verbosity::Normal)?;
+pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
+    // Nothing waits: every warning is what the command is for.
+    let loaded = scene_input::read(&args.scene, &args.changes, &mut Notes::new(Verbosity::Quiet))?;
+    loaded.warnings.iter().for_each(|warning| verbosity.warn(&warning.message));
     let lost = collapsed(&loaded.scene, Settings::of(&loaded.scene).precision);
     if !lost.is_empty() {
         return Err(loaded.source.error(lost).into());

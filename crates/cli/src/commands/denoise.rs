@@ -16,6 +16,7 @@ use crate::clock::{Clock, spoken};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
 use crate::interrupt;
+use crate::notes::Notes;
 use crate::origin;
 use crate::progress::Progress;
 use crate::targets::{self, Outputs};
@@ -23,7 +24,7 @@ use crate::threads::Threads;
 use crate::watch::{Patience, Watch};
 
 /// Reads a film, denoises it and writes what is asked for.
-pub fn run(args: &DenoiseArgs) -> Result<(), Failure> {
+pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
@@ -42,10 +43,11 @@ pub fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     let rendered = Rendered { denoised: Some(denoised), ..Rendered::noisy(&kept.film) };
     let display = shown(&args.display, kept.display);
     let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
-    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
-    tell::tell_noise(&kept.film, &rendered, None, verbosity);
+    let mut notes = Notes::new(verbosity);
+    let error = tell::error(&kept.film, &rendered, None, &mut notes).unwrap_or_else(|| "denoised (biased)".to_owned());
+    notes.finish();
     if !written.is_empty() {
-        verbosity.say(format_args!("wrote {} (denoised, {})", written.join(", "), spoken(clock.total())));
+        verbosity.say(format_args!("wrote {} ({error}, {})", written.join(", "), spoken(clock.total())));
     }
     Ok(())
 }
@@ -70,7 +72,7 @@ pub fn rendered(film: &Film, report: &ReportArgs, stop: &AtomicBool) -> Rendered
     } else {
         report.progress
     };
-    let progress = Progress::start("denoising", style, report.verbosity());
+    let progress = Progress::start("denoising", style, report.verbosity);
     let watch = Watch { progress: Some(&progress), patience: Patience::default(), ..Watch::until(stop) };
     let rendered = Rendered::of(film, &watch as &dyn Observer);
     progress.finish();

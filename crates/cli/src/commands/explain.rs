@@ -12,33 +12,40 @@ use crate::args::ExplainArgs;
 use crate::clock::spoken;
 use crate::console::{self, Verbosity, on_one_line};
 use crate::failure::Failure;
+use crate::notes::Notes;
 use crate::progress::Steps;
 use crate::ready::failed;
-use crate::table::{lay_out, significant};
+use crate::table::{lay_out, paragraph, significant, wrapped};
 use crate::threads::Threads;
 use crate::watch::Watch;
 use crate::{interrupt, plan, scene_input};
 
 /// Prints the report as a table or as JSON.
-pub fn run(args: &ExplainArgs) -> Result<(), Failure> {
-    let mut loaded = scene_input::read(&args.scene, &args.changes, Limits::default(), Verbosity::Normal)?;
-    scene_input::tell_completed(&loaded, Verbosity::Normal);
+pub fn run(args: &ExplainArgs, verbosity: Verbosity) -> Result<(), Failure> {
+    let mut notes = Notes::new(verbosity);
+    let mut loaded = scene_input::read(&args.scene, &args.changes, &mut notes)?;
+    scene_input::note_completed(&loaded, &mut notes);
+    notes.finish();
     let mut settings = Settings::of(&loaded.scene);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;
     let report = detect(&loaded.scene, &settings);
     let ladders = standings(&loaded.scene, &settings, &report);
-    let costs = if args.measure { Some(measured(args, &loaded, &settings)?) } else { None };
+    let costs = if args.measure { Some(measured(args, &loaded, &settings, verbosity)?) } else { None };
     console::print(match args.json {
         true => json(&loaded, &report, &ladders, costs.as_ref()),
-        false => text(&loaded.source, &report) + &rungs(&ladders) + &costs.map(|costs| dear(&costs)).unwrap_or_default(),
+        false => {
+            text(&loaded.source, &report, verbosity == Verbosity::Verbose)
+                + &rungs(&ladders)
+                + &costs.map(|costs| dear(&costs)).unwrap_or_default()
+        }
     })
 }
 
 /// What the effects cost, by rendering.
-fn measured(args: &ExplainArgs, loaded: &Loaded, settings: &Settings) -> Result<EffectCosts, Failure> {
+fn measured(args: &ExplainArgs, loaded: &Loaded, settings: &Settings, verbosity: Verbosity) -> Result<EffectCosts, Failure> {
     let settings = Settings { max_memory: Some(Limits::default().memory_bytes), ..settings.clone() };
     let watch = Watch::until(interrupt::flag()?);
-    let mut steps = Steps::start(if args.json { Verbosity::Quiet } else { Verbosity::Normal });
+    let mut steps = Steps::start(if args.json { Verbosity::Quiet } else { verbosity });
     let costs = Threads::new(None)?.run(|| measure_effects(&loaded.scene, &settings, args.budget, &watch, &mut steps));
     costs.map_err(|error| failed(&loaded.source, error))
 }
@@ -55,10 +62,8 @@ pub fn dear(costs: &EffectCosts) -> String {
     }));
     let late = if costs.late.is_empty() { String::new() } else { format!("  no time for: {}\n", costs.late.join(", ")) };
     let whole = spoken(costs.seconds.median);
-    format!(
-        "\nwhat each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)\n{}{late}",
-        lay_out(&rows)
-    )
+    let title = format!("what each adds to time and picture ({width}x{height} pixels, {whole} of all threads with all of them)");
+    format!("\n{}\n{}{late}", paragraph(&title), lay_out(&rows))
 }
 
 #[derive(Serialize)]
@@ -77,14 +82,16 @@ fn json(loaded: &Loaded, report: &EffectReport, ladders: &[Standing], costs: Opt
     console::json(&Explanation { scene: &loaded.source.name, scene_hash: loaded.hash.to_string(), report, ladders, costs })
 }
 
-/// What is simulated first, then what is left out, then what there is none of.
-pub fn text(source: &SourceInfo, report: &EffectReport) -> String {
-    let mut text = format!("{}\nintegrator {} ({})\n", source.name, report.integrator, report.because);
-    for (status, title) in
-        [(Status::Simulated, "simulated"), (Status::LeftOut, "left out"), (Status::Absent, "absent, and nothing is spent on it")]
-    {
+/// What is simulated first, then what is left out, then what there is none of: its names alone, or why in full.
+pub fn text(source: &SourceInfo, report: &EffectReport, in_full: bool) -> String {
+    let mut text = format!("{}\n{}\n", source.name, paragraph(&format!("integrator {} ({})", report.integrator, report.because)));
+    for (status, title) in [(Status::Simulated, "simulated"), (Status::LeftOut, "left out"), (Status::Absent, ABSENT)] {
         let effects: Vec<&Finding> = report.effects.iter().filter(|finding| finding.status == status).collect();
-        if !effects.is_empty() {
+        if status == Status::Absent && !in_full {
+            let names: Vec<&str> = effects.iter().map(|finding| finding.effect.name()).collect();
+            let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            text += &format!("\n{}\n", paragraph(&format!("{ABSENT}: {names}")));
+        } else if !effects.is_empty() {
             let width = effects.iter().map(|finding| finding.effect.name().chars().count()).max().unwrap_or(0);
             text += &format!("\n{title}\n");
             effects.iter().for_each(|effect| text += &lines(effect, source, width));
@@ -92,6 +99,9 @@ pub fn text(source: &SourceInfo, report: &EffectReport) -> String {
     }
     text
 }
+
+/// What no time and no memory goes to.
+const ABSENT: &str = "absent, and nothing is spent on it";
 
 /// The ladders that the scene reaches: the rung in use with what it is, and the others.
 fn rungs(ladders: &[Standing]) -> String {
@@ -118,9 +128,10 @@ fn lines(finding: &Finding, source: &SourceInfo, width: usize) -> String {
     });
     let hint = finding.hint.as_ref().map(|hint| format!("hint: {hint}"));
     let (name, because) = (finding.effect.name(), on_one_line(&finding.because));
-    let mut text = format!("  {name:width$}  {because}\n");
+    let (indent, room) = (width + 4, console::width().unwrap_or(usize::MAX));
+    let mut text = format!("  {name:width$}  {}\n", wrapped(&because, indent, room));
     for line in [from, hint].into_iter().flatten() {
-        text += &format!("  {:width$}  {}\n", "", on_one_line(&line));
+        text += &format!("{:indent$}{}\n", "", wrapped(&on_one_line(&line), indent, room));
     }
     text
 }

@@ -9,16 +9,17 @@ use raywright_io::output::{KeptFilm, read_film, write_film};
 use raywright_io::{Error, Inputs, Limits};
 
 use super::render::film::refuse_other_program;
-use super::render::write;
+use super::render::{tell, write};
 use crate::args::{DisplayArgs, MergeArgs};
 use crate::clock::{Clock, spoken};
 use crate::console::Verbosity;
 use crate::failure::{Exit, Failure};
+use crate::notes::Notes;
 use crate::origin;
 use crate::targets::{self, Outputs};
 
 /// Reads the parts, joins them and writes what is asked for.
-pub fn run(args: &MergeArgs) -> Result<(), Failure> {
+pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let clock = Clock::start();
     let (mut outputs, mut inputs) = (Outputs::default(), Inputs::default());
     let targets = targets::pictures(&args.outputs, &mut outputs)?;
@@ -39,11 +40,12 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let display = shown(&args.display, kept.display);
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| path.display().to_string()));
-    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
-    super::render::tell::tell_noise(&kept.film, &rendered, None, verbosity);
+    let mut notes = Notes::new(verbosity);
+    let error = tell::error(&kept.film, &rendered, None, &mut notes).map(|error| format!(", {error}")).unwrap_or_default();
+    notes.finish();
     if !written.is_empty() {
         let parts = if args.parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", args.parts.len()) };
-        verbosity.say(format_args!("wrote {} ({parts}, {})", written.join(", "), spoken(clock.total())));
+        verbosity.say(format_args!("wrote {} ({parts}{error}, {})", written.join(", "), spoken(clock.total())));
     }
     Ok(filmed?)
 }

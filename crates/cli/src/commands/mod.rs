@@ -14,21 +14,24 @@ mod presets;
 mod render;
 
 use crate::args::Command;
-use crate::console;
+use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 
 /// Runs one command; none: the default preset is rendered.
-pub fn run(command: Option<Command>) -> Result<(), Failure> {
+pub fn run(command: Option<Command>, verbosity: Verbosity) -> Result<(), Failure> {
     match command.unwrap_or_else(|| Command::Render(Box::default())) {
-        Command::Render(args) => render::run(&args),
-        Command::Merge(args) => merge::run(&args),
-        Command::Denoise(args) => denoise::run(&args),
-        Command::Explain(args) => explain::run(&args),
+        Command::Render(mut args) => {
+            args.report.verbosity = verbosity;
+            render::run(&args)
+        }
+        Command::Merge(args) => merge::run(&args, verbosity),
+        Command::Denoise(args) => denoise::run(&args, verbosity),
+        Command::Explain(args) => explain::run(&args, verbosity),
         Command::Compare(args) => compare::run(&args),
-        Command::Info(args) => info::run(&args),
-        Command::Check(args) => check::run(&args),
-        Command::Accuracy(args) => accuracy::run(&args),
-        Command::Bench(args) => bench::run(&args),
+        Command::Info(args) => info::run(&args, verbosity),
+        Command::Check(args) => check::run(&args, verbosity),
+        Command::Accuracy(args) => accuracy::run(&args, verbosity),
+        Command::Bench(args) => bench::run(&args, verbosity),
         Command::Presets(args) => presets::run(&args),
         Command::Schema => console::print(raywright_io::schema()),
         Command::Completions(args) => completions::run(&args),

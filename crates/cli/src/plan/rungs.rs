@@ -96,7 +96,7 @@ mod tests {
             ]
             .map(|rung| {
                 let words = [&["raywright", "render", "--rung", rung], flag].concat();
-                let Ok(Arguments { command: Some(Command::Render(args)) }) = Arguments::try_parse_from(words) else {
+                let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
                     panic!("a right command line")
                 };
                 u8::from(refuse_two_words(&args).is_err())

@@ -7,7 +7,7 @@ use core::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use raywright_bvh::shapes::Sphere;
-use raywright_bvh::{GeometryError, Group, Ray, Real, Vector, Visibility};
+use raywright_bvh::{GeometryError, PrimitiveSet, Ray, Real, Vector, Visibility};
 use serde::Serialize;
 
 use crate::hash::mix;
@@ -72,9 +72,9 @@ impl Numbers {
 ///
 /// # Errors
 /// More primitives than a tree can address.
-pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<Group<R>, GeometryError> {
+pub fn group<R: Real>(kind: Kind, count: u32, seed: u64) -> Result<PrimitiveSet<R>, GeometryError> {
     let (numbers, radius) = (Numbers { seed }, radius(count));
-    let mut group = Group::default();
+    let mut group = PrimitiveSet::default();
     for i in 0..u64::from(count) {
         let centre = numbers.point(i, 0);
         match kind {
@@ -105,7 +105,7 @@ pub fn rays<R: Real>(count: u32, seed: u64) -> Vec<Ray<R>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use raywright_bvh::{AcceleratorKind, Geometry, Interval, Visits};
+    use raywright_bvh::{AcceleratorKind, Geometry, Interval, TraversalStats};
 
     /// Protects: figures of different days and machines are about the same scenes; a seed and its neighbour differ.
     #[test]
@@ -139,7 +139,7 @@ mod tests {
     fn rays_come_from_outside() {
         let geometry = Geometry::<f32>::new(group(Kind::Spheres, 1000, 1).unwrap(), AcceleratorKind::default());
         let bounds = geometry.bounded_part();
-        let mut visits = Visits::default();
+        let mut visits = TraversalStats::default();
         let hits = rays::<f32>(1000, 2).into_iter().filter(|ray| {
             let o = ray.origin.as_dvec3();
             assert!(o.cmplt(bounds.min).any() || o.cmpgt(bounds.max).any(), "{ray:?}");

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, Visits};
+use raywright_bvh::{AcceleratorKind, BuildQuality, Geometry, Hit, Interval, Ray, TraversalStats};
 use serde::Serialize;
 
 use super::clock::{Stopwatch, stopwatch};
@@ -237,7 +237,7 @@ impl<'a> Sample<'a> {
     }
 
     fn cost(&self, who: &Contestant<'_>, seconds: &[f64]) -> Cost {
-        let mut visits = Visits::default();
+        let mut visits = TraversalStats::default();
         for ray in self.rays() {
             who.geometry.closest(ray, Interval::positive(), &mut visits);
         }

@@ -11,7 +11,7 @@ mod given;
 mod measure;
 mod statistics;
 
-use raywright_bvh::{Geometry, GeometryError, Group};
+use raywright_bvh::{Geometry, GeometryError, PrimitiveSet};
 use serde::Serialize;
 
 use crate::prepare::PrepareError;
@@ -83,7 +83,7 @@ fn measured(kind: Kind, sizes: &[u32], method: &Method, on_row: &mut dyn FnMut(&
     let rays = rays(RAYS, SEEDS[1]);
     let mut rows = Vec::with_capacity(sizes.len());
     for &size in sizes {
-        let group: Group<f32> = group(kind, size, SEEDS[0])?;
+        let group: PrimitiveSet<f32> = group(kind, size, SEEDS[0])?;
         let build = |kind| timed_builds(method, || group.clone(), |group| Geometry::new(group, kind));
         let [scan, tree] = method.care.kinds().map(build);
         let contest = Contest { scan: contestant(&scan.0, scan.1), tree: contestant(&tree.0, tree.1) };

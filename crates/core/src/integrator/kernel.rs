@@ -4,7 +4,7 @@ use crate::effects::{Effect, EffectSet};
 
 /// What a kernel's scenes may contain. What is not in it is removed from the code; it never changes a number.
 pub(crate) trait Kernel: Copy + Default + Send + Sync + 'static {
-    /// Name in reports.
+    /// Name in reports of Whitted ray tracing.
     const NAME: &'static str;
     /// The effects that it can simulate.
     const CONTAINS: EffectSet;
@@ -12,8 +12,6 @@ pub(crate) trait Kernel: Copy + Default + Send + Sync + 'static {
     const MESHES: bool = Self::CONTAINS.has(Effect::TriangleMeshes);
     /// Physical materials.
     const PHYSICAL: bool = Self::CONTAINS.has(Effect::PhysicalMaterials);
-    /// Whether paths are traced as light goes, and not by Whitted's rules.
-    const PATHS: bool = false;
 }
 
 /// Everything.
@@ -23,16 +21,6 @@ pub(crate) struct General;
 /// Shapes with classic materials: the documented scenes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Analytic;
-
-/// Everything, by path tracing.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Paths;
-
-impl Kernel for Paths {
-    const NAME: &'static str = "paths";
-    const CONTAINS: EffectSet = EffectSet::ALL;
-    const PATHS: bool = true;
-}
 
 impl Kernel for General {
     const NAME: &'static str = "general";

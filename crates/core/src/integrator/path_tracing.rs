@@ -3,31 +3,98 @@
 //! Combining Sampling Techniques for Monte Carlo Rendering", 1995). In the mean it is right whatever the chances are, but for the
 //! paths that are longer than the scene allows.
 //!
-//! A path's state is numbers alone ([`Walk`]), and what one more segment makes of it does not know who asks.
+//! A path's state is numbers alone ([`PathState`]), and what one more segment makes of it does not know which others go beside it.
 
 mod classic;
+mod direct;
+mod ground;
 mod layered;
-mod lights;
 mod media;
 mod mixture;
 mod nested;
-mod plain;
+mod rough;
+mod scatter;
+mod shade;
 mod straight;
-mod stream;
 mod vertex;
+mod wavefront;
 
-use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
+use raywright_bvh::{Hit, Ray, Real, Vector};
 
-pub(crate) use media::Media;
-pub(crate) use stream::Stream;
+use media::Media;
+use wavefront::Wavefront;
 
-use super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
+use super::spawn::LeastDistances;
+use super::{CameraRays, FirstHit, General, Leg, LightTransport, MAX_CUTOUTS, PathResults};
+use crate::counters::Counters;
 use crate::interaction::Interaction;
-use crate::light::{LightId, Seen};
-use crate::material::Sampled;
-use crate::prepare::{Alpha, Material};
+use crate::light::{LightId, LightUsage, Seen};
+use crate::observer::Observer;
+use crate::prepare::{Alpha, Material, Prepared};
 use crate::sampler::{Address, Purpose, Way, pair};
 use crate::settings::{LightSampling, Roulette};
+
+/// As many paths as go side by side: what there is of them stays in a core's own cache.
+const PATHS: usize = 256;
+
+/// Follows rays as light goes, by chance.
+pub(crate) struct PathTracer<'a, R: Real> {
+    scene: &'a Prepared<R>,
+    counters: Counters,
+    usage: LightUsage,
+    /// Whether the first hits of camera rays are kept, the one of the path at hand, and what that saw without light from elsewhere.
+    keeps_first: bool,
+    first: Option<FirstHit>,
+    direct: R::Vec3,
+    max_depth: u32,
+    least: LeastDistances<R>,
+    /// Bodies that the camera is in.
+    media: Media,
+    wavefront: Wavefront<R>,
+}
+
+impl<'a, R: Real> LightTransport<'a, R> for PathTracer<'a, R> {
+    const BATCH: usize = PATHS;
+
+    fn new(scene: &'a Prepared<R>, max_depth: u32, keeps_first: bool, _: &'a dyn Observer) -> Self {
+        let mut tracer = Self {
+            scene,
+            counters: Counters::default(),
+            usage: LightUsage::new(&scene.lights),
+            keeps_first,
+            first: None,
+            direct: Vector::ZERO,
+            max_depth,
+            least: scene.least_distances(),
+            media: Media::default(),
+            wavefront: Wavefront::default(),
+        };
+        if scene.tracks_media {
+            tracer.media = tracer.media_of_camera();
+        }
+        tracer
+    }
+
+    fn trace(&mut self, rays: CameraRays<'_, R>, out: &mut PathResults<R>) {
+        out.clear();
+        let mut wavefront = core::mem::take(&mut self.wavefront);
+        self.follow(rays, &mut wavefront, out);
+        self.wavefront = wavefront;
+    }
+
+    fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
+        self.counters.camera += 1;
+        FirstHit::of_ray::<R, General>(self.scene, ray)
+    }
+
+    fn take_counters(&mut self) -> Counters {
+        core::mem::take(&mut self.counters)
+    }
+
+    fn into_light_usage(self) -> LightUsage {
+        self.usage
+    }
+}
 
 /// From so many segments on a path ends by chance however bright it is, so that one in a white room, of which nothing is ever lost, has an end
 /// too: twenty more on average. Paths that are limited end before.
@@ -52,7 +119,7 @@ const GOES_ON: f64 = 0.95;
 
 /// Where a path is: all that its next segment depends on.
 #[derive(Clone, Copy, Debug)]
-struct Walk<R: Real> {
+struct PathState<R: Real> {
     /// The ray to be traced.
     leg: Leg<R>,
     /// What arrives along it counts so much.
@@ -74,7 +141,7 @@ struct Walk<R: Real> {
     /// The bodies that it is in.
     media: Media,
     /// Where the ray left, and how.
-    left: Left<R>,
+    previous: PreviousVertex<R>,
     /// The one wavelength, in nanometres, by which a path goes on that was bent apart; none: it is white.
     wavelength: Option<f64>,
 }
@@ -90,7 +157,7 @@ struct Draws {
 
 /// How a ray left its vertex: what it takes to know how else the light at its end could have been found.
 #[derive(Clone, Copy, Debug)]
-struct Left<R: Real> {
+struct PreviousVertex<R: Real> {
     /// The vertex, and the normal there on the side that the path came from; zero where light comes from both.
     from: R::Vec3,
     normal: R::Vec3,
@@ -110,11 +177,11 @@ fn weight(own: f64, other: f64) -> f64 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// The path of a camera ray before its first segment.
     #[inline(always)]
-    fn walk(&self, ray: Ray<R>, address: Address) -> Walk<R> {
-        Walk {
+    fn camera_path(&self, ray: Ray<R>, address: Address) -> PathState<R> {
+        PathState {
             leg: Leg { ray, ..Leg::of_camera(self.scene) },
             throughput: Vector::ONE,
             radiance: Vector::ZERO,
@@ -126,80 +193,81 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
             hit: false,
             spread: f64::INFINITY,
             media: self.media,
-            left: Left { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
+            previous: PreviousVertex { from: ray.origin, normal: ray.direction, density: f64::INFINITY },
             wavelength: None,
         }
     }
 
-    /// What a path asks next.
-    #[inline(always)]
-    fn ask(&self, walk: &Walk<R>) -> Option<Hit<R>> {
-        let min = if walk.traced == 0 { self.camera_min - walk.leg.ahead } else { self.secondary_min };
-        self.scene.geometry.closest(&walk.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
-    }
-
     /// What one more segment makes of a path that has met something. Whether it has another ray to be traced.
     #[inline(always)]
-    fn met(&mut self, walk: &mut Walk<R>, hit: &Hit<R>, at: &mut Interaction<R>) -> bool {
-        at.bend_where_bumpy(self.scene, &walk.leg, hit);
-        self.pass_media(walk, at);
-        self.keep_first(walk, hit);
+    fn met(&mut self, path: &mut PathState<R>, hit: &Hit<R>, at: &mut Interaction<R>) -> bool {
+        at.bend_where_bumpy(self.scene, &path.leg, hit);
+        self.pass_media(path, at);
+        self.keep_first(path, hit);
         if let Material::Physical(m) = &self.scene.materials[at.material as usize]
             && m.alpha != Alpha::Opaque
         {
             let alpha = m.alpha_at(&self.scene.sources.at(at));
             // A surface that covers a share of what is behind it is there as often.
-            let absent = alpha < R::ONE && (alpha <= R::ZERO || R::from_f32(pair(walk.address, Purpose::Coverage)[0]) >= alpha);
+            let absent = alpha < R::ONE && (alpha <= R::ZERO || R::from_f32(pair(path.address, Purpose::Coverage)[0]) >= alpha);
             if absent {
-                return self.pass(walk, at);
+                return self.pass(path, at);
             }
         }
         if self.nests()
-            && let Some(beyond) = self.hidden(&walk.media, at)
+            && let Some(beyond) = self.hidden(&path.media, at)
         {
-            walk.media = beyond;
-            return self.pass(walk, at);
+            path.media = beyond;
+            return self.pass(path, at);
         }
-        walk.hit = true;
-        walk.traced += 1;
-        self.vertex(walk, hit, at)
+        path.hit = true;
+        path.traced += 1;
+        self.vertex(path, hit, at)
     }
 
     /// Keeps what a camera ray hits first, where layers ask for it.
     #[inline(always)]
-    fn keep_first(&mut self, walk: &Walk<R>, hit: &Hit<R>) {
-        if self.keeps_first && walk.traced == 0 && walk.cutouts == 0 {
-            self.first = Some(self.seen(&walk.leg, hit));
+    fn keep_first(&mut self, path: &PathState<R>, hit: &Hit<R>) {
+        if self.keeps_first && path.traced == 0 && path.cutouts == 0 {
+            self.first = Some(FirstHit::new::<R, General>(self.scene, &path.leg, hit));
+        }
+    }
+
+    /// Adds what a path saw of what its surface gives off by itself, where that is kept of camera rays.
+    #[inline(always)]
+    fn see(&mut self, camera: bool, radiance: R::Vec3) {
+        if camera && self.keeps_first {
+            self.direct += radiance;
         }
     }
 
     /// What a ray brings that hit nothing and sees this of the sky, in its share.
     #[inline(always)]
-    fn escaped(&mut self, walk: &Walk<R>, seen: &Seen<R>) -> R::Vec3 {
-        if let Some(backdrop) = self.scene.backdrop.filter(|_| walk.traced == 0) {
-            return backdrop.seen(walk.leg.ray.direction) * self.light_on_ground(&walk.leg, &walk.address);
+    fn escaped(&mut self, path: &PathState<R>, seen: &Seen<R>) -> R::Vec3 {
+        if let Some(backdrop) = self.scene.backdrop.filter(|_| path.traced == 0) {
+            return backdrop.seen(path.leg.ray.direction) * self.light_on_ground(&path.leg, &path.address);
         }
-        let direction = walk.leg.ray.direction;
+        let direction = path.leg.ray.direction;
         let lights = &self.scene.lights;
-        if self.is_unaided(walk)
+        if self.is_unaided(path)
             && let Some(density) = lights.sky_sampler().and_then(|sampler| sampler.small())
         {
             self.counters.unaided += 1;
             self.counters.found += u64::from(lights.density_of_sky(direction, seen.place, 1.0) >= density);
         }
-        seen.radiance * self.found(walk, LightId::Sky, |probability| lights.density_of_sky(direction, seen.place, probability))
+        seen.radiance * self.found(path, LightId::Sky, |probability| lights.density_of_sky(direction, seen.place, probability))
     }
 
     /// Whether a path was scattered and then went on as by a mirror: what it meets then, it meets by chance alone.
     #[inline(always)]
-    fn is_unaided(&self, walk: &Walk<R>) -> bool {
-        walk.spread < NARROW && walk.left.density >= NARROW
+    fn is_unaided(&self, path: &PathState<R>) -> bool {
+        path.spread < NARROW && path.previous.density >= NARROW
     }
 
     /// Share that a ray has in finding the light that it met, which is drawn with a density by the probability of being asked.
     #[inline(always)]
-    fn found(&self, walk: &Walk<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
-        let Left { from, normal, density } = walk.left;
+    fn found(&self, path: &PathState<R>, light: LightId, drawn: impl FnOnce(f64) -> f64) -> R {
+        let PreviousVertex { from, normal, density } = path.previous;
         if density == f64::INFINITY {
             return R::ONE;
         }
@@ -218,60 +286,12 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     }
 
     /// Takes a path on through a surface that is not there where it met it.
-    fn pass(&self, walk: &mut Walk<R>, at: &Interaction<R>) -> bool {
-        walk.cutouts += 1;
-        walk.address.bounce += 1;
-        let rest = walk.leg.rest;
-        let ray = Ray { culls: walk.leg.ray.culls, ..self.leave(at, at.direction, -R::ONE) };
-        walk.leg.go_on(&ray, rest);
-        walk.cutouts <= MAX_CUTOUTS
+    fn pass(&self, path: &mut PathState<R>, at: &Interaction<R>) -> bool {
+        path.cutouts += 1;
+        path.address.bounce += 1;
+        let rest = path.leg.rest;
+        let ray = Ray { culls: path.leg.ray.culls, ..self.scene.spawn(at, at.direction, -R::ONE) };
+        path.leg.go_on(&ray, rest);
+        path.cutouts <= MAX_CUTOUTS
     }
-
-    /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
-    #[inline(always)]
-    fn go_on(&mut self, walk: &mut Walk<R>, at: &Interaction<R>, drawn: &Sampled<R>, onward: Onward<R>) -> bool {
-        let mut throughput = walk.throughput * drawn.weight;
-        if walk.traced >= roulette_from(self.scene.roulette) {
-            // Also ends what is no number.
-            let most = if walk.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
-            let survives = throughput.max_element().min(most);
-            let goes_on = onward.luck < survives;
-            if !goes_on {
-                return false;
-            }
-            throughput *= R::ONE / survives;
-        }
-        if throughput == Vector::ZERO || !throughput.is_finite() {
-            return false;
-        }
-        walk.leg.go_on(&onward.ray, onward.rest);
-        walk.throughput = throughput;
-        walk.address.bounce += 1;
-        // What goes straight on through a wall is still found by lights that were asked before it.
-        if !onward.straight {
-            let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
-            walk.spread = walk.spread.min(walk.left.density);
-            walk.left = Left { from: at.surface.point, normal: onward.lit, density };
-            self.counters.unaided += u64::from(self.is_unaided(walk) && !self.scene.lights.emitters.is_empty());
-        }
-        if self.scene.tracks_media && onward.through {
-            walk.media = self.beyond(&walk.media, at);
-        }
-        true
-    }
-}
-
-/// How a path would go on.
-struct Onward<R: Real> {
-    ray: Ray<R>,
-    /// What storing took from its direction.
-    rest: R::Vec3,
-    /// A number in [0, 1): below what the path counts, it goes on.
-    luck: R,
-    /// Normal of the side that lights were asked for; zero for both.
-    lit: R::Vec3,
-    /// Whether it goes through the surface.
-    through: bool,
-    /// Whether it does so as shadow rays do.
-    straight: bool,
 }

@@ -2,11 +2,10 @@
 
 use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
-use super::{Kernel, Leg, Tracer};
+use super::{Kernel, Leg};
 use crate::interaction::Interaction;
 use crate::light::{LightId, LightSample, Target};
 use crate::prepare::{Alpha, Material, Prepared, Spawn};
-use crate::sampler::{Address, Purpose, pair};
 
 /// A ray towards a light and the range before it.
 type ShadowRay<R> = (Ray<R>, Interval<R>);
@@ -20,21 +19,11 @@ pub(crate) struct Between<R> {
     pub distance: R,
 }
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
-    /// What lies between a surface and a light that it sees.
-    #[inline]
-    pub(super) fn before(&mut self, light: &LightSample<R>, at: &Interaction<R>, want_distance: bool) -> Between<R> {
-        match self.towards(light, at) {
-            Some((ray, range)) => self.between((&ray.at_time(at.time), range), &light.target, want_distance),
-            // The light is where the ray would start: nothing is in between.
-            None => Between { share: R::ONE, distance: R::INFINITY },
-        }
-    }
-
+impl<R: Real> Prepared<R> {
     /// The ray from a surface to a light that it sees, and the range before it; none where they meet.
     #[inline(always)]
     pub(super) fn towards(&self, light: &LightSample<R>, at: &Interaction<R>) -> Option<ShadowRay<R>> {
-        let (l, rules) = (light.direction, &self.scene.rules);
+        let (l, rules) = (light.direction, &self.rules);
         match (rules.spawn, &light.target) {
             // Surfaces are drawn and not points of a documented shader, whatever its rule.
             (_, Target::Surface(surface)) => at.surface.spawn_to_surface(surface),
@@ -61,9 +50,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     #[inline(always)]
     pub(super) fn aimed(&self, light: LightId, drawn: LightSample<R>, from: R::Vec3) -> Option<LightSample<R>> {
         match light {
-            LightId::Emitter(emitter) if self.scene.casts_hard(emitter) => {
-                self.scene.lights.emitters.by_middle(emitter, drawn, from)
-            }
+            LightId::Emitter(emitter) if self.casts_hard(emitter) => self.lights.emitters.by_middle(emitter, drawn, from),
             _ => Some(drawn),
         }
     }
@@ -71,42 +58,21 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Whether a hit on the way to a lamp's middle is the lamp itself.
     #[inline(always)]
     pub(super) fn is_own(&self, target: &Target<R>, hit: &Hit<R>) -> bool {
-        matches!(*target, Target::Middle { emitter, .. } if self.scene.lights.emitters.of(hit.outermost(), hit.primitive) == Some(emitter))
+        matches!(*target, Target::Middle { emitter, .. } if self.lights.emitters.of(hit.outermost(), hit.primitive) == Some(emitter))
     }
 
-    /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
-    pub(super) fn emitter(&mut self, at: &Interaction<R>, address: Address) -> Option<(LightSample<R>, R)> {
-        let emitters = &self.scene.lights.emitters;
-        if emitters.is_empty() {
-            return None;
-        }
-        let pick = pair(address, Purpose::Emitter);
-        let position = pair(address, Purpose::EmitterPoint);
-        let (index, probability) = emitters.choose(pick)?;
-        let drawn = emitters.sample(index, at.surface.point, position, probability)?;
-        if at.normal.dot(drawn.direction) <= R::ZERO {
-            return None;
-        }
-        let aimed = self.aimed(LightId::Emitter(index), drawn, at.surface.point)?;
-        let (ray, range) = self.towards(&aimed, at)?;
-        let share = self.between((&ray.at_time(at.time), range), &aimed.target, false).share;
-        (share > R::ZERO).then_some((drawn, share))
-    }
-
-    /// Traces towards a light.
+    /// Traces towards a light; to be counted by who asks.
     #[inline]
-    pub(super) fn between(
-        &mut self,
+    pub(super) fn between<K: Kernel>(
+        &self,
         (ray, range): (&Ray<R>, Interval<R>),
         target: &Target<R>,
         want_distance: bool,
     ) -> Between<R> {
-        self.counters.shadow += 1;
-        let scene = self.scene;
         let mut nearest = R::INFINITY;
-        if scene.rules.first_occluder_decides {
+        if self.rules.first_occluder_decides {
             let mut first: Option<Hit<R>> = None;
-            scene.geometry.any(
+            self.geometry.any(
                 ray,
                 range,
                 &mut |hit| {
@@ -121,11 +87,11 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
                 },
                 &mut (),
             );
-            let share = first.map_or(R::ONE, |hit| passes::<R, K>(scene, ray, &hit));
+            let share = first.map_or(R::ONE, |hit| passes::<R, K>(self, ray, &hit));
             return Between { share, distance: nearest };
         }
         let mut product = Product::default();
-        let blocked = scene.geometry.any(
+        let blocked = self.geometry.any(
             ray,
             range,
             &mut |hit| {
@@ -133,7 +99,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
                     return false;
                 }
                 nearest = nearest.min(hit.t);
-                product.factor(passes::<R, K>(scene, ray, hit).to_f64());
+                product.factor(passes::<R, K>(self, ray, hit).to_f64());
                 product.opaque && !want_distance
             },
             &mut (),

@@ -93,9 +93,8 @@ const SAMPLES: &[Rung] = &[
 ];
 const BUILD: &[Rung] = &[
     rung("fast", "least build time: split from the top, large sets by samples"),
-    rung("medium", "split from the top and improved, and clustered where sizes differ much"),
-    rung("high", "several times the build time: more is improved, long triangles across the axes are split"),
-    rung("compact", "least memory, slower rays: as medium, and neighbouring triangles share corners"),
+    rung("medium", "split from the top, and improved where sizes differ"),
+    rung("high", "several times the build time: more is improved"),
 ];
 const ACCELERATOR: &[Rung] = &[rung("linear", "every primitive is tested"), rung("bvh", "a tree of boxes")];
 

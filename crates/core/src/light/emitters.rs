@@ -7,13 +7,14 @@ mod middle;
 use core::f64::consts::PI;
 use core::ops::Range;
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
-use raywright_bvh::shapes::AnyShape;
-use raywright_bvh::{Located, Real, Shape, Side, Surface, Vector};
+use raywright_bvh::shapes::{AnyShape, Sphere};
+use raywright_bvh::{Real, Shape, Side, Surface, SurfacePoint, Vector};
 
 use super::cdf::{pick, push_shares, share};
-use super::solid_angle::Whole;
-use super::{Bounds, Density, LightSample, Target};
+use super::polygon::{LANES, PolygonBatch, PolygonSample};
+use super::{Bounds, Cone, Density, LightSample, Target};
 
 use cells::unfolded;
 use list::{Emitter, Form};
@@ -51,6 +52,35 @@ impl Facing {
             Side::Both => outwards.abs(),
         };
         Self { direction, squared, cosine }
+    }
+}
+
+/// An emitter that was chosen with a probability, the point that is lit, and two numbers in [0, 1) by which a point of it is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EmitterQuery<R: Real> {
+    pub emitter: u32,
+    pub from: R::Vec3,
+    pub position: [f32; 2],
+    pub probability: f64,
+}
+
+/// How densely a point of an emitter is drawn.
+#[derive(Clone, Copy, Debug)]
+enum PointDensity {
+    /// Evenly over so many steradians.
+    Even(f64),
+    /// By area.
+    Area(f64),
+}
+
+/// A ball and the cone under which it is seen; none from within, and of what is no ball.
+fn ball<R: Real>(emitter: &Emitter<R>, from: DVec3) -> Option<(Sphere<R>, Cone)> {
+    match &emitter.form {
+        // A ball that only shines inwards is seen through its near side.
+        Form::Plain(AnyShape::Sphere(ball)) if emitter.side != Side::Inside => {
+            Some((*ball, Cone::new(ball.centre.to_f64(), ball.radius.to_f64(), from)?))
+        }
+        _ => None,
     }
 }
 
@@ -152,28 +182,91 @@ impl<R: Real> Emitters<R> {
 
     /// Draws a point of an emitter that was chosen with a probability and shows it to `from`; none where it sends nothing there.
     pub fn sample(&self, index: u32, from: R::Vec3, position: [f32; 2], probability: f64) -> Option<LightSample<R>> {
-        let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
+        let query = EmitterQuery { emitter: index, from, position, probability };
+        let (emitter, from, position) = (&self.list.emitters[index as usize], from.to_f64(), position.map(f64::from));
+        if !self.is_even(emitter) {
+            return self.by_area(&query);
+        }
+        if let Some(polygon) = emitter.polygon() {
+            return self.on_polygon(&query, polygon.draw(from, position));
+        }
+        match ball(emitter, from) {
+            Some((ball, cone)) => self.shown(&query, &ball.at(cone.normal(position)), PointDensity::Even(cone.solid_angle())),
+            None => self.by_area(&query),
+        }
+    }
+
+    /// [`Self::sample`] of many emitters, each told by its place among them: polygons several at a time.
+    pub(super) fn sample_each(
+        &self,
+        queries: impl Iterator<Item = (usize, EmitterQuery<R>)>,
+        mut take: impl FnMut(usize, Option<LightSample<R>>),
+    ) {
+        let (mut waiting, mut batch) = (ArrayVec::<_, LANES>::new(), PolygonBatch::default());
+        let draw =
+            |waiting: &mut ArrayVec<(usize, EmitterQuery<R>), LANES>, batch: &mut PolygonBatch, take: &mut dyn FnMut(_, _)| {
+                for ((place, query), sample) in waiting.iter().zip(batch.draw()) {
+                    take(*place, self.on_polygon(query, sample));
+                }
+                waiting.clear();
+            };
+        for (place, query) in queries {
+            let emitter = &self.list.emitters[query.emitter as usize];
+            match emitter.polygon().filter(|_| self.is_even(emitter)) {
+                Some(polygon) => {
+                    batch.push(&polygon, query.from.to_f64(), query.position.map(f64::from));
+                    waiting.push((place, query));
+                    if waiting.is_full() {
+                        draw(&mut waiting, &mut batch, &mut take);
+                    }
+                }
+                None => take(place, self.sample(query.emitter, query.from, query.position, query.probability)),
+            }
+        }
+        if !waiting.is_empty() {
+            draw(&mut waiting, &mut batch, &mut take);
+        }
+    }
+
+    /// Shows a point of a polygon that was drawn over its solid angle; drawn by area where there is none.
+    #[inline]
+    fn on_polygon(&self, query: &EmitterQuery<R>, sample: Option<PolygonSample>) -> Option<LightSample<R>> {
+        let Some(PolygonSample { solid_angle, point }) = sample else { return self.by_area(query) };
+        let plane = self.list.emitters[query.emitter as usize].plane?;
+        self.shown(query, &SurfacePoint::new(point?, plane.normal, plane.error), PointDensity::Even(solid_angle))
+    }
+
+    /// Draws a point by area, or where the emitter is bright.
+    fn by_area(&self, query: &EmitterQuery<R>) -> Option<LightSample<R>> {
+        let emitter = &self.list.emitters[query.emitter as usize];
+        let position = query.position.map(f64::from);
         let (place, denser) = match emitter.cells {
-            Some(cells) => self.list.cells.place(cells, position.map(f64::from)),
-            None => (position.map(f64::from), 1.0),
+            Some(cells) => self.list.cells.place(cells, position),
+            None => (position, 1.0),
         };
         let [u, v] = place.map(R::from_f64);
-        let whole = self.whole(emitter, from);
-        let (located, by_area) = match (&emitter.form, &whole) {
-            (Form::Plain(shape), Some(whole)) => (whole.draw(shape, position)?, 0.0),
-            (Form::Plain(shape), None) => shape.sample_area(u, v)?,
-            (Form::Placed(placed), _) => self.list.placed[*placed as usize].sample_area(u, v)?,
+        let (located, by_area) = match &emitter.form {
+            Form::Plain(shape) => shape.sample_area(u, v)?,
+            Form::Placed(placed) => self.list.placed[*placed as usize].sample_area(u, v)?,
         };
+        self.shown(query, &located, PointDensity::Area(by_area.to_f64() * denser))
+    }
+
+    /// What a point receives of an emitter from where it was drawn.
+    #[inline(always)]
+    fn shown(&self, query: &EmitterQuery<R>, located: &SurfacePoint, drawn: PointDensity) -> Option<LightSample<R>> {
+        let &EmitterQuery { emitter, from, probability, .. } = query;
+        let emitter = &self.list.emitters[emitter as usize];
         let surface = located.stored::<R>();
-        let Facing { direction, squared, cosine } = Facing::new(emitter.side, from, &surface);
-        let (density, weight) = match whole {
-            Some(whole) => {
-                let density = probability / whole.solid_angle();
+        let Facing { direction, squared, cosine } = Facing::new(emitter.side, from.to_f64(), &surface);
+        let (density, weight) = match drawn {
+            PointDensity::Even(solid_angle) => {
+                let density = probability / solid_angle;
                 (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
             }
-            None => {
+            PointDensity::Area(by_area) => {
                 // Solid-angle measure: cos/d² over the density by area.
-                let over = squared * (by_area.to_f64() * denser) * probability;
+                let over = squared * by_area * probability;
                 (over / cosine, cosine / over)
             }
         };
@@ -201,10 +294,10 @@ impl<R: Real> Emitters<R> {
         if !seen {
             return 0.0;
         }
-        if let Some(whole) = self.whole(emitter, from) {
-            return probability / whole.solid_angle();
+        if let Some(solid_angle) = self.solid_angle(emitter, from) {
+            return probability / solid_angle;
         }
-        let point = Located::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
+        let point = SurfacePoint::new(surface.point.to_f64(), surface.normal.to_f64(), surface.error.to_f64());
         let by_area = match &emitter.form {
             Form::Plain(shape) => shape.density(&point),
             Form::Placed(placed) => self.list.placed[*placed as usize].density_at(&point),
@@ -218,15 +311,22 @@ impl<R: Real> Emitters<R> {
         by_area.map_or(0.0, |by_area| facing.squared * (by_area.to_f64() * denser) * probability / facing.cosine)
     }
 
-    /// An emitter whose directions are drawn evenly over its solid angle, where that is asked for and known.
-    #[inline]
-    fn whole(&self, emitter: &Emitter<R>, from: DVec3) -> Option<Whole<R>> {
+    /// Whether directions are drawn evenly over an emitter's solid angle, where that is known.
+    #[inline(always)]
+    fn is_even(&self, emitter: &Emitter<R>) -> bool {
         // Of what a ray may pass, points on the far side are drawn too; what is bright in parts is drawn there.
-        match (self.strategy, &emitter.form) {
-            (Strategy::SolidAngle, Form::Plain(shape)) if !emitter.passable && emitter.cells.is_none() => {
-                Whole::new(shape, emitter.side, from)
-            }
-            _ => None,
+        self.strategy == Strategy::SolidAngle && !emitter.passable && emitter.cells.is_none()
+    }
+
+    /// The steradians over which directions to an emitter are drawn evenly; none where they are not.
+    #[inline]
+    fn solid_angle(&self, emitter: &Emitter<R>, from: DVec3) -> Option<f64> {
+        if !self.is_even(emitter) {
+            return None;
+        }
+        match emitter.polygon() {
+            Some(polygon) => polygon.solid_angle(from),
+            None => ball(emitter, from).map(|(_, cone)| cone.solid_angle()),
         }
     }
 

@@ -24,11 +24,12 @@ mod irradiance;
 mod polygon;
 mod sky;
 mod sky_sampler;
-mod solid_angle;
 mod tree;
 mod usage;
 
 use raywright_bvh::{Aabb, Real, Surface};
+
+use emitters::EmitterQuery;
 
 pub use bounds::Bounds;
 pub use choice::Choice;
@@ -93,6 +94,19 @@ pub struct LightSample<R: Real> {
     pub density: Density,
     /// What a shadow ray aims at.
     pub target: Target<R>,
+}
+
+/// A light that was chosen with a probability, the point that is lit, and two numbers in [0, 1) by which the light is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct ChosenLight<R: Real> {
+    /// Which light.
+    pub light: LightId,
+    /// How likely the choice was.
+    pub probability: f64,
+    /// The point.
+    pub from: R::Vec3,
+    /// The numbers.
+    pub position: [f32; 2],
 }
 
 /// Every light of a scene.
@@ -187,6 +201,31 @@ impl<R: Real> Lights<R> {
             }
             LightId::Emitter(i) => self.emitters.sample(i, from, position, probability),
             LightId::Sky => self.sky_sampler.as_ref()?.sample(&self.sky, from, position, probability),
+        }
+    }
+
+    /// [`Lights::sample`] of many lights, in their order, in place of what `samples` held: in less time, as those of one kind are drawn together.
+    pub fn sample_each(&self, chosen: &[Option<ChosenLight<R>>], samples: &mut Vec<Option<LightSample<R>>>) {
+        samples.clear();
+        samples.resize(chosen.len(), None);
+        let each = || chosen.iter().enumerate().filter_map(|(place, chosen)| chosen.as_ref().map(|chosen| (place, chosen)));
+        for (place, &ChosenLight { light, probability, from, position }) in each() {
+            if matches!(light, LightId::Delta(_)) {
+                samples[place] = self.sample(light, from, position, probability);
+            }
+        }
+        let emitters = each().filter_map(|(place, &ChosenLight { light, probability, from, position })| match light {
+            LightId::Emitter(emitter) => Some((place, EmitterQuery { emitter, from, position, probability })),
+            _ => None,
+        });
+        self.emitters.sample_each(emitters, |place, sample| samples[place] = sample);
+        let Some(sampler) = &self.sky_sampler else { return };
+        let sky = || each().filter(|(_, chosen)| chosen.light == LightId::Sky);
+        let directions: Vec<R::Vec3> = sky().map(|(_, chosen)| sampler.drawn::<R>(chosen.position)).collect();
+        let mut seen = Vec::with_capacity(directions.len());
+        self.sky.look(sky().zip(&directions).map(|((_, chosen), &direction)| (chosen.from, direction)), &mut seen);
+        for (((place, chosen), &direction), seen) in sky().zip(&directions).zip(&seen) {
+            samples[place] = sampler.sample_seen(direction, seen, chosen.probability);
         }
     }
 

@@ -10,8 +10,8 @@ use super::*;
 use crate::hash::mix;
 use crate::scene::{Colour, Falloff, Light, LightKind};
 use glam::{DAffine3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Disk, Placed, Quad, Sphere, Triangle};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Interval, Ray, Side, Vector, Visibility};
+use raywright_bvh::shapes::{AnyShape, Cuboid, Cylinder, Disk, Quad, Sphere, TransformedShape, Triangle};
+use raywright_bvh::{AcceleratorKind, Geometry, Interval, PrimitiveSet, Ray, Side, Vector, Visibility};
 
 /// Two even pseudo-random numbers in [0, 1).
 fn numbers(i: u64) -> [f32; 2] {
@@ -28,7 +28,7 @@ fn alone<R: Real>(list: EmitterList<R>, strategy: Strategy) -> Lights<R> {
 
 /// One shape of radiance one that shines outwards, also as what rays can hit.
 fn surface<R: Real>(shape: AnyShape<R>, map: Option<DAffine3>, strategy: Strategy) -> (Lights<R>, Geometry<R>) {
-    let (mut list, mut group) = (EmitterList::default(), Group::default());
+    let (mut list, mut group) = (EmitterList::default(), PrimitiveSet::default());
     let visibility = Visibility { side: Side::Outside, ..Visibility::default() };
     list.next_object();
     match map {
@@ -37,7 +37,7 @@ fn surface<R: Real>(shape: AnyShape<R>, map: Option<DAffine3>, strategy: Strateg
             group.shape(shape, visibility).expect("a shape");
         }
         Some(map) => {
-            list.placed(Placed::new(shape, map).expect("a map"), Glow::even(Vector::ONE), Side::Outside, None);
+            list.placed(TransformedShape::new(shape, map).expect("a map"), Glow::even(Vector::ONE), Side::Outside, None);
             group.placed(shape, map, visibility).expect("a shape");
         }
     }

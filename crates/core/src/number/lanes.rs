@@ -183,7 +183,7 @@ impl<const N: usize> Number for Lanes<N> {
     fn turned(self) -> [Self; 2] {
         let mut out = [self; 2];
         for i in 0..N {
-            [out[0].0[i], out[1].0[i]] = Real::turned(self.0[i]);
+            [out[0].0[i], out[1].0[i]] = Real::sin_cos_turns(self.0[i]);
         }
         out
     }

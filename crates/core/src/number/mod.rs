@@ -196,7 +196,7 @@ impl<R: Real> Number for R {
     }
     #[inline(always)]
     fn turned(self) -> [Self; 2] {
-        Real::turned(self)
+        Real::sin_cos_turns(self)
     }
     #[inline(always)]
     fn exp(self) -> Self {

@@ -1,8 +1,8 @@
 //! The surfaces that light others: objects whose material gives off light, the same everywhere or, to a path tracer, any.
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::shapes::{AnyShape, Placed, SampleArea, Triangle};
-use raywright_bvh::{Group, Real, Side, Surface, Vector, Visibility};
+use raywright_bvh::shapes::{AnyShape, SampleArea, TransformedShape, Triangle};
+use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 
 use super::geometry::{BLOCK, side_of, triangles};
 use super::input::Sources;
@@ -191,7 +191,7 @@ fn shape<R: Real>(
         let glow = glow(&|[u, v]| Some(shape.sample_area(u, v)?.0.stored::<R>()));
         return Some(list.plain(shape, glow, side, area));
     }
-    let placed = Placed::new(any_shape(shape, DVec3::ZERO)?, map)?;
+    let placed = TransformedShape::new(any_shape(shape, DVec3::ZERO)?, map)?;
     let glow = glow(&|[u, v]| Some(placed.sample_area(u, v)?.0.stored::<R>()));
     Some(list.placed(placed, glow, side, area))
 }
@@ -204,7 +204,7 @@ fn mesh<R: Real>(
     (source, side, across): (&Source<'_, R>, Side, usize),
     observer: &dyn Observer,
 ) -> Result<(), PrepareError> {
-    let mut group = Group::<R>::default();
+    let mut group = PrimitiveSet::<R>::default();
     let flipped = map.matrix3.determinant() < 0.0;
     triangles(&mut group, object, data, Some((map, flipped)), Visibility::default(), observer)?;
     let mut found = Vec::new();

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use raywright_bvh::{Geometry, Inventory, Real};
+use raywright_bvh::{Geometry, GeometryMemory, Real};
 
 use super::emitters::{Emission, Wanted, points_across};
 use super::geometry::ObjectRecord;
@@ -71,7 +71,7 @@ pub(crate) fn estimate<R: Real>(scene: &Scene, settings: &Settings, simulated: E
 #[derive(Default)]
 struct Needs {
     /// Primitives of the scene's own set.
-    own: Inventory,
+    own: GeometryMemory,
     /// Bytes of the geometries that instances share.
     shared: u64,
     /// Bytes of meshes, each once.
@@ -114,13 +114,13 @@ impl Needs {
                     } else {
                         needs.instances(count, moves);
                         if shared.insert((name, object.side)) {
-                            needs.part::<R>(&Inventory::of_triangles(each), settings);
+                            needs.part::<R>(&GeometryMemory::of_triangles(each), settings);
                         }
                     }
                 }
                 shape if moves => {
                     if let Some(shape) = any_shape::<R>(shape, DVec3::ZERO) {
-                        let mut alone = Inventory::default();
+                        let mut alone = GeometryMemory::default();
                         alone.add(&shape, false, 1);
                         needs.part::<R>(&alone, settings);
                         needs.instances(count, true);
@@ -150,7 +150,7 @@ impl Needs {
     }
 
     /// Adds a geometry that instances show.
-    fn part<R: Real>(&mut self, alone: &Inventory, settings: &Settings) {
+    fn part<R: Real>(&mut self, alone: &GeometryMemory, settings: &Settings) {
         self.shared += size_of::<Geometry<R>>() as u64 + alone.most_bytes::<R>(settings.accelerator);
     }
 

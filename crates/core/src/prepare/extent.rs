@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::transform_bounds;
-use raywright_bvh::shapes::{Placed, Triangle};
+use raywright_bvh::shapes::{TransformedShape, Triangle};
 use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
 use super::shape::any_shape;
@@ -55,7 +55,7 @@ pub(crate) fn extent<R: Real>(scene: &Scene, lookup: &Lookup<'_>) -> Extent {
                 whole.include(any_shape::<R>(shape, map.translation).and_then(|shape| shape.bounds()));
             }
             shape => {
-                let placed = any_shape(shape, DVec3::ZERO).and_then(|shape| Placed::<R>::new(shape, map));
+                let placed = any_shape(shape, DVec3::ZERO).and_then(|shape| TransformedShape::<R>::new(shape, map));
                 if let Some(placed) = placed {
                     whole.include(placed.bounds());
                 }

@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
-use raywright_bvh::{AcceleratorKind, Geometry, Group, Occlusion, Real, Side, Vector, Visibility};
+use raywright_bvh::{AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Side, Vector, Visibility};
 
 use super::collapse::{collapsed, collapses, rounded};
 use super::shape::any_shape;
@@ -144,7 +144,7 @@ struct GeometryBuilder<'a, R: Real> {
     kind: AcceleratorKind,
     lookup: &'a Lookup<'a>,
     uses: Uses<'a>,
-    group: Group<R>,
+    group: PrimitiveSet<R>,
     /// Parts of the group that instances show.
     shared: HashMap<(&'a str, SideRule), u32>,
     meshes: Vec<Arc<MeshData>>,
@@ -163,7 +163,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             kind,
             lookup,
             uses: Uses::of(scene),
-            group: Group::default(),
+            group: PrimitiveSet::default(),
             shared: HashMap::new(),
             meshes: Vec::new(),
             places: HashMap::new(),
@@ -216,7 +216,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             let part = match self.shared.entry(key) {
                 Entry::Occupied(shared) => *shared.get(),
                 Entry::Vacant(shared) => {
-                    let mut group = Group::default();
+                    let mut group = PrimitiveSet::default();
                     triangles(&mut group, index, data, None, visibility, self.observer)?;
                     let part = Geometry::unless(group, self.kind, &|| self.observer.cancelled());
                     *shared.insert(self.group.part(part.ok_or(PrepareError::Cancelled)?).map_err(refused)?)
@@ -258,7 +258,7 @@ fn vanishes<R: Real>(data: &MeshData, map: &DAffine3) -> bool {
 /// # Errors
 /// Triangles that the geometry refuses, and [`PrepareError::Cancelled`].
 pub(super) fn triangles<R: Real>(
-    group: &mut Group<R>,
+    group: &mut PrimitiveSet<R>,
     object: usize,
     data: &MeshData,
     map: Option<(DAffine3, bool)>,
@@ -316,7 +316,7 @@ impl<'a, R: Real> GeometryBuilder<'a, R> {
             Some((last, part)) if core::ptr::eq(last, object) => part,
             _ => {
                 let Some(shape) = any_shape(shape, DVec3::ZERO) else { return Ok(()) };
-                let mut alone = Group::default();
+                let mut alone = PrimitiveSet::default();
                 alone.shape(shape, visibility).map_err(refused)?;
                 let part = self.group.part(Geometry::new(alone, self.kind)).map_err(refused)?;
                 self.moving = Some((object, part));

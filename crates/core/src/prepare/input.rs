@@ -104,10 +104,18 @@ impl<R: Real> Sources<R> {
 
     /// Has the texels brought near that a material's textures will read at an interaction, as far as texture coordinates alone say which,
     /// and notes where they lie.
+    #[inline(always)]
     pub fn prefetch(&self, at: &mut Interaction<R>) {
         let Range { start, end } = self.of_materials[at.material as usize];
+        if start < end {
+            self.prefetch_each(&self.textures[start as usize..end as usize], at);
+        }
+    }
+
+    #[inline(never)]
+    fn prefetch_each(&self, textures: &[TextureUse<R>], at: &mut Interaction<R>) {
         let mut asked = None;
-        for texture in &self.textures[start as usize..end as usize] {
+        for texture in textures {
             let Some(first) = texture.lies_as else { continue };
             let image = &self.images[texture.image as usize];
             let place = match at.lies {

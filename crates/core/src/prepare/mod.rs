@@ -33,7 +33,7 @@ use crate::observer::Observer;
 use crate::scene::{
     self, ClassicRules, DepthLimit, ImageData, Integrator, MeshData, OffsetDirection, Scene, ShadowRule, Sky, SpawnRule, Studio,
 };
-use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Roulette, Settings};
+use crate::settings::{AreaShadows, Background, LightSampling, Microfacets, Roulette, Settings, SettingsError};
 use crate::validate::Problem;
 
 pub(crate) use collapse::collapsed;
@@ -54,6 +54,9 @@ pub(crate) use texture::Place;
 /// Why a scene could not be prepared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PrepareError {
+    /// No picture can be made with these settings.
+    #[error(transparent)]
+    Settings(SettingsError),
     /// A primitive was refused.
     #[error("objects[{object}]: {source}")]
     Geometry {

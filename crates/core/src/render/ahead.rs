@@ -3,14 +3,8 @@
 
 use raywright_bvh::{Ray, Real, Vector};
 
-use crate::integrator::{Brought, CameraRay, FirstHit, FirstHits, Kernel, Stream, Tracer};
+use crate::integrator::{CameraRays, FirstHit, LightTransport, PathResult, PathResults};
 use crate::sampler::{Address, Sequence};
-
-/// As many camera rays as are asked at once what they hit.
-const TOGETHER: usize = 16;
-
-/// As many paths as go side by side: what there is of them stays in a core's own cache.
-const PATHS: usize = 256;
 
 /// Samples that are to be taken: their addresses, their camera rays, and what it takes to make them.
 pub(super) struct Samples<R: Real> {
@@ -23,54 +17,45 @@ pub(super) struct Samples<R: Real> {
 /// The samples made so far, and which one is next.
 pub(super) struct Ahead<R: Real> {
     samples: Samples<R>,
-    hits: FirstHits<R>,
-    stream: Stream<R>,
+    results: PathResults<R>,
     next: usize,
 }
 
 impl<R: Real> Default for Ahead<R> {
     fn default() -> Self {
         let samples = Samples { addresses: Vec::new(), rays: Vec::new(), sequences: Vec::new(), places: Vec::new() };
-        Self { samples, hits: FirstHits::default(), stream: Stream::default(), next: 0 }
+        Self { samples, results: PathResults::default(), next: 0 }
     }
 }
 
 impl<R: Real> Ahead<R> {
     /// What the next sample brings: the first of those that `make` adds, at most so many, where none is left that was made ahead.
     #[inline(always)]
-    pub fn next<K: Kernel>(
+    pub fn next<'a, T: LightTransport<'a, R>>(
         &mut self,
-        tracer: &mut Tracer<'_, R, K>,
+        tracer: &mut T,
         make: impl FnOnce(usize, &mut Samples<R>),
-    ) -> Option<Brought<R>> {
+    ) -> Option<PathResult<R>> {
         if self.next == self.samples.rays.len() {
             self.next = 0;
             self.samples.addresses.clear();
             self.samples.rays.clear();
             self.samples.sequences.clear();
             self.samples.places.clear();
-            make(if K::PATHS { PATHS } else { TOGETHER }, &mut self.samples);
+            make(T::BATCH, &mut self.samples);
             let Samples { addresses, rays, .. } = &self.samples;
-            if K::PATHS {
-                tracer.follow_all((rays, addresses), TOGETHER, &mut self.stream);
-            } else {
-                tracer.meet(rays, &mut self.hits);
-            }
+            tracer.trace(CameraRays { rays, addresses }, &mut self.results);
         }
-        let (place, ray, address) = (self.next, self.samples.rays.get(self.next)?, self.samples.addresses.get(self.next)?);
+        let result = *self.results.paths.get(self.next)?;
         self.next += 1;
-        Some(if K::PATHS {
-            self.stream.brought(place)
-        } else {
-            tracer.camera_ray(CameraRay { ray, met: self.hits.get(place) }, address)
-        })
+        Some(result)
     }
 
     /// What the camera ray of the sample that came last hit first, none for the sky, and what it saw without light from elsewhere; nothing
     /// where layers ask for none.
     #[inline(always)]
-    pub fn first<'a, K: Kernel>(&'a self, tracer: &'a Tracer<'_, R, K>) -> (Option<&'a FirstHit>, [f64; 3]) {
-        let (first, direct) = if K::PATHS { self.stream.first(self.next - 1) } else { tracer.first() };
+    pub fn first(&self) -> (Option<&FirstHit>, [f64; 3]) {
+        let (first, direct) = self.results.first(self.next - 1);
         (first, direct.to_f64().to_array())
     }
 }

@@ -3,15 +3,7 @@
 use super::check::Check;
 use crate::expr::parameter_name_problem;
 use crate::scene::{ClassicRules, Render, Scene, SpawnRule};
-
-/// Pixels along one side.
-const LONGEST_SIDE: u32 = 65536;
-
-/// Samples a pixel: the length of the sampler's sequence.
-const MOST_SAMPLES: u32 = 65536;
-
-/// Ray segments a path may have.
-const DEEPEST: u32 = crate::Settings::MOST_SEGMENTS;
+use crate::settings::Settings;
 
 pub(super) fn parameters(check: &mut Check<'_>, scene: &Scene) {
     check.finite("t", scene.t);
@@ -26,9 +18,9 @@ pub(super) fn parameters(check: &mut Check<'_>, scene: &Scene) {
 }
 
 pub(super) fn render(check: &mut Check<'_>, render: &Render) {
-    check.each("size", &render.size, |check, side| check.count("", *side, 1, LONGEST_SIDE));
-    check.count("samples", render.samples, 1, MOST_SAMPLES);
-    check.count("max_depth", render.max_depth, 1, DEEPEST);
+    check.each("size", &render.size, |check, side| check.count("", *side, 1, Settings::MOST_EDGE));
+    check.count("samples", render.samples, 1, Settings::MOST_SAMPLES);
+    check.count("max_depth", render.max_depth, 1, Settings::MOST_SEGMENTS);
     check.within("exposure", render.exposure, -64.0, 64.0);
     check.colour("veil", render.veil);
 }

@@ -8,7 +8,7 @@ use raywright_core::scene::{Image, MeshSource, Sky, SkyMap};
 use raywright_core::suggest::closest;
 use raywright_core::validate::{mesh_data, missing_uv_sets};
 
-use super::{Parsed, models};
+use super::{Parsed, colours, models};
 use crate::error::{Error, Warning};
 use crate::error_kind::ErrorKind;
 use crate::folder::{Folder, ReadError};
@@ -23,7 +23,7 @@ const EMBEDDED: &str = "embedded:";
 /// at its place.
 pub(crate) fn read(parsed: &mut Parsed<'_>, outer: &Folder, limits: &Limits) -> Result<Vec<Warning>, Error> {
     let mut budget = Budget::new(limits);
-    let mut warnings = Vec::new();
+    let mut warnings = colours::warnings(parsed.file, &parsed.scene);
     let mut waiting = Vec::new();
     for i in 0..parsed.scene.images.len() {
         match image(parsed, i, outer)? {

@@ -1,6 +1,7 @@
 //! The native scene format: TOML or JSON text to a [`Scene`], with every problem at its place.
 
 mod access;
+mod colours;
 mod de;
 mod enums;
 mod failure;
@@ -73,6 +74,7 @@ pub(crate) fn parse<'a>(file: &'a str, text: &'a str, notation: Notation, overri
     other_format(&root).map_err(fail)?;
     let mut problems = Vec::new();
     let names = names::settle(&mut root, text, overrides, &mut problems)?;
+    colours::replace(&mut root, &names);
     let scene = match read(&mut root, text, &names) {
         Ok(scene) if problems.is_empty() => scene,
         Ok(_) => return Err(fail(problems)),

@@ -1,6 +1,7 @@
 //! Pictures on disk: PNG for the screen, OpenEXR for the numbers, films for pictures in the making; all written whole or not at all,
 //! and read back.
 
+mod animation;
 mod atomic;
 mod exr;
 mod film;
@@ -9,6 +10,7 @@ mod own;
 mod place;
 mod png;
 mod read;
+mod sheet;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -17,6 +19,7 @@ use raywright_core::display::Display;
 use raywright_core::picture::Picture;
 
 use crate::error::Error;
+pub use animation::{Animation, AnimationFormat};
 use atomic::Replace;
 pub use atomic::write_atomically;
 pub use exr::exr_bytes;
@@ -27,6 +30,7 @@ pub use place::Place;
 pub use png::png_bytes;
 pub(crate) use read::can_abort;
 pub use read::{StoredPicture, decode_picture, read_picture};
+pub use sheet::Sheet;
 
 /// A picture format, as the end of a file's name says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

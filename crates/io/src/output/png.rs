@@ -15,8 +15,23 @@ use super::metadata::Metadata;
 pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io::Result<Vec<u8>> {
     super::check_consistent(picture)?;
     let mut bytes = Vec::new();
-    let mut encoder = Encoder::new(&mut bytes, picture.width, picture.height);
-    encoder.set_color(if picture.alpha.is_some() { ColorType::Rgba } else { ColorType::Rgb });
+    let encoder = encoder(&mut bytes, [picture.width, picture.height], picture.alpha.is_some(), display, metadata)?;
+    let mut writer = encoder.write_header().map_err(io::Error::other)?;
+    writer.write_image_data(&display.to_codes(picture)).map_err(io::Error::other)?;
+    writer.finish().map_err(io::Error::other)?;
+    Ok(bytes)
+}
+
+/// An encoder for what a display shows of a size, with everything but the pixels told to it.
+pub(super) fn encoder<'a, W: io::Write>(
+    out: W,
+    [width, height]: [u32; 2],
+    has_alpha: bool,
+    display: Display,
+    metadata: &Metadata,
+) -> io::Result<Encoder<'a, W>> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(if has_alpha { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(if display.output.bytes() == 1 { BitDepth::Eight } else { BitDepth::Sixteen });
     encoder.set_compression(Compression::Fast);
     // The specification wants this gamma beside an sRGB chunk too, for readers that do not know it.
@@ -33,8 +48,5 @@ pub fn png_bytes(picture: &Picture, display: Display, metadata: &Metadata) -> io
         };
         added.map_err(io::Error::other)?;
     }
-    let mut writer = encoder.write_header().map_err(io::Error::other)?;
-    writer.write_image_data(&display.to_codes(picture)).map_err(io::Error::other)?;
-    writer.finish().map_err(io::Error::other)?;
-    Ok(bytes)
+    Ok(encoder)
 }

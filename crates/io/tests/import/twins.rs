@@ -2,7 +2,7 @@
 
 use raywright_core::settings::Sampling;
 use raywright_core::{Settings, prepare};
-use raywright_io::{Error, Input, Limits, LoadOptions, Loaded};
+use raywright_io::{Error, Input, Limits, LoadOptions, Loaded, Resolver};
 
 use crate::written::{ENCODINGS, Written};
 
@@ -158,4 +158,58 @@ fn pipes_bring_what_files_bring() {
         Input::from_reader("a", [0; 10].as_slice(), &limits).is_err()
             && Input::from_reader("a", [0; 9].as_slice(), &limits).is_ok()
     );
+}
+
+/// Protects: a scene from bytes finds what it names through a resolver, and a model what it names below the model's folder, with the picture
+/// and the hash of the same files on disk; paths that lead out are never asked for, and what is too large is refused.
+#[test]
+fn files_in_memory_are_files() {
+    let plain = Written { colours: Vec::new(), ..Written::sheet(3).coloured() };
+    let of_library = |library: &str| [format!("mtllib {library}\nusemtl m\n").as_bytes(), &plain.obj()].concat();
+    let mut png = std::io::Cursor::new(Vec::new());
+    image::RgbaImage::from_fn(4, 4, |x, y| image::Rgba([x as u8 * 80, y as u8 * 80, 99, 255]))
+        .write_to(&mut png, image::ImageFormat::Png)
+        .expect("a picture");
+    let scene = r#"{ "format": 1, "models": [{ "file": "./sub/a.obj" }] }"#;
+    let files = [
+        ("sub/a.obj", of_library("lib/m.mtl")),
+        ("sub/lib/m.mtl", b"newmtl m\nmap_Kd maps/x.png\n".to_vec()),
+        ("sub/maps/x.png", png.into_inner()),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    ["sub/lib", "sub/maps"].iter().for_each(|name| std::fs::create_dir_all(folder.path().join(name)).expect("a folder"));
+    for (name, bytes) in files.iter().map(|(name, bytes)| (*name, bytes.as_slice())).chain([("a.scene.json", scene.as_bytes())]) {
+        std::fs::write(folder.path().join(name), bytes).expect("a file");
+    }
+    let on_disk = crate::shared::load(&folder.path().join("a.scene.json"));
+
+    let wanted = std::sync::Arc::new(std::sync::Mutex::new(Vec::new()));
+    let load = |name: &str, bytes: &[u8], limits: Limits| {
+        let (files, wanted) = (files.clone(), wanted.clone());
+        let resolver = Resolver::new(move |name| {
+            wanted.lock().expect("no panic").push(name.to_owned());
+            let found = files.iter().find(|(known, _)| *known == name);
+            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| std::io::ErrorKind::NotFound.into())
+        });
+        let input = Input::Bytes { name: name.to_owned(), bytes: bytes.to_vec(), resolver: Some(resolver) };
+        raywright_io::load(&input, &LoadOptions { limits, ..LoadOptions::default() })
+    };
+    let in_memory = load("a.scene.json", scene.as_bytes(), Limits::default()).expect("a scene");
+    assert!(on_disk.warnings.is_empty() && in_memory.warnings.is_empty(), "{:?} {:?}", on_disk.warnings, in_memory.warnings);
+    assert!(picture(&on_disk) == picture(&in_memory));
+    assert_eq!(on_disk.hash, in_memory.hash);
+    assert_eq!(wanted.lock().expect("no panic").split_off(0), ["sub/a.obj", "sub/lib/m.mtl", "sub/maps/x.png"]);
+
+    for (library, words) in
+        [("../m.mtl", "leads out of the scene's folder"), ("/m.mtl", "leads out"), ("http://x/m.mtl", "is an address")]
+    {
+        let warnings = load("a.obj", &of_library(library), Limits::default()).expect("a model").warnings;
+        assert!(warnings[0].message.contains(words), "{warnings:?}");
+    }
+    assert!(wanted.lock().expect("no panic").is_empty(), "{wanted:?}");
+    let warnings = load("a.obj", &of_library("n.mtl"), Limits::default()).expect("a model").warnings;
+    assert!(warnings[0].message.contains("cannot read `n.mtl`"), "{warnings:?}");
+    let small = Limits { file_bytes: 30, ..Limits::default() };
+    let error = load("a.scene.json", scene.as_bytes(), small).expect_err("a model of more than 30 bytes").to_string();
+    assert!(error.contains("is larger than the limit of 30"), "{error}");
 }

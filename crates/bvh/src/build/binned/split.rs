@@ -34,7 +34,6 @@ impl Item {
             LeafKind::None => 0.0,
             LeafKind::Triangles => 1.0,
             LeafKind::Spheres => 2.0,
-            LeafKind::Quad8 => 3.0,
         };
         Self { low: bounds.min.extend(f32::from_bits(Self::NORMAL | place)), high: bounds.max.extend(kind) }
     }
@@ -47,8 +46,7 @@ impl Item {
         match self.high.w {
             0.0 => LeafKind::None,
             1.0 => LeafKind::Triangles,
-            2.0 => LeafKind::Spheres,
-            _ => LeafKind::Quad8,
+            _ => LeafKind::Spheres,
         }
     }
 

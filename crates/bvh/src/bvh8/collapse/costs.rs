@@ -12,13 +12,11 @@ use crate::memory::filled;
 
 /// What a block's test costs, that of a node being 1. Measured: `../../../../benches/README.md`.
 const BLOCK: f32 = 1.1;
-/// Those of a row of spheres and of some quads, from measured times of random ones; fewer cost what each does alone.
+/// That of a row of spheres, from measured times of random ones; fewer cost what each does alone.
 const ROW: f32 = 1.2;
-const QUADS: f32 = 3.0;
-/// What the test of another primitive costs, and of a sphere or a quad alone.
+/// What the test of another primitive costs, and of a sphere alone.
 const OTHER: f32 = 0.7;
 const SPHERE: f32 = 0.5;
-const QUAD: f32 = 1.0;
 
 /// What a subtree becomes when it is given so many lanes of a node.
 pub(super) const AS_LEAF: u8 = 0;
@@ -65,7 +63,6 @@ pub(super) fn weight(company: LeafKind, count: u8) -> f32 {
     match company {
         LeafKind::Triangles => BLOCK,
         LeafKind::Spheres => ROW.min(SPHERE * f32::from(count)),
-        LeafKind::Quad8 => QUADS.min(QUAD * f32::from(count)),
         LeafKind::None => OTHER,
     }
 }
@@ -116,11 +113,4 @@ pub(super) fn solve(binary: &Binary, company: LeafKindOf<'_>) -> Vec<Costs> {
         all[at] = costs(binary, &binary.nodes[at], company, |node| all[node]);
     }
     all
-}
-
-/// What a ray that meets a binary tree is expected to spend in what becomes of it, in tests of nodes.
-pub(crate) fn cost(binary: &Binary, company: LeafKindOf<'_>) -> f32 {
-    let all = solve(binary, company);
-    let root = half_area(&binary.nodes[0].bounds);
-    if root > 0.0 { all[0].cost[WIDTH - 1] / root } else { all[0].cost[WIDTH - 1] }
 }

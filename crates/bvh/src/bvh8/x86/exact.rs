@@ -3,7 +3,7 @@
 use core::arch::x86_64::*;
 
 use super::super::WIDTH;
-use super::super::projected_ray::{ProjectedRay, TriangleHit, Unsure, turned};
+use super::super::projected_ray::{ProjectedRay, TriangleHit, Unsure, rotated_axes};
 use super::super::triangle8::Triangle8;
 use crate::shapes::EDGE_ON;
 
@@ -56,7 +56,7 @@ pub(super) unsafe fn crossing(block: &Triangle8, lane: usize, sight: &ProjectedR
             _mm256_add_pd(_mm256_mul_pd(offset[0], _mm256_set1_pd(dx)), _mm256_mul_pd(offset[1], _mm256_set1_pd(dy))),
             _mm256_mul_pd(offset[2], _mm256_set1_pd(dz)),
         );
-        let (p, q, r) = turned(offset, sight.major);
+        let (p, q, r) = rotated_axes(offset, sight.major);
         let [a, b, c, d] = sight.across;
         let x = _mm256_add_pd(_mm256_mul_pd(q, _mm256_set1_pd(a)), _mm256_mul_pd(p, _mm256_set1_pd(b)));
         let y = _mm256_add_pd(_mm256_mul_pd(r, _mm256_set1_pd(c)), _mm256_mul_pd(p, _mm256_set1_pd(d)));

@@ -2,10 +2,10 @@
 #![expect(unsafe_code, reason = "the stack is read where it was written")]
 
 use super::*;
-use crate::bvh8::portable::Portable;
+use crate::math::simd::Portable;
 
 /// What waits after the children of a mask were put upon two others, from the first on.
-fn waiting<S: Simd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {
+fn waiting<S: TraversalSimd>(s: S, entries: [f32; WIDTH], mask: u32) -> Vec<(u32, f32)> {
     let children = core::array::from_fn(|lane| Child(100 + lane as u32));
     let mut stack = Stack::new();
     [7, 8].into_iter().for_each(|place| stack.set(place - 7, Waiting::new(Child(place as u32), 0.5)));

@@ -14,6 +14,7 @@ use raywright_io::{EnvironmentSource, Error, GroundRule, Limits, output};
 use crate::args::{AccuracyArgs, SceneArgs};
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
+use crate::notes::Notes;
 use crate::origin::quoted;
 use crate::progress::Steps;
 use crate::ready::failed;
@@ -24,8 +25,7 @@ use crate::{interrupt, origin, plan, scene_input};
 use file::{Document, Kind};
 
 /// Measures, writes what was asked for, and prints a table or JSON.
-pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
-    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+pub fn run(args: &AccuracyArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut outputs = Outputs::default();
     let mut files = Vec::new();
     for path in &args.output {
@@ -36,9 +36,11 @@ pub fn run(args: &AccuracyArgs) -> Result<(), Failure> {
     if let Some(path) = &args.reference {
         outputs.add(path, "--reference")?;
     }
-    let mut loaded = scene_input::read(&name, &args.changes, Limits::default(), verbosity)?;
+    let mut notes = Notes::new(verbosity);
+    let mut loaded = scene_input::read(&name, &args.changes, &mut notes)?;
     outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::tell_completed(&loaded, verbosity);
+    scene_input::note_completed(&loaded, &mut notes);
+    notes.finish();
     let mut settings = Settings::of(&loaded.scene);
     settings.integrator = args.integrator.unwrap_or(settings.integrator);
     plan::choose(&args.choices, &mut loaded.scene, &mut settings)?;

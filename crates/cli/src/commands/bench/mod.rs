@@ -8,11 +8,12 @@ use std::path::Path;
 
 use raywright_core::bench::{BenchError, Care, Row, generated, given, sizes};
 use raywright_core::settings::Settings;
-use raywright_io::{Error, Limits, output};
+use raywright_io::{Error, output};
 
 use crate::args::BenchArgs;
 use crate::console::{self, Verbosity};
 use crate::failure::{Exit, Failure};
+use crate::notes::Notes;
 use crate::progress::Steps;
 use crate::scene_input;
 use crate::targets::Outputs;
@@ -25,8 +26,7 @@ const LONGEST_SAMPLE: f64 = 0.05;
 const GIVEN_ROWS: usize = 2;
 
 /// Measures, and prints a table or JSON.
-pub fn run(args: &BenchArgs) -> Result<(), Failure> {
-    let verbosity = if args.quiet { Verbosity::Quiet } else { Verbosity::Normal };
+pub fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<(), Failure> {
     if let Some(path) = &args.plot {
         refuse_other_formats(path)?;
         Outputs::default().add(path, "-o")?;
@@ -79,7 +79,9 @@ fn of_generated(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failur
 
 fn of_scene(args: &BenchArgs, verbosity: Verbosity) -> Result<Report, Failure> {
     let name = args.scene.clone().unwrap_or_default();
-    let loaded = scene_input::read(&name, &args.changes, Limits::default(), verbosity)?;
+    let mut notes = Notes::new(verbosity);
+    let loaded = scene_input::read(&name, &args.changes, &mut notes)?;
+    notes.finish();
     let care = care(args, GIVEN_ROWS);
     let settings = Settings::of(&loaded.scene);
     let (mut steps, mut rows) = (Steps::start(verbosity), 0.0);
@@ -113,7 +115,7 @@ mod tests {
     fn the_samples_share_the_time() {
         let care = |seconds: &str, rows| {
             let words = ["raywright", "bench", "--seconds", seconds, "--repeats", "4"];
-            let Ok(Arguments { command: Some(Command::Bench(args)) }) = Arguments::try_parse_from(words) else {
+            let Ok(Arguments { command: Some(Command::Bench(args)), .. }) = Arguments::try_parse_from(words) else {
                 panic!("a right command line")
             };
             care(&args, rows)

@@ -4,7 +4,7 @@ use raywright_core::bench::{Cost, Crossover, Given, PowerLaw, Row, Series, Sprea
 use raywright_io::human_bytes;
 
 use super::report::{Measured, Report};
-use crate::table::{Align, lay_out_aligned};
+use crate::table::{Align, lay_out_aligned, paragraph};
 
 /// A table with what is to be said below it.
 struct Sheet<const N: usize> {
@@ -17,7 +17,7 @@ struct Sheet<const N: usize> {
 
 /// The report for a terminal.
 pub fn plain(report: &Report) -> String {
-    let mut text = report.preamble().join("\n") + "\n";
+    let mut text: String = report.preamble().iter().map(|line| paragraph(line) + "\n").collect();
     match &report.measured {
         Measured::Generated(series) => series.iter().for_each(|s| {
             text += &of_series(s, report).plain();
@@ -207,7 +207,7 @@ fn capitalised(word: &str) -> String {
 
 impl<const N: usize> Sheet<N> {
     fn plain(&self) -> String {
-        let notes: String = self.notes.iter().map(|note| format!("{note}\n")).collect();
+        let notes: String = self.notes.iter().map(|note| paragraph(note) + "\n").collect();
         format!("\n{}\n{}{notes}", self.heading, lay_out_aligned(self.columns, &self.rows))
     }
 

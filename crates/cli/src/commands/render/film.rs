@@ -13,6 +13,7 @@ use raywright_io::{Error, Inputs, Limits};
 use crate::args::{FilmArgs, RenderArgs, ReportArgs, Share};
 use crate::clock::{Clock, spoken};
 use crate::failure::Failure;
+use crate::notes::Notes;
 use crate::origin;
 use crate::progress::Progress;
 use crate::targets::{Outputs, Target};
@@ -116,7 +117,6 @@ impl<'a> Session<'a> {
             let began = Instant::now();
             self.keep(report);
             if self.is_done || watch.was_stopped() {
-                self.tell_slow(report, clock);
                 return Ok(());
             }
             keep_every = KEEP_EVERY.max(20 * began.elapsed());
@@ -129,7 +129,7 @@ impl<'a> Session<'a> {
         self.kept.metadata.settings = origin::with_samples(&self.kept.metadata.settings, &self.samples());
         let failed = write_film(path, &mut self.kept).err();
         if let Some(error) = failed.as_ref().filter(|_| !self.is_done && self.unkept.is_none()) {
-            report.verbosity().warn(format_args!("the film is not kept, and rendering goes on: {}", error.message()));
+            report.verbosity.warn(format_args!("the film is not kept, and rendering goes on: {}", error.message()));
         }
         self.unkept = failed;
     }
@@ -139,13 +139,13 @@ impl<'a> Session<'a> {
         self.unkept
     }
 
-    /// Says so where there was no time for anything but the first pass.
-    fn tell_slow(&self, report: &ReportArgs, clock: &Clock) {
+    /// Notes where there was no time for anything but the first pass.
+    pub fn note_slow(&self, clock: &Clock, notes: &mut Notes) {
         if let Some(budget) = self.args.budget.map(|budget| budget.as_secs_f64())
             && clock.total() > 1.1 * budget
         {
-            report.verbosity().say(format_args!(
-                "note: {} is not enough for one pass over the picture, which took until {}; a smaller --size takes less",
+            notes.hint(format!(
+                "{} is not enough for one pass over the picture, which took until {}; a smaller --size takes less",
                 spoken(budget),
                 spoken(clock.total())
             ));

@@ -5,21 +5,25 @@ mod series;
 pub mod tell;
 pub mod write;
 
+use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use raywright_core::denoise::{DenoiseError, FEWEST_SAMPLES};
+use raywright_core::framing::View;
+use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
-use raywright_core::{Ready, Rendered};
+use raywright_core::{Ready, Rendered, Scene};
 use raywright_io::output::{Format, write_atomically};
-use raywright_io::{Error, Limits};
+use raywright_io::{Error, Limits, Loaded};
 
 use crate::args::RenderArgs;
 use crate::clock::{Clock, Seconds, spoken};
 use crate::commands::denoise;
 use crate::console;
 use crate::failure::Failure;
-use crate::plan;
+use crate::notes::Notes;
+use crate::plan::{self, Plan};
 use crate::progress::Progress;
 use crate::ready::{framed, prepared};
 use crate::stats::Stats;
@@ -29,14 +33,31 @@ use crate::watch::Watch;
 use crate::{interrupt, origin, scene_input};
 use film::Session;
 
-/// Renders a scene and writes its pictures.
+/// Renders scenes and writes their pictures.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let shots = series::shots(&args.view);
-    if !shots.is_empty() {
-        return series::run(args, &shots);
+    if series::is_asked_for(args, &shots) {
+        return series::run(args, shots);
     }
+    let mut notes = Notes::new(args.report.verbosity);
+    let done = single(args, &mut notes);
+    notes.finish();
+    let Done { line, unkept } = done?;
+    line.iter().for_each(|line| args.report.verbosity.say(line));
+    unkept.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// How a render of one picture ended.
+struct Done {
+    /// What there is to say of it; none where it went to standard output alone.
+    line: Option<String>,
+    /// Why its film is not in its file.
+    unkept: Option<Error>,
+}
+
+/// Renders one picture of one scene.
+fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     let mut clock = Clock::start();
-    let verbosity = args.report.verbosity();
     let mut outputs = Outputs::default();
     let mut targets = targets::pictures(&args.outputs, &mut outputs)?;
     refuse_terminal(&targets)?;
@@ -45,41 +66,30 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     film::check(&args.film, args.light.max_error, &targets, &mut outputs)?;
     let (stop, threads) = (interrupt::flag()?, Threads::new(args.machine.threads)?);
 
-    let name = args.scene.clone().map_or_else(scene_input::unnamed, Ok)?;
-    let style = args.report.progress;
-    let mut loaded = threads.run(|| scene_input::watched(&name, &args.changes, limits(args), verbosity, style))?;
+    let input = scene_input::input(&name_of(args.scenes.first())?, &limits(args))?;
+    let (style, verbosity) = (args.report.progress, args.report.verbosity);
+    let loading = Progress::start("loading", style, verbosity);
+    let mut loaded = threads.run(|| scene_input::load(&input, &args.changes, limits(args), &loading))?;
+    notes.warn_of(&loaded);
     if targets.is_empty() && args.film.part.is_none() {
-        let format = if wants_floats(args) { Format::Exr } else { Format::Png };
-        targets = vec![targets::unnamed(&loaded.source.stem, format, &mut outputs, &loaded.inputs)?];
+        targets = vec![targets::unnamed(&loaded.source.stem, default_format(args), &mut outputs, &loaded.inputs)?];
     }
     outputs.keep_clear_of(&loaded.inputs)?;
-    scene_input::tell_completed(&loaded, verbosity);
-    let mut plan = plan::settle(&loaded.scene, args, |view, fov, aspect| framed(&loaded.scene, view, fov, aspect))?;
-    plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
-    plan.display.output = plan.settings.output;
+    scene_input::note_completed(&loaded, notes);
+    let plan = settle(args, &mut loaded, framed)?;
     let load = clock.lap();
 
     let ready = threads.run(|| prepared(&loaded, &plan.settings, &Watch::until(stop)))?;
     let prepare = clock.lap();
-    tell::tell_effects(&loaded, ready.effects(), verbosity);
-    tell::tell_lost(&loaded, &ready, verbosity);
-    tell::tell_closed_gaps(&mut loaded, &ready, &plan.settings, verbosity);
-    tell::tell_clamp(&mut loaded, &ready, &plan.settings, verbosity);
-    refuse_to_denoise(args, &plan.settings, &ready)?;
+    note_prepared(&mut loaded, &ready, &plan.settings, notes);
+    refuse_to_denoise(args, &plan.settings, &ready, notes)?;
 
-    let metadata = origin::metadata(&loaded, &plan, &args.choices);
-    let mut session = Session::start(
-        args,
-        &ready,
-        origin::identity(&loaded, &args.changes, &args.choices),
-        metadata,
-        plan.display,
-        limits(args),
-    )?;
+    let mut session = start(args, &loaded, &ready, &plan)?;
     let progress = Progress::start("rendering", style, verbosity);
     let done = threads.run(|| session.render(&ready, &progress, &args.report, (&clock, stop)));
     progress.finish();
     done?;
+    session.note_slow(&clock, notes);
     let rendered = threads.run(|| denoise::rendered(session.film(), &args.report, stop));
     let render = clock.lap();
     let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
@@ -87,30 +97,63 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let failure = write::interrupted(&rendered, &targets, plan.display, session.metadata(), is_free);
         return Err(session.explained(failure));
     }
-    tell::tell_nothing_met(&loaded, &rendered, &plan.settings, verbosity);
-    tell::tell_exposure(&rendered, plan.display, &targets, verbosity);
     let written = session.with_own(write::write(&rendered, &targets, plan.display, session.metadata(), is_free)?);
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
     if let Some(path) = &args.report.stats {
-        write_atomically(
-            path,
-            console::json(&Stats::new(&loaded, &ready, &rendered, session.film().uncertainty(), seconds)).as_bytes(),
-        )?;
+        let stats = Stats::new(&loaded, &ready, &rendered, session.film().uncertainty(), seconds);
+        write_atomically(path, console::json(&stats).as_bytes())?;
     }
-    tell::tell_shut_away(&loaded, &ready, session.film(), verbosity);
-    if ready.follows_paths() || args.light.max_error.is_some() {
-        tell::tell_noise(session.film(), &rendered, args.light.max_error, verbosity);
-    }
-    verbosity.detail(tell::details(&ready, &rendered, &seconds).trim_end());
-    if !written.is_empty() {
-        verbosity.say(format_args!(
-            "wrote {written} ({}, {})",
-            described(&plan.settings, &session, &rendered),
-            spoken(seconds.total)
-        ));
-    }
-    session.into_unkept().map_or(Ok(()), |error| Err(error.into()))
+    note_rendered(&loaded, &rendered, &plan, &targets, notes);
+    tell::note_shut_away(&loaded, &ready, session.film(), notes);
+    let description = described(args, &plan.settings, &session, (&ready, &rendered), notes);
+    notes.detail(tell::details(&ready, &rendered, &seconds).trim_end());
+    let line = (!written.is_empty()).then(|| format!("wrote {written} ({description}, {})", spoken(seconds.total)));
+    Ok(Done { line, unkept: session.into_unkept() })
+}
+
+/// The scene that is named, or the one that is meant where none is.
+fn name_of(name: Option<&OsString>) -> Result<OsString, Failure> {
+    name.cloned().map_or_else(scene_input::unnamed, Ok)
+}
+
+/// What a picture is written in where its name is not the user's.
+fn default_format(args: &RenderArgs) -> Format {
+    if wants_floats(args) { Format::Exr } else { Format::Png }
+}
+
+/// What the arguments amount to for a scene, with the rungs and switches that change the scene itself. `framed` makes the camera that shows
+/// the whole of it.
+fn settle(
+    args: &RenderArgs,
+    loaded: &mut Loaded,
+    framed: impl FnOnce(&Scene, Option<View>, f64, f64) -> Camera,
+) -> Result<Plan, Failure> {
+    let mut plan = plan::settle(&loaded.scene, args, |view, fov, aspect| framed(&loaded.scene, view, fov, aspect))?;
+    plan::choose(&args.choices, &mut loaded.scene, &mut plan.settings)?;
+    plan.display.output = plan.settings.output;
+    Ok(plan)
+}
+
+/// A session for one picture of a scene.
+fn start<'a>(args: &'a RenderArgs, loaded: &Loaded, ready: &Ready, plan: &Plan) -> Result<Session<'a>, Failure> {
+    let identity = origin::identity(loaded, &args.changes, &args.choices);
+    let metadata = origin::metadata(loaded, plan, &args.choices);
+    Session::start(args, ready, identity, metadata, plan.display, limits(args))
+}
+
+/// What is known of a picture before it is rendered.
+fn note_prepared(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
+    tell::note_effects(loaded, ready.effects(), notes);
+    tell::note_lost(loaded, ready, notes);
+    tell::note_closed_gaps(loaded, ready, settings, notes);
+    tell::note_clamp(loaded, ready, settings, notes);
+}
+
+/// What a picture itself tells.
+fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[Target], notes: &mut Notes) {
+    tell::note_nothing_met(loaded, rendered, &plan.settings, notes);
+    tell::note_exposure(rendered, plan.display, targets, notes);
 }
 
 /// Binary data would garble a terminal.
@@ -123,12 +166,12 @@ fn refuse_terminal(targets: &[Target]) -> Result<(), Failure> {
 }
 
 /// Denoising was asked for by name where it can't be. A first look is one without, too.
-fn refuse_to_denoise(args: &RenderArgs, settings: &Settings, ready: &Ready) -> Result<(), Failure> {
+fn refuse_to_denoise(args: &RenderArgs, settings: &Settings, ready: &Ready, notes: &mut Notes) -> Result<(), Failure> {
     if !settings.denoise || args.light.quick {
         return Ok(());
     }
     if !ready.is_by_chance() {
-        args.report.verbosity().say("note: nothing in this picture is by chance, so that there is no noise to take out");
+        notes.hint("nothing in this picture is by chance, so that there is no noise to take out");
     } else if settings.sampling.is_fixed() {
         let error = Error::usage("samples of a fixed pattern do not tell noise from what is seen");
         return Err(error.with_hint("--spp 16, or any other number of its own, gives up the pattern").into());
@@ -183,9 +226,22 @@ fn limits(args: &RenderArgs) -> Limits {
     Limits { memory_bytes: args.machine.max_memory.unwrap_or(own.memory_bytes), ..own }
 }
 
-/// The picture in a few words.
-fn described(settings: &Settings, session: &Session, rendered: &Rendered) -> String {
+/// The picture in a few words: its size, its samples, and how far it probably is from the true one.
+fn described(
+    args: &RenderArgs,
+    settings: &Settings,
+    session: &Session,
+    (ready, rendered): (&Ready, &Rendered),
+    notes: &mut Notes,
+) -> String {
+    let asked = args.light.max_error;
+    let is_told = ready.follows_paths() || asked.is_some();
+    let error = is_told.then(|| tell::error(session.film(), rendered, asked, notes)).flatten();
+    let error = error.map(|error| format!(", {error}")).unwrap_or_default();
+    size_and_samples(settings, session) + &error
+}
+
+fn size_and_samples(settings: &Settings, session: &Session) -> String {
     let [width, height] = settings.crop.map_or(settings.size, |crop| [crop.width, crop.height]);
-    let denoised = if rendered.denoised().is_some() { ", denoised" } else { "" };
-    format!("{width}x{height}, {}{denoised}", session.samples())
+    format!("{width}x{height}, {}", session.samples())
 }

@@ -10,25 +10,24 @@ use raywright_io::{Loaded, Warning};
 
 use crate::clock::{Seconds, spoken};
 use crate::commands::explain;
-use crate::console::{Verbosity, on_one_line};
+use crate::console::on_one_line;
+use crate::notes::Notes;
 use crate::table::{lay_out, significant};
 use crate::targets::Target;
 use crate::{memory, origin};
 
 /// What the scene has and the picture will not show; all effects where the user asks for more.
-pub(super) fn tell_effects(loaded: &Loaded, report: &EffectReport, verbosity: Verbosity) {
-    if verbosity == Verbosity::Verbose {
-        return verbosity.detail(explain::text(&loaded.source, report));
-    }
+pub(super) fn note_effects(loaded: &Loaded, report: &EffectReport, notes: &mut Notes) {
+    notes.detail(explain::text(&loaded.source, report, false));
     let names: Vec<&str> = report.left_out().map(|finding| finding.effect.name()).collect();
     if !names.is_empty() {
         let name = &loaded.source.name;
-        verbosity.warn(format_args!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));
+        notes.warn(format!("left out: {} (why, and what to do: raywright explain {name})", names.join(", ")));
     }
 }
 
 /// What a clamp does to the picture, also for the list of warnings in the statistics.
-pub(super) fn tell_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings, verbosity: Verbosity) {
+pub(super) fn note_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
     let Some(most) = settings.clamp else { return };
     let message = if ready.follows_paths() {
         format!(
@@ -37,23 +36,23 @@ pub(super) fn tell_clamp(loaded: &mut Loaded, ready: &Ready, settings: &Settings
     } else {
         "--clamp dims samples of paths alone, and none are followed".to_owned()
     };
-    verbosity.warn(&message);
+    notes.warn(&message);
     loaded.warnings.push(Warning { message });
 }
 
 /// Objects that vanish without being left out.
-pub(super) fn tell_lost(loaded: &Loaded, ready: &Ready, verbosity: Verbosity) {
+pub(super) fn note_lost(loaded: &Loaded, ready: &Ready, notes: &mut Notes) {
     let [first, others @ ..] = ready.lost() else { return };
     let object = object_name(loaded, *first as usize);
     let more = if others.is_empty() { String::new() } else { format!(" and {} more", others.len()) };
-    verbosity.warn(format_args!(
+    notes.warn(format!(
         "nothing is seen of {object}{more}: so far from the origin, single precision takes the corners of such small triangles for \
          one; move the mesh nearer, or add --precision reference"
     ));
 }
 
 /// Bodies so near to each other that light passes from the one to beyond the other.
-pub(super) fn tell_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Settings, verbosity: Verbosity) {
+pub(super) fn note_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Settings, notes: &mut Notes) {
     let gaps = ready.closed_gaps();
     let [ClosedGap { object, other, resolved }, others @ ..] = gaps.as_slice() else { return };
     let [object, other] = [object, other].map(|&index| object_name(loaded, index));
@@ -64,7 +63,7 @@ pub(super) fn tell_closed_gaps(loaded: &mut Loaded, ready: &Ready, settings: &Se
          nearer than rounding tells apart; leave {} metres or more between them{exact}",
         significant(*resolved, 2)
     );
-    verbosity.warn(&message);
+    notes.warn(&message);
     loaded.warnings.push(Warning { message });
 }
 
@@ -77,7 +76,7 @@ fn object_name(loaded: &Loaded, index: usize) -> String {
 }
 
 /// A picture that shows the background alone is seldom what was meant.
-pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, verbosity: Verbosity) {
+pub(super) fn note_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &Settings, notes: &mut Notes) {
     if rendered.counters.met > 0 {
         return;
     }
@@ -86,7 +85,7 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
         return;
     }
     let show = |[x, y, z]: [f64; 3]| format!("({x:.6}, {y:.6}, {z:.6})");
-    verbosity.warn(format_args!(
+    notes.warn(format!(
         "no camera ray met anything: the scene lies between {} and {}; turn the camera there with --eye and --target",
         show(bounds.min.to_array()),
         show(bounds.max.to_array())
@@ -95,9 +94,9 @@ pub(super) fn tell_nothing_met(loaded: &Loaded, rendered: &Rendered, settings: &
 
 /// What to try where more than a tenth of the pixels of a display picture is clipped, or black that is not so in the scene: the exposure
 /// that changes it, in whole stops.
-pub(super) fn tell_exposure(rendered: &Rendered, display: Display, targets: &[Target], verbosity: Verbosity) {
+pub(super) fn note_exposure(rendered: &Rendered, display: Display, targets: &[Target], notes: &mut Notes) {
     const LOOKED_AT: usize = 1 << 16;
-    if targets.iter().all(Target::has_layers) {
+    if !targets.is_empty() && targets.iter().all(Target::has_layers) {
         return;
     }
     let rgb = &rendered.shown().rgb;
@@ -121,7 +120,7 @@ pub(super) fn tell_exposure(rendered: &Rendered, display: Display, targets: &[Ta
     };
     let better = (1..=12).map(|steps| own + step * f64::from(steps)).find(|&stops| shares(stops)[which] <= TOO_MANY);
     if let Some(stops) = better {
-        verbosity.say(format_args!("note: {:.0} % of the pixels are {what}; try --exposure {stops}", 100.0 * share));
+        notes.hint(format!("{:.0} % of the pixels are {what}; try --exposure {stops}", 100.0 * share));
     }
 }
 
@@ -129,7 +128,7 @@ pub(super) fn tell_exposure(rendered: &Rendered, display: Display, targets: &[Ta
 const TOO_MANY: f64 = 0.1;
 
 /// Lights of which nothing was seen; no warning, since who puts a lamp into a box may mean it.
-pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, verbosity: Verbosity) {
+pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes: &mut Notes) {
     let shut = ready.shut_away(film);
     let light = |shut: &ShutAway| match *shut {
         ShutAway::Light { index, .. } => match loaded.scene.lights.get(index) {
@@ -142,67 +141,81 @@ pub fn tell_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, verbosity: Ve
     let stopped = format!("all {rays} rays there were stopped");
     match shut.as_slice() {
         [] => {}
-        [one] => verbosity.say(format_args!("nothing is lit by {}: {stopped}", light(one))),
+        [one] => notes.hint(format!("nothing is lit by {}: {stopped}", light(one))),
         [first, .., last] => {
             let others = if shut.len() > 2 { format!(", {} more", shut.len() - 2) } else { String::new() };
-            verbosity.say(format_args!("nothing is lit by {}{others} and {}: {stopped}", light(first), light(last)));
+            notes.hint(format!("nothing is lit by {}{others} and {}: {stopped}", light(first), light(last)));
         }
     }
 }
 
-/// How far the picture probably is from the true one, the denoised one too, and whether that is what was asked for.
-pub fn tell_noise(film: &Film, rendered: &Rendered, asked: Option<f64>, verbosity: Verbosity) {
-    let Some(noisy) = film.uncertainty() else { return };
+/// How far the picture probably is from the true one, in the few words that follow its samples; notes say what is wrong with it, and all
+/// figures where the user asks for more.
+pub fn error(film: &Film, rendered: &Rendered, asked: Option<f64>, notes: &mut Notes) -> Option<String> {
+    let noisy = film.uncertainty()?;
     let reaches = |asked| rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, &noisy));
     if let Some(asked) = asked.filter(|&asked| !reaches(asked)) {
-        verbosity.warn(format_args!(
+        notes.warn(format!(
             "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
         ));
     }
     let noise = told(&noisy);
+    notes.detail(format_args!("noise: {noise}"));
+    let about = significant(noisy.root_relmse.value, 2);
+    let phrase = match noisy.doubt {
+        None => format!("error {}", with_interval(noisy.root_relmse)),
+        Some(Doubt::FewSamples) => format!("error about {about}"),
+        Some(Doubt::FewPixels | Doubt::WideInterval | Doubt::LightByChance) => format!("not converged, error about {about}"),
+    };
     match noisy.doubt {
-        None => verbosity.say(format_args!("noise: {noise}")),
-        Some(Doubt::FewSamples) => {
-            let [relative, absolute] = [noisy.root_relmse, noisy.rmse].map(|of| significant(of.value, 2));
-            verbosity.say(format_args!(
-                "noise: root relMSE about {relative}, RMSE about {absolute} (how sure that is, 64 samples or more tell)"
-            ));
-        }
-        Some(Doubt::FewPixels | Doubt::WideInterval) => verbosity.warn(format_args!(
+        None | Some(Doubt::FewSamples) => {}
+        Some(Doubt::FewPixels | Doubt::WideInterval) => notes.warn(format!(
             "not converged: a few pixels carry most of the noise ({noise}), as where light is rarely found; more --spp finds it more often"
         )),
-        Some(Doubt::LightByChance) => verbosity.warn(format_args!(
+        Some(Doubt::LightByChance) => notes.warn(format!(
             "not converged: lamps and suns that shine by way of mirrors or glass are met by chance, and only {} of {} such paths met one ({noise}); \
              more --spp meets more",
             film.counters().found,
             film.counters().unaided
         )),
     }
-    tell_denoised(rendered, verbosity);
+    Some(denoised(rendered, notes).unwrap_or(phrase))
 }
 
 /// Both errors with their intervals.
 fn told(of: &Uncertainty) -> String {
-    let shown =
-        |of: Estimate| format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3));
-    format!("root relMSE {}, RMSE {}", shown(of.root_relmse), shown(of.rmse))
+    format!("root relMSE {}, RMSE {}", with_interval(of.root_relmse), with_interval(of.rmse))
 }
 
-/// What is claimed of a denoised picture, or why there is none.
-fn tell_denoised(rendered: &Rendered, verbosity: Verbosity) {
-    let denoised = match &rendered.denoised {
-        None => return,
-        Some(Err(error)) => return verbosity.warn(format_args!("not denoised: {error}")),
-        Some(Ok(denoised)) => denoised,
+fn with_interval(of: Estimate) -> String {
+    format!("{} ({} to {})", significant(of.value, 3), significant(of.low, 3), significant(of.high, 3))
+}
+
+/// What is claimed of a denoised picture; none where there is none.
+fn denoised(rendered: &Rendered, notes: &mut Notes) -> Option<String> {
+    let denoised = match rendered.denoised.as_ref()? {
+        Ok(denoised) => denoised,
+        Err(error) => {
+            notes.warn(format!("not denoised: {error}"));
+            return None;
+        }
     };
     let light =
         format!("{}{} % light", if denoised.brightened < 0.0 { "" } else { "+" }, significant(100.0 * denoised.brightened, 2));
-    let error = match denoised.error.doubt {
-        None => told(&denoised.error),
-        Some(Doubt::LightByChance) => format!("{}, but for light that was not found", told(&denoised.error)),
-        Some(_) => format!("root relMSE not known, at most about {}", significant(denoised.error.root_relmse.high, 2)),
+    let root_relmse = denoised.error.root_relmse;
+    let (error, figures) = match denoised.error.doubt {
+        None => (format!("error {}", with_interval(root_relmse)), told(&denoised.error)),
+        Some(Doubt::LightByChance) => {
+            let but = "but for light that was not found";
+            (format!("error {}, {but}", with_interval(root_relmse)), format!("{}, {but}", told(&denoised.error)))
+        }
+        Some(_) => {
+            let most = format!("at most about {}", significant(root_relmse.high, 2));
+            (format!("error {most}"), format!("root relMSE not known, {most}"))
+        }
     };
-    verbosity.say(format_args!("denoised (biased): {error}; {light}"));
+    notes.detail(format_args!("denoised (biased): {figures}; {light}"));
+    Some(format!("denoised (biased), {error}"))
 }
 
 /// What `-v` adds: where the time went, what was traced, what was held in memory.

@@ -6,6 +6,7 @@ use std::path::Path;
 use raywright_core::Rendered;
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
+use raywright_io::Error;
 use raywright_io::output::{self, Format, Metadata};
 
 use crate::console;
@@ -71,7 +72,7 @@ fn picture(rendered: &Rendered, format: Format) -> Cow<'_, Picture> {
     }
 }
 
-/// Keeps what there is of a picture that was stopped, under names that nobody chose and that replace nobody's files.
+/// Keeps what there is of a picture that was stopped; the end of the run, which says so.
 pub fn interrupted(
     rendered: &Rendered,
     targets: &[Target],
@@ -79,20 +80,29 @@ pub fn interrupted(
     metadata: &Metadata,
     is_free: impl Fn(&Path) -> bool,
 ) -> Failure {
-    let mut kept = Vec::new();
-    let something = rendered.counters.samples > 0;
-    for path in targets.iter().filter_map(Target::path).filter(|_| something) {
-        let partial = output::partial_name(path);
-        match output::write_unnamed_picture(&partial, &rendered.picture, display, metadata, &is_free) {
-            Ok(name) => kept.push(name.display().to_string()),
-            Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
-        }
-    }
-    let message = match kept.is_empty() {
-        true => NOTHING_KEPT.to_owned(),
-        false => format!("interrupted; what was finished is in {}", kept.join(", ")),
+    let message = match keep(rendered, targets, display, metadata, is_free) {
+        Ok(kept) if kept.is_empty() => NOTHING_KEPT.to_owned(),
+        Ok(kept) => format!("interrupted; what was finished is in {}", kept.join(", ")),
+        Err(error) => return Failure { exit: Exit::Interrupted, message: error.to_string() },
     };
     Failure::new(Exit::Interrupted, message)
+}
+
+/// Writes what there is of a picture that was stopped, if there is anything, under names that nobody chose and that replace nobody's
+/// files; these names.
+pub fn keep(
+    rendered: &Rendered,
+    targets: &[Target],
+    display: Display,
+    metadata: &Metadata,
+    is_free: impl Fn(&Path) -> bool,
+) -> Result<Vec<String>, Error> {
+    let something = rendered.counters.samples > 0;
+    let paths = targets.iter().filter_map(Target::path).filter(|_| something).map(output::partial_name);
+    paths
+        .map(|partial| output::write_unnamed_picture(&partial, &rendered.picture, display, metadata, &is_free))
+        .map(|name| name.map(|name| name.display().to_string()))
+        .collect()
 }
 
 #[cfg(test)]

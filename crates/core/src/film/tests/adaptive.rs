@@ -241,9 +241,9 @@ fn bits(film: &Film) -> Vec<u32> {
 }
 
 /// Has enough after so many tiles.
-struct Patience(AtomicU32);
+struct PacketBackoff(AtomicU32);
 
-impl Observer for Patience {
+impl Observer for PacketBackoff {
     fn progress(&self, done: u64, total: u64) {
         assert!(done <= total);
         self.0.fetch_sub(1, Ordering::Relaxed);
@@ -268,7 +268,8 @@ fn only_the_picture_decides() {
         let mut film = ready.film("scene");
         let mut pauses = 0;
         loop {
-            in_order(|| ready.render_part(&mut film, &whole.whole(), &Patience(AtomicU32::new(step)))).expect("its own film");
+            in_order(|| ready.render_part(&mut film, &whole.whole(), &PacketBackoff(AtomicU32::new(step))))
+                .expect("its own film");
             if film.lacking(&whole.whole()) == 0 {
                 break;
             }
@@ -284,7 +285,7 @@ fn maps_are_replayed() {
     let ready = of(&settings());
     let mut film = ready.film("scene");
     let whole = film.whole();
-    in_order(|| ready.render_part(&mut film, &whole, &Patience(AtomicU32::new(70)))).expect("its own film");
+    in_order(|| ready.render_part(&mut film, &whole, &PacketBackoff(AtomicU32::new(70)))).expect("its own film");
     assert!(film.lacking(&whole) > 0);
     let mut again = ready.film("scene");
     again.replay(&film).expect("a map of the same picture");

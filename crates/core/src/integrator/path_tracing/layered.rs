@@ -2,8 +2,8 @@
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::{Kernel, Tracer};
-use super::Walk;
+use super::super::General;
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{
     Coat, Combed, Diffused, Film, Frame, Glass, Hero, Layered as Layers, LayeredBsdf, MetallicRoughness, Sheen, index_at,
@@ -11,25 +11,25 @@ use crate::material::{
 use crate::prepare::{Boundary, Here, Input, Layered, Physical};
 use crate::sampler::{Address, Purpose, pair};
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from a layered surface; whether it goes on.
     #[inline(never)]
     pub(super) fn layered(
         &mut self,
-        walk: &mut Walk<R>,
+        path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
         (m, layered): (&Physical<R>, &Layered<R>),
     ) -> bool {
         let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
-        let bent = self.layers_at(walk, hit, at, (m, layered), &mut bsdf);
-        self.scatter(walk, hit, at, &bsdf, (bent.as_ref(), R::ONE))
+        let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
+        self.shade(path, hit, at, &bsdf, (bent.as_ref(), R::ONE))
     }
 
     /// Makes the lobes of a layered surface where a path meets it, and returns the boundary that bends it.
     pub(super) fn layers_at(
         &self,
-        walk: &mut Walk<R>,
+        path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
         (m, layered): (&Physical<R>, &Layered<R>),
@@ -39,10 +39,10 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         let (mut base, mut boundary) = (m.model_at(&here), m.boundary_at(&here));
         let mut ior = boundary.ior;
         if self.nests() && !m.thin {
-            boundary = Boundary::new(self.relative_index(walk, at, &here));
+            boundary = Boundary::new(self.relative_index(path, at, &here));
             ior = boundary.ior;
         } else if base.glass.is_some() && layered.dispersion > 0.0 {
-            ior = index_at(ior, layered.dispersion, wavelength::<R>(walk));
+            ior = index_at(ior, layered.dispersion, wavelength::<R>(path));
         }
         if let Some(glass) = &mut base.glass {
             glass.ior = ior;
@@ -67,13 +67,13 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
                 .diffused
                 .as_ref()
                 .map(|[share, colour]| Diffused { share: unit(share.number(&here)), colour: tint(colour.tint(&here, one)) }),
-            combed: self.combed(walk, hit, at, (layered, &here, normal)),
+            combed: self.combed(path, hit, at, (layered, &here, normal)),
             film,
             sheen: layered.sheen.as_ref().map(|[colour, roughness]| Sheen {
                 colour: tint(colour.tint(&here, one)),
                 roughness: unit(roughness.number(&here)),
             }),
-            coat: self.coat(walk, hit, at, (layered, &here, normal), m.bump.is_some()),
+            coat: self.coat(path, hit, at, (layered, &here, normal), m.bump.is_some()),
             rule: layered.rule,
             compensated: self.scene.compensates,
             ..Layers::of(MetallicRoughness { dielectric: boundary.f0, ..base }, ior)
@@ -86,13 +86,13 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// The frame along which facets are combed.
     fn combed(
         &self,
-        walk: &Walk<R>,
+        path: &PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
         (layered, here, normal): (&Layered<R>, &Here<'_, R>, R::Vec3),
     ) -> Option<Combed<R>> {
         let combed = layered.combed.as_ref()?;
-        let frame = at.frame(self.scene, &walk.leg, hit);
+        let frame = at.frame(self.scene, &path.leg, hit);
         let [cos, sin] = combed.turn;
         let (x, y) = match &combed.image {
             None => (R::ONE, R::ZERO),
@@ -111,7 +111,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// image bends the surface's.
     fn coat(
         &self,
-        walk: &Walk<R>,
+        path: &PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
         (layered, here, normal): (&Layered<R>, &Here<'_, R>, R::Vec3),
@@ -121,8 +121,8 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         let unit = |x: R| Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE);
         let weight = unit(coat.factor.number(here));
         let own = if bumpy || coat.bump.is_some() {
-            let smooth = Interaction::smooth::<K>(self.scene, &walk.leg, hit);
-            let bent = coat.bump.as_ref().map(|bump| smooth.bent(bump, self.scene, &walk.leg, hit));
+            let smooth = Interaction::smooth::<General>(self.scene, &path.leg, hit);
+            let bent = coat.bump.as_ref().map(|bump| smooth.bent(bump, self.scene, &path.leg, hit));
             Interaction { normal: bent.unwrap_or(smooth.normal), ..smooth }
         } else {
             *at
@@ -134,11 +134,11 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
 }
 
 /// The path's one wavelength; white ones become one here.
-pub(super) fn wavelength<R: Real>(walk: &mut Walk<R>) -> f64 {
-    *walk.wavelength.get_or_insert_with(|| {
-        let [u, _] = pair(Address { bounce: 0, ..walk.address }, Purpose::Wavelength);
+pub(super) fn wavelength<R: Real>(path: &mut PathState<R>) -> f64 {
+    *path.wavelength.get_or_insert_with(|| {
+        let [u, _] = pair(Address { bounce: 0, ..path.address }, Purpose::Wavelength);
         let hero = Hero::drawn(f64::from(u));
-        walk.throughput *= R::Vec3::from_f64(hero.weight.into());
+        path.throughput *= R::Vec3::from_f64(hero.weight.into());
         hero.nanometres
     })
 }

@@ -2,8 +2,8 @@
 
 use raywright_bvh::{Interval, Real, Vector};
 
-use super::super::{Kernel, Leg, Tracer};
-use super::Walk;
+use super::super::{General, Leg};
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::prepare::Material;
 
@@ -15,7 +15,7 @@ const MOST_CROSSINGS: u32 = 64;
 
 /// Materials of the bodies that a path has entered and not left, the last one last. Bodies are told by their materials.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Media {
+pub(super) struct Media {
     inside: [u32; DEEPEST],
     count: u32,
 }
@@ -62,18 +62,18 @@ impl Media {
     }
 }
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// The bodies that the camera is in: those that a ray leaves more often than it enters them, the innermost one first.
-    pub(in super::super) fn media_of_camera(&self) -> Media {
+    pub(super) fn media_of_camera(&self) -> Media {
         let (scene, mut entered, mut around) = (self.scene, Media::default(), Media::default());
         let mut leg = Leg::of(scene.camera.ray(R::ZERO, R::ZERO, [0.5; 2]));
         if scene.camera.ahead() != R::ZERO {
             return around;
         }
         for _ in 0..MOST_CROSSINGS {
-            let range = Interval { min: self.secondary_min, max: R::INFINITY };
+            let range = Interval { min: self.least.secondary, max: R::INFINITY };
             let Some(hit) = scene.geometry.closest(&leg.ray, range, &mut ()) else { break };
-            let at = Interaction::of::<K>(scene, &leg, &hit);
+            let at = Interaction::of::<General>(scene, &leg, &hit);
             if self.absorbs(at.material).is_some() || self.nests() && self.bounds_glass(at.material) {
                 if at.outside || entered.has(at.material) {
                     entered = entered.beyond(at.material, at.outside);
@@ -81,7 +81,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
                     around = around.around_all(at.material);
                 }
             }
-            leg.go_on(&self.leave(&at, at.direction, -R::ONE), Vector::ZERO);
+            leg.go_on(&self.scene.spawn(&at, at.direction, -R::ONE), Vector::ZERO);
         }
         around
     }
@@ -101,11 +101,11 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
 
     /// Takes from a path what is absorbed on its way to what it met.
     #[inline(always)]
-    pub(super) fn pass_media(&self, walk: &mut Walk<R>, at: &Interaction<R>) {
+    pub(super) fn pass_media(&self, path: &mut PathState<R>, at: &Interaction<R>) {
         if self.scene.absorbs
-            && let Some(absorption) = self.absorption(&walk.media, at)
+            && let Some(absorption) = self.absorption(&path.media, at)
         {
-            walk.throughput *= absorbed::<R>(absorption, at.distance);
+            path.throughput *= absorbed::<R>(absorption, at.distance);
         }
     }
 

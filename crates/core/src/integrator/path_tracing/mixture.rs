@@ -4,8 +4,8 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Real, Vector};
 
-use super::super::{Kernel, Tracer};
-use super::{Onward, Walk};
+use super::scatter::ScatteredRay;
+use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Bsdf, Frame, Interface, Lobe, Sampled, towards_grazing};
 use crate::prepare::Mixture;
@@ -48,18 +48,17 @@ impl Met {
     }
 }
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from such a surface; whether it goes on.
     #[inline(never)]
-    pub(super) fn mixed(&mut self, walk: &mut Walk<R>, at: &Interaction<R>, m: &Mixture<R>, albedo: R::Vec3) -> bool {
+    pub(super) fn mixed(&mut self, path: &mut PathState<R>, at: &Interaction<R>, m: &Mixture<R>, albedo: R::Vec3) -> bool {
         let (met, normal) = (Met::new(m, at), at.towards());
         let diffused = 1.0 - met.mirrored - met.through;
         if !m.published_roulette && diffused > 0.0 {
             let matte = Bsdf::new(normal).with(Lobe::Lambert { albedo: albedo * R::from_f64(diffused) });
-            let sent = self.asked(walk, at, &matte, R::from_f64(PI));
-            walk.radiance += walk.throughput * sent;
+            self.light(path, at, &matte, R::from_f64(PI));
         }
-        let [way, u, v, luck] = walk.draws.scatter.map(R::from_f32);
+        let [way, u, v, luck] = path.draws.scatter.map(R::from_f32);
         let way = way.to_f64();
         // The normal and an even point of the unit sphere together are drawn by the cosine.
         let h = Frame::<R>::about(normal).to_world(Lobe::<R>::cosine([u, v]));
@@ -79,13 +78,13 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
         let density = if priced { R::from_f64(diffused / PI) * normal.dot(h) } else { R::ZERO };
         let mut drawn = Sampled { some: true, direction, weight, density, delta: !priced };
         if m.published_roulette {
-            let Some(weight) = published::<R>(walk.throughput, weight, chance, luck) else { return false };
+            let Some(weight) = published::<R>(path.throughput, weight, chance, luck) else { return false };
             drawn.weight = weight;
         }
-        let ray = self.leave(at, direction, if normal == at.normal { side } else { -side });
+        let ray = self.scene.spawn(at, direction, if normal == at.normal { side } else { -side });
         let (mirrored, through) = (way < met.mirrored, side != one);
         let goes_on =
-            self.go_on(walk, at, &drawn, Onward { ray, rest: Vector::ZERO, luck, lit: normal, through, straight: false });
+            self.go_on(path, at, &drawn, ScatteredRay { ray, rest: Vector::ZERO, lit: normal, through, straight: false });
         let rays = match (mirrored, through) {
             (true, _) => &mut self.counters.reflection,
             (_, true) => &mut self.counters.refraction,

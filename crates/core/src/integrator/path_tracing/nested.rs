@@ -6,14 +6,13 @@
 
 use raywright_bvh::Real;
 
-use super::super::{Kernel, Tracer};
 use super::layered::wavelength;
-use super::{Media, Walk};
+use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
 use crate::prepare::{Boundary, Classic, Here, Material};
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// Whether bodies are told apart by priority.
     #[inline(always)]
     pub(super) fn nests(&self) -> bool {
@@ -47,7 +46,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     }
 
     /// Index of refraction of a body, for the path's wavelength where it bends them apart.
-    fn index_of(&self, walk: &mut Walk<R>, body: Option<u32>, here: &Here<'_, R>) -> f64 {
+    fn index_of(&self, path: &mut PathState<R>, body: Option<u32>, here: &Here<'_, R>) -> f64 {
         match body.map(|material| &self.scene.materials[material as usize]) {
             Some(Material::Classic(m)) => match (&m.mixture, &m.transmission) {
                 (Some(mixture), _) => mixture.ior.unwrap_or(1.0),
@@ -57,7 +56,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
             Some(Material::Physical(m)) => {
                 let dispersion = m.layered.map_or(0.0, |place| self.scene.layers[place as usize].dispersion);
                 let ior = m.boundary_at(here).ior;
-                if dispersion > 0.0 { crate::material::index_at(ior, dispersion, wavelength::<R>(walk)) } else { ior }
+                if dispersion > 0.0 { crate::material::index_at(ior, dispersion, wavelength::<R>(path)) } else { ior }
             }
             Some(Material::Unused) | None => 1.0,
         }
@@ -66,20 +65,26 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     /// Index of a surface's inside over that of its outside, where either may be a body: of glass by what light is in on both sides, of
     /// all else over the body that it is in.
     #[inline(never)]
-    pub(super) fn relative_index(&self, walk: &mut Walk<R>, at: &Interaction<R>, here: &Here<'_, R>) -> f64 {
+    pub(super) fn relative_index(&self, path: &mut PathState<R>, at: &Interaction<R>, here: &Here<'_, R>) -> f64 {
         if !self.bounds_glass(at.material) {
-            let around = self.around(&walk.media);
-            return self.index_of(walk, Some(at.material), here) / self.index_of(walk, around, here);
+            let around = self.around(&path.media);
+            return self.index_of(path, Some(at.material), here) / self.index_of(path, around, here);
         }
-        let [near, far] = self.sides(&walk.media, at).map(|media| self.around(&media));
-        let [near, far] = [near, far].map(|body| self.index_of(walk, body, here));
+        let [near, far] = self.sides(&path.media, at).map(|media| self.around(&media));
+        let [near, far] = [near, far].map(|body| self.index_of(path, body, here));
         if at.outside { far / near } else { near / far }
     }
 
     /// A plain physical surface where it is: in what light is in.
     #[inline(never)]
-    pub(super) fn immersed(&self, walk: &mut Walk<R>, at: &Interaction<R>, here: &Here<'_, R>, model: &mut MetallicRoughness<R>) {
-        let boundary = Boundary::<R>::new(self.relative_index(walk, at, here));
+    pub(super) fn immersed(
+        &self,
+        path: &mut PathState<R>,
+        at: &Interaction<R>,
+        here: &Here<'_, R>,
+        model: &mut MetallicRoughness<R>,
+    ) {
+        let boundary = Boundary::<R>::new(self.relative_index(path, at, here));
         model.dielectric = boundary.f0 * model.grazing;
         if let Some(glass) = &mut model.glass {
             glass.ior = boundary.ior;
@@ -90,14 +95,14 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     #[inline(never)]
     pub(super) fn immersed_classic(
         &self,
-        walk: &mut Walk<R>,
+        path: &mut PathState<R>,
         at: &Interaction<R>,
         here: &Here<'_, R>,
         m: &Classic<R>,
     ) -> Classic<R> {
         let mut own = *m;
         if let Some(transmission) = &mut own.transmission {
-            transmission.glass.ior = self.relative_index(walk, at, here);
+            transmission.glass.ior = self.relative_index(path, at, here);
         }
         own
     }

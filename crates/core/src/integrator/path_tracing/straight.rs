@@ -5,30 +5,30 @@
 
 use raywright_bvh::{Hit, Interval, Real, Vector};
 
-use super::super::{Kernel, Leg, MAX_CUTOUTS, Tracer};
-use super::{Media, Walk};
+use super::super::{General, Leg, MAX_CUTOUTS};
+use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::light::{Density, LightSample, Target};
 use crate::material::LayeredBsdf;
 use crate::prepare::{Alpha, Material};
 
-impl<R: Real, K: Kernel> Tracer<'_, R, K> {
+impl<R: Real> PathTracer<'_, R> {
     /// Share of a light that arrives where it is asked from, on a way that begins in these bodies, in each channel: what the way absorbs
     /// is taken too. Each thin wall takes a segment, as it does from paths. Of an emitter that varies, what is given off where the way
     /// meets it: there it is read, as paths read it.
     #[inline(never)]
     pub(super) fn arrives_straight(
         &mut self,
-        walk: &Walk<R>,
+        path: &PathState<R>,
         mut media: Media,
         light: &LightSample<R>,
         (at, varied): (&Interaction<R>, Option<u32>),
     ) -> R::Vec3 {
         let sizeless = light.density == Density::Delta;
-        let (mut from, mut share, mut segments) = (*at, R::Vec3::ONE, walk.traced + 1);
+        let (mut from, mut share, mut segments) = (*at, R::Vec3::ONE, path.traced + 1);
         for _ in 0..=MAX_CUTOUTS {
             // Where the light is where the ray would start, nothing is in between.
-            let Some((ray, range)) = self.towards(light, &from) else {
+            let Some((ray, range)) = self.scene.towards(light, &from) else {
                 return if varied.is_some() { Vector::ZERO } else { share };
             };
             let before = range.max;
@@ -40,13 +40,13 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
                 let left = if varied.is_some() { Vector::ZERO } else { share };
                 return left * self.passes_media(&media, from.distance_to(&light.target));
             };
-            let met = Interaction::of::<K>(self.scene, &leg, &hit);
+            let met = Interaction::of::<General>(self.scene, &leg, &hit);
             share *= self.passes_media(&media, (met.surface.point - from.surface.point).length());
             let through = if varied.is_some() && hit.t >= before {
                 // What lies before it was passed: it is met, or nothing of it.
                 let own = self.scene.lights.emitters.of(met.object, hit.primitive) == varied;
                 return if own { share * self.given_off(&met) } else { Vector::ZERO };
-            } else if self.is_own(&light.target, &hit) {
+            } else if self.scene.is_own(&light.target, &hit) {
                 return share;
             } else if self.nests()
                 && let Some(beyond) = self.hidden(&media, &met)
@@ -54,7 +54,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
                 media = beyond;
                 Through::<R> { share: Vector::ONE, counts: false }
             } else {
-                self.through_wall(walk, &leg, &hit, &met, sizeless)
+                self.through_wall(path, &leg, &hit, &met, sizeless)
             };
             segments += u32::from(through.counts);
             share *= through.share;
@@ -68,7 +68,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
 
     /// What a surface gives off, in its share that is there.
     fn given_off(&self, at: &Interaction<R>) -> R::Vec3 {
-        if !self.shines(at) {
+        if !self.scene.shines(at) {
             return Vector::ZERO;
         }
         let (material, here) = (&self.scene.materials[at.material as usize], self.scene.sources.at(at));
@@ -76,7 +76,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
     }
 
     /// What a surface lets straight through.
-    fn through_wall(&self, walk: &Walk<R>, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, sizeless: bool) -> Through<R> {
+    fn through_wall(&self, path: &PathState<R>, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, sizeless: bool) -> Through<R> {
         let of = |share: R::Vec3| Through::<R> { share, counts: false };
         if sizeless && !self.scene.objects[at.object as usize].casts_shadow {
             return of(Vector::ONE);
@@ -87,7 +87,7 @@ impl<R: Real, K: Kernel> Tracer<'_, R, K> {
             return of(R::Vec3::splat(R::ONE - m.alpha_at(&self.scene.sources.at(at))));
         }
         let Some(place) = m.layered.filter(|_| m.is_wall()) else { return of(Vector::ZERO) };
-        let mut here = Walk { leg: *leg, ..*walk };
+        let mut here = PathState { leg: *leg, ..*path };
         let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
         self.layers_at(&mut here, hit, at, (m, &self.scene.layers[place as usize]), &mut bsdf);
         Through { share: bsdf.straight(-at.direction), counts: true }

@@ -1,9 +1,11 @@
 //! The tables of emitters, as preparation fills them.
 
-use raywright_bvh::shapes::{AnyShape, Placed, Triangle};
+use glam::DVec3;
+use raywright_bvh::shapes::{AnyShape, TransformedShape, Triangle};
 use raywright_bvh::{Real, Side, Vector};
 
 use super::cells::{CellTable, Cells, bytes_of};
+use crate::light::Polygon;
 
 /// Geometry of an emitter in the world.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +13,25 @@ pub(in crate::light) enum Form<R: Real> {
     Plain(AnyShape<R>),
     /// Under a map: its place in the list of those.
     Placed(u32),
+}
+
+/// What is the same all over a flat emitter.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::light) struct Plane {
+    /// Outwards, unit.
+    pub normal: DVec3,
+    /// Bound on how far points may be off.
+    pub error: f64,
+}
+
+impl Plane {
+    /// Of triangles and quads.
+    fn of<R: Real>(shape: &AnyShape<R>) -> Option<Self> {
+        let half = R::from_f64(0.5);
+        let flat = matches!(shape, AnyShape::Triangle(_) | AnyShape::Quad(_));
+        let (anywhere, _) = flat.then(|| shape.sample_area(half, half))??;
+        Some(Self { normal: anywhere.normal, error: anywhere.error })
+    }
 }
 
 /// One emissive shape or triangle.
@@ -29,6 +50,8 @@ pub(in crate::light) struct Emitter<R: Real> {
     pub area: f64,
     /// Where on a triangle points are drawn; none: everywhere alike.
     pub cells: Option<Cells>,
+    /// The plane of a triangle or quad that is under no map.
+    pub plane: Option<Plane>,
 }
 
 impl<R: Real> Emitter<R> {
@@ -36,6 +59,19 @@ impl<R: Real> Emitter<R> {
     pub fn power(&self) -> f64 {
         let radiance = self.radiance.to_f64();
         (radiance.x + radiance.y + radiance.z) * self.area * if self.side == Side::Both { 2.0 } else { 1.0 }
+    }
+}
+
+impl<R: Real> Emitter<R> {
+    /// The polygon that it is, if it is one and has a plane.
+    #[inline(always)]
+    pub fn polygon(&self) -> Option<Polygon> {
+        self.plane?;
+        match &self.form {
+            Form::Plain(AnyShape::Triangle(triangle)) => Some(Polygon::triangle(triangle.vertices.map(Vector::to_f64))),
+            Form::Plain(AnyShape::Quad(quad)) => Some(Polygon::quad(quad.corners.map(Vector::to_f64))),
+            _ => None,
+        }
     }
 }
 
@@ -67,7 +103,7 @@ impl<R: Real> Glow<R> {
 #[derive(Clone, Debug)]
 pub struct EmitterList<R: Real> {
     pub(super) emitters: Vec<Emitter<R>>,
-    pub(super) placed: Vec<Placed<R>>,
+    pub(super) placed: Vec<TransformedShape<R>>,
     pub(super) first: Vec<u32>,
     pub(super) cells: CellTable,
 }
@@ -97,7 +133,7 @@ impl<R: Real> EmitterList<R> {
         }
         let each = [
             (emitters, size_of::<Emitter<R>>() + size_of::<f64>()),
-            (placed, size_of::<Placed<R>>()),
+            (placed, size_of::<TransformedShape<R>>()),
             (objects, size_of::<u32>()),
         ];
         let tables = each.into_iter().fold(0_u64, |sum, (count, bytes)| sum.saturating_add(count.saturating_mul(bytes as u64)));
@@ -108,7 +144,8 @@ impl<R: Real> EmitterList<R> {
     pub fn plain(&mut self, shape: AnyShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(shape.area()));
-        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, varies, passable, side, area, cells: None });
+        let plane = Plane::of(&shape);
+        self.emitters.push(Emitter { form: Form::Plain(shape), radiance, varies, passable, side, area, cells: None, plane });
         area
     }
 
@@ -124,12 +161,12 @@ impl<R: Real> EmitterList<R> {
     }
 
     /// Adds a shape under a map.
-    pub fn placed(&mut self, placed: Placed<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
+    pub fn placed(&mut self, placed: TransformedShape<R>, glow: Glow<R>, side: Side, area: Option<f64>) -> f64 {
         let Glow { radiance, varies, passable } = glow;
         let area = area.unwrap_or_else(|| finite(placed.area()));
         let form = Form::Placed(self.placed.len() as u32);
         self.placed.push(placed);
-        self.emitters.push(Emitter { form, radiance, varies, passable, side, area, cells: None });
+        self.emitters.push(Emitter { form, radiance, varies, passable, side, area, cells: None, plane: None });
         area
     }
 }

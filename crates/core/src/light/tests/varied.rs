@@ -8,7 +8,7 @@ fn spotted<R: Real>(across: usize, found: &[f64]) -> (Lights<R>, Geometry<R>) {
     let at = |x: f64, y: f64, z: f64| R::Vec3::from_f64(DVec3::new(x, y, z));
     let triangle = Triangle { vertices: [at(-0.5, 1.0, -1.0), at(1.5, 1.3, -0.3), at(0.1, 1.6, 1.2)] };
     let found: Vec<R::Vec3> = found.iter().map(|&x| at(x, 0.0, 0.0)).collect();
-    let (mut list, mut group) = (EmitterList::default(), Group::default());
+    let (mut list, mut group) = (EmitterList::default(), PrimitiveSet::default());
     list.next_object();
     list.varied(triangle, &found, false, Side::Both, across);
     group.shape(triangle.into(), Visibility::default()).expect("a shape");

@@ -1,0 +1,107 @@
+//! Where code for a set of instructions is entered: the traversal as a whole, and the leaves apart from it, whose registers they would take.
+//!
+//! Each entry is a method of the token that proves that the processor has the instructions. It calls a function that is compiled for them, into which
+//! everything else is inlined.
+#![expect(unsafe_code, reason = "calls of functions that are compiled for instructions whose token the caller has")]
+
+use super::flat::{blocks, rows};
+use super::packet::{self, PacketResult, PacketState, PacketVisitor};
+use super::row::RayF64;
+use super::sphere_leaf::spheres;
+use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traversal_simd::{TraversalSimd, settled};
+use super::traverse::{HitVisitor, traverse};
+use super::triangle8::Triangle8;
+use super::{Bvh8, Child};
+use crate::math::simd::Portable;
+#[cfg(target_arch = "x86_64")]
+use crate::math::simd::{Avx2, Avx512};
+use crate::shapes::PreparedRay;
+
+/// Entries of a set of instructions: methods of its token, each of which calls a function that an attribute has compiled for them.
+macro_rules! entries {
+    ($token:ident, $compiled:meta: $(
+        $(#[doc = $about:literal])*
+        $visibility:vis fn $name:ident<$G:ident: $Bound:ident>($s:ident $(, $argument:ident: $kind:ty)*) { $body:expr } -> $out:ty;
+    )*) => { $(
+        $(#[doc = $about])*
+        #[inline(always)]
+        #[allow(clippy::too_many_arguments, reason = "in registers")]
+        $visibility fn $name<$G: $Bound>(self $(, $argument: $kind)*) -> $out {
+            #[inline(never)]
+            #[$compiled]
+            #[allow(clippy::too_many_arguments, reason = "in registers")]
+            fn enter<$G: $Bound>($s: $token $(, $argument: $kind)*) -> $out {
+                $body
+            }
+            #[allow(unused_unsafe, reason = "what every processor has is safe to call")]
+            // SAFETY: `self` exists, so the processor has what the function needs.
+            unsafe { enter(self $(, $argument)*) }
+        }
+    )* };
+}
+
+/// What a query asks of the whole tree.
+macro_rules! traversals {
+    ($token:ident, $compiled:meta) => {
+        entries! { $token, $compiled:
+            /// The walk with these instructions.
+            pub(super) fn walk<A: HitVisitor>(
+                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, answer: &mut A
+            ) { traverse::<_, _, false>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), None, answer) } -> bool;
+            /// The same for a ray in the space of an instance.
+            pub(super) fn walk_mapped<A: HitVisitor>(s, bvh: &Bvh8, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) {
+                traverse::<_, _, true>(s, bvh, setup, Some(&probe), answer)
+            } -> bool;
+            /// The rows that every query tests.
+            pub(super) fn rows<A: HitVisitor>(
+                s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
+            ) { rows(s, bvh, &RayF64::new([ox, oy, oz], [dx, dy, dz]), answer) } -> bool;
+            /// The same for a ray in the space of an instance.
+            pub(super) fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &RayF64, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
+            /// Blocks and the rest where there are no nodes.
+            pub(super) fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) {
+                blocks(s, bvh, aim, probe, answer)
+            } -> bool;
+            /// Rays from one point.
+            pub(super) fn pencil<M: PacketVisitor>(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) {
+                packet::walk(s, bvh, pencil, meets)
+            } -> PacketResult;
+        }
+    };
+}
+
+/// What a traversal asks of a leaf, apart from it, whose registers that would take.
+macro_rules! leaves {
+    ($token:ident, $compiled:meta) => {
+        entries! { $token, $compiled:
+            fn settle<A: HitVisitor>(
+                s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
+            ) { settled(s, block, at, aim, probe, answer) } -> bool;
+            fn spheres<A: HitVisitor>(
+                s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, probe: Option<&PreparedRay>, line: &mut Option<RayF64>, answer: &mut A
+            ) { spheres(s, bvh, leaf, aim, probe, line, answer) } -> bool;
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) use {entries, leaves};
+
+impl Portable {
+    traversals!(Portable, cfg(all()));
+}
+
+impl TraversalSimd for Portable {
+    leaves!(Portable, cfg(all()));
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Avx2 {
+    traversals!(Avx2, target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Avx512 {
+    traversals!(Avx512, target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt"));
+}

@@ -1,0 +1,205 @@
+//! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
+#![expect(unsafe_code, reason = "a sort of what was written")]
+
+use super::filter;
+use super::optimisation_barrier::in_memory;
+use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::row::RayF64;
+use super::stack::{Stack, Waiting, two};
+use super::traversal_ray::{LeafRay, TraversalRay};
+use super::traverse::HitVisitor;
+use super::triangle8::Triangle8;
+use super::{Bvh8, Child, WIDTH};
+use crate::math::simd::Simd;
+use crate::shapes::PreparedRay;
+
+/// What a traversal asks of a set of instructions besides lanes.
+pub(super) trait TraversalSimd: Simd {
+    /// Has a line of memory fetched that will probably be read.
+    #[inline(always)]
+    fn prefetch<T>(self, _: *const T) {}
+    /// The two children of a mask of two bits.
+    #[inline(always)]
+    fn two(self, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> [Waiting; 2] {
+        two(children, &self.to_array(entries), mask)
+    }
+    /// Writes the children of a mask from `top` on. Returns the new top.
+    #[inline(always)]
+    fn push(self, stack: &mut Stack, top: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        stack.push(top, children, &self.to_array(entries), mask)
+    }
+    /// The same, the nearest last.
+    #[inline(always)]
+    fn push_sorted(self, stack: &mut Stack, base: usize, children: &[Child; WIDTH], entries: Self::Floats, mask: u32) -> usize {
+        let top = self.push(stack, base, children, entries, mask);
+        // SAFETY: they were just written.
+        unsafe { stack.sort(base, top) };
+        top
+    }
+    /// The exact test of a lane, where this has one of its own.
+    #[inline(always)]
+    fn crossing(self, _: &Triangle8, _: usize, _: &ProjectedRay) -> Result<Option<TriangleHit>, Unsure> {
+        Err(Unsure)
+    }
+    /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
+    fn settle<A: HitVisitor>(
+        self,
+        block: &Triangle8,
+        at: [usize; 2],
+        aim: &LeafRay,
+        probe: Option<&PreparedRay>,
+        answer: &mut A,
+    ) -> bool;
+    /// [`super::sphere_leaf::spheres`], the same way.
+    fn spheres<A: HitVisitor>(
+        self,
+        bvh: &Bvh8,
+        leaf: Child,
+        aim: &LeafRay,
+        probe: Option<&PreparedRay>,
+        line: &mut Option<RayF64>,
+        answer: &mut A,
+    ) -> bool;
+}
+
+/// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.
+#[inline(always)]
+pub(super) fn settled<S: TraversalSimd, A: HitVisitor>(
+    s: S,
+    triangles: &Triangle8,
+    [number, lanes]: [usize; 2],
+    aim: &LeafRay,
+    probe: Option<&PreparedRay>,
+    answer: &mut A,
+) -> bool {
+    let sight = probe.map_or_else(|| ProjectedRay::new(aim.origin, aim.direction), ProjectedRay::of);
+    let mut lanes = lanes as u32;
+    while lanes != 0 {
+        let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
+        lanes &= lanes - 1;
+        let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, aim, probe));
+        if met.is_some_and(|met| answer.triangle(number, lane, &met)) {
+            return true;
+        }
+    }
+    false
+}
+
+/// All that is asked about a block, from the filter on. Whether that ended it.
+#[inline(always)]
+pub(super) fn asked<S: TraversalSimd, A: HitVisitor>(
+    s: S,
+    block: &Triangle8,
+    number: usize,
+    aim: &LeafRay,
+    probe: Option<&PreparedRay>,
+    answer: &mut A,
+) -> bool {
+    let far = answer.far();
+    let left = filter::left(s, aim, block, TraversalRay::last(far));
+    if left.lanes == 0 {
+        return false;
+    }
+    let [wanted, ends] = answer.lanes(number);
+    if A::ANY && ends & filter::certain(s, &left, aim.near, far) != 0 {
+        return true;
+    }
+    let lanes = left.lanes & wanted;
+    lanes != 0 && s.settle(block, [number, lanes as usize], aim, probe, answer)
+}
+
+/// The test of single triangles.
+#[inline(never)]
+fn alone(block: &Triangle8, lane: usize, aim: &LeafRay, probe: Option<&PreparedRay>) -> Option<TriangleHit> {
+    let triangle = block.triangle(lane);
+    let crossing = probe.map_or_else(|| triangle.crossing(&PreparedRay::new(aim.ray())), |probe| triangle.crossing(probe))?;
+    Some(TriangleHit::from(&crossing))
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::math::simd::Avx2;
+    use crate::ray::Ray;
+
+    /// Xorshift.
+    fn next(state: &mut u64) -> u64 {
+        *state ^= *state << 13;
+        *state ^= *state >> 7;
+        *state ^= *state << 17;
+        *state
+    }
+
+    /// A ray along which corners project to whole numbers of 47 bits and 24, as they are: the direction's largest component is one.
+    const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+    /// A triangle with an edge that passes the origin by less than the rounding of a product, or by nothing; one in four has its third
+    /// corner there too, so that it is seen edge-on.
+    fn triangle(state: &mut u64) -> [Vec3; 3] {
+        let mut corner = || ((next(state) >> 41) as i64 - (1 << 22)) as f32;
+        let (a, c, scale) = ([corner(), corner()], [corner(), corner()], [-0.5, -1.0, -2.0, -4.0][(next(state) % 4) as usize]);
+        let nudged = |x: f32, state: &mut u64| [x, x.next_up(), x.next_down()][(next(state) % 3) as usize];
+        let b = [nudged(a[0] * scale, state), nudged(a[1] * scale, state)];
+        let c = if next(state).is_multiple_of(4) { [nudged(a[0] * 3.0, state), nudged(a[1] * 3.0, state)] } else { c };
+        let mut depth = || (next(state) >> 50) as f32;
+        [Vec3::new(a[0], a[1], depth()), Vec3::new(b[0], b[1], depth()), Vec3::new(c[0], c[1], depth())]
+    }
+
+    /// A triangle with an edge that passes the origin by a few units of what rounding takes from products of 42 digits with each other: the
+    /// corners at its ends are whole numbers, the origin has twenty binary places. With D along the edge, u × D = 1 and k × a small number, ends at
+    /// k u + m D and an origin at (k + 2⁻²⁰ r) u + n D have edge functions of 2⁻²⁰ r times a whole number.
+    fn long(state: &mut u64) -> ([Vec3; 3], Vec3) {
+        let mut below = |most: u64| (next(state) % most) as i64;
+        let (d, u) = loop {
+            let d = [below(1 << 16) - (1 << 15), below(1 << 16) - (1 << 15)];
+            // Euclid's algorithm: the rest is s·d₀ + t·d₁.
+            let (mut rests, mut factors) = (d, [[1, 0], [0, 1]]);
+            while rests[1] != 0 {
+                let q = rests[0] / rests[1];
+                rests = [rests[1], rests[0] - q * rests[1]];
+                factors = [factors[1], [factors[0][0] - q * factors[1][0], factors[0][1] - q * factors[1][1]]];
+            }
+            if rests[0].abs() == 1 {
+                break (d, [factors[0][1] * rests[0], -factors[0][0] * rests[0]]);
+            }
+        };
+        let digits = below(12);
+        let (k, r) = (1 + below(8), below(1 << digits) * (below(3) - 1));
+        let ends = [1 + below(60), -1 - below(60)].map(|m| [0, 1].map(|i| k * u[i] + m * d[i]));
+        let far = ((k << 20) + r) as i128;
+        let along = far * i128::from(u[0] * d[0] + u[1] * d[1]) / i128::from(d[0] * d[0] + d[1] * d[1]);
+        let origin = [0, 1].map(|i| (far * i128::from(u[i]) - along * i128::from(d[i])) as f32 / 1_048_576.0);
+        let third = [below(1 << 22) - (1 << 21), below(1 << 22) - (1 << 21)];
+        let corners = [ends[0], ends[1], third].map(|p| Vec3::new(p[0] as f32, p[1] as f32, below(1024) as f32));
+        (corners, Vec3::new(origin[0], origin[1], 0.0))
+    }
+
+    /// Protects: the exact test in registers is that of single triangles to the bit, or leaves it to that: where rounding alone would turn
+    /// the sign of an edge, edge-on and elsewhere, for each axis that a direction is longest along.
+    #[test]
+    fn registers_are_as_exact_as_single_triangles() {
+        let Some(avx2) = Avx2::detect() else { return };
+        let (state, mut hits, mut missed, mut left) = (&mut 88_172_645_463_325_252, 0, 0, 0);
+        for round in 0..60_000 {
+            let turn = |v: Vec3| [v, Vec3::new(v.z, v.x, v.y), Vec3::new(v.y, v.z, v.x)][round % 3];
+            let mut block = Triangle8::EMPTY;
+            let (corners, origin) = if round % 4 < 2 { (triangle(state), Vec3::ZERO) } else { long(state) };
+            block.set(round % WIDTH, corners.map(turn));
+            let tilt = Vec3::new(next(state) as f32, next(state) as f32, 0.0) * [0.0, 1e-20][round % 2];
+            let (origin, direction) = (turn(origin), turn((ALONG + tilt) * [1.0, -1.0][round / 4 % 2]));
+            let alone = block.triangle(round % WIDTH).crossing(&PreparedRay::new(Ray::<f32>::new(origin, direction)));
+            let sight = ProjectedRay::new(origin.to_array(), direction.to_array());
+            let Ok(met) = avx2.crossing(&block, round % WIDTH, &sight) else {
+                left += 1;
+                continue;
+            };
+            let bits = |met: TriangleHit| ([met.t, met.weights[0], met.weights[1]].map(f32::to_bits), met.from_outside);
+            assert_eq!(met.map(bits), alone.as_ref().map(|crossing| bits(TriangleHit::from(crossing))), "{block:?}, {direction}");
+            hits += u32::from(met.is_some());
+            missed += u32::from(met.is_none());
+        }
+        assert!(hits > 1000 && missed > 1000 && left > 1000, "{hits} hits, {missed} missed, {left} left");
+    }
+}

@@ -1,0 +1,5 @@
+//! Numbers beyond those of the language: twice the precision, four scalars in a formula, eight lanes.
+
+pub(crate) mod double_double;
+pub(crate) mod four;
+pub(crate) mod simd;

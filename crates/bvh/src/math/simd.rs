@@ -1,0 +1,77 @@
+//! Eight numbers side by side, of f32 and of f64: the only lanes that geometry has. Numbers and masks, and nothing about rays.
+//!
+//! Each operation on f64 rounds by itself, as that of one number does, so that tests in lanes have the bits of those one by one. `fearless_simd`,
+//! `pulp` and `wide` were looked at and not taken: `../../../../docs/decisions/0048-what-stays.md`.
+
+mod portable;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub(crate) use self::portable::Portable;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use self::x86::{Avx2, Avx512};
+
+/// Numbers side by side.
+pub(crate) const WIDTH: usize = 8;
+
+/// Eight lanes, by instructions that the processor has: a value of such a type is the proof. A minimum or maximum is its second operand unless
+/// the first one is less or greater, so that what is not a number bounds nothing. Comparisons give a bit a lane, never set for what is not a number.
+pub(crate) trait Simd: Copy {
+    type Floats: Copy;
+    type Doubles: Copy;
+
+    fn splat(self, value: f32) -> Self::Floats;
+    fn load(self, values: &[f32; WIDTH]) -> Self::Floats;
+    /// Eight numbers from a place on; zeros where there are not so many.
+    #[inline(always)]
+    fn load_from(self, values: &[f32], first: usize) -> Self::Floats {
+        self.load(values[first..].first_chunk().unwrap_or(&[0.0; WIDTH]))
+    }
+    fn to_array(self, a: Self::Floats) -> [f32; WIDTH];
+    fn add(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn sub(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn mul(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    /// a·b + c, rounded once or twice: for what has error bounds of its own.
+    fn mul_add(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+    /// a·b − c, as before.
+    fn mul_sub(self, a: Self::Floats, b: Self::Floats, c: Self::Floats) -> Self::Floats;
+    fn max(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn min(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn abs(self, a: Self::Floats) -> Self::Floats;
+    fn negate(self, a: Self::Floats) -> Self::Floats;
+    /// `a` with its sign turned where that of `b` is set.
+    fn signed_by(self, a: Self::Floats, b: Self::Floats) -> Self::Floats;
+    fn less(self, a: Self::Floats, b: Self::Floats) -> u32;
+    fn at_most(self, a: Self::Floats, b: Self::Floats) -> u32;
+    /// Of the third where the bit of a lane is set, of the second elsewhere.
+    fn select(self, mask: u32, unset: Self::Floats, set: Self::Floats) -> Self::Floats;
+
+    fn splat_f64(self, value: f64) -> Self::Doubles;
+    fn load_f64(self, values: &[f64; WIDTH]) -> Self::Doubles;
+    /// From f32, exactly.
+    fn widen(self, values: &[f32; WIDTH]) -> Self::Doubles;
+    /// Rounded to f32.
+    fn narrow(self, a: Self::Doubles) -> Self::Floats;
+    fn add_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn sub_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn mul_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn div_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn sqrt_f64(self, a: Self::Doubles) -> Self::Doubles;
+    fn max_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn min_f64(self, a: Self::Doubles, b: Self::Doubles) -> Self::Doubles;
+    fn abs_f64(self, a: Self::Doubles) -> Self::Doubles;
+    fn greater_f64(self, a: Self::Doubles, b: Self::Doubles) -> u32;
+    fn at_least_f64(self, a: Self::Doubles, b: Self::Doubles) -> u32;
+}
+
+/// x·a + y·b + z·c in the order of the scalar product.
+#[inline(always)]
+pub(crate) fn dot_f64<S: Simd>(s: S, a: [S::Doubles; 3], b: [S::Doubles; 3]) -> S::Doubles {
+    s.add_f64(s.add_f64(s.mul_f64(a[0], b[0]), s.mul_f64(a[1], b[1])), s.mul_f64(a[2], b[2]))
+}
+
+/// The same vector in all lanes.
+#[inline(always)]
+pub(crate) fn splat3_f64<S: Simd>(s: S, v: glam::DVec3) -> [S::Doubles; 3] {
+    [s.splat_f64(v.x), s.splat_f64(v.y), s.splat_f64(v.z)]
+}

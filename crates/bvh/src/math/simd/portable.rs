@@ -1,0 +1,106 @@
+//! Lanes for every processor: two vectors of four of f32, and numbers of f64 one by one.
+
+use core::array::from_fn;
+
+use glam::Vec4;
+
+use super::{Simd, WIDTH};
+
+/// No instruction beyond those of the platform.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Portable;
+
+/// Flips the bits of signs that are set in the other.
+#[inline(always)]
+fn flipped(a: Vec4, b: Vec4) -> Vec4 {
+    let flip = |a: f32, b: f32| f32::from_bits(a.to_bits() ^ (b.to_bits() & 1 << 31));
+    Vec4::new(flip(a.x, b.x), flip(a.y, b.y), flip(a.z, b.z), flip(a.w, b.w))
+}
+
+/// Where the platform has it, glam's maximum is one instruction that does just what is asked for: its second operand unless the first is greater.
+/// Elsewhere what is not a number may win.
+const SSE: bool = cfg!(target_feature = "sse2");
+
+/// The first where it is greater, the second elsewhere.
+#[inline(always)]
+fn greater(a: Vec4, b: Vec4) -> Vec4 {
+    if SSE { a.max(b) } else { Vec4::select(a.cmpgt(b), a, b) }
+}
+
+/// The first where it is less, the second elsewhere.
+#[inline(always)]
+fn less(a: Vec4, b: Vec4) -> Vec4 {
+    if SSE { a.min(b) } else { Vec4::select(a.cmplt(b), a, b) }
+}
+
+/// A bit for each lane of which this is so.
+#[inline(always)]
+fn mask(is_set: impl Fn(usize) -> bool) -> u32 {
+    (0..WIDTH).fold(0, |mask, lane| mask | u32::from(is_set(lane)) << lane)
+}
+
+/// Operations, each an expression of its operands.
+macro_rules! operations {
+    ($(fn $name:ident($($argument:ident: $kind:ty),*) -> $out:ty { $body:expr })*) => { $(
+        #[inline(always)]
+        fn $name(self, $($argument: $kind),*) -> $out {
+            $body
+        }
+    )* };
+}
+
+type F = [Vec4; 2];
+type D = [f64; WIDTH];
+
+impl Simd for Portable {
+    type Floats = F;
+    type Doubles = D;
+
+    operations! {
+        fn splat(value: f32) -> F { [Vec4::splat(value); 2] }
+        fn load(v: &[f32; WIDTH]) -> F { [Vec4::new(v[0], v[1], v[2], v[3]), Vec4::new(v[4], v[5], v[6], v[7])] }
+        fn add(a: F, b: F) -> F { [a[0] + b[0], a[1] + b[1]] }
+        fn sub(a: F, b: F) -> F { [a[0] - b[0], a[1] - b[1]] }
+        fn mul(a: F, b: F) -> F { [a[0] * b[0], a[1] * b[1]] }
+        fn mul_add(a: F, b: F, c: F) -> F { [a[0] * b[0] + c[0], a[1] * b[1] + c[1]] }
+        fn mul_sub(a: F, b: F, c: F) -> F { [a[0] * b[0] - c[0], a[1] * b[1] - c[1]] }
+        fn max(a: F, b: F) -> F { [greater(a[0], b[0]), greater(a[1], b[1])] }
+        fn min(a: F, b: F) -> F { [less(a[0], b[0]), less(a[1], b[1])] }
+        fn abs(a: F) -> F { [a[0].abs(), a[1].abs()] }
+        fn negate(a: F) -> F { [-a[0], -a[1]] }
+        fn signed_by(a: F, b: F) -> F { [flipped(a[0], b[0]), flipped(a[1], b[1])] }
+        fn less(a: F, b: F) -> u32 { a[0].cmplt(b[0]).bitmask() | a[1].cmplt(b[1]).bitmask() << 4 }
+        fn at_most(a: F, b: F) -> u32 { a[0].cmple(b[0]).bitmask() | a[1].cmple(b[1]).bitmask() << 4 }
+
+        fn splat_f64(value: f64) -> D { [value; WIDTH] }
+        fn load_f64(values: &[f64; WIDTH]) -> D { *values }
+        fn widen(values: &[f32; WIDTH]) -> D { from_fn(|i| values[i].into()) }
+        fn add_f64(a: D, b: D) -> D { from_fn(|i| a[i] + b[i]) }
+        fn sub_f64(a: D, b: D) -> D { from_fn(|i| a[i] - b[i]) }
+        fn mul_f64(a: D, b: D) -> D { from_fn(|i| a[i] * b[i]) }
+        fn div_f64(a: D, b: D) -> D { from_fn(|i| a[i] / b[i]) }
+        fn sqrt_f64(a: D) -> D { a.map(f64::sqrt) }
+        fn max_f64(a: D, b: D) -> D { from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] }) }
+        fn min_f64(a: D, b: D) -> D { from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] }) }
+        fn abs_f64(a: D) -> D { a.map(f64::abs) }
+        fn greater_f64(a: D, b: D) -> u32 { mask(|i| a[i] > b[i]) }
+        fn at_least_f64(a: D, b: D) -> u32 { mask(|i| a[i] >= b[i]) }
+    }
+
+    #[inline(always)]
+    fn to_array(self, [low, high]: F) -> [f32; WIDTH] {
+        let ([a, b, c, d], [e, f, g, h]) = (low.to_array(), high.to_array());
+        [a, b, c, d, e, f, g, h]
+    }
+
+    #[inline(always)]
+    fn narrow(self, a: D) -> F {
+        self.load(&a.map(|x| x as f32))
+    }
+
+    #[inline(always)]
+    fn select(self, mask: u32, unset: F, set: F) -> F {
+        let (unset, set) = (self.to_array(unset), self.to_array(set));
+        self.load(&from_fn(|i| if mask >> i & 1 == 0 { unset[i] } else { set[i] }))
+    }
+}

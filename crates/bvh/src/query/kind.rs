@@ -1,0 +1,174 @@
+//! The kinds of queries: the closest hit, and any hit that is accepted.
+
+use super::SlotHit;
+use crate::bvh8::LeafHeader;
+use crate::geometry::Geometry;
+use crate::primitive_set::{Kind, Slot};
+use crate::ray::{Interval, Occlusion};
+use crate::scalar::Real;
+use crate::shapes::PreparedRay;
+use crate::stats::TraversalCounter;
+
+/// A kind of query: what it takes of a leaf, and what it makes of a hit.
+pub(super) trait QueryKind<R: Real> {
+    /// Whether any hit will do.
+    const ANY: bool;
+    /// Where hits count.
+    fn range(&self) -> Interval<R>;
+    /// The greatest distance that still counts.
+    fn far(&self) -> R;
+    /// The lanes of a leaf that matter.
+    fn wanted(facts: &LeafHeader) -> u8;
+    /// Those of them any hit of which ends the query.
+    fn opaque(facts: &LeafHeader) -> u8;
+    /// Takes a hit within the range. Whether it ends the query.
+    fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool;
+    /// Takes the hit of one primitive, where there is one. Whether it ends the query.
+    fn test<T: TraversalCounter>(&mut self, geometry: &Geometry<R>, slot: (u32, &Slot), ray: &PreparedRay, tally: &mut T)
+    -> bool;
+}
+
+/// The running answer of a closest-hit query. `range.max` is kept one step above the best distance, so that a hit at exactly
+/// the same distance is still seen and the lower one can win.
+///
+/// Distances that are rounded to f32 are equal of themselves where surfaces lie in one place. In f64 each shape's test leaves last digits of
+/// its own, and now the one would win and now the other. There `range.max` is kept as far beyond as rounding may reach, and whether
+/// another hit came so close is kept too.
+pub(super) struct ClosestHit<R: Real> {
+    pub range: Interval<R>,
+    pub found: Option<SlotHit<R>>,
+    /// Greatest coordinate of the ray's origin, where equal distances may differ.
+    pub origin: R,
+    pub is_contested: bool,
+}
+
+impl<R: Real> ClosestHit<R> {
+    /// Of what distances and coordinates are, what equal distances differ by at most: some hundred roundings of f64, which a ray within two
+    /// degrees of a surface makes of a test's ten.
+    const EQUAL: f64 = 1.0 / (1_u64 << 44) as f64;
+
+    #[inline(always)]
+    pub fn new(range: Interval<R>) -> Self {
+        Self { range, found: None, origin: R::ZERO, is_contested: false }
+    }
+
+    /// What distances that are equal but for rounding differ by.
+    #[inline(always)]
+    fn slack(&self, t: R) -> R {
+        (self.origin + t.abs()) * R::from_f64(Self::EQUAL)
+    }
+
+    #[inline(always)]
+    fn consider(&mut self, geometry: &Geometry<R>, candidate: SlotHit<R>) {
+        let order = |found: &SlotHit<R>| geometry.group.slots[found.slot as usize].order();
+        // Whether distances are not rounded to f32.
+        let is_exact = !R::IS_SINGLE;
+        if is_exact && let Some(best) = &self.found {
+            self.is_contested |= (candidate.t - best.t).abs() <= self.slack(best.t);
+        }
+        let better = match &self.found {
+            None => true,
+            Some(best) => candidate.t < best.t || (candidate.t == best.t && order(&candidate) < order(best)),
+        };
+        if better {
+            let equal = if is_exact { candidate.t + self.slack(candidate.t) } else { candidate.t };
+            self.range.max = if is_exact { self.range.max.min(equal.next_up()) } else { equal.next_up() };
+            self.found = Some(candidate);
+        }
+    }
+}
+
+impl<R: Real> QueryKind<R> for ClosestHit<R> {
+    const ANY: bool = false;
+
+    #[inline(always)]
+    fn range(&self) -> Interval<R> {
+        self.range
+    }
+    #[inline(always)]
+    fn far(&self) -> R {
+        // In f64 hits count a little beyond the nearest.
+        if !R::IS_SINGLE {
+            return self.range.max;
+        }
+        self.found.as_ref().map_or_else(|| self.range.max.next_down(), |found| found.t)
+    }
+    #[inline(always)]
+    fn wanted(_: &LeafHeader) -> u8 {
+        u8::MAX
+    }
+    #[inline(always)]
+    fn opaque(_: &LeafHeader) -> u8 {
+        0
+    }
+    #[inline(always)]
+    fn take(&mut self, geometry: &Geometry<R>, found: SlotHit<R>) -> bool {
+        self.consider(geometry, found);
+        false
+    }
+    #[inline(always)]
+    fn test<T: TraversalCounter>(
+        &mut self,
+        geometry: &Geometry<R>,
+        slot: (u32, &Slot),
+        ray: &PreparedRay,
+        tally: &mut T,
+    ) -> bool {
+        if let Some(found) = geometry.test(slot, ray, self.range, tally) {
+            self.consider(geometry, found);
+        }
+        false
+    }
+}
+
+/// Any hit that is accepted. `BY_VISIBILITY`: by what its object is to such queries, so that an opaque one is not shown first; otherwise each
+/// hit is shown, as in an instance, whose own visibility decides.
+pub(super) struct AnyHit<'f, R: Real, const BY_VISIBILITY: bool> {
+    pub range: Interval<R>,
+    pub accept: &'f mut dyn FnMut(SlotHit<R>) -> bool,
+}
+
+impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIBILITY> {
+    const ANY: bool = true;
+
+    #[inline(always)]
+    fn range(&self) -> Interval<R> {
+        self.range
+    }
+    #[inline(always)]
+    fn far(&self) -> R {
+        self.range.max.next_down()
+    }
+    #[inline(always)]
+    fn wanted(facts: &LeafHeader) -> u8 {
+        if BY_VISIBILITY { facts.opaque | facts.asks } else { u8::MAX }
+    }
+    #[inline(always)]
+    fn opaque(facts: &LeafHeader) -> u8 {
+        if BY_VISIBILITY { facts.opaque } else { 0 }
+    }
+    #[inline(always)]
+    fn take(&mut self, _: &Geometry<R>, found: SlotHit<R>) -> bool {
+        (self.accept)(found)
+    }
+    #[inline(always)]
+    fn test<T: TraversalCounter>(
+        &mut self,
+        geometry: &Geometry<R>,
+        slot: (u32, &Slot),
+        ray: &PreparedRay,
+        tally: &mut T,
+    ) -> bool {
+        let (own, range) = (slot.1, self.range);
+        let opaque = BY_VISIBILITY && own.visibility.occlusion == Occlusion::Opaque;
+        if BY_VISIBILITY && own.visibility.occlusion == Occlusion::None {
+            return false;
+        }
+        let mut accepts = |found: SlotHit<R>| opaque || (self.accept)(found);
+        if BY_VISIBILITY && own.kind == Kind::Instance {
+            let mut accepts = |found: SlotHit<R>| accepts(SlotHit { slot: slot.0, inner: found.slot, ..found });
+            return geometry.any_in(own.index as usize, ray, range, &mut accepts, tally);
+        }
+        geometry.test(slot, ray, range, tally).is_some_and(accepts)
+    }
+}

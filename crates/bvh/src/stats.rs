@@ -1,0 +1,42 @@
+//! Counting what queries do.
+
+/// Counts what a query does; `()` counts nothing and costs nothing.
+pub trait TraversalCounter {
+    /// A node's boxes were tested.
+    fn node(&mut self) {}
+    /// A primitive was tested.
+    fn primitive(&mut self) {}
+    /// So many primitives were tested at once. The number is asked for only where it is counted.
+    fn primitives(&mut self, count: impl FnOnce() -> u64)
+    where
+        Self: Sized,
+    {
+        let _ = count;
+    }
+}
+
+impl TraversalCounter for () {}
+
+/// TraversalStats of a query or of many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraversalStats {
+    /// Nodes whose boxes were tested.
+    pub nodes: u64,
+    /// Primitives tested.
+    pub primitives: u64,
+}
+
+impl TraversalCounter for TraversalStats {
+    #[inline(always)]
+    fn node(&mut self) {
+        self.nodes += 1;
+    }
+    #[inline(always)]
+    fn primitive(&mut self) {
+        self.primitives += 1;
+    }
+    #[inline(always)]
+    fn primitives(&mut self, count: impl FnOnce() -> u64) {
+        self.primitives += count();
+    }
+}

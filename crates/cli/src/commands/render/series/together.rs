@@ -1,0 +1,87 @@
+//! Files that hold all the pictures of a run: a contact sheet and animations.
+
+use std::path::{Path, PathBuf};
+
+use raywright_core::display::Display;
+use raywright_core::picture::Picture;
+use raywright_io::Error;
+use raywright_io::output::{self, Animation, AnimationFormat, Format, Metadata, Sheet};
+
+use crate::args::RenderArgs;
+use crate::failure::Failure;
+use crate::origin;
+use crate::targets::Outputs;
+
+/// The files, each with what it has so far.
+pub struct Together {
+    sheet: Option<(PathBuf, Sheet)>,
+    animations: Vec<(PathBuf, Animation)>,
+    metadata: Metadata,
+}
+
+impl Together {
+    /// Files for so many pictures, so many a second.
+    pub fn start(args: &RenderArgs, count: usize, rate: f64, outputs: &mut Outputs) -> Result<Self, Failure> {
+        let metadata = Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() };
+        let mut sheet = None;
+        if let Some(path) = &args.sheet {
+            if Format::of(path)? != Format::Png {
+                return Err(Error::usage(format_args!("{}: a sheet is a .png", path.display())).into());
+            }
+            outputs.add(path, "--sheet")?;
+            sheet = Some((path.clone(), Sheet::new(count)));
+        }
+        let mut animations = Vec::new();
+        for (path, format) in args.outputs.iter().filter_map(|path| Some((path, AnimationFormat::of(path)?))) {
+            outputs.add(path, "-o")?;
+            animations.push((path.clone(), Animation::new(path, format, rate, metadata.clone())?));
+        }
+        Ok(Self { sheet, animations, metadata })
+    }
+
+    /// Whether there is any.
+    pub fn is_some(&self) -> bool {
+        self.sheet.is_some() || !self.animations.is_empty()
+    }
+
+    /// Adds the next picture to each of them.
+    pub fn add(&mut self, picture: &Picture, display: Display, caption: &str) -> Result<(), Failure> {
+        if let Some((_, sheet)) = &mut self.sheet {
+            sheet.add(picture, display, caption);
+        }
+        for (path, animation) in &mut self.animations {
+            animation.add(picture, display).map_err(|cause| Error::write(path, &cause))?;
+        }
+        Ok(())
+    }
+
+    /// Writes all of them; their names.
+    pub fn write(&mut self) -> Result<Vec<String>, Failure> {
+        let mut names = Vec::new();
+        if let Some((path, sheet)) = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty()) {
+            sheet.write(path, &self.metadata)?;
+            names.push(path.display().to_string());
+        }
+        for (path, animation) in self.animations.iter_mut().filter(|(_, animation)| !animation.is_empty()) {
+            animation.write(path)?;
+            names.push(path.display().to_string());
+        }
+        Ok(names)
+    }
+
+    /// Writes what there is when a run is stopped, under names that replace nobody's files; these names.
+    pub fn keep(&mut self, is_free: impl Fn(&Path) -> bool) -> Result<Vec<String>, Error> {
+        let sheet = self.sheet.as_ref().filter(|(_, sheet)| !sheet.is_empty());
+        let sheet = sheet.map(|(path, sheet)| (path.clone(), sheet.bytes(&self.metadata)));
+        let animations = self.animations.iter_mut().filter(|(_, animation)| !animation.is_empty());
+        let animations = animations.map(|(path, animation)| (path.clone(), animation.bytes()));
+        let files: Vec<_> = sheet.into_iter().chain(animations).collect();
+        files
+            .into_iter()
+            .map(|(path, bytes)| {
+                let bytes = bytes.map_err(|cause| Error::write(&path, &cause))?;
+                output::write_unnamed(&output::partial_name(&path), &bytes, &is_free).map(|name| name.display().to_string())
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,85 @@
+//! What camera rays hit first: asked together where they leave one point, and shown by the layers beside the colour.
+
+use raywright_bvh::{Hit, Interval, PacketBackoff, Ray, RayPacket, Real, Vector};
+
+use super::{Kernel, Leg};
+use crate::interaction::Interaction;
+use crate::prepare::{Material, Prepared};
+
+/// What the layers beside the colour show of a first hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FirstHit {
+    pub albedo: [f64; 3],
+    pub normal: [f64; 3],
+    pub position: [f64; 3],
+    pub distance: f64,
+    pub object: u32,
+    pub material: u32,
+}
+
+impl FirstHit {
+    /// Out of line, and with a surface point of its own: a picture without such layers has only the question in its loop, and
+    /// its surface points stay in registers.
+    #[inline(never)]
+    pub(super) fn new<R: Real, K: Kernel>(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+        let at = Interaction::of::<K>(scene, leg, hit);
+        let here = scene.sources.at(&at);
+        let albedo = match &scene.materials[at.material as usize] {
+            Material::Classic(m) => m.colour.colour(&here),
+            Material::Physical(m) => m.base_at(&here),
+            Material::Unused => Vector::ZERO,
+        };
+        Self {
+            albedo: albedo.to_f64().to_array(),
+            normal: at.normal.to_f64().to_array(),
+            position: at.surface.point.to_f64().to_array(),
+            distance: at.distance.to_f64(),
+            object: at.object,
+            material: at.material,
+        }
+    }
+
+    /// The first hit of a camera ray that is followed no further; none for the sky.
+    pub(super) fn of_ray<R: Real, K: Kernel>(scene: &Prepared<R>, ray: Ray<R>) -> Option<Self> {
+        let leg = Leg { ray, ..Leg::of_camera(scene) };
+        let range = Interval { min: scene.least_distances().camera - leg.ahead, max: R::INFINITY };
+        let hit = scene.geometry.closest(&ray, range, &mut ())?;
+        Some(Self::new::<R, K>(scene, &leg, &hit))
+    }
+}
+
+/// The hits of some camera rays that were intersected together.
+pub(super) struct FirstHits<R: Real> {
+    directions: Vec<R::Vec3>,
+    hits: Vec<Option<Hit<R>>>,
+    patience: PacketBackoff,
+}
+
+impl<R: Real> Default for FirstHits<R> {
+    fn default() -> Self {
+        Self { directions: Vec::new(), hits: Vec::new(), patience: PacketBackoff::default() }
+    }
+}
+
+impl<R: Real> FirstHits<R> {
+    /// The hit of one of them; none where they were not intersected.
+    #[inline(always)]
+    pub fn get(&self, ray: usize) -> Option<&Option<Hit<R>>> {
+        self.hits.get(ray)
+    }
+
+    /// Intersects camera rays that leave one point at one time; no others.
+    pub fn intersect(&mut self, scene: &Prepared<R>, rays: &[Ray<R>]) {
+        let Self { directions, hits, patience } = self;
+        hits.clear();
+        let Some(first) = rays.first() else { return };
+        if !rays.iter().all(|ray| ray.origin == first.origin && ray.time == first.time) {
+            return;
+        }
+        directions.clear();
+        directions.extend(rays.iter().map(|ray| ray.direction));
+        let range = Interval { min: scene.least_distances().camera - scene.camera.ahead(), max: R::INFINITY };
+        let asked = RayPacket { origin: first.origin, directions, time: first.time, culls: first.culls, range };
+        scene.geometry.closest_from(&asked, patience, hits);
+    }
+}

@@ -1,0 +1,136 @@
+//! How a path leaves a vertex: the ray in the direction that was drawn, unless chance ends the path.
+
+use raywright_bvh::{Hit, Ray, Real, Vector};
+
+use super::{ENDS_FROM, GOES_ON, PathState, PathTracer, PreviousVertex, roulette_from};
+use crate::interaction::Interaction;
+use crate::material::{Glass, Interface, Sampled};
+use crate::prepare::{Alpha, Material};
+
+/// What scattering takes besides the direction.
+pub(super) struct Scattering<'a, R: Real> {
+    /// The normal of the lobes.
+    pub normal: R::Vec3,
+    /// Normal of the side that lights were asked for; zero for both.
+    pub lit: R::Vec3,
+    /// The boundary of glass that bends the path; none: it goes as drawn.
+    pub bent: Option<&'a Glass<R>>,
+    /// Whether lobes may have normals of their own.
+    pub coated: bool,
+}
+
+/// How a path would go on.
+pub(super) struct ScatteredRay<R: Real> {
+    pub ray: Ray<R>,
+    /// What storing took from its direction.
+    pub rest: R::Vec3,
+    /// Normal of the side that lights were asked for; zero for both.
+    pub lit: R::Vec3,
+    /// Whether it goes through the surface.
+    pub through: bool,
+    /// Whether it does so as shadow rays do.
+    pub straight: bool,
+}
+
+impl<R: Real> PathTracer<'_, R> {
+    /// Sends a path on in the direction that was drawn; whether it goes on.
+    #[inline(always)]
+    pub(super) fn scatter(
+        &mut self,
+        path: &mut PathState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        drawn: &Sampled<R>,
+        Scattering { normal, lit, bent, coated }: Scattering<'_, R>,
+    ) -> bool {
+        if !drawn.some {
+            return false;
+        }
+        let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
+        let through = drawn.direction.dot(normal) < R::ZERO;
+        // A shading normal must not take a reflection below the surface, nor what goes through it above.
+        if (geometric.dot(drawn.direction) < R::ZERO) != through {
+            return false;
+        }
+        let (direction, rest) = match bent {
+            Some(glass) => self.exact(path, hit, at, (glass, through), drawn),
+            None => (drawn.direction, Vector::ZERO),
+        };
+        // Starts of rays count from the normal that the object has.
+        let side = if through == (normal == at.normal) { -R::ONE } else { R::ONE };
+        // Of delta lobes only walls send light on without an index.
+        let straight = coated && drawn.delta && through && self.is_wall(at.material);
+        let ray = self.scene.spawn(at, direction, side);
+        let goes_on = self.go_on(path, at, drawn, ScatteredRay { ray, rest, lit, through, straight });
+        let rays = match (drawn.delta, through) {
+            (_, true) => &mut self.counters.refraction,
+            (true, false) => &mut self.counters.reflection,
+            (false, false) => &mut self.counters.scatter,
+        };
+        *rays += u64::from(goes_on);
+        goes_on
+    }
+
+    /// Takes a path on in the direction that was drawn at a vertex, unless chance ends it.
+    #[inline(always)]
+    pub(super) fn go_on(
+        &mut self,
+        path: &mut PathState<R>,
+        at: &Interaction<R>,
+        drawn: &Sampled<R>,
+        onward: ScatteredRay<R>,
+    ) -> bool {
+        let mut throughput = path.throughput * drawn.weight;
+        if path.traced >= roulette_from(self.scene.roulette) {
+            // Also ends what is no number.
+            let most = if path.traced < ENDS_FROM { R::ONE } else { R::from_f64(GOES_ON) };
+            let survives = throughput.max_element().min(most);
+            let goes_on = R::from_f32(path.draws.scatter[3]) < survives;
+            if !goes_on {
+                return false;
+            }
+            throughput *= R::ONE / survives;
+        }
+        if throughput == Vector::ZERO || !throughput.is_finite() {
+            return false;
+        }
+        path.leg.go_on(&onward.ray, onward.rest);
+        path.throughput = throughput;
+        path.address.bounce += 1;
+        // What goes straight on through a wall is still found by lights that were asked before it.
+        if !onward.straight {
+            let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
+            path.spread = path.spread.min(path.previous.density);
+            path.previous = PreviousVertex { from: at.surface.point, normal: onward.lit, density };
+            self.counters.unaided += u64::from(self.is_unaided(path) && !self.scene.lights.emitters.is_empty());
+        }
+        if self.scene.tracks_media && onward.through {
+            path.media = self.beyond(&path.media, at);
+        }
+        true
+    }
+
+    /// Whether a material is a wall that lets light straight through, all of it being there.
+    fn is_wall(&self, material: u32) -> bool {
+        matches!(&self.scene.materials[material as usize], Material::Physical(m) if m.is_wall() && m.alpha == Alpha::Opaque)
+    }
+
+    /// The direction that a boundary of glass sends a ray in, with the digits that storing takes from it.
+    fn exact(
+        &self,
+        path: &PathState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        (glass, through): (&Glass<R>, bool),
+        drawn: &Sampled<R>,
+    ) -> (R::Vec3, R::Vec3) {
+        let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
+        let [d, n] = self.scene.exact_directions(&path.leg, hit, at, side);
+        let interface = Interface::new(d, n, glass.eta(at.outside));
+        let exact = if through { interface.refracted } else { Some(interface.reflected) };
+        exact.map_or((drawn.direction, Vector::ZERO), |exact| {
+            let stored = R::Vec3::from_f64(exact);
+            (stored, Vector::from_f64(exact - stored.to_f64()))
+        })
+    }
+}

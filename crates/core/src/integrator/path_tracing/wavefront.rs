@@ -1,0 +1,198 @@
+//! Many paths at a time, stage by stage, each segment of all of them before the next one of any: what one asks of memory is on its way while
+//! others compute, and rays, sky and surfaces each have the caches to themselves. No path's bits depend on which others it goes with.
+
+use raywright_bvh::{Hit, Interval, Real, Vector};
+
+use super::super::{CameraRays, FirstHits, General, PACKET, PathResult, PathResults};
+use super::rough::{Bounce, RoughVertices};
+use super::{Draws, PathState, PathTracer};
+use crate::interaction::Interaction;
+use crate::light::Seen;
+use crate::sampler::{Purpose, Sequence, fours};
+
+/// Paths on their way together; kept by who has many, so that its lists are made once.
+pub(super) struct Wavefront<R: Real> {
+    paths: Vec<PathState<R>>,
+    /// Those that have a ray to be traced, by their places.
+    going: Vec<u32>,
+    /// What those hit, in their order.
+    hits: Vec<Option<Hit<R>>>,
+    /// What those that hit nothing see of the sky.
+    seen: Vec<Seen<R>>,
+    /// The surfaces that the others met.
+    met: Vec<Interaction<R>>,
+    sequences: Vec<(Sequence, u32)>,
+    draws: Vec<[f32; 4]>,
+    rough: RoughVertices<R>,
+    /// Which of them go on.
+    goes: Vec<bool>,
+    first_hits: FirstHits<R>,
+}
+
+impl<R: Real> Default for Wavefront<R> {
+    fn default() -> Self {
+        Self {
+            paths: Vec::new(),
+            going: Vec::new(),
+            hits: Vec::new(),
+            seen: Vec::new(),
+            met: Vec::new(),
+            sequences: Vec::new(),
+            draws: Vec::new(),
+            rough: RoughVertices::default(),
+            goes: Vec::new(),
+            first_hits: FirstHits::default(),
+        }
+    }
+}
+
+impl<R: Real> PathTracer<'_, R> {
+    /// Follows the paths of camera rays to their ends.
+    pub(super) fn follow(&mut self, rays: CameraRays<'_, R>, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
+        self.start(rays, wave);
+        if self.keeps_first {
+            results.first_hits.resize(rays.rays.len(), None);
+            results.direct.resize(rays.rays.len(), Vector::ZERO);
+        }
+        while !wave.going.is_empty() {
+            self.escape(wave, &mut results.direct);
+            self.locate(wave);
+            self.draw(wave);
+            self.evaluate(wave, results);
+            self.shade_rough(wave);
+            compact(wave);
+            self.intersect(wave);
+        }
+        self.finish(wave, results);
+    }
+
+    /// The paths of camera rays, with what those hit: as many as leave one point are intersected together.
+    fn start(&mut self, CameraRays { rays, addresses }: CameraRays<'_, R>, wave: &mut Wavefront<R>) {
+        let Wavefront { paths, going, hits, first_hits, .. } = wave;
+        self.counters.camera += rays.len() as u64;
+        paths.clear();
+        paths.extend(rays.iter().zip(addresses).map(|(&ray, &address)| self.camera_path(ray, address)));
+        going.clear();
+        going.extend(0..rays.len() as u32);
+        hits.clear();
+        for (rays, paths) in rays.chunks(PACKET).zip(paths.chunks(PACKET)) {
+            first_hits.intersect(self.scene, rays);
+            hits.extend(paths.iter().enumerate().map(|(i, path)| first_hits.get(i).copied().unwrap_or_else(|| self.hit(path))));
+        }
+    }
+
+    /// Traces the rays of the paths that go on.
+    fn intersect(&self, Wavefront { paths, going, hits, .. }: &mut Wavefront<R>) {
+        hits.clear();
+        hits.extend(going.iter().map(|&place| self.hit(&paths[place as usize])));
+    }
+
+    /// The hit of a path's ray.
+    #[inline(always)]
+    fn hit(&self, path: &PathState<R>) -> Option<Hit<R>> {
+        let min = if path.traced == 0 { self.least.camera - path.leg.ahead } else { self.least.secondary };
+        self.scene.geometry.closest(&path.leg.ray, Interval { min, max: R::INFINITY }, &mut ())
+    }
+
+    /// Ends the paths that hit nothing, with what they see of the sky.
+    fn escape(&mut self, Wavefront { paths, going, hits, seen, .. }: &mut Wavefront<R>, directs: &mut [R::Vec3]) {
+        let escaped = || going.iter().zip(&*hits).filter(|(_, hit)| hit.is_none()).map(|(&place, _)| place as usize);
+        seen.clear();
+        let legs = escaped().map(|place| &paths[place].leg);
+        self.scene.lights.sky.look(legs.map(|leg| (leg.start(), leg.ray.direction)), seen);
+        for (place, seen) in escaped().zip(&*seen) {
+            let path = &mut paths[place];
+            let brought = path.throughput * self.escaped(path, seen);
+            path.radiance += brought;
+            if path.traced == 0
+                && let Some(direct) = directs.get_mut(place)
+            {
+                *direct += brought;
+            }
+        }
+        let mut hit = hits.iter();
+        going.retain(|_| hit.next().is_some_and(Option::is_some));
+        hits.retain(Option::is_some);
+    }
+
+    /// Finds points, frames and coordinates of the surfaces that were met; their texels are asked for before any is waited for.
+    fn locate(&self, Wavefront { paths, going, hits, met, .. }: &mut Wavefront<R>) {
+        met.clear();
+        for (&place, hit) in going.iter().zip(&*hits) {
+            let (leg, Some(hit)) = (&paths[place as usize].leg, hit) else { continue };
+            met.push(Interaction::begun(self.scene, leg, hit));
+            let Some(at) = met.last_mut() else { continue };
+            at.finish::<General>(self.scene, leg, hit);
+            self.scene.sources.prefetch(at);
+        }
+    }
+
+    /// Makes the random numbers that nearly every vertex asks for.
+    fn draw(&self, Wavefront { paths, going, sequences, draws, .. }: &mut Wavefront<R>) {
+        let asks_lights = !self.scene.lights.choice().is_empty();
+        sequences.clear();
+        draws.clear();
+        for &place in &*going {
+            let PathState { address, way, .. } = &paths[place as usize];
+            sequences.push((Sequence::on(*way, *address, Purpose::Scatter), address.index));
+            if asks_lights {
+                sequences.push((Sequence::on(*way, *address, Purpose::Light), address.index));
+            }
+        }
+        fours(sequences.iter().copied(), draws);
+        for (&place, draws) in going.iter().zip(draws.chunks_exact(if asks_lights { 2 } else { 1 })) {
+            // Directions are what matters most: they have the first two dimensions of a point, which are the evenest together.
+            let [u, v, luck, lobe] = draws[0];
+            paths[place as usize].draws = Draws { scatter: [lobe, u, v, luck], light: draws.get(1).copied().unwrap_or_default() };
+        }
+    }
+
+    /// Reads what surfaces are made of and adds what they give off: those of common surfaces are gathered, others are shaded at once.
+    fn evaluate(&mut self, wave: &mut Wavefront<R>, results: &mut PathResults<R>) {
+        let Wavefront { paths, going, hits, met, rough, goes, .. } = wave;
+        rough.clear();
+        goes.clear();
+        for (k, (&place, at)) in going.iter().zip(&mut *met).enumerate() {
+            let (path, Some(hit)) = (&mut paths[place as usize], &hits[k]) else { continue };
+            let goes_on = self.gather_rough(k as u32, (path, hit, at), rough) || self.met(path, hit, at);
+            goes.push(goes_on);
+            if self.keeps_first {
+                let (first, direct) = (&mut results.first_hits[place as usize], &mut results.direct[place as usize]);
+                *first = self.first.take().or(*first);
+                *direct += core::mem::replace(&mut self.direct, Vector::ZERO);
+            }
+        }
+    }
+
+    /// Shades the vertices on common surfaces.
+    fn shade_rough(&mut self, Wavefront { paths, going, hits, met, rough, goes, .. }: &mut Wavefront<R>) {
+        self.shade_gathered(Bounce { paths, going, hits, met }, rough, |k| goes[k as usize] = false);
+    }
+
+    /// What the paths brought, limited and seen through a veil as the scene says.
+    fn finish(&self, wave: &Wavefront<R>, PathResults { paths: results, direct: directs, .. }: &mut PathResults<R>) {
+        let share = |path: &PathState<R>| self.scene.clamp.map(|most| clamping::<R>(path.radiance, most));
+        for (direct, path) in directs.iter_mut().zip(&wave.paths) {
+            *direct = *direct * share(path).unwrap_or(R::ONE) + self.scene.veil;
+        }
+        results.extend(wave.paths.iter().map(|path| {
+            let radiance = share(path).map_or(path.radiance, |share| path.radiance * share) + self.scene.veil;
+            PathResult { radiance, coverage: if path.hit { R::ONE } else { R::ZERO } }
+        }));
+    }
+}
+
+/// Leaves the paths that go on.
+fn compact<R: Real>(Wavefront { going, goes, .. }: &mut Wavefront<R>) {
+    let mut goes_on = goes.iter();
+    going.retain(|_| goes_on.next() == Some(&true));
+}
+
+/// The share of a radiance whose brightest channel is not above a limit.
+fn clamping<R: Real>(radiance: R::Vec3, most: R) -> R {
+    let brightest = radiance.max_element();
+    if brightest > most { most / brightest } else { R::ONE }
+}
+
+#[cfg(test)]
+mod tests;

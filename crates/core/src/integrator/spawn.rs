@@ -1,0 +1,60 @@
+//! Rays that leave a surface: where they start, and the exact directions that refraction asks for.
+
+use glam::DVec3;
+use raywright_bvh::{Hit, Ray, Real, Vector};
+
+use super::Leg;
+use crate::interaction::Interaction;
+use crate::prepare::{Prepared, Spawn};
+
+/// Distances from which on hits count.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LeastDistances<R> {
+    /// Of rays of the camera.
+    pub camera: R,
+    /// Of all others but those to lights.
+    pub secondary: R,
+}
+
+impl<R: Real> Prepared<R> {
+    /// From what distances on hits of rays count under the scene's rule.
+    pub(super) fn least_distances(&self) -> LeastDistances<R> {
+        match self.rules.spawn {
+            Spawn::ErrorBound => LeastDistances { camera: R::ZERO, secondary: R::ZERO },
+            Spawn::Constant { camera_min, secondary_min, .. } => LeastDistances { camera: camera_min, secondary: secondary_min },
+        }
+    }
+
+    /// The ray that leaves a surface in a unit direction. `side` is the normal's factor where the offset is constant: 1 for
+    /// the side that the ray came from, −1 for the other.
+    #[inline(always)]
+    pub(super) fn spawn(&self, at: &Interaction<R>, direction: R::Vec3, side: R) -> Ray<R> {
+        let origin = match self.rules.spawn {
+            Spawn::ErrorBound => at.surface.spawn(direction),
+            Spawn::Constant { offset, along_ray: true, .. } => at.surface.point + direction * offset,
+            Spawn::Constant { offset, .. } => at.surface.point + at.normal * (offset * side),
+        };
+        Ray::new(origin, direction)
+    }
+
+    /// Whether a surface gives off what its material does on the side that was hit.
+    #[inline(always)]
+    pub(super) fn shines(&self, at: &Interaction<R>) -> bool {
+        at.outside || !self.objects[at.object as usize].culled
+    }
+
+    /// The ray's direction and the shading normal, turned by `side`, with all digits that are known: a normal that is the
+    /// geometric one from before it was stored.
+    pub(super) fn exact_directions(&self, leg: &Leg<R>, hit: &Hit<R>, at: &Interaction<R>, side: R) -> [DVec3; 2] {
+        let (n, out) = (at.normal, at.surface.normal);
+        let known = || self.geometry.located(&leg.ray, hit).normal.to_f64();
+        let n = if n == out {
+            known()
+        } else if n == -out {
+            -known()
+        } else {
+            n.to_f64()
+        };
+        [leg.ray.direction.to_f64() + leg.rest.to_f64(), n * side.to_f64()]
+    }
+}

@@ -1,0 +1,260 @@
+//! Whitted ray tracing: local lighting, mirror reflection and refraction, for both families of materials.
+//!
+//! A path has a running throughput; where a surface sends two rays, one of them is a path of its own, followed before this one goes on.
+
+mod classic;
+mod physical;
+mod state;
+
+use core::marker::PhantomData;
+
+use raywright_bvh::{Hit, Interval, Query, Ray, Real, Vector};
+
+use self::state::{ScatteredRays, Step, WhittedState};
+use super::shadow::Between;
+use super::spawn::LeastDistances;
+use super::{CameraRays, FirstHit, FirstHits, Kernel, Leg, LightTransport, PACKET, PathResult, PathResults};
+use crate::counters::Counters;
+use crate::interaction::Interaction;
+use crate::light::{LightId, LightSample};
+use crate::observer::Observer;
+use crate::prepare::{Alpha, Material, Prepared};
+use crate::sampler::{Address, Purpose, pair};
+use crate::settings::Settings;
+
+/// After so many divisions of paths the observer is asked whether to go on.
+const DIVISIONS: u32 = 4096;
+
+/// Follows rays by Whitted's rules.
+pub(crate) struct WhittedTracer<'a, R: Real, K: Kernel> {
+    scene: &'a Prepared<R>,
+    counters: Counters,
+    /// Paths that wait for their side branches; empty between camera rays.
+    waiting: Vec<WhittedState<R>>,
+    /// Asked now and then while paths divide, since one pixel may have more branches than a lifetime has seconds.
+    observer: &'a dyn Observer,
+    divisions: u32,
+    stopped: bool,
+    /// Whether the first hits of camera rays are kept, the one of the ray followed last, and what that saw without light from elsewhere.
+    keeps_first: bool,
+    first: Option<FirstHit>,
+    direct: R::Vec3,
+    max_depth: u32,
+    least: LeastDistances<R>,
+    first_hits: FirstHits<R>,
+    kernel: PhantomData<K>,
+}
+
+impl<'a, R: Real, K: Kernel> LightTransport<'a, R> for WhittedTracer<'a, R, K> {
+    const BATCH: usize = PACKET;
+
+    fn new(scene: &'a Prepared<R>, max_depth: u32, keeps_first: bool, observer: &'a dyn Observer) -> Self {
+        Self {
+            scene,
+            counters: Counters::default(),
+            waiting: Vec::new(),
+            observer,
+            divisions: 0,
+            stopped: false,
+            keeps_first,
+            first: None,
+            direct: Vector::ZERO,
+            // Rays divide: without a limit there would be no end.
+            max_depth: max_depth.min(Settings::MOST_SEGMENTS),
+            least: scene.least_distances(),
+            first_hits: FirstHits::default(),
+            kernel: PhantomData,
+        }
+    }
+
+    fn trace(&mut self, CameraRays { rays, addresses }: CameraRays<'_, R>, out: &mut PathResults<R>) {
+        out.clear();
+        self.first_hits.intersect(self.scene, rays);
+        for (place, (ray, address)) in rays.iter().zip(addresses).enumerate() {
+            let mut path = self.camera_path(ray, address);
+            let known = self.first_hits.get(place).copied();
+            self.follow(&mut path, known);
+            let veil = self.scene.veil;
+            out.paths.push(PathResult { radiance: path.radiance + veil, coverage: path.covered });
+            if self.keeps_first {
+                out.first_hits.push(self.first);
+                out.direct.push(self.direct + veil);
+            }
+        }
+    }
+
+    fn first_hit(&mut self, ray: Ray<R>) -> Option<FirstHit> {
+        self.counters.camera += 1;
+        FirstHit::of_ray::<R, K>(self.scene, ray)
+    }
+
+    fn take_counters(&mut self) -> Counters {
+        core::mem::take(&mut self.counters)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+}
+
+impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
+    /// The path of a camera ray before its first segment.
+    #[inline(always)]
+    fn camera_path(&mut self, ray: &Ray<R>, address: &Address) -> WhittedState<R> {
+        self.first = None;
+        self.direct = Vector::ZERO;
+        self.counters.camera += 1;
+        // The ray is written into its place: a leg that is copied has to wait for its own numbers.
+        let mut path = WhittedState {
+            leg: Leg::of_camera(self.scene),
+            throughput: Vector::ONE,
+            radiance: Vector::ZERO,
+            address: *address,
+            segments: self.max_depth,
+            cutouts: 0,
+            camera: true,
+            share: R::ONE,
+            covered: R::ZERO,
+            met: None,
+        };
+        path.leg.ray = *ray;
+        path
+    }
+
+    /// What a path asks next.
+    #[inline(always)]
+    fn query(&self, path: &WhittedState<R>) -> Query<R> {
+        let min = if path.camera { self.least.camera - path.leg.ahead } else { self.least.secondary };
+        Query { ray: path.leg.ray, range: Interval { min, max: R::INFINITY } }
+    }
+
+    /// What one more segment makes of a path: it has met this, or nothing.
+    #[inline(always)]
+    fn advance(&mut self, path: &mut WhittedState<R>, hit: Option<&Hit<R>>) -> Step<R> {
+        let Some(hit) = hit else {
+            let backdrop = if path.camera { self.scene.backdrop } else { None };
+            let direction = path.leg.ray.direction;
+            let seen = match backdrop {
+                Some(backdrop) => backdrop.seen(direction),
+                None => self.scene.lights.sky.radiance(path.leg.start(), direction),
+            };
+            path.radiance += path.throughput * seen;
+            self.see(path.camera, path.throughput * seen);
+            return Step::Ended;
+        };
+        // What `Interaction::of` does, in its place.
+        let mut at = Interaction::begun(self.scene, &path.leg, hit);
+        at.finish::<K>(self.scene, &path.leg, hit);
+        if K::PHYSICAL {
+            at.bend_where_bumpy(self.scene, &path.leg, hit);
+        }
+        if path.camera && self.keeps_first && self.first.is_none() {
+            self.first = Some(FirstHit::new::<R, K>(self.scene, &path.leg, hit));
+        }
+        match &self.scene.materials[at.material as usize] {
+            Material::Classic(m) => self.classic(m, path, hit, &at),
+            Material::Physical(m) if K::PHYSICAL => {
+                if m.alpha != Alpha::Opaque
+                    && let Some(step) = self.cutout(m, path, hit, &at)
+                {
+                    return step;
+                }
+                self.physical(m, path, hit, &at)
+            }
+            Material::Physical(_) | Material::Unused => path.leave(ScatteredRays::NONE),
+        }
+    }
+
+    /// Notes what a camera ray sees by itself, where that is kept.
+    #[inline(always)]
+    fn see(&mut self, camera: bool, radiance: R::Vec3) {
+        if camera && self.keeps_first {
+            self.direct += radiance;
+        }
+    }
+
+    /// Follows a path to its end, its side branches included. What its first ray hits may be known.
+    fn follow(&mut self, path: &mut WhittedState<R>, mut known: Option<Option<Hit<R>>>) {
+        while path.segments > 0 || self.resume(path) {
+            let hit = match known.take() {
+                Some(hit) => hit,
+                None => path.met.or_else(|| {
+                    let Query { ray, range } = self.query(path);
+                    self.scene.geometry.closest(&ray, range, &mut ())
+                }),
+            };
+            match self.advance(path, hit.as_ref()) {
+                Step::Onward => {}
+                Step::Aside(aside) => self.wait(path, aside),
+                Step::Ended => path.segments = 0,
+            }
+        }
+    }
+
+    /// Lets a path wait for its side branch, which is followed first. Out of line, as [`Self::resume`]'s work is: most paths
+    /// never divide.
+    #[inline(never)]
+    fn wait(&mut self, path: &mut WhittedState<R>, aside: WhittedState<R>) {
+        self.divisions = self.divisions.wrapping_add(1);
+        if self.divisions.is_multiple_of(DIVISIONS) && self.observer.cancelled() {
+            self.stopped = true;
+        }
+        if self.stopped {
+            self.waiting.clear();
+            path.segments = 0;
+        } else {
+            self.waiting.push(core::mem::replace(path, aside));
+        }
+    }
+
+    /// Goes on with the path that waits for this one, which has ended; false where none does.
+    #[inline(always)]
+    fn resume(&mut self, path: &mut WhittedState<R>) -> bool {
+        !self.waiting.is_empty() && self.taken_up(path)
+    }
+
+    #[inline(never)]
+    fn taken_up(&mut self, path: &mut WhittedState<R>) -> bool {
+        let Some(before) = self.waiting.pop() else { return false };
+        let brought = core::mem::replace(path, before);
+        path.radiance += brought.radiance;
+        path.covered += brought.covered;
+        true
+    }
+
+    /// What lies between a surface and a light that it sees.
+    #[inline]
+    fn before(&mut self, light: &LightSample<R>, at: &Interaction<R>, want_distance: bool) -> Between<R> {
+        match self.scene.towards(light, at) {
+            Some((ray, range)) => {
+                self.counters.shadow += 1;
+                self.scene.between::<K>((&ray.at_time(at.time), range), &light.target, want_distance)
+            }
+            // The light is where the ray would start: nothing is in between.
+            None => Between { share: R::ONE, distance: R::INFINITY },
+        }
+    }
+
+    /// A point of an emissive surface that lights the hit, with the share of its light that arrives.
+    fn emitter(&mut self, at: &Interaction<R>, address: Address) -> Option<(LightSample<R>, R)> {
+        let emitters = &self.scene.lights.emitters;
+        if emitters.is_empty() {
+            return None;
+        }
+        let pick = pair(address, Purpose::Emitter);
+        let position = pair(address, Purpose::EmitterPoint);
+        let (index, probability) = emitters.choose(pick)?;
+        let drawn = emitters.sample(index, at.surface.point, position, probability)?;
+        if at.normal.dot(drawn.direction) <= R::ZERO {
+            return None;
+        }
+        let aimed = self.scene.aimed(LightId::Emitter(index), drawn, at.surface.point)?;
+        let (ray, range) = self.scene.towards(&aimed, at)?;
+        self.counters.shadow += 1;
+        let share = self.scene.between::<K>((&ray.at_time(at.time), range), &aimed.target, false).share;
+        (share > R::ZERO).then_some((drawn, share))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+//! The classic material model: its terms, in the order in which the documented shaders add them.
+
+use glam::DVec3;
+use raywright_bvh::{Hit, Real, Vector};
+
+use super::super::Kernel;
+use super::WhittedTracer;
+use super::state::{NextRay, ScatteredRays, Step, WhittedState};
+use crate::interaction::{Beam, Interaction};
+use crate::material::{Glass, Interface};
+use crate::prepare::{Classic, Here, Specular};
+use crate::sampler::Address;
+use crate::scene::SpecularModel;
+
+impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
+    /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.
+    #[inline(always)]
+    pub(super) fn classic(&mut self, m: &Classic<R>, path: &mut WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
+        let WhittedState { throughput, segments, address, .. } = *path;
+        let radiance = &mut path.radiance;
+        let mut here = self.scene.sources.at(at);
+        let reflects = m.reflection.is_some() || m.transmission.is_some();
+        let alone = reflects && segments == 1 && self.scene.rules.local_only_at_limit;
+        let colour = m.colour.colour(&here);
+        if alone || !m.local.is_zero() {
+            let local = self.local(m, &mut here, colour, address);
+            let weight = if alone { R::ONE } else { m.local.number(&here) };
+            *radiance += throughput * local * weight;
+        }
+        if let Some(emission) = m.emission.as_ref().filter(|_| self.scene.shines(at)) {
+            let emitted = throughput * emission.colour(&here);
+            *radiance += emitted;
+            self.see(path.camera, emitted);
+        }
+        if alone {
+            return path.leave(ScatteredRays::NONE);
+        }
+        if let Some(transmission) = &m.transmission {
+            let leaving = self.refract((&transmission.glass, transmission.switch), path, hit, at, throughput);
+            return path.leave(leaving);
+        }
+        let Some(reflection) = &m.reflection else { return path.leave(ScatteredRays::NONE) };
+        let mut throughput = throughput * reflection.weight.number(&here);
+        if reflection.tinted {
+            throughput *= colour;
+        }
+        let mut direction = at.mirrored();
+        if let Some((amount, rows)) = &reflection.fuzz {
+            let p = at.surface.point;
+            let wave = R::Vec3::new(rows[0].dot(p).sin(), rows[1].dot(p).sin(), rows[2].dot(p).sin());
+            direction = (direction + wave * *amount).normalize();
+        }
+        if let Some(specular) = m.specular.as_ref().filter(|s| s.on_reflection) {
+            let highlight = self.highlights(specular, &here);
+            *radiance += throughput * highlight;
+        }
+        if segments > 1 {
+            self.counters.reflection += 1;
+        }
+        path.leave(ScatteredRays::one(Some(NextRay::new(self.scene.spawn(at, direction, R::ONE), throughput))))
+    }
+
+    /// colour·(ambient + Σ diffuse·light) + Σ specular + rim. Leaves the first light's direction and shadow `here`, where the
+    /// expressions of reflection weights find them.
+    #[inline(always)]
+    fn local(&mut self, m: &Classic<R>, here: &mut Here<'_, R>, colour: R::Vec3, address: Address) -> R::Vec3 {
+        let (scene, at) = (self.scene, here.at);
+        let zero = R::ZERO;
+        let n = at.normal;
+        let mut lit = m.ambient;
+        let mut gloss = R::Vec3::ZERO;
+        let specular = m.specular.as_ref().filter(|s| !s.on_reflection);
+        let mut first = None;
+        for light in &scene.lights.delta {
+            let Some(seen) = light.sample(at.surface.point) else { continue };
+            here.beam.direction = seen.direction;
+            let facing = n.dot(seen.direction).max(zero);
+            let highlight = match specular {
+                Some(s) if light.specular => lobe(s, at, seen.direction),
+                _ => zero,
+            };
+            let mut share = R::ONE;
+            if light.dimmed && (facing > zero || highlight > zero || m.shadow.is_some()) {
+                if light.shadows && m.asks_what_is_between {
+                    let between = self.before(&seen, at, m.asks_how_far);
+                    (here.beam.occluder, here.beam.share) = (between.distance, between.share);
+                }
+                share = m.shadow.as_ref().map_or(here.beam.share, |s| s.number(here));
+                here.beam.share = share;
+            }
+            lit += seen.arriving * (m.diffuse.number(here) * facing * share);
+            if let Some(s) = specular
+                && highlight > zero
+            {
+                let tint = if s.lit { seen.arriving } else { R::Vec3::ONE };
+                let share = if s.shadowed { share } else { R::ONE };
+                gloss += tint * (highlight * share * s.strength.number(here));
+            }
+            first.get_or_insert(here.beam);
+            here.beam = Beam::default();
+        }
+        if !m.diffuse.is_zero()
+            && let Some((drawn, share)) = self.emitter(at, address)
+        {
+            (here.beam.direction, here.beam.share) = (drawn.direction, share);
+            // Emissive surfaces have a radiance, so here the classic surface answers as Lambert's: its colour over π.
+            let facing = n.dot(drawn.direction) * share * R::from_f64(core::f64::consts::FRAC_1_PI);
+            lit += drawn.arriving * (m.diffuse.number(here) * facing);
+        }
+        here.beam = first.unwrap_or_default();
+        let mut local = colour * lit + gloss;
+        if let Some((strength, exponent)) = &m.rim {
+            let k = n.dot(at.direction);
+            local += R::Vec3::splat(strength.number(here) * Real::powi(R::ONE - k * k, *exponent));
+        }
+        local
+    }
+
+    /// Highlights that belong to the reflection: no shadow ray, as the documented preset's mirror has it.
+    fn highlights(&mut self, specular: &Specular<R>, here: &Here<'_, R>) -> R::Vec3 {
+        let mut sum = R::Vec3::ZERO;
+        for light in self.scene.lights.delta.iter().filter(|l| l.specular) {
+            let Some(seen) = light.sample(here.at.surface.point) else { continue };
+            let mut highlight = lobe(specular, here.at, seen.direction);
+            if highlight > R::ZERO && specular.shadowed && light.shadows {
+                highlight *= self.before(&seen, here.at, false).share;
+            }
+            let tint = if specular.lit { seen.arriving } else { R::Vec3::ONE };
+            sum += tint * (highlight * specular.strength.number(here));
+        }
+        sum
+    }
+
+    /// Refraction with the reflection of glass: one ray, or both with their Fresnel weights.
+    #[inline(always)]
+    pub(super) fn refract(
+        &mut self,
+        (glass, switch): (&Glass<R>, Option<R>),
+        path: &WhittedState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+        throughput: R::Vec3,
+    ) -> ScatteredRays<R> {
+        if path.segments <= 1 {
+            return ScatteredRays::NONE;
+        }
+        // A normal that is not turned to the viewer points away from a ray inside.
+        let side = if at.direction.dot(at.normal) > R::ZERO { -R::ONE } else { R::ONE };
+        let [d, n] = self.scene.exact_directions(&path.leg, hit, at, side);
+        let interface = Interface::new(d, n, glass.eta(at.outside));
+        let leaves = |this: &Self, direction: DVec3, side, throughput| {
+            let stored = R::Vec3::from_f64(direction);
+            let rest = R::Vec3::from_f64(direction - stored.to_f64());
+            NextRay { ray: this.scene.spawn(at, stored, side), throughput, rest }
+        };
+        let reflected = |this: &mut Self, throughput| {
+            this.counters.reflection += 1;
+            leaves(this, interface.reflected, side, throughput)
+        };
+        let Some(refracted) = interface.refracted else {
+            return ScatteredRays::one(Some(reflected(self, throughput * glass.reflected)));
+        };
+        let onward = |this: &mut Self, throughput| {
+            this.counters.refraction += 1;
+            leaves(this, refracted, -side, throughput)
+        };
+        if let Some(threshold) = switch {
+            return ScatteredRays::one(Some(if R::from_f64(interface.schlick()) > threshold {
+                reflected(self, throughput * glass.reflected)
+            } else {
+                onward(self, throughput * glass.transmitted)
+            }));
+        }
+        let fresnel = R::from_f64(interface.fresnel());
+        let mirrored = throughput * glass.reflected * fresnel;
+        let through = throughput * glass.transmitted * (R::ONE - fresnel);
+        ScatteredRays {
+            aside: (mirrored != R::Vec3::ZERO).then(|| reflected(self, mirrored)),
+            onward: (through != R::Vec3::ZERO).then(|| onward(self, through)),
+        }
+    }
+}
+
+/// The shape of a highlight towards a light in unit direction `l`.
+#[inline(always)]
+fn lobe<R: Real>(s: &Specular<R>, at: &Interaction<R>, l: R::Vec3) -> R {
+    let cosine = match s.model {
+        SpecularModel::Blinn => at.normal.dot((l - at.direction).normalize()),
+        SpecularModel::BlinnReflected => at.normal.dot((l - at.mirrored()).normalize()),
+        SpecularModel::Phong => at.mirrored().dot(l),
+        SpecularModel::Grazing => at.direction.dot(at.mirrored()),
+    };
+    // Halfway between opposite directions there is none: NaN, and no highlight.
+    Real::powi(cosine.max(R::ZERO), s.exponent)
+}

@@ -1,0 +1,122 @@
+//! Whitted shading of a physical material: base colour lit by the lights and by the sky's cosine-weighted average, smooth
+//! reflection and refraction traced, rough lobes as local highlights.
+
+use raywright_bvh::{Hit, Ray, Real, Vector};
+
+use super::super::{Kernel, MAX_CUTOUTS};
+use super::WhittedTracer;
+use super::state::{NextRay, ScatteredRays, Step, WhittedState};
+use crate::effects::MIRROR_ROUGHNESS;
+use crate::interaction::Interaction;
+use crate::material::{Glass, MetallicRoughness, environment_reflectance};
+use crate::prepare::Physical;
+use crate::sampler::{Address, Branch};
+
+impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
+    /// Where the surface does not cover all of what is behind it: the path goes on there, or, where it covers some, waits for
+    /// the path that shows the rest. None where it covers everything, and where the path has waited.
+    pub(super) fn cutout(
+        &mut self,
+        m: &Physical<R>,
+        path: &mut WhittedState<R>,
+        hit: &Hit<R>,
+        at: &Interaction<R>,
+    ) -> Option<Step<R>> {
+        if path.met.take().is_some() {
+            return None;
+        }
+        let alpha = m.alpha_at(&self.scene.sources.at(at));
+        if alpha >= R::ONE {
+            return None;
+        }
+        let behind = Ray { culls: path.leg.ray.culls, ..self.scene.spawn(at, at.direction, -R::ONE) };
+        if alpha <= R::ZERO {
+            path.cutouts += 1;
+            if path.cutouts > MAX_CUTOUTS {
+                return Some(Step::Ended);
+            }
+            let rest = path.leg.rest;
+            path.leg.go_on(&behind, rest);
+            path.address.bounce += 1;
+            return Some(Step::Onward);
+        }
+        let next = NextRay { ray: behind, throughput: path.throughput * (R::ONE - alpha), rest: path.leg.rest };
+        path.throughput *= alpha;
+        let behind = path.share * (R::ONE - alpha);
+        path.share *= alpha;
+        (path.segments > 1).then(|| {
+            path.met = Some(*hit);
+            // What a camera ray sees through a surface it sees as if nothing were before it.
+            Step::Aside(WhittedState { camera: path.camera, share: behind, ..path.branch(&next, Branch::Behind) })
+        })
+    }
+
+    /// Adds what a physical surface sends back by itself to what the path brings, which then goes on with the rays that leave.
+    #[inline(always)]
+    pub(super) fn physical(&mut self, m: &Physical<R>, path: &mut WhittedState<R>, hit: &Hit<R>, at: &Interaction<R>) -> Step<R> {
+        let WhittedState { throughput, segments, address, .. } = *path;
+        let radiance = &mut path.radiance;
+        let here = self.scene.sources.at(at);
+        if let Some(emission) = m.emission.as_ref().filter(|_| self.scene.shines(at)) {
+            let emitted = emission.tint(&here, throughput);
+            *radiance += emitted;
+            self.see(path.camera, emitted);
+        }
+        if m.unlit {
+            let shown = throughput * m.base_at(&here);
+            *radiance += shown;
+            self.see(path.camera, shown);
+            return path.leave(ScatteredRays::NONE);
+        }
+        let model = m.model_at(&here);
+        let mirror = m.mirrors && model.roughness <= R::from_f64(MIRROR_ROUGHNESS);
+        *radiance += throughput * self.lit(&model, at, mirror, address);
+        let dielectric = R::ONE - model.metallic;
+        if let Some(glass) = model.glass.filter(|_| dielectric > R::ZERO) {
+            // Paint reflects as glass does, from outside alone.
+            let mirrored = if at.outside { R::ONE } else { glass.share };
+            let glass = Glass { reflected: glass.reflected * mirrored, transmitted: glass.transmitted * glass.share, ..glass };
+            let leaving = self.refract((&glass, None), path, hit, at, throughput * dielectric);
+            return path.leave(leaving);
+        }
+        let weight = throughput * model.mirror().reflectance(-at.direction.dot(at.normal));
+        path.leave(ScatteredRays::one((mirror && segments > 1).then(|| {
+            self.counters.reflection += 1;
+            NextRay::new(self.scene.spawn(at, at.mirrored(), R::ONE), weight)
+        })))
+    }
+
+    /// Light of the lights and of the sky's average, diffused and as rough highlights.
+    fn lit(&mut self, model: &MetallicRoughness<R>, at: &Interaction<R>, mirror: bool, address: Address) -> R::Vec3 {
+        let (scene, normal, view) = (self.scene, at.normal, -at.direction);
+        let bsdf = model.answer(normal, view);
+        let zero = R::ZERO;
+        let mut sum = R::Vec3::ZERO;
+        for light in &scene.lights.delta {
+            let Some(seen) = light.sample(at.surface.point) else { continue };
+            let facing = normal.dot(seen.direction);
+            if facing <= zero {
+                continue;
+            }
+            let share = if light.shadows { self.before(&seen, at, false).share } else { R::ONE };
+            if share > zero {
+                let wi = seen.direction;
+                let answer = if light.specular { bsdf.eval(view, wi) } else { bsdf.diffuse(view, wi) };
+                sum += seen.arriving * answer * (facing * share);
+            }
+        }
+        if let Some((drawn, share)) = self.emitter(at, address) {
+            let facing = normal.dot(drawn.direction);
+            sum += drawn.arriving * bsdf.eval(view, drawn.direction) * (facing * share);
+        }
+        if let Some(irradiance) = &scene.irradiance {
+            let facing = normal.dot(view).max(zero);
+            let reflected = environment_reflectance(model.f0(), model.roughness, facing);
+            sum += model.albedo() * (R::Vec3::ONE - reflected) * irradiance.at(normal);
+            if !mirror {
+                sum += reflected * irradiance.at(at.mirrored());
+            }
+        }
+        sum
+    }
+}

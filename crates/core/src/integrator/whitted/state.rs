@@ -1,0 +1,123 @@
+//! A path on its way. What one more segment makes of it is apart from who asks for it, so that paths may be followed one by one
+//! or many at a time, in any order: their bits depend on nothing else.
+
+use raywright_bvh::{Hit, Ray, Real, Vector};
+
+use super::super::Leg;
+use crate::sampler::{Address, Branch};
+
+/// Where a path is: all that its next segment depends on, in numbers alone, so that paths can lie side by side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WhittedState<R: Real> {
+    /// The ray to be traced.
+    pub leg: Leg<R>,
+    /// Share of what arrives along it that reaches the camera.
+    pub throughput: R::Vec3,
+    /// What the path has brought so far.
+    pub radiance: R::Vec3,
+    /// The vertex in the making, for random numbers.
+    pub address: Address,
+    /// Segments that it may still have, the one to be traced included; none: it has ended.
+    pub segments: u32,
+    /// Surfaces that it passed through because they are absent there.
+    pub cutouts: u32,
+    /// Whether it still is what the camera sees first.
+    pub camera: bool,
+    /// Share of the camera ray that goes this way, while it is what the camera sees: less than one behind what is there in part.
+    pub share: R,
+    /// What of the camera ray it has found covered, with the paths that it waited for.
+    pub covered: R,
+    /// What the ray met, where that waits for what is behind it.
+    pub met: Option<Hit<R>>,
+}
+
+/// A ray to follow, with what it counts.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NextRay<R: Real> {
+    pub ray: Ray<R>,
+    pub throughput: R::Vec3,
+    /// What storing took from the direction. Only the next interface asks for it: leaving glass near the critical angle
+    /// magnifies it thousands of times, and a slab then turns a ray that it should only move.
+    pub rest: R::Vec3,
+}
+
+impl<R: Real> NextRay<R> {
+    /// A ray whose stored direction is all there is to know.
+    #[inline(always)]
+    pub fn new(ray: Ray<R>, throughput: R::Vec3) -> Self {
+        Self { ray, throughput, rest: Vector::ZERO }
+    }
+}
+
+/// The rays that leave a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScatteredRays<R: Real> {
+    /// The path's own.
+    pub onward: Option<NextRay<R>>,
+    /// Another one, whose path comes first and brings its radiance to this one.
+    pub aside: Option<NextRay<R>>,
+}
+
+impl<R: Real> ScatteredRays<R> {
+    /// Nothing does.
+    pub const NONE: Self = Self { onward: None, aside: None };
+
+    /// One ray at most.
+    #[inline(always)]
+    pub fn one(onward: Option<NextRay<R>>) -> Self {
+        Self { onward, aside: None }
+    }
+}
+
+/// What became of a path.
+pub(crate) enum Step<R: Real> {
+    /// It has another ray to be traced.
+    Onward,
+    /// First this path is to be followed to its end, and what it brings added.
+    Aside(WhittedState<R>),
+    /// It has brought all that it brings.
+    Ended,
+}
+
+impl<R: Real> WhittedState<R> {
+    /// The path of a side branch that leaves at the vertex in the making.
+    pub fn branch(&self, next: &NextRay<R>, branch: Branch) -> Self {
+        let mut leg = self.leg;
+        leg.go_on(&next.ray, next.rest);
+        Self {
+            leg,
+            throughput: next.throughput,
+            radiance: Vector::ZERO,
+            address: self.address.aside(branch),
+            segments: self.segments - 1,
+            cutouts: 0,
+            camera: false,
+            share: R::ZERO,
+            covered: R::ZERO,
+            met: None,
+        }
+    }
+
+    /// Ends the vertex and takes up what leaves it.
+    #[inline(always)]
+    pub fn leave(&mut self, leaving: ScatteredRays<R>) -> Step<R> {
+        let aside = leaving.aside.map(|next| self.branch(&next, Branch::Reflected));
+        self.covered += self.share;
+        self.share = R::ZERO;
+        self.address.bounce += 1;
+        self.segments -= 1;
+        match leaving.onward {
+            Some(next) if self.segments > 0 => {
+                self.leg.go_on(&next.ray, next.rest);
+                self.throughput = next.throughput;
+                self.camera = false;
+            }
+            _ => self.segments = 0,
+        }
+        match aside {
+            Some(aside) => Step::Aside(aside),
+            None if self.segments == 0 => Step::Ended,
+            None => Step::Onward,
+        }
+    }
+}

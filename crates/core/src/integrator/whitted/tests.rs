@@ -1,0 +1,155 @@
+//! Paths that are under way together.
+
+use glam::{DAffine3, DVec3, Vec3};
+use raywright_bvh::shapes::{AnyShape, Quad, Sphere};
+use raywright_bvh::{AcceleratorKind, Geometry, Hit, Occlusion, PrimitiveSet, Visibility};
+use serde_json::json;
+
+use super::super::General;
+use super::*;
+use crate::effects::EffectSet;
+use crate::prepare::Prepared;
+use crate::scene::Scene;
+use crate::settings::Settings;
+
+/// Glass that sends two rays from every hit, a half-transparent sheet, a mask, mirrors, and a lamp whose points are drawn.
+fn everything() -> Scene {
+    let ball = |x: f64, z: f64, material: &str| json!({ "shape": { "sphere": { "centre": [x, 0, z], "radius": 0.9 } }, "material": material });
+    let quad = |z: f64, material: &str| {
+        let shape = json!({ "quad": { "corner": [-3, -2, z], "edge_u": [6, 0, 0], "edge_v": [0, 4, 0] } });
+        json!({ "shape": shape, "material": material })
+    };
+    let physical = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "physical": terms } });
+    let classic = |name: &str, terms: serde_json::Value| json!({ "name": name, "model": { "classic": terms } });
+    serde_json::from_value(json!({
+        "format": 1,
+        "cameras": [{ "pose": { "look_at": { "eye": [0, 0.4, 6], "target": [0, 0, 0] } },
+            "projection": { "pinhole": { "vertical_fov": 50 } } }],
+        "sky": { "constant": [0.2, 0.3, 0.5] },
+        "materials": [
+            physical("glass", json!({ "transmission": 1, "roughness": 0, "ior": 1.5 })),
+            physical("sheet", json!({ "alpha": "blend", "opacity": 0.4, "roughness": 0, "metallic": 0.5 })),
+            physical("mask", json!({ "alpha": { "mask": { "cutoff": 0.5 } }, "opacity": "p.x > 0 ? 1 : 0" })),
+            classic("mirror", json!({ "reflection": { "weight": 0.6 } })),
+            classic("lamp", json!({ "local": 0, "emission": 4 })),
+        ],
+        "objects": [ball(-1.0, 0.0, "glass"), ball(1.0, 0.0, "mirror"), quad(1.5, "sheet"), quad(2.5, "mask"), quad(-3.0, "mirror"),
+            { "shape": { "sphere": { "centre": [0, 3, 3], "radius": 0.5 } }, "material": "lamp" }],
+    }))
+    .expect("a scene")
+}
+
+/// A path with the ones that wait for it.
+struct Way {
+    path: WhittedState<f32>,
+    waiting: Vec<WhittedState<f32>>,
+    ended: bool,
+}
+
+/// Protects: paths that are advanced together, one segment each, in another order at every turn and with their rays asked as
+/// one slice, bring the bits and trace the rays of paths that are followed one by one.
+#[test]
+fn together_or_one_by_one() {
+    let scene = everything();
+    let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
+    let prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+    let mut tracer = WhittedTracer::<f32, General>::new(&prepared, settings.max_depth, false, &());
+    let pixels = || (0..24 * 16).map(|i| [i % 24, i / 24]);
+    let begin = |tracer: &mut WhittedTracer<'_, f32, General>, pixel: [u32; 2]| {
+        let ray = prepared.camera.ray(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5, [0.5; 2]);
+        tracer.camera_path(&ray, &Address { pixel, ..Address::default() })
+    };
+    let single: Vec<_> = pixels()
+        .map(|pixel| {
+            let mut path = begin(&mut tracer, pixel);
+            tracer.follow(&mut path, None);
+            (path.radiance, path.covered)
+        })
+        .collect();
+    let alone = core::mem::take(&mut tracer.counters);
+    let start = |pixel| Way { path: begin(&mut tracer, pixel), waiting: Vec::new(), ended: false };
+    let mut ways: Vec<Way> = pixels().map(start).collect();
+    let (mut turns, mut hits): (usize, Vec<Option<Hit<f32>>>) = (0, Vec::new());
+    loop {
+        let mut active: Vec<usize> = (0..ways.len()).filter(|&i| !ways[i].ended).collect();
+        if active.is_empty() {
+            break;
+        }
+        let turn = turns % active.len();
+        active.rotate_left(turn);
+        active.reverse();
+        let queries: Vec<_> = active.iter().map(|&i| tracer.query(&ways[i].path)).collect();
+        prepared.geometry.closest_each(&queries, &mut hits);
+        for (&i, hit) in active.iter().zip(&hits) {
+            let way = &mut ways[i];
+            let met = way.path.met.or(*hit);
+            let mut step = tracer.advance(&mut way.path, met.as_ref());
+            if let Step::Aside(aside) = step {
+                way.waiting.push(core::mem::replace(&mut way.path, aside));
+                continue;
+            }
+            while matches!(step, Step::Ended) {
+                let Some(before) = way.waiting.pop() else {
+                    way.ended = true;
+                    break;
+                };
+                let brought = core::mem::replace(&mut way.path, before);
+                way.path.radiance += brought.radiance;
+                way.path.covered += brought.covered;
+                step = if way.path.segments == 0 { Step::Ended } else { Step::Onward };
+            }
+        }
+        turns += 1;
+    }
+    let together: Vec<_> = ways.iter().map(|way| (way.path.radiance, way.path.covered)).collect();
+    assert_eq!(together, single);
+    assert_eq!(tracer.counters, alone);
+    assert!(alone.refraction > 100 && alone.reflection > 300 && alone.shadow > 300 && turns > 10, "{alone:?} {turns}");
+}
+
+/// The objects of [`everything`] as instances that move, each its own way, or that stand where they are at a time.
+fn on_the_way(standing: Option<f64>) -> Geometry<f32> {
+    let ball = |x: f32, y: f32, z: f32, radius: f32| AnyShape::from(Sphere { centre: Vec3::new(x, y, z), radius });
+    let quad = |z: f64| AnyShape::from(Quad::new(DVec3::new(-3.0, -2.0, z), DVec3::X * 6.0, DVec3::Y * 4.0));
+    let shapes =
+        [ball(-1.0, 0.0, 0.0, 0.9), ball(1.0, 0.0, 0.0, 0.9), quad(1.5), quad(2.5), quad(-3.0), ball(0.0, 3.0, 3.0, 0.5)];
+    let asked = Visibility { occlusion: Occlusion::Ask, ..Visibility::default() };
+    let mut group = PrimitiveSet::default();
+    for (way, shape) in (0_i32..).zip(shapes) {
+        let mut own = PrimitiveSet::default();
+        own.shape(shape, asked).expect("a shape");
+        let part = group.part(Geometry::new(own, AcceleratorKind::default())).expect("no instances");
+        let to = |time: f64| DAffine3::from_translation(DVec3::new(f64::from(way % 3 - 1), 0.25, -0.25 * f64::from(way)) * time);
+        let added = match standing {
+            None => group.moving(part, [to(0.0), to(1.0)], asked),
+            Some(time) => group.instance(part, to(time), asked),
+        };
+        added.expect("an invertible map");
+    }
+    Geometry::new(group, AcceleratorKind::default())
+}
+
+/// Protects: every ray that comes of a camera ray has its time: mirrored, refracted, passing where nothing covers what is behind,
+/// and on its way to a light. So what moves gives the picture of what stands there at that time, bit for bit.
+#[test]
+fn rays_keep_their_time() {
+    let scene = everything();
+    let settings = Settings { max_depth: 7, size: [24, 16], ..Settings::of(&scene) };
+    let picture = |geometry: Geometry<f32>, time: f32| {
+        let mut prepared = Prepared::<f32>::new(&scene, &settings, EffectSet::ALL, &()).expect("it can be prepared");
+        prepared.geometry = geometry;
+        let mut tracer = WhittedTracer::<f32, General>::new(&prepared, settings.max_depth, false, &());
+        let mut results = PathResults::default();
+        let mut pixel = |i: u32| {
+            let ray = prepared.camera.ray((i % 24) as f32 + 0.5, (i / 24) as f32 + 0.5, [0.5; 2]).at_time(time);
+            let address = Address { pixel: [i % 24, i / 24], ..Address::default() };
+            tracer.trace(CameraRays { rays: &[ray], addresses: &[address] }, &mut results);
+            results.paths[0].radiance
+        };
+        ((0..24 * 16).map(&mut pixel).collect::<Vec<_>>(), tracer.counters)
+    };
+    let (there, counters) = picture(on_the_way(Some(0.5)), 0.0);
+    assert!(counters.refraction > 100 && counters.reflection > 300 && counters.shadow > 300, "{counters:?}");
+    assert_eq!(picture(on_the_way(None), 0.5), (there.clone(), counters));
+    assert_ne!(picture(on_the_way(None), 0.0).0, there);
+}

@@ -1,0 +1,140 @@
+//! Settings that no picture can be made with are refused before anything is built.
+
+use super::{Background, Crop, Sampling, Settings};
+use crate::denoise;
+
+/// What is wrong with settings.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// A picture has pixels, but not too many.
+    #[error("a picture of {} x {} pixels can't be made: each edge takes 1 to {} pixels", .0[0], .0[1], Settings::MOST_EDGE)]
+    Size([u32; 2]),
+    /// A crop has pixels and lies inside the picture.
+    #[error("the crop of {} x {} pixels at {}, {} reaches outside the picture of {} x {} pixels or is empty", .crop.width, .crop.height, .crop.x, .crop.y, .size[0], .size[1])]
+    Crop {
+        /// The crop.
+        crop: Crop,
+        /// Size of the picture.
+        size: [u32; 2],
+    },
+    /// A pixel takes samples, but not too many.
+    #[error("a pixel can't have {0} samples: it takes 1 to {most}", most = Settings::MOST_SAMPLES)]
+    Samples(u32),
+    /// A path has segments, but not too many unless it has no limit.
+    #[error("a path can't be limited to {0} segments: it takes 1 to {most}, or no limit", most = Settings::MOST_SEGMENTS)]
+    Depth(u32),
+    /// Noise can't be told from what is seen.
+    #[error("a picture of fixed samples, or of fewer than {} a pixel, can't be denoised", denoise::FEWEST_SAMPLES)]
+    Denoise,
+    /// A number that has to be above zero is not, or is not finite.
+    #[error("`{name}` is {value}, but has to be a finite number above 0")]
+    Number {
+        /// Which field.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A channel of the background is less than zero or not finite.
+    #[error("a background of {0:?} can't be shown: each channel is a finite number of at least 0")]
+    Background([f64; 3]),
+}
+
+impl Settings {
+    /// Refuses settings that no picture can be made with; preparation asks it first.
+    ///
+    /// # Errors
+    /// The first [`SettingsError`] that holds.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        if !self.size.iter().all(|edge| (1..=Self::MOST_EDGE).contains(edge)) {
+            return Err(SettingsError::Size(self.size));
+        }
+        let fits = |start: u32, extent: u32, whole: u32| extent > 0 && start.checked_add(extent).is_some_and(|end| end <= whole);
+        if let Some(crop) = self.crop
+            && !(fits(crop.x, crop.width, self.size[0]) && fits(crop.y, crop.height, self.size[1]))
+        {
+            return Err(SettingsError::Crop { crop, size: self.size });
+        }
+        if let Sampling::General(count) = self.sampling
+            && !(1..=Self::MOST_SAMPLES).contains(&count)
+        {
+            return Err(SettingsError::Samples(count));
+        }
+        if !(1..=Self::MOST_SEGMENTS).contains(&self.max_depth) && self.max_depth != Self::UNLIMITED {
+            return Err(SettingsError::Depth(self.max_depth));
+        }
+        if self.denoise && !denoise::is_possible(self.sampling) {
+            return Err(SettingsError::Denoise);
+        }
+        for (name, value) in [("clamp", self.clamp), ("max_error", self.max_error)] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Err(SettingsError::Number { name, value });
+            }
+        }
+        match self.background {
+            Background::Colour(colour) if !colour.iter().all(|c| c.is_finite() && *c >= 0.0) => {
+                Err(SettingsError::Background(colour))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Pattern, Scene};
+
+    fn settings() -> Settings {
+        let scene: Scene = serde_json::from_str(r#"{ "format": 1 }"#).expect("an empty scene");
+        Settings { size: [8, 6], sampling: Sampling::General(16), ..Settings::of(&scene) }
+    }
+
+    /// Protects: the least and the most of each number pass, what is one beyond is named by its field, and no sum wraps round.
+    #[test]
+    fn limits_are_kept() {
+        type E = SettingsError;
+        let (right, most) = (settings(), Settings::MOST_EDGE);
+        let crop = |x, y, width, height| Settings { crop: Some(Crop { x, y, width, height }), ..settings() };
+        let count = |count| Settings { sampling: Sampling::General(count), ..settings() };
+        let depth = |max_depth| Settings { max_depth, ..settings() };
+        let clamp = |value| Settings { clamp: Some(value), ..settings() };
+        let shown = |red| Settings { background: Background::Colour([red, 0.0, 0.0]), ..settings() };
+        for good in [
+            Settings { size: [1, most], ..settings() },
+            crop(0, 0, 8, 6),
+            crop(7, 5, 1, 1),
+            count(1),
+            count(65_536),
+            depth(1),
+            depth(64),
+            depth(Settings::UNLIMITED),
+            clamp(1e-9),
+            shown(0.0),
+            Settings { denoise: true, ..count(8) },
+        ] {
+            assert_eq!(good.check(), Ok(()), "{good:?}");
+        }
+        let wrong_crop = |crop: Crop| E::Crop { crop, size: right.size };
+        for (bad, error) in [
+            (Settings { size: [0, 6], ..settings() }, E::Size([0, 6])),
+            (Settings { size: [6, most + 1], ..settings() }, E::Size([6, most + 1])),
+            (crop(0, 0, 9, 6), wrong_crop(Crop { x: 0, y: 0, width: 9, height: 6 })),
+            (crop(0, 1, 8, 6), wrong_crop(Crop { x: 0, y: 1, width: 8, height: 6 })),
+            (crop(2, 2, 0, 1), wrong_crop(Crop { x: 2, y: 2, width: 0, height: 1 })),
+            (crop(u32::MAX, 0, 2, 1), wrong_crop(Crop { x: u32::MAX, y: 0, width: 2, height: 1 })),
+            (count(0), E::Samples(0)),
+            (count(65_537), E::Samples(65_537)),
+            (depth(0), E::Depth(0)),
+            (depth(65), E::Depth(65)),
+            (Settings { denoise: true, ..count(7) }, E::Denoise),
+            (Settings { denoise: true, sampling: Sampling::Pattern(Pattern::Centre), ..settings() }, E::Denoise),
+            (clamp(0.0), E::Number { name: "clamp", value: 0.0 }),
+            (clamp(f64::INFINITY), E::Number { name: "clamp", value: f64::INFINITY }),
+            (Settings { max_error: Some(-1.0), ..settings() }, E::Number { name: "max_error", value: -1.0 }),
+            (shown(-0.5), E::Background([-0.5, 0.0, 0.0])),
+        ] {
+            assert_eq!(bad.check(), Err(error), "{bad:?}");
+            assert!(error.to_string().len() > 30, "{error}");
+        }
+    }
+}

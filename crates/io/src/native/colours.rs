@@ -1,0 +1,57 @@
+//! Colours that a scene gives as text: where a colour is wanted they stand for three numbers.
+
+use std::collections::BTreeMap;
+
+use raywright_core::Scene;
+use raywright_core::scene::{Material, Model};
+
+use super::node::{Node, Value};
+use crate::colour::parse_colour;
+use crate::error::Warning;
+
+/// Keys whose values are colours, besides those that end in `colour`.
+const KEYS: [&str; 9] = ["ambient", "emission", "even", "odd", "bottom", "top", "constant", "reflected_tint", "refracted_tint"];
+
+/// Puts numbers in the place of colours, unless a parameter of that name makes the text an expression.
+pub(super) fn replace(node: &mut Node, parameters: &BTreeMap<String, f64>) {
+    match &mut node.value {
+        Value::Array(items) => items.iter_mut().for_each(|item| replace(item, parameters)),
+        Value::Table(entries) => {
+            for entry in entries {
+                let is_colour = entry.key.ends_with("colour") || KEYS.contains(&entry.key.as_str());
+                match &entry.node.value {
+                    Value::Text(text) if is_colour && !parameters.contains_key(text) => {
+                        if let Some(colour) = parse_colour(text) {
+                            let span = entry.node.span.clone();
+                            let channel = |value| Node { span: span.clone(), value: Value::Float(value) };
+                            entry.node.value = Value::Array(colour.map(channel).into());
+                        }
+                    }
+                    _ => replace(&mut entry.node, parameters),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Materials whose colours are most likely meant as codes from 0 to 255.
+pub(super) fn warnings(file: &str, scene: &Scene) -> Vec<Warning> {
+    let warning = |material: &Material| {
+        let (key, colour) = match &material.model {
+            Model::Classic(classic) => ("colour", classic.colour.constant()?),
+            Model::Physical(physical) => ("base_colour", physical.base_colour.constant()?),
+        };
+        let [red, green, blue] = colour.0;
+        let is_code = |channel: f64| channel > 2.0 && channel <= 255.0;
+        colour.0.iter().any(|&channel| is_code(channel)).then(|| {
+            let name = &material.name;
+            let message = format!(
+                "`{key}` of material `{name}` is [{red}, {green}, {blue}], many times the light that it gets; codes from 0 to 255 are \
+                 written \"rgb({red}, {green}, {blue})\""
+            );
+            Warning::new(file, message)
+        })
+    };
+    scene.materials.iter().filter_map(warning).collect()
+}

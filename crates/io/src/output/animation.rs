@@ -1,0 +1,174 @@
+//! Pictures that follow each other in one file: GIF with the colours that 256 codes can hold, APNG with all of them.
+//!
+//! How many there are is known when the last one is finished, since a run may be interrupted. Until then each waits, packed, in a file
+//! without a name beside the one that is to be made.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use gif::{DisposalMethod, Frame, Repeat};
+use png::{ColorType, Decoder};
+use raywright_core::display::{Display, Output};
+use raywright_core::picture::Picture;
+
+use super::atomic::{Replace, write_with};
+use super::metadata::Metadata;
+use super::place::folder_of;
+use super::png::{encoder, png_bytes};
+use crate::error::Error;
+
+/// A file format for moving pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnimationFormat {
+    /// 256 colours a picture, and times in hundredths of a second.
+    Gif,
+    /// PNG of several pictures.
+    Apng,
+}
+
+impl AnimationFormat {
+    /// The format that the end of a file's name says; none where it is of a single picture.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
+        [("gif", Self::Gif), ("apng", Self::Apng)].into_iter().find(|(name, _)| *name == ending).map(|(_, format)| format)
+    }
+}
+
+/// An animation in the making.
+#[derive(Debug)]
+pub struct Animation {
+    format: AnimationFormat,
+    /// Pictures a second.
+    rate: f64,
+    metadata: Metadata,
+    /// Packed pictures, one after the other.
+    spool: File,
+    lengths: Vec<usize>,
+    size: [u32; 2],
+    display: Display,
+    has_alpha: bool,
+}
+
+/// Shortest time of a picture in a GIF, in hundredths of a second: what is shorter is shown as a tenth of a second by most viewers.
+const SHORTEST: f64 = 2.0;
+
+impl Animation {
+    /// Without any picture yet; `path` is the file that it will become, `rate` pictures a second.
+    ///
+    /// # Errors
+    /// Of kind [`File`](crate::ErrorKind::File) where no file can be made beside it.
+    pub fn new(path: &Path, format: AnimationFormat, rate: f64, metadata: Metadata) -> Result<Self, Error> {
+        let spool = tempfile::tempfile_in(folder_of(path)).map_err(|cause| Error::write(path, &cause))?;
+        let (lengths, size, display) = (Vec::new(), [0; 2], Display::PLAIN);
+        Ok(Self { format, rate, metadata, spool, lengths, size, display, has_alpha: false })
+    }
+
+    /// Adds the next picture as the display shows it.
+    ///
+    /// # Errors
+    /// Of kind other where it differs from the first one in size, or can't be kept.
+    pub fn add(&mut self, picture: &Picture, display: Display) -> io::Result<()> {
+        let display = Display { output: Output::Eight, ..display };
+        let (size, has_alpha) = ([picture.width, picture.height], picture.alpha.is_some());
+        if self.lengths.is_empty() {
+            (self.size, self.display, self.has_alpha) = (size, display, has_alpha);
+        } else if self.size != size {
+            let ([w, h], [width, height]) = (self.size, size);
+            return Err(io::Error::other(format!(
+                "its pictures have {w} × {h} and {width} × {height} pixels; --size makes them one"
+            )));
+        } else if self.has_alpha != has_alpha {
+            return Err(io::Error::other("some of its pictures are transparent and some are not"));
+        }
+        let packed = png_bytes(picture, display, &Metadata::default())?;
+        self.spool.write_all(&packed)?;
+        self.lengths.push(packed.len());
+        Ok(())
+    }
+
+    /// How many pictures there are.
+    pub fn len(&self) -> usize {
+        self.lengths.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.lengths.is_empty()
+    }
+
+    /// Writes what there is, whole or not at all; it is played again and again.
+    ///
+    /// # Errors
+    /// Of kind [`File`](crate::ErrorKind::File) where it can't be written.
+    pub fn write(&mut self, path: &Path) -> Result<(), Error> {
+        write_with(path, Replace::Anything, |out| self.encode(out)).map_err(|cause| Error::write(path, &cause))
+    }
+
+    /// What there is as the bytes of a file.
+    ///
+    /// # Errors
+    /// Where the pictures that wait can't be read back.
+    pub fn bytes(&mut self) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.encode(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn encode(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        let mut out = BufWriter::new(out);
+        match self.format {
+            AnimationFormat::Gif => self.gif(&mut out)?,
+            AnimationFormat::Apng => self.apng(&mut out)?,
+        }
+        out.flush()
+    }
+
+    fn apng(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        let [width, height] = self.size;
+        let mut encoder = encoder(out, [width, height], self.has_alpha, self.display, &self.metadata)?;
+        encoder.set_animated(u32::try_from(self.len()).map_err(io::Error::other)?, 0)?;
+        let delay = (1000.0 / self.rate).round().clamp(1.0, f64::from(u16::MAX)) as u16;
+        encoder.set_frame_delay(delay, 1000)?;
+        let mut writer = encoder.write_header()?;
+        self.each(|codes, _| Ok(writer.write_image_data(&codes)?))?;
+        Ok(writer.finish()?)
+    }
+
+    fn gif(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        let edge = |pixels: u32| u16::try_from(pixels).map_err(|_| io::Error::other("a GIF has at most 65535 pixels a row"));
+        let (width, height) = (edge(self.size[0])?, edge(self.size[1])?);
+        let mut encoder = gif::Encoder::new(out, width, height, &[]).map_err(io::Error::other)?;
+        encoder.set_repeat(Repeat::Infinite).map_err(io::Error::other)?;
+        let (rate, has_alpha) = (self.rate, self.has_alpha);
+        // Rounded times add up to the right one.
+        let end = |picture: usize| (100.0 * (picture + 1) as f64 / rate).round();
+        let time = |picture: usize| end(picture) - if picture == 0 { 0.0 } else { end(picture - 1) };
+        self.each(|mut codes, picture| {
+            let frame = if has_alpha {
+                Frame::from_rgba_speed(width, height, &mut codes, 10)
+            } else {
+                Frame::from_rgb_speed(width, height, &codes, 10)
+            };
+            let delay = time(picture).clamp(SHORTEST, f64::from(u16::MAX)) as u16;
+            let dispose = if has_alpha { DisposalMethod::Background } else { DisposalMethod::Keep };
+            encoder.write_frame(&Frame { delay, dispose, ..frame }).map_err(io::Error::other)
+        })
+    }
+
+    /// Hands over the codes of each picture in turn.
+    fn each(&mut self, mut take: impl FnMut(Vec<u8>, usize) -> io::Result<()>) -> io::Result<()> {
+        self.spool.seek(SeekFrom::Start(0))?;
+        let mut spool = BufReader::new(&self.spool);
+        for (i, &length) in self.lengths.iter().enumerate() {
+            let mut packed = vec![0; length];
+            spool.read_exact(&mut packed)?;
+            let mut reader = Decoder::new(io::Cursor::new(packed)).read_info()?;
+            let channels = if reader.info().color_type == ColorType::Rgba { 4 } else { 3 };
+            let mut codes = vec![0; channels * self.size[0] as usize * self.size[1] as usize];
+            reader.next_frame(&mut codes)?;
+            take(codes, i)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,39 @@
+//! Renders a model from all sides: loaded once, prepared once, and only the camera turns.
+//!
+//! ```sh
+//! cargo run --release --example turntable -- scenes/models/armillary.glb spin 12
+//! ```
+//!
+//! writes spin-0.png to spin-11.png. Each has the bits of a render of its own.
+
+use std::path::Path;
+
+use raywright::core::framing::{FIELD_OF_VIEW, Silhouette, View};
+use raywright::prelude::*;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [model, stem, count] = words.as_slice() else { return Err("usage: turntable MODEL STEM COUNT".into()) };
+    let count: u32 = count.parse()?;
+    let loaded = load(&Input::Path(model.into()), &LoadOptions::default())?;
+    let silhouette = Silhouette::of(&loaded.scene);
+    let from = |turn: u32| {
+        let azimuth = 360.0 * f64::from(turn) / f64::from(count);
+        silhouette.frame(View { azimuth, elevation: 20.0 }, FIELD_OF_VIEW, 16.0 / 9.0)
+    };
+
+    let (size, sampling) = ([640, 360], Sampling::General(16));
+    let settings = Settings { size, sampling, camera: Some(from(0)), denoise: true, ..Settings::of(&loaded.scene) };
+    let mut ready = prepare(&loaded.scene, &settings, &())?;
+    for turn in 0..count {
+        let camera = from(turn);
+        // Another camera may call for other effects; then everything is prepared anew.
+        if !ready.turn_to(&loaded.scene, &camera) {
+            ready = prepare(&loaded.scene, &Settings { camera: Some(camera), ..settings.clone() }, &())?;
+        }
+        let path = format!("{stem}-{turn}.png");
+        let display = Display::of(&loaded.scene.render);
+        write_picture(Path::new(&path), ready.render(&()).shown(), display, &Metadata::default())?;
+    }
+    Ok(())
+}
