@@ -9,9 +9,8 @@ use core::array::from_fn;
 
 use glam::DVec3;
 
-use super::facets::Facets;
 use super::fresnel::towards_grazing;
-use super::lobe::LEAST_ROUGHNESS;
+use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use crate::number::{Number, Vector3};
 
 /// What white facets lose that meet light once, and what those send back that reflect nothing at normal incidence and all at grazing
@@ -209,14 +208,14 @@ impl<N: Number> Albedo<N> {
     }
 
     /// Of anisotropic facets, towards a direction on either side.
-    pub fn anisotropic(facets: &Facets<N>, direction: N::Vec3) -> Self {
-        let (local, alpha) = (facets.frame.to_local(direction), facets.alpha);
+    pub fn anisotropic(facets: &Ggx<N>, direction: N::Vec3) -> Self {
+        let (local, alpha) = (facets.frame().to_local(direction), facets.alpha());
         Self::of(|lane| look_up_anisotropic(&TABLE, local.lane(lane), alpha.map(|alpha| alpha.lane(lane))))
     }
 
     /// The same in the mean over the hemisphere.
-    pub fn anisotropic_mean(facets: &Facets<N>) -> Self {
-        Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha.map(|alpha| alpha.lane(lane))))
+    pub fn anisotropic_mean(facets: &Ggx<N>) -> Self {
+        Self::of(|lane| look_up_anisotropic_mean(&TABLE, facets.alpha().map(|alpha| alpha.lane(lane))))
     }
 
     /// One where a mask is set, and the other elsewhere.

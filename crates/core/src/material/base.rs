@@ -5,8 +5,8 @@ use core::f64::consts::PI;
 
 use super::albedo::Albedo;
 use super::energy::{Remainder, mean_of};
-use super::facets::Facets;
 use super::fresnel::towards_grazing;
+use super::ggx::Ggx;
 use super::lobe::Pair;
 use super::reflectance::Reflectance;
 use crate::number::{Mask, Number, Vector3};
@@ -29,7 +29,7 @@ pub struct Base<N: Number> {
 pub struct Top<N: Number> {
     remainder: Remainder<N>,
     /// The facets, where some are rougher one way.
-    anisotropic: Option<Facets<N>>,
+    anisotropic: Option<Ggx<N>>,
     /// Whether they are.
     is_anisotropic: N::Mask,
     /// By which the layer reflects, where that is not Schlick's way between two numbers.
@@ -48,7 +48,7 @@ impl<N: Number> Top<N> {
     }
 
     /// It where its facets are rougher one way.
-    pub(super) fn anisotropic(self, mask: N::Mask, facets: Facets<N>) -> Self {
+    pub(super) fn anisotropic(self, mask: N::Mask, facets: Ggx<N>) -> Self {
         if mask.any() { Self { anisotropic: Some(facets), is_anisotropic: mask, ..self } } else { self }
     }
 
@@ -64,10 +64,13 @@ impl<N: Number> Top<N> {
             let mean = match &self.anisotropic {
                 None => mean_of(|cosine| self.left(N::Vec3::ZERO, cosine)[0]),
                 Some(facets) => {
+                    let frame = facets.frame();
                     // The quarter of all azimuths is that of any of them.
                     let turns = [1.0, 3.0, 5.0, 7.0].map(|eighth| N::from_f64(eighth / 32.0).turned());
                     mean_of(|cosine| {
-                        let of = |turn: &[N; 2]| self.left(facets.towards(cosine, *turn), cosine)[0];
+                        let sine = (N::ONE - cosine * cosine).max(N::ZERO).sqrt();
+                        let towards = |[x, y]: [N; 2]| frame.to_world(N::Vec3::new(sine * x, sine * y, cosine));
+                        let of = |turn: &[N; 2]| self.left(towards(*turn), cosine)[0];
                         turns.iter().map(of).fold(N::ZERO, |sum, base| sum + base) * N::from_f64(0.25)
                     })
                 }

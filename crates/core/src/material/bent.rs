@@ -39,12 +39,13 @@ fn is_finite<N: Number>(v: N::Vec3) -> N::Mask {
     N::from_f64(2.0).above(v.dot(v))
 }
 
-/// Height over the surface, as a cosine, below which the viewer's mirror direction is lifted.
-const LEAST_HEIGHT: f64 = 0.01;
+/// Height over the surface, as a cosine, below which the viewer's mirror direction is lifted, to half of it at least: the lobe of a mirror
+/// that is nearly smooth then lies above the surface with it.
+const LEAST_HEIGHT: f64 = 0.02;
 
 /// A shading normal by which the viewer's mirror direction is above the surface that is there. One that sends it below is bent back, so that
-/// the direction keeps its azimuth and rises to just above the surface: by its height h, which becomes m²/(2m − h) where it is less than
-/// m, so that normals bend without a step or a kink. Where the surface itself mirrors the viewer nearly along it, m is less than the height
+/// the direction keeps its azimuth and rises to just above the surface: by its height h, which becomes m/2 + (m/2)²/(3m/2 − h) where it is
+/// less than m, so that normals bend without a step or a kink. Where the surface itself mirrors the viewer nearly along it, m is less than the height
 /// there: a surface's own normal is never bent. One that faces away from the surface too goes over to the surface's own.
 ///
 /// As other renderers do it, whose mirrors with such normals would have black rings too ("The Iray Light Transport Simulation and Rendering
@@ -57,7 +58,8 @@ pub fn reflecting_above<N: Number>(n: N::Vec3, geometric: N::Vec3, outside: N::M
     let height = N::from_f64(-2.0) * d.dot(n) * rise - own;
     let least = (own * N::from_f64(0.9)).min(N::from_f64(LEAST_HEIGHT));
     let kept = !least.above(height) & rise.above(N::ZERO);
-    let lifted = least * least / (least + least - height.min(least));
+    let half = least * N::from_f64(0.5);
+    let lifted = half + half * half / (half + least - height.min(least));
     // Along the normal from the mirror direction to that height, and there along the surface; times the rise, which may be none.
     let (up, behind) = (rise.max(N::ZERO), (-rise).max(N::ZERO));
     let across = n * (own + lifted) + d * up;

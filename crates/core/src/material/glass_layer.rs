@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::facets::{Facets, mirrored};
 use super::film::Film;
 use super::frame::Frame;
 use super::fresnel::{FresnelRule, dielectric, towards_grazing};
+use super::ggx::{Ggx, mirrored};
 use super::interface::Interface;
 use super::lobe::Pair;
 use super::rough_glass::RoughGlass;
@@ -157,7 +157,7 @@ pub struct Sheet<N: Number> {
     /// Factor of what goes through.
     pub(super) transmitted: N::Vec3,
     /// None: it is smooth.
-    pub(super) facets: Option<Facets<N>>,
+    pub(super) facets: Option<Ggx<N>>,
 }
 
 impl<N: Number> Sheet<N> {
@@ -182,29 +182,29 @@ impl<N: Number> Sheet<N> {
 
     pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
-        self.reflectance(pair.tilt) * (self.share * facets.value(pair.wo, pair.wi))
+        pair.reflected(self.reflectance(pair.tilt) * self.share, facets).0
     }
 
     /// The value below, for a light mirrored to above.
     pub(super) fn value_through(&self, folded: &Pair<N>) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
         let rest = N::Vec3::ONE - self.reflectance(folded.tilt);
-        self.transmitted * rest * (self.share * facets.value(folded.wo, folded.wi))
+        folded.reflected(self.transmitted * rest * self.share, facets).0
     }
 
     pub(super) fn density(&self, pair: &Pair<N>) -> N {
         let chance = self.reflectance(pair.tilt).max_element();
-        self.facets.map_or(N::ZERO, |facets| chance * facets.density(pair.wo, pair.wi))
+        self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(pair).1)
     }
 
     pub(super) fn density_through(&self, folded: &Pair<N>) -> N {
         let chance = N::ONE - self.reflectance(folded.tilt).max_element();
-        self.facets.map_or(N::ZERO, |facets| chance * facets.density(folded.wo, folded.wi))
+        self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(folded).1)
     }
 
     pub(super) fn drawn(&self, frame: &Frame<N>, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
-        let facet = facets.drawn(wo, point);
+        let facet = facets.sample_wm(wo, point);
         let up = mirrored::<N>(wo, facet);
         let height = frame.normal.dot(up);
         // What a facet sends to the wrong side meets another one, and is lost.

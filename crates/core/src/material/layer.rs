@@ -8,11 +8,11 @@ use core::f64::consts::PI;
 
 use super::base::Base;
 use super::energy::sent_back;
-use super::facets::{Facets, mirrored};
 use super::frame::Frame;
 use super::fresnel::towards_grazing;
+use super::ggx::{Ggx, LEAST_ROUGHNESS, mirrored};
 use super::glass_layer::{Boundary, Sheet};
-use super::lobe::{LEAST_ROUGHNESS, Lobe, Pair, Scatters, on_disk};
+use super::lobe::{Lobe, Pair, Scatters, on_disk};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
 use crate::number::{Mask, Number, Vector3};
@@ -82,7 +82,7 @@ pub enum Way<N: Number> {
     /// Fibres.
     Sheen(Sheen<N>),
     /// Rough facets.
-    Facets { facets: Facets<N>, reflectance: Reflectance<N> },
+    Facets { facets: Ggx<N>, reflectance: Reflectance<N> },
     /// A smooth mirror about a normal.
     Mirror { normal: N::Vec3, reflectance: Reflectance<N> },
     /// A boundary of a body that light enters.
@@ -155,9 +155,10 @@ impl<N: Number> Scatters<N> for Layer<N> {
             Way::Base(base) => base.value(pair),
             Way::Sheen(sheen) => sheen.value_of(pair),
             Way::Facets { facets, reflectance } => {
-                // Cosines are those to the surface's normal, and a coat may have one of its own.
-                let turned = facets.normal().dot(pair.wi) / pair.into;
-                reflectance.at(pair.tilt) * (facets.value(pair.wo, pair.wi) * turned)
+                // A coat may have a normal of its own, whose cosine is not the surface's.
+                let own = pair.about(facets.normal());
+                let sent = own.reflected(reflectance.at(pair.tilt), facets).0 * (own.into / pair.into);
+                N::Vec3::select(own.into.above(N::ZERO), sent, N::Vec3::ZERO)
             }
             Way::Boundary(boundary) => boundary.value(pair),
             Way::Sheet(sheet) => sheet.value(pair),
@@ -189,8 +190,8 @@ impl<N: Number> Scatters<N> for Layer<N> {
             Way::Base(base) => base.back_share() * pair.into / N::from_f64(PI),
             Way::Sheen(_) => N::from_f64(0.5 / PI),
             Way::Facets { facets, .. } => {
-                let density = facets.density(pair.wo, pair.wi);
-                N::select(facets.normal().dot(pair.wi).above(N::ZERO), density, N::ZERO)
+                let own = pair.about(facets.normal());
+                N::select(own.out.above(N::ZERO) & own.into.above(N::ZERO), facets.eval_and_pdf(&own).1, N::ZERO)
             }
             Way::Boundary(boundary) => boundary.density(pair),
             Way::Sheet(sheet) => sheet.density(pair),
@@ -223,7 +224,7 @@ impl<N: Number> Scatters<N> for Layer<N> {
             }
             Way::Facets { facets, .. } => {
                 // What a facet sends below the surface is lost: no other lobe may take it for light that goes through.
-                let direction = mirrored::<N>(wo, facets.drawn(wo, point));
+                let direction = mirrored::<N>(wo, facets.sample_wm(wo, point));
                 N::Vec3::select(frame.normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO)
             }
             Way::Boundary(boundary) => frame.to_world(boundary.drawn(local, choice, point)),

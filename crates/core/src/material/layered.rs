@@ -4,13 +4,12 @@ use super::albedo::Albedo;
 use super::base::{Base, Top};
 use super::bsdf::Bsdf;
 use super::energy::{Remainder, interreflected, interreflected_of};
-use super::facets::Facets;
 use super::film::Film;
 use super::frame::Frame;
 use super::fresnel::{FresnelRule, conductor};
+use super::ggx::{Ggx, LEAST_ROUGHNESS};
 use super::glass_layer::{Boundary, Sheet, Tinted};
 use super::layer::{COAT, Coat, Cover, Layer, Way};
-use super::lobe::LEAST_ROUGHNESS;
 use super::metallic_roughness::{LEAST_BEND, MetallicRoughness};
 use super::reflectance::Reflectance;
 use super::rough_glass::RoughGlass;
@@ -130,14 +129,16 @@ impl<N: Number> Layered<N> {
         self.combed.map_or(N::Mask::default(), |combed| combed.strength.above(N::ZERO))
     }
 
-    /// The facets, where they may be combed.
-    fn anisotropic(&self) -> Option<Facets<N>> {
-        self.combed.map(|combed| Facets::combed(combed.frame, self.base.roughness, combed.strength))
+    /// The facets, where some are combed.
+    fn anisotropic(&self) -> Option<Ggx<N>> {
+        self.combed
+            .filter(|_| self.is_combed().any())
+            .map(|combed| Ggx::anisotropic(combed.frame, self.base.roughness, combed.strength))
     }
 
     /// The facets about a normal.
-    fn facets(&self, normal: N::Vec3) -> Facets<N> {
-        self.anisotropic().unwrap_or_else(|| Facets::even(normal, self.base.roughness))
+    fn facets(&self, normal: N::Vec3) -> Ggx<N> {
+        self.anisotropic().unwrap_or_else(|| Ggx::isotropic(normal, self.base.roughness))
     }
 
     /// Adds its lobes, seen along `wo`, to a list of none: where it stays, since it is too large to be handed on.
@@ -158,7 +159,7 @@ impl<N: Number> Layered<N> {
                 conductor: None,
                 film: None,
             };
-            list.facets(Facets::even(coat.normal, coat.roughness), reflectance, coat.roughness);
+            list.facets(Ggx::isotropic(coat.normal, coat.roughness), reflectance, coat.roughness);
         }
         list.cover.coat = coat;
         if let Some(sheen) = self.sheen.filter(|_| is_over) {
@@ -270,7 +271,7 @@ impl<N: Number> LayeredBuilder<'_, N> {
     }
 
     /// Facets where they are rough, a mirror where they are not.
-    fn facets(&mut self, facets: Facets<N>, reflectance: Reflectance<N>, roughness: N) {
+    fn facets(&mut self, facets: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
         if rough.any() {
             self.push(Way::Facets { facets, reflectance: reflectance.masked(rough) });

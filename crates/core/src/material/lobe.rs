@@ -4,13 +4,11 @@ use core::f64::consts::PI;
 
 use super::energy::Remainder;
 use super::frame::Frame;
-use super::fresnel::{schlick, towards_grazing};
+use super::fresnel::towards_grazing;
+use super::ggx::{Ggx, alpha, mirrored, sample_wm};
 use super::interface::Interface;
 use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
-
-/// Least perceptual roughness of a glossy lobe: below it the highlight of a light without size is a spike.
-pub(super) const LEAST_ROUGHNESS: f64 = 0.03;
 
 /// One way in which a surface sends light back or on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,19 +27,12 @@ pub enum Lobe<N: Number> {
         /// Share that is diffused.
         albedo: N::Vec3,
     },
-    /// As [`Lobe::Glossy`], with a reflectance at grazing incidence of its own.
+    /// Microfacets by the GGX distribution, whose reflectance goes from the one to the other by Schlick.
     Rough {
         /// Reflectance of a facet at normal incidence.
         f0: N::Vec3,
         /// Reflectance of a facet at grazing incidence.
         f90: N::Vec3,
-        /// Perceptual roughness; the microfacet α is its square.
-        roughness: N,
-    },
-    /// Microfacets by the GGX distribution with height-correlated shadowing.
-    Glossy {
-        /// Reflectance of a facet at normal incidence.
-        f0: N::Vec3,
         /// Perceptual roughness; the microfacet α is its square.
         roughness: N,
     },
@@ -75,7 +66,7 @@ pub struct Pair<N: Number> {
     pub(super) wo: N::Vec3,
     pub(super) wi: N::Vec3,
     /// Unit, halfway between them.
-    half: N::Vec3,
+    pub(super) half: N::Vec3,
     /// Cosines to the normal: of the way back, and of the light.
     pub(super) out: N,
     pub(super) into: N,
@@ -96,56 +87,17 @@ impl<N: Number> Pair<N> {
         Self::new(self.normal, self.wo, N::Vec3::select(self.into.above(N::ZERO), self.wi, up))
     }
 
-    /// What facets of such a reflectance send back, by GGX's density of them and Smith's height-correlated shadowing. Takes α².
-    #[inline(always)]
-    pub(super) fn reflected(&self, reflectance: N::Vec3, a2: N) -> N::Vec3 {
-        self.reflected_by(reflectance, a2, self.seen(a2))
+    /// The pair about another normal.
+    pub(super) fn about(&self, normal: N::Vec3) -> Self {
+        Self { normal, out: normal.dot(self.wo), into: normal.dot(self.wi), ..*self }
     }
 
-    /// The density of visible facets D·G₁·(o·h)/cosₒ over 4·(o·h), with G₁ = 2·cosₒ / (cosₒ + smith(cosₒ)). Takes α².
+    /// What facets of such a reflectance send back, and their density.
     #[inline(always)]
-    pub(super) fn density_reflected(&self, a2: N) -> N {
-        self.density_by(self.seen(a2))
+    pub(super) fn reflected(&self, reflectance: N::Vec3, facets: &Ggx<N>) -> (N::Vec3, N) {
+        let (value, density) = facets.eval_and_pdf(self);
+        (N::Vec3::select(self.out.above(N::ZERO), reflectance * value, N::Vec3::ZERO), density)
     }
-
-    /// What [`Self::reflected`] and [`Self::density_reflected`] share: the density of facets, and Smith's root on the way back.
-    #[inline(always)]
-    fn seen(&self, a2: N) -> [N; 2] {
-        [self.facets(a2), smith(a2, self.out)]
-    }
-
-    #[inline(always)]
-    fn reflected_by(&self, reflectance: N::Vec3, a2: N, [facets, root]: [N; 2]) -> N::Vec3 {
-        let visibility = N::from_f64(0.5) / (self.into * root + self.out * smith(a2, self.into));
-        N::Vec3::select(self.out.above(N::ZERO), reflectance * (facets * visibility), N::Vec3::ZERO)
-    }
-
-    #[inline(always)]
-    fn density_by(&self, [facets, root]: [N; 2]) -> N {
-        facets / (N::from_f64(2.0) * (self.out + root))
-    }
-
-    /// GGX's density of facets ("Microfacet Models for Refraction through Rough Surfaces", Walter et al. 2007), in the form
-    /// (hx² + hy²)/α² + hz², which keeps its digits at low roughness. Takes α².
-    #[inline(always)]
-    fn facets(&self, a2: N) -> N {
-        let across = self.normal.cross(self.half);
-        let hz = self.normal.dot(self.half);
-        let slope = across.dot(across) / a2 + hz * hz;
-        N::ONE / (N::from_f64(PI) * a2 * slope * slope)
-    }
-}
-
-/// α² of a perceptual roughness.
-#[inline(always)]
-pub(super) fn squared_alpha<N: Number>(roughness: N) -> N {
-    roughness.max(N::from_f64(LEAST_ROUGHNESS)).powi(4)
-}
-
-/// √(α² + (1 − α²)·cos²), of which Smith's shadowing is made ("Understanding the Masking-Shadowing Function", Heitz 2014).
-#[inline(always)]
-pub(super) fn smith<N: Number>(a2: N, cosine: N) -> N {
-    (a2 + (N::ONE - a2) * cosine * cosine).sqrt()
 }
 
 /// What a [`Bsdf`](super::Bsdf) asks of a lobe.
@@ -208,12 +160,7 @@ impl<N: Number> Scatters<N> for Lobe<N> {
                 (albedo * base + interreflected * lost) / N::from_f64(PI)
             }
             Self::Lambert { albedo } => albedo / N::from_f64(PI),
-            Self::Glossy { f0, roughness } => pair.reflected(schlick(f0, pair.tilt), squared_alpha(roughness)),
-            Self::Rough { f0, f90, roughness } => {
-                let value = pair.reflected(f0 + (f90 - f0) * towards_grazing(pair.tilt), squared_alpha(roughness));
-                // Also where directions are opposite, which have no half.
-                N::Vec3::select(f0.max(f90).max_element().above(N::ZERO), value, N::Vec3::ZERO)
-            }
+            Self::Rough { .. } => self.answer(pair).0,
             Self::RoughGlass(glass) => glass.value(pair),
             Self::Mirror { .. } | Self::Dielectric { .. } => N::Vec3::ZERO,
         }
@@ -245,7 +192,7 @@ impl<N: Number> Scatters<N> for Lobe<N> {
     fn density(&self, pair: &Pair<N>) -> N {
         match *self {
             Self::Diffuse { .. } | Self::Lambert { .. } => pair.into / N::from_f64(PI),
-            Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => pair.density_reflected(squared_alpha(roughness)),
+            Self::Rough { .. } => self.answer(pair).1,
             Self::RoughGlass(glass) => glass.density(pair),
             Self::Mirror { .. } | Self::Dielectric { .. } => N::ZERO,
         }
@@ -255,21 +202,20 @@ impl<N: Number> Scatters<N> for Lobe<N> {
     #[inline(always)]
     fn answer(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         let Self::Rough { f0, f90, roughness } = *self else { return (self.value(pair), self.density(pair)) };
-        let a2 = squared_alpha(roughness);
-        let seen = pair.seen(a2);
-        let value = pair.reflected_by(f0 + (f90 - f0) * towards_grazing(pair.tilt), a2, seen);
+        let reflectance = f0 + (f90 - f0) * towards_grazing(pair.tilt);
+        let (value, density) = pair.reflected(reflectance, &Ggx::isotropic(pair.normal, roughness));
+        // Also where directions are opposite, which have no half.
         let some = f0.max(f90).max_element().above(N::ZERO);
-        (N::Vec3::select(some, value, N::Vec3::ZERO), pair.density_by(seen))
+        (N::Vec3::select(some, value, N::Vec3::ZERO), density)
     }
 
     #[inline(always)]
     fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, local: N::Vec3, choice: N, [u, v]: [N; 2]) -> N::Vec3 {
         frame.to_world(match *self {
             Self::RoughGlass(glass) => glass.drawn(local, choice, [u, v]),
-            Self::Glossy { roughness, .. } | Self::Rough { roughness, .. } => {
-                let alpha = squared_alpha(roughness).sqrt();
-                let facet = visible_facet::<N>(local, [alpha; 2], on_disk([u, v]));
-                let mirrored = facet * (N::from_f64(2.0) * local.dot(facet)) - local;
+            Self::Rough { roughness, .. } => {
+                let facet = sample_wm::<N>(local, [alpha(roughness); 2], on_disk([u, v]));
+                let mirrored = mirrored::<N>(local, facet);
                 // What a facet sends below meets another one, and is lost: no other lobe may take it for light that goes through.
                 N::Vec3::select(mirrored.z().above(N::ZERO), mirrored, N::Vec3::ZERO)
             }
@@ -306,7 +252,6 @@ impl<N: Number> Scatters<N> for Lobe<N> {
             }
             Self::Lambert { albedo } => albedo.max_element(),
             Self::Rough { f0, f90, .. } => (f0 + (f90 - f0) * towards_grazing(cosine.max(N::ZERO))).max_element(),
-            Self::Glossy { f0, .. } => schlick(f0, cosine.max(N::ZERO)).max_element(),
             Self::Mirror { .. } => self.reflectance(cosine).max_element(),
             Self::RoughGlass(RoughGlass { share, reflected, transmitted, .. })
             | Self::Dielectric { share, reflected, transmitted, .. } => share * reflected.max(transmitted).max_element(),
@@ -336,20 +281,4 @@ impl<N: Number> Lobe<N> {
 pub(super) fn on_disk<N: Number>([u, v]: [N; 2]) -> [N; 2] {
     let [cos, sin] = v.turned();
     [u.sqrt() * cos, u.sqrt() * sin]
-}
-
-/// The normal of a facet that is seen along `wo`, for the α along both axes and a point of the unit disk ("Sampling the GGX Distribution of Visible
-/// Normals", Heitz 2018): the half-ellipsoid of facets is stretched to a half-sphere, whose outline is a disk and half a disk.
-#[inline(always)]
-pub(super) fn visible_facet<N: Number>(wo: N::Vec3, [ax, ay]: [N; 2], [a, b]: [N; 2]) -> N::Vec3 {
-    let seen = N::Vec3::new(ax * wo.x(), ay * wo.y(), wo.z()).normalize();
-    let across = (seen.x() * seen.x() + seen.y() * seen.y()).sqrt();
-    let slanted = N::Vec3::new(-seen.y() / across, seen.x() / across, N::ZERO);
-    let first = N::Vec3::select(across.above(N::ZERO), slanted, N::Vec3::new(N::ONE, N::ZERO, N::ZERO));
-    let second = seen.cross(first);
-    let half = N::from_f64(0.5) * (N::ONE + seen.z());
-    let b = (N::ONE - half) * (N::ONE - a * a).max(N::ZERO).sqrt() + half * b;
-    let up = (N::ONE - a * a - b * b).max(N::ZERO).sqrt();
-    let facet = first * a + second * b + seen * up;
-    N::Vec3::new(ax * facet.x(), ay * facet.y(), facet.z().max(N::ZERO)).normalize()
 }

@@ -3,7 +3,8 @@
 use super::albedo::Albedo;
 use super::bsdf::Bsdf;
 use super::energy::{Remainder, interreflected, interreflected_of};
-use super::lobe::{LEAST_ROUGHNESS, Lobe};
+use super::ggx::LEAST_ROUGHNESS;
+use super::lobe::Lobe;
 use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
 
@@ -129,7 +130,7 @@ impl<N: Number> MetallicRoughness<N> {
     pub fn answer(&self, normal: N::Vec3, wo: N::Vec3) -> Bsdf<N> {
         let f0 = self.f0();
         let (diffuse, _) = self.diffuse([N::ONE - self.metallic, N::ONE], normal.dot(wo), false);
-        Bsdf::new(normal).with(diffuse).with(Lobe::Glossy { f0, roughness: self.roughness })
+        Bsdf::new(normal).with(diffuse).with(Lobe::Rough { f0, f90: N::Vec3::ONE, roughness: self.roughness })
     }
 
     /// Its lobes for light that goes any way, seen from `wo`: as [`Self::bsdf`], but next to smooth surfaces are mirrors, rough ones

@@ -4,7 +4,8 @@
 //! What is carried is the light that passes, as for smooth boundaries: radiance is not scaled by the square of the index, which a path
 //! that leaves glass takes back.
 
-use super::lobe::{Pair, on_disk, smith, squared_alpha, visible_facet};
+use super::ggx::{Ggx, alpha, mirrored, sample_wm};
+use super::lobe::{Pair, on_disk};
 use crate::number::{Number, Vector3};
 
 /// The boundary as one side sees it.
@@ -41,14 +42,14 @@ impl<N: Number> RoughGlass<N> {
     #[inline(always)]
     pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         let (reflectance, _) = fresnel(pair.tilt, self.eta);
-        let value = pair.reflected(self.reflected * (self.share * reflectance), squared_alpha(self.roughness));
+        let (value, _) = pair.reflected(self.reflected * (self.share * reflectance), &self.facets(pair));
         N::Vec3::select(self.share.above(N::ZERO), value, N::Vec3::ZERO)
     }
 
     /// Density above the surface.
     #[inline(always)]
     pub(super) fn density(&self, pair: &Pair<N>) -> N {
-        fresnel(pair.tilt, self.eta).0 * pair.density_reflected(squared_alpha(self.roughness))
+        fresnel(pair.tilt, self.eta).0 * self.facets(pair).eval_and_pdf(pair).1
     }
 
     /// The facet's normal that refracts between both directions, its cosines to them (the one of the light is below zero), and
@@ -65,16 +66,18 @@ impl<N: Number> RoughGlass<N> {
         (facet, out, into, able)
     }
 
+    #[inline(always)]
+    fn facets(&self, pair: &Pair<N>) -> Ggx<N> {
+        Ggx::isotropic(pair.normal, self.roughness)
+    }
+
     /// Density of the facets that are seen, of one between both directions, and what turns it into that of the refracted direction.
     #[inline(always)]
-    fn facets(&self, pair: &Pair<N>, facet: N::Vec3, [out, into]: [N; 2]) -> N {
-        let a2 = squared_alpha(self.roughness);
-        let across = pair.normal.cross(facet);
-        let hz = pair.normal.dot(facet);
-        let slope = across.dot(across) / a2 + hz * hz;
-        let seen = N::from_f64(2.0) * out / (pair.out + smith(a2, pair.out));
+    fn density_between(&self, pair: &Pair<N>, facet: N::Vec3, [out, into]: [N; 2]) -> N {
+        let facets = self.facets(pair);
+        let seen = N::from_f64(2.0) * out / (pair.out + facets.root(pair.wo, pair.out));
         let denominator = self.eta * out + into;
-        seen * -into / (N::from_f64(core::f64::consts::PI) * a2 * slope * slope * denominator * denominator)
+        seen * -into / (facets.inverse_d(facet) * denominator * denominator)
     }
 
     /// Value below the surface: what facets let through.
@@ -82,10 +85,10 @@ impl<N: Number> RoughGlass<N> {
     pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         let (facet, out, into, able) = self.between(pair);
         let density = self.density_of(pair, facet, [out, into]);
-        let a2 = squared_alpha(self.roughness);
         let below = -pair.into;
         // Smith's G₁ of the side beyond, over the cosine: what is seen from one side says nothing of what hides there.
-        let value = self.transmitted * (self.share * density * N::from_f64(2.0) / (below + smith(a2, below)));
+        let value =
+            self.transmitted * (self.share * density * N::from_f64(2.0) / (below + self.facets(pair).root(pair.wi, below)));
         N::Vec3::select(able & pair.out.above(N::ZERO) & below.above(N::ZERO), value, N::Vec3::ZERO)
     }
 
@@ -104,17 +107,17 @@ impl<N: Number> RoughGlass<N> {
     #[inline(always)]
     fn density_of(&self, pair: &Pair<N>, facet: N::Vec3, cosines: [N; 2]) -> N {
         let (reflectance, _) = fresnel(cosines[0], self.eta);
-        (N::ONE - reflectance) * self.facets(pair, facet, cosines)
+        (N::ONE - reflectance) * self.density_between(pair, facet, cosines)
     }
 
     /// A direction in the frame whose third axis is the normal, for the way back there and three numbers in [0, 1): by the first a
     /// facet reflects or refracts. Zero where that is lost.
     #[inline(always)]
     pub(super) fn drawn(&self, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        let facet = visible_facet::<N>(wo, [squared_alpha(self.roughness).sqrt(); 2], on_disk(point));
+        let facet = sample_wm::<N>(wo, [alpha(self.roughness); 2], on_disk(point));
         let cosine = wo.dot(facet);
         let (reflectance, beyond) = fresnel(cosine, self.eta);
-        let mirrored = facet * (N::from_f64(2.0) * cosine) - wo;
+        let mirrored = mirrored::<N>(wo, facet);
         let refracted = facet * (self.eta * cosine - beyond) - wo * self.eta;
         // What a facet sends to the wrong side meets another one, and is lost.
         let above = mirrored.z().above(N::ZERO);

@@ -38,7 +38,7 @@ fn diffuse(roughness: f64, interreflected: f64, height: f64) -> Lobe<f64> {
 }
 
 fn glossy(roughness: f64, f0: f64) -> Lobe<f64> {
-    Lobe::Glossy { f0: DVec3::splat(f0), roughness }
+    Lobe::Rough { f0: DVec3::splat(f0), f90: WHITE, roughness }
 }
 
 /// Each lobe that has a density, alone, and a surface of all of them with a mirror, seen along `wo`.

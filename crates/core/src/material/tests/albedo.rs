@@ -6,7 +6,8 @@ use std::path::Path;
 
 use super::super::albedo::{ANISOTROPIC, ANISOTROPIC_MEANS, Entry, STEPS, TABLE, Table, UNIT, look_up, look_up_anisotropic};
 use super::super::fresnel::towards_grazing;
-use super::super::lobe::{LEAST_ROUGHNESS, on_disk, smith, visible_facet};
+use super::super::ggx::{LEAST_ROUGHNESS, sample_wm};
+use super::super::lobe::on_disk;
 use super::numbers;
 use glam::DVec3;
 
@@ -35,6 +36,11 @@ fn mean(row: &[Entry]) -> Entry {
     sum.map(|x| x as f32)
 }
 
+/// Smith's √(α² + (1 − α²)·cos²).
+fn smith(a2: f64, cosine: f64) -> f64 {
+    (a2 + (1.0 - a2) * cosine * cosine).sqrt()
+}
+
 /// The directional albedo of GGX facets of reflectance one, and of one that goes from none to all by Schlick, by the cosine of incidence:
 /// the mean of its product with G₂/G₁ over the facets that are seen, by the midpoint rule over their probability, finer towards those
 /// that lie flattest against the view, where much of the loss is.
@@ -45,7 +51,7 @@ fn single_scattering(cosine: f64, roughness: f64) -> [f64; 2] {
     for k in 0..OUTWARDS * AROUND {
         let rest = 1.0 - ((k / AROUND) as f64 + 0.5) / OUTWARDS as f64;
         let turn = 0.25 + 0.5 * ((k % AROUND) as f64 + 0.5) / AROUND as f64;
-        let facet = visible_facet::<f64>(wo, [alpha; 2], on_disk([1.0 - rest.powi(3), turn]));
+        let facet = sample_wm::<f64>(wo, [alpha; 2], on_disk([1.0 - rest.powi(3), turn]));
         let into = (facet * (2.0 * wo.dot(facet)) - wo).z;
         if into > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * AROUND) as f64;
@@ -63,7 +69,7 @@ fn anisotropic_scattering(wo: DVec3, [wide, fine]: [f64; 2]) -> [f64; 2] {
     for k in 0..OUTWARDS * ALL_AROUND {
         let rest = 1.0 - ((k / ALL_AROUND) as f64 + 0.5) / OUTWARDS as f64;
         let turn = ((k % ALL_AROUND) as f64 + 0.5) / ALL_AROUND as f64;
-        let facet = visible_facet::<f64>(wo, [wide, fine], on_disk([1.0 - rest.powi(3), turn]));
+        let facet = sample_wm::<f64>(wo, [wide, fine], on_disk([1.0 - rest.powi(3), turn]));
         let wi = facet * (2.0 * wo.dot(facet)) - wo;
         if wi.z > 0.0 {
             let cell = 3.0 * rest * rest / (OUTWARDS * ALL_AROUND) as f64;

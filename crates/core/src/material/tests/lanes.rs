@@ -160,7 +160,7 @@ fn outcome<N: Number>(set: u32, first: usize) -> Vec<Vec<u32>> {
     let remainder = Remainder::new(layer, roughness).seen_at(normal.dot(wo), Albedo::mean(roughness));
     let kinds = [
         Lobe::Diffuse { albedo: first_colour, interreflected: second, remainder },
-        Lobe::Glossy { f0: second, roughness },
+        Lobe::Rough { f0: second, f90: Vector3::ONE, roughness },
         Lobe::Mirror { f0: third, f90: fourth },
         dielectric,
     ];
