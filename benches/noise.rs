@@ -2,7 +2,7 @@
 //! which one is brighter by half a percent in a tenth of it.
 //!
 //! `cargo bench --bench noise -- 1000` judges so many pairs of each scene, the default; of every pair both pictures are its own. Names of scenes
-//! behind that choose some of them. docs/accuracy.md quotes it.
+//! behind that choose some of them.
 #![expect(clippy::print_stdout, reason = "the table is this program's result")]
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};

@@ -244,8 +244,11 @@ mod tests {
         (bits >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    /// A colour of each pixel.
+    type Colours = Vec<[f32; 3]>;
+
     /// Two pictures of even noise, four replicates each, of which the first is brighter by a factor within a square.
-    fn pair(seed: u32, edge: u32, factor: f64) -> [(Vec<[f32; 3]>, Vec<[f32; 3]>); 2] {
+    fn pair(seed: u32, edge: u32, factor: f64) -> [(Colours, Colours); 2] {
         [0, 1].map(|side| {
             let pixel = |i: u32| {
                 let inside = side == 0 && i % SIZE < edge && i / SIZE < edge;
