@@ -26,7 +26,12 @@ pub struct Progress {
     /// Pieces of the same work that are finished, of how many.
     finished: AtomicU64,
     of: u64,
+    /// Share of all of it that was done at the last report, in 2³²ths.
+    share: AtomicU64,
 }
+
+/// Parts of a whole.
+const SHARES: f64 = (1_u64 << 32) as f64;
 
 #[derive(Debug)]
 enum Display {
@@ -39,7 +44,15 @@ impl Progress {
     /// A display of work in a word that suits where standard error goes, unless the user chose one.
     pub fn start(what: &'static str, style: ProgressStyle, verbosity: Verbosity) -> Self {
         let display = Display::of(what, style, verbosity, io::stderr().is_terminal());
-        Self { what, start: Instant::now(), display, reports: AtomicU64::new(0), finished: AtomicU64::new(0), of: 1 }
+        Self {
+            what,
+            start: Instant::now(),
+            display,
+            reports: AtomicU64::new(0),
+            finished: AtomicU64::new(0),
+            of: 1,
+            share: AtomicU64::new(0),
+        }
     }
 
     /// Shows nothing.
@@ -60,11 +73,24 @@ impl Progress {
     /// `done` of `total` steps of the work, or of the piece under way, are finished.
     pub fn report(&self, done: u64, total: u64) {
         let (done, total) = (done + self.finished.load(Ordering::Relaxed) * total, total * self.of);
+        self.share.store((done as f64 / total.max(1) as f64 * SHARES) as u64, Ordering::Relaxed);
         let reports = 1 + self.reports.fetch_add(1, Ordering::Relaxed);
         let work = Work { elapsed: self.start.elapsed(), reports, done, total };
         if let Some(line) = self.display.report(self.what, work) {
             console::tell(line);
         }
+    }
+
+    /// How many pieces are finished, of how many.
+    pub fn pieces(&self) -> [u64; 2] {
+        [self.finished.load(Ordering::Relaxed), self.of]
+    }
+
+    /// Seconds since the start, and those that the rest takes if it goes on as it did; none before anything is known.
+    pub fn seconds(&self) -> (f64, Option<f64>) {
+        let share = self.share.load(Ordering::Relaxed) as f64 / SHARES;
+        let elapsed = self.start.elapsed().as_secs_f64();
+        (elapsed, (share > 0.0).then(|| elapsed * (1.0 - share).max(0.0) / share))
     }
 
     /// Takes the display away, so that messages can follow.
@@ -79,7 +105,8 @@ impl Display {
     fn of(what: &str, style: ProgressStyle, verbosity: Verbosity, is_terminal: bool) -> Self {
         match style {
             _ if verbosity == Verbosity::Quiet => Self::Nothing,
-            ProgressStyle::None => Self::Nothing,
+            // JSON is told by who knows samples and errors.
+            ProgressStyle::None | ProgressStyle::Json => Self::Nothing,
             ProgressStyle::Auto if is_terminal => Self::Bar(bar(what)),
             ProgressStyle::Auto | ProgressStyle::Plain => Self::Lines(Mutex::new(Pace::new())),
         }

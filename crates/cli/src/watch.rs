@@ -24,8 +24,8 @@ pub struct Watch<'a> {
 pub struct Patience {
     /// When it ends, if every pixel has samples by then.
     pub deadline: Option<Instant>,
-    /// When it pauses, to be kept in a file.
-    pub keep_at: Option<Instant>,
+    /// When it pauses, to be kept in a file or told of.
+    pub pause_at: Option<Instant>,
 }
 
 impl<'a> Watch<'a> {
@@ -67,7 +67,7 @@ impl Observer for Watch<'_> {
     }
 
     fn has_enough(&self, everywhere: bool) -> bool {
-        everywhere && self.is_late() || is_past(self.patience.keep_at)
+        everywhere && self.is_late() || is_past(self.patience.pause_at)
     }
 }
 
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn time_ends_what_is_somewhere_everywhere() {
         let stop = AtomicBool::new(false);
-        let watch = |deadline, keep_at| Watch { patience: Patience { deadline, keep_at }, ..Watch::until(&stop) };
+        let watch = |deadline, pause_at| Watch { patience: Patience { deadline, pause_at }, ..Watch::until(&stop) };
         let now = Some(Instant::now());
         let later = now.map(|now| now + std::time::Duration::from_secs(3600));
         let enough = |watch: Watch| [watch.has_enough(false), watch.has_enough(true)];

@@ -126,7 +126,7 @@ fn models_are_told_as_json() {
     desk.write("wall.gltf", text);
     let run = desk.run(&["info", "wall.gltf", "--json"]);
     let told: serde_json::Value = serde_json::from_str(run.exits_with(0).text()).expect("JSON");
-    assert_eq!((told["format"].as_str(), told["scenes"][0].as_str()), (Some("glTF 2.0"), Some("wall")));
+    assert_eq!((told["notation"].as_str(), told["scenes"][0].as_str()), (Some("glTF 2.0"), Some("wall")));
     assert_eq!(told["variants"], serde_json::json!(["red", "blue"]));
     assert_eq!(told["animations"][0]["seconds"], 1.0);
     let extensions = serde_json::json!([{ "name": "KHR_materials_variants", "required": false, "read": true },

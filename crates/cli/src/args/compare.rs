@@ -12,13 +12,14 @@ use super::{names, values};
 #[command(after_help = "\
 Two .exr pictures are compared as linear radiance, anything else as display values; FLIP is about display values always.
 
-Exit code: 0 within every threshold given, 1 beyond one of them, 3 the pictures cannot be compared.
+Exit code: 0 within every threshold given, 1 beyond one of them or beyond noise, 3 the pictures cannot be compared.
 
 Examples:
   raywright compare got.png expected.png
-  raywright compare got.exr expected.exr --max-rmse 0.001 --diff d.png")]
+  raywright compare got.exr expected.exr --max-rmse 0.001 --diff d.png
+  raywright compare got.exr expected.film --noise")]
 pub struct CompareArgs {
-    /// Picture to judge, .png or .exr
+    /// Picture to judge, .png or .exr, or the .film of one
     #[arg(value_name = "A")]
     pub picture: PathBuf,
 
@@ -45,6 +46,15 @@ pub struct CompareArgs {
     /// Fail if the peak signal-to-noise ratio, in decibels, is below this
     #[arg(long, value_name = "DB", value_parser = values::number, help_heading = "Thresholds")]
     pub min_psnr: Option<f64>,
+
+    /// Fail if they differ by more than their noise, as the layer stderr of an .exr or a .film tells it; a picture without is taken to have
+    /// none. Blocks of all sizes are tested, from 16 pixels to the whole
+    #[arg(long, help_heading = "Thresholds")]
+    pub noise: bool,
+
+    /// Probability of a false alarm of --noise, of all its tests together
+    #[arg(long, value_name = "P", value_parser = values::level, default_value = "0.01", requires = "noise", help_heading = "Thresholds")]
+    pub level: f64,
 
     /// Write a picture of where they differ, .png: black where alike, ever lighter the more an eye would notice
     #[arg(long, value_name = "FILE")]

@@ -60,6 +60,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE")]
     pub sheet: Option<PathBuf>,
 
+    /// Leave out of pictures where they come from, so that equal pixels are equal files. Without -o a picture of that kind is not replaced
+    #[arg(long)]
+    pub no_metadata: bool,
+
     /// Layers to add to an .exr output, separated by commas: albedo, normal, position, emission (lamps and sky as seen), depth,
     /// object, material, samples (how many), stderr (standard error)
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = names::aov(), hide_possible_values = true)]
@@ -346,7 +350,12 @@ pub struct ReportArgs {
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
 
-    /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines, or none
+    /// Print SHA-256 of each picture's linear pixels and its file on standard output
+    #[arg(long, conflicts_with = "part")]
+    pub hash: bool,
+
+    /// Progress on standard error: a bar on a terminal and lines elsewhere (auto), lines (plain), JSON with samples, error and seconds
+    /// left in each line (json), or none
     #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
     pub progress: ProgressStyle,
 
@@ -363,6 +372,8 @@ pub enum ProgressStyle {
     Auto,
     /// A line now and then
     Plain,
+    /// JSON, a line at a time
+    Json,
     /// Nothing
     None,
 }

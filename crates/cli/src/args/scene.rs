@@ -120,11 +120,22 @@ pub struct InfoArgs {
 
 /// Arguments of `check`.
 #[derive(Debug, Args)]
-#[command(after_help = "Exit code: 0 the file can be rendered, 3 it cannot, 4 it cannot be read, 5 it is over a limit.")]
+#[command(
+    after_help = "Exit code: 0 the files can be rendered; otherwise that of the first one which is not right: 3 it cannot be \
+                        rendered or has warnings that are denied, 4 it cannot be read, 5 it is over a limit."
+)]
 pub struct CheckArgs {
-    /// Scene file (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY model, preset:NAME, or - for standard input
-    #[arg(value_name = "FILE")]
-    pub scene: OsString,
+    /// Scene files (.scene.toml, .scene.json), glTF/GLB, OBJ, STL or PLY models, preset:NAME, or - for standard input
+    #[arg(value_name = "FILE", required = true)]
+    pub scenes: Vec<OsString>,
+
+    /// Print JSON instead of lines
+    #[arg(long)]
+    pub json: bool,
+
+    /// Take warnings for errors
+    #[arg(long)]
+    pub deny_warnings: bool,
 
     /// What is changed in the scene.
     #[command(flatten)]

@@ -85,6 +85,14 @@ pub fn at_least_zero(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A probability that is small and not zero.
+pub fn level(text: &str) -> Result<f64, String> {
+    match number(text)? {
+        value if (1e-9..=0.5).contains(&value) => Ok(value),
+        _ => Err("expected a probability from 1e-9 to 0.5, such as 0.01".to_owned()),
+    }
+}
+
 /// An opening angle in degrees, above 0 and below 180.
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     match number(text)? {

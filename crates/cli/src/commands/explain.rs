@@ -66,8 +66,12 @@ pub fn dear(costs: &EffectCosts) -> String {
     format!("\n{}\n{}{late}", paragraph(&title), lay_out(&rows))
 }
 
+/// Version of the layout below.
+const FORMAT: u32 = 1;
+
 #[derive(Serialize)]
 struct Explanation<'a> {
+    format: u32,
     scene: &'a str,
     scene_hash: String,
     #[serde(flatten)]
@@ -79,7 +83,14 @@ struct Explanation<'a> {
 }
 
 fn json(loaded: &Loaded, report: &EffectReport, ladders: &[Standing], costs: Option<&EffectCosts>) -> String {
-    console::json(&Explanation { scene: &loaded.source.name, scene_hash: loaded.hash.to_string(), report, ladders, costs })
+    console::json(&Explanation {
+        format: FORMAT,
+        scene: &loaded.source.name,
+        scene_hash: loaded.hash.to_string(),
+        report,
+        ladders,
+        costs,
+    })
 }
 
 /// What is simulated first, then what is left out, then what there is none of: its names alone, or why in full.

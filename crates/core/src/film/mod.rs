@@ -316,6 +316,13 @@ impl Film {
         (means.samples >= 2.0).then(|| core::array::from_fn(|i| (within[i] + means.between[i]) / (means.samples - 1.0)))
     }
 
+    /// Standard error of each pixel's mean as the layer `stderr` has it, with the degrees of freedom of each: one fewer than the replicates.
+    /// None where there are fewer than two of them.
+    pub fn standard_errors(&self) -> Option<(Vec<[f32; 3]>, u32)> {
+        let freedom = self.plan.replicates.checked_sub(1).filter(|freedom| *freedom > 0 && self.plan.random)?;
+        Some((self.there().standard_errors(self.plan.pixels(), self.plan.crop.width as usize), freedom))
+    }
+
     fn there(&self) -> There<'_> {
         There::new(self.planes.iter().flatten(), self.plan.adaptive)
     }

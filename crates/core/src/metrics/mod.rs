@@ -4,12 +4,14 @@ mod comparison;
 mod errors;
 mod flip;
 mod heat;
+mod noise;
 mod statistics;
 
 pub use comparison::{Beyond, Comparison, Side, compare};
 pub use errors::{Errors, WorstPixel, differences, errors, share_beyond};
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip};
 pub use heat::heat_map;
+pub use noise::{NoiseBlock, NoiseVerdict, NoisyPicture, judge_noise};
 pub use statistics::{Statistics, statistics, student_95};
 
 use crate::picture::Picture;

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 
 use raywright_core::display::Display;
 use raywright_core::picture::Picture;
+use sha2::{Digest, Sha256};
 
 use crate::error::Error;
 pub use animation::{Animation, AnimationFormat};
@@ -129,6 +130,16 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
+}
+
+/// SHA-256 of a picture's width and height, the linear red, green and blue of each pixel row by row, and the coverage of each where it has one:
+/// 32-bit numbers, little-endian, whatever file they go to. 64 hexadecimal digits.
+pub fn pixel_hash(picture: &Picture) -> String {
+    let mut hash = Sha256::new();
+    [picture.width, picture.height].iter().for_each(|edge| hash.update(edge.to_le_bytes()));
+    let numbers = picture.rgb.iter().flatten().chain(picture.alpha.iter().flatten());
+    numbers.for_each(|number| hash.update(number.to_le_bytes()));
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A picture whose buffers do not fit its size cannot become a file.

@@ -190,7 +190,7 @@ mod tests {
             let line = image::imageops::crop_imm(&image, left, top, 480, LINE).to_image();
             line.pixels().filter(|pixel| pixel.0[0] > 150).count()
         };
-        assert!(ink(GAP, GAP + 240) > 60 && ink(2 * GAP + 480, GAP + 240) == 0, "{}", ink(GAP, GAP + 240));
+        assert!(ink(GAP, GAP + 240) > 40 && ink(2 * GAP + 480, GAP + 240) == 0, "{}", ink(GAP, GAP + 240));
         let bytes = sheet.bytes(&Metadata::default()).expect("a PNG");
         assert_eq!(decode_picture(Path::new("s"), &bytes, &Limits::default()).expect("a PNG").picture.width, image.width());
     }

@@ -9,8 +9,11 @@ use serde_json::{Map, Value, json};
 /// A file and what is in it. Lists are empty where there is none of a thing.
 #[derive(Serialize)]
 pub struct Facts {
+    /// Version of this layout.
+    format: u32,
     file: String,
-    format: &'static str,
+    /// What it is written in.
+    notation: &'static str,
     title: String,
     /// Width and height that a picture has without flags.
     size: [u32; 2],
@@ -53,8 +56,9 @@ impl Facts {
         let extension =
             |info: &raywright_io::ExtensionInfo| json!({ "name": info.name, "required": info.required, "read": info.read });
         Self {
+            format: 1,
             file: loaded.source.name.clone(),
-            format: super::format(loaded.source.format),
+            notation: super::format(loaded.source.format),
             title: scene.title.clone(),
             size: scene.render.size,
             cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),

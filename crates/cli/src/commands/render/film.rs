@@ -6,12 +6,14 @@ use std::time::{Duration, Instant};
 
 use raywright_core::Ready;
 use raywright_core::display::Display;
-use raywright_core::film::{Film, Part, PartError};
+use raywright_core::film::{Film, Part, PartError, Uncertainty};
 use raywright_io::output::{KeptFilm, Metadata, read_film, write_film};
 use raywright_io::{Error, Inputs, Limits};
+use serde::Serialize;
 
-use crate::args::{FilmArgs, RenderArgs, ReportArgs, Share};
+use crate::args::{FilmArgs, ProgressStyle, RenderArgs, ReportArgs, Share};
 use crate::clock::{Clock, spoken};
+use crate::console::{self, Verbosity};
 use crate::failure::Failure;
 use crate::notes::Notes;
 use crate::origin;
@@ -21,6 +23,30 @@ use crate::watch::{Patience, Watch};
 
 /// A long render is kept this often, and less often where keeping takes more than a twentieth of the time.
 const KEEP_EVERY: Duration = Duration::from_secs(60);
+
+/// How often a line of progress is told as JSON.
+const TELL_EVERY: Duration = Duration::from_secs(1);
+
+/// Version of the layout of [`Pass`].
+const PASS_FORMAT: u32 = 1;
+
+/// A line of `--progress json`.
+#[derive(Serialize)]
+struct Pass {
+    format: u32,
+    /// Which picture of the run, counted from one, and how many there are.
+    picture: u64,
+    pictures: u64,
+    /// Least and most samples of a pixel.
+    samples: [u32; 2],
+    /// How many each is to have; null where time or error decide.
+    of: Option<u32>,
+    /// As in the statistics; null where nothing can be told.
+    error: Option<Uncertainty>,
+    /// Since the first picture began, and until the last one is finished; null where that is not known.
+    seconds: f64,
+    seconds_left: Option<f64>,
+}
 
 /// Mistakes that can be seen before the scene is read.
 pub fn check(args: &FilmArgs, max_error: Option<f64>, targets: &[Target], outputs: &mut Outputs) -> Result<(), Failure> {
@@ -107,20 +133,48 @@ impl<'a> Session<'a> {
         (clock, stop): (&Clock, &AtomicBool),
     ) -> Result<(), Failure> {
         let deadline = self.args.budget.map(|budget| clock.began() + budget);
-        let mut keep_every = KEEP_EVERY;
+        let tells = report.progress == ProgressStyle::Json && report.verbosity > Verbosity::Quiet;
+        let (mut keep_every, mut kept, mut told) = (KEEP_EVERY, Instant::now(), Instant::now());
         loop {
-            let keep_at = self.args.checkpoint.is_some().then(|| Instant::now() + keep_every);
-            let watch = Watch { progress: Some(progress), patience: Patience { deadline, keep_at }, began: clock.began(), stop };
+            let keep_at = self.args.checkpoint.is_some().then(|| kept + keep_every);
+            let tell_at = tells.then(|| told + TELL_EVERY);
+            let pause_at = keep_at.into_iter().chain(tell_at).min();
+            let watch = Watch { progress: Some(progress), patience: Patience { deadline, pause_at }, began: clock.began(), stop };
             let rendered = ready.render_part(&mut self.kept.film, &self.part, &watch);
             rendered.map_err(Error::usage)?;
             self.is_done = !watch.was_stopped() && (self.lacks() == 0 || watch.is_late());
-            let began = Instant::now();
-            self.keep(report);
-            if self.is_done || watch.was_stopped() {
+            let ends = self.is_done || watch.was_stopped();
+            if tells {
+                console::tell(self.pass(progress));
+                told = Instant::now();
+            }
+            if ends || keep_at.is_some_and(|keep_at| Instant::now() >= keep_at) {
+                let began = Instant::now();
+                self.keep(report);
+                keep_every = KEEP_EVERY.max(20 * began.elapsed());
+                kept = Instant::now();
+            }
+            if ends {
                 return Ok(());
             }
-            keep_every = KEEP_EVERY.max(20 * began.elapsed());
         }
+    }
+
+    /// How far the picture has come, as a line of JSON.
+    fn pass(&self, progress: &Progress) -> String {
+        let ([picture, pictures], (seconds, left)) = (progress.pieces(), progress.seconds());
+        let samples = self.kept.film.samples(&self.part);
+        let pass = Pass {
+            format: PASS_FORMAT,
+            picture: picture + 1,
+            pictures,
+            samples: [*samples.start(), *samples.end()],
+            of: self.kept.film.asked(),
+            error: self.kept.film.uncertainty(),
+            seconds,
+            seconds_left: if self.is_done && picture + 1 == pictures { Some(0.0) } else { left },
+        };
+        serde_json::to_string(&pass).unwrap_or_default()
     }
 
     /// Writes the film where it is to be kept. A disk may have room again by the next time.

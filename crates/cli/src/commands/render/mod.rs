@@ -14,7 +14,7 @@ use raywright_core::framing::View;
 use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
 use raywright_core::{Ready, Rendered, Scene};
-use raywright_io::output::{Format, write_atomically};
+use raywright_io::output::{Format, Metadata, pixel_hash, write_atomically};
 use raywright_io::{Error, Limits, Loaded};
 
 use crate::args::RenderArgs;
@@ -60,7 +60,7 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     let mut clock = Clock::start();
     let mut outputs = Outputs::default();
     let mut targets = targets::pictures(&args.outputs, &mut outputs)?;
-    refuse_terminal(&targets)?;
+    refuse_terminal(args, &targets)?;
     check_floats_and_layers(args, &targets)?;
     check_stats_target(args, &mut outputs)?;
     film::check(&args.film, args.light.max_error, &targets, &mut outputs)?;
@@ -92,12 +92,14 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     session.note_slow(&clock, notes);
     let rendered = threads.run(|| denoise::rendered(session.film(), &args.report, stop));
     let render = clock.lap();
-    let is_free = |path: &Path| outputs.leave_free(path, &loaded.inputs);
+    let (is_free, metadata) = (|path: &Path| outputs.leave_free(path, &loaded.inputs), metadata(args, &session));
     if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-        let failure = write::interrupted(&rendered, &targets, plan.display, session.metadata(), is_free);
+        let failure = write::interrupted(&rendered, &targets, plan.display, &metadata, is_free);
         return Err(session.explained(failure));
     }
-    let written = session.with_own(write::write(&rendered, &targets, plan.display, session.metadata(), is_free)?);
+    let names = write::write(&rendered, &targets, plan.display, &metadata, is_free)?;
+    print_hash(args, &rendered, names.first().unwrap_or(&loaded.source.stem))?;
+    let written = session.with_own(names);
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
     if let Some(path) = &args.report.stats {
@@ -110,6 +112,19 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     notes.detail(tell::details(&ready, &rendered, &seconds).trim_end());
     let line = (!written.is_empty()).then(|| format!("wrote {written} ({description}, {})", spoken(seconds.total)));
     Ok(Done { line, unkept: session.into_unkept() })
+}
+
+/// What a picture's file says of where it comes from.
+fn metadata(args: &RenderArgs, session: &Session) -> Metadata {
+    if args.no_metadata { Metadata::default() } else { session.metadata().clone() }
+}
+
+/// The hash of a picture's pixels, where it is asked for, beside the file that has them.
+fn print_hash(args: &RenderArgs, rendered: &Rendered, name: &str) -> Result<(), Failure> {
+    match args.report.hash {
+        true => console::print(format!("{}  {}\n", pixel_hash(rendered.shown()), console::on_one_line(name))),
+        false => Ok(()),
+    }
 }
 
 /// The scene that is named, or the one that is meant where none is.
@@ -156,8 +171,12 @@ fn note_rendered(loaded: &Loaded, rendered: &Rendered, plan: &Plan, targets: &[T
     tell::note_exposure(rendered, plan.display, targets, notes);
 }
 
-/// Binary data would garble a terminal.
-fn refuse_terminal(targets: &[Target]) -> Result<(), Failure> {
+/// Binary data would garble a terminal, and text the binary data.
+fn refuse_terminal(args: &RenderArgs, targets: &[Target]) -> Result<(), Failure> {
+    if targets.contains(&Target::Stdout) && args.report.hash {
+        let error = Error::usage("-o - and --hash both write to standard output");
+        return Err(error.with_hint("name a file with -o").into());
+    }
     if targets.contains(&Target::Stdout) && io::stdout().is_terminal() {
         let error = Error::usage("standard output is a terminal, which cannot show a PNG");
         return Err(error.with_hint("send it to a file or a program: raywright render -o - > picture.png").into());

@@ -13,7 +13,8 @@ use raywright_core::framing::Silhouette;
 use raywright_io::{Error, Input, Inputs, Loaded};
 
 use super::{
-    described, limits, name_of, note_prepared, note_rendered, refuse_to_denoise, settle, size_and_samples, start, tell, write,
+    described, limits, metadata, name_of, note_prepared, note_rendered, print_hash, refuse_to_denoise, settle, size_and_samples,
+    start, tell, write,
 };
 use crate::args::{RenderArgs, ReportArgs};
 use crate::clock::{Clock, spoken};
@@ -218,12 +219,14 @@ impl<'a> Series<'a> {
         let quiet = ReportArgs { verbosity: console::Verbosity::Quiet, ..own.report.clone() };
         let rendered = self.threads.run(|| denoise::rendered(session.film(), &quiet, stop));
         let targets = &self.targets[number];
-        let is_free = |path: &Path| self.outputs.leave_free(path, &loaded.inputs);
+        let (is_free, metadata) = (|path: &Path| self.outputs.leave_free(path, &loaded.inputs), metadata(own, &session));
         if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
-            let kept = write::keep(&rendered, targets, plan.display, session.metadata(), is_free);
+            let kept = write::keep(&rendered, targets, plan.display, &metadata, is_free);
             return Err(interrupted(self.finished, self.targets.len(), kept, self.together.keep(is_free)));
         }
-        self.names.extend(write::write(&rendered, targets, plan.display, session.metadata(), is_free)?);
+        let names = write::write(&rendered, targets, plan.display, &metadata, is_free)?;
+        print_hash(own, &rendered, names.first().map_or(caption, String::as_str))?;
+        self.names.extend(names);
         self.together.add(rendered.shown(), plan.display, caption)?;
         note_rendered(loaded, &rendered, plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);

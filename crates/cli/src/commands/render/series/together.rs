@@ -22,7 +22,10 @@ pub struct Together {
 impl Together {
     /// Files for so many pictures, so many a second.
     pub fn start(args: &RenderArgs, count: usize, rate: f64, outputs: &mut Outputs) -> Result<Self, Failure> {
-        let metadata = Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() };
+        let metadata = match args.no_metadata {
+            true => Metadata::default(),
+            false => Metadata { software: origin::SOFTWARE.to_owned(), command: origin::command_line(), ..Metadata::default() },
+        };
         let mut sheet = None;
         if let Some(path) = &args.sheet {
             if Format::of(path)? != Format::Png {

@@ -1,12 +1,14 @@
-//! `compare`: how far two pictures are apart, judged by thresholds, with a picture of where.
+//! `compare`: how far two pictures are apart, judged by thresholds or by their noise, with a picture of where.
+
+mod noise;
 
 use std::path::Path;
 
 use raywright_core::display::Display;
-use raywright_core::metrics::{Comparison, Side, compare, heat_map};
+use raywright_core::metrics::{Comparison, NoiseVerdict, Side, compare, heat_map};
 use raywright_core::picture::Encoding;
-use raywright_io::output::{Format, Metadata, StoredPicture, read_picture, write_png};
-use raywright_io::{Error, Inputs, Limits};
+use raywright_io::output::{Format, Metadata, StoredPicture, write_png};
+use raywright_io::{Error, Inputs};
 use serde::Serialize;
 
 use crate::args::CompareArgs;
@@ -27,14 +29,20 @@ pub fn run(args: &CompareArgs) -> Result<(), Failure> {
         exposure_stops: args.exposure.unwrap_or_default(),
         ..Display::default()
     };
-    let (picture, reference) = (read(&args.picture)?, read(&args.reference)?);
-    let comparison = compare(side(&picture), side(&reference), display)
+    let (picture, reference) = (noise::read(&args.picture)?, noise::read(&args.reference)?);
+    let names = [args.picture.as_path(), args.reference.as_path()];
+    let verdict = args.noise.then(|| noise::judge(&picture, &reference, names, args.level)).transpose()?;
+    let comparison = compare(side(&picture.stored), side(&reference.stored), display)
         .map_err(|cause| Error::input(format_args!("{} and {}", args.picture.display(), args.reference.display()), cause))?;
     if let Some(path) = &args.diff {
         write_difference(path, &comparison)?;
     }
-    let beyond = beyond(args, &comparison);
-    console::print(if args.json { json(&comparison, &beyond) } else { text(&comparison) })?;
+    let mut beyond = beyond(args, &comparison);
+    beyond.extend(
+        verdict.as_ref().filter(|verdict| verdict.beyond > 0).map(|verdict| format!("noise: {}", noise::described(verdict))),
+    );
+    let noise = verdict.as_ref().map(noise::described);
+    console::print(if args.json { json(&comparison, verdict.as_ref(), &beyond) } else { text(&comparison, noise) })?;
     match beyond.is_empty() {
         true => Ok(()),
         false => Err(Failure::new(
@@ -53,15 +61,6 @@ fn check_difference_target(path: &Path, args: &CompareArgs) -> Result<(), Failur
     inputs.read(&args.picture);
     inputs.read(&args.reference);
     outputs.keep_clear_of(&inputs)
-}
-
-fn read(path: &Path) -> Result<StoredPicture, Failure> {
-    let stored = read_picture(path, &Limits::default())?;
-    if stored.has_colour {
-        return Ok(stored);
-    }
-    let channels = stored.picture.layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>().join(", ");
-    Err(Error::input(path.display(), "it has no colour channels R, G, B").with_hint(format!("its channels: {channels}")).into())
 }
 
 fn side(stored: &StoredPicture) -> Side<'_> {
@@ -95,19 +94,26 @@ fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
     above.chain(below).chain(lost).collect()
 }
 
+/// Version of the layout below.
+const FORMAT: u32 = 1;
+
 #[derive(Serialize)]
 struct Report<'a> {
+    format: u32,
     #[serde(flatten)]
     comparison: &'a Comparison,
+    /// Whether it differs by more than noise, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<&'a NoiseVerdict>,
     /// What lies beyond a threshold; empty: nothing does.
     beyond_thresholds: &'a [String],
 }
 
-fn json(comparison: &Comparison, beyond: &[String]) -> String {
-    console::json(&Report { comparison, beyond_thresholds: beyond })
+fn json(comparison: &Comparison, noise: Option<&NoiseVerdict>, beyond: &[String]) -> String {
+    console::json(&Report { format: FORMAT, comparison, noise, beyond_thresholds: beyond })
 }
 
-fn text(comparison: &Comparison) -> String {
+fn text(comparison: &Comparison, noise: Option<String>) -> String {
     let errors = &comparison.errors;
     let numbers = match comparison.encoding {
         Encoding::Linear => "linear radiance",
@@ -137,6 +143,7 @@ fn text(comparison: &Comparison) -> String {
             "coverage",
             comparison.coverage.filter(|&c| c != 0.0).map_or(String::new(), |c| format!("differs by up to {}", short(c))),
         ),
+        ("noise", noise.unwrap_or_default()),
         ("not finite", if errors.non_finite == 0 { String::new() } else { format!("{} pixels, left out", errors.non_finite) }),
     ];
     let rows: Vec<[String; 2]> =
