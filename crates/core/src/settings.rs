@@ -150,8 +150,8 @@ pub struct Settings {
     pub sampling: Sampling,
     /// How much of a pixel's surroundings counts towards it, where samples lie at random places.
     pub filter: PixelFilter,
-    /// Ray segments a path may have, 1 to [`Settings::MOST_SEGMENTS`]; [`Settings::UNLIMITED`]: as many as chance allows, which Whitted's
-    /// integrator reads as that many.
+    /// Ray segments a path may have, at least one, of which Whitted's integrator takes [`Settings::MOST_SEGMENTS`] at most;
+    /// [`Settings::UNLIMITED`]: as many as chance allows.
     pub max_depth: u32,
     /// Radiance to which the brightest channel of a path-traced sample is brought where it is above it: fewer fireflies for light that is
     /// lost. None: nothing is lost.

@@ -1,7 +1,6 @@
 //! Settings that no picture can be made with are refused before anything is built.
 
 use super::{Background, Crop, Sampling, Settings};
-use crate::denoise;
 
 /// What is wrong with settings.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -20,12 +19,9 @@ pub enum SettingsError {
     /// A pixel takes samples, but not too many.
     #[error("a pixel can't have {0} samples: it takes 1 to {most}", most = Settings::MOST_SAMPLES)]
     Samples(u32),
-    /// A path has segments, but not too many unless it has no limit.
-    #[error("a path can't be limited to {0} segments: it takes 1 to {most}, or no limit", most = Settings::MOST_SEGMENTS)]
-    Depth(u32),
-    /// Noise can't be told from what is seen.
-    #[error("a picture of fixed samples, or of fewer than {} a pixel, can't be denoised", denoise::FEWEST_SAMPLES)]
-    Denoise,
+    /// A path has segments.
+    #[error("a path can't be limited to no segments at all: it takes at least one, that of the camera's ray")]
+    Depth,
     /// A number that has to be above zero is not, or is not finite.
     #[error("`{name}` is {value}, but has to be a finite number above 0")]
     Number {
@@ -59,11 +55,8 @@ impl Settings {
         {
             return Err(SettingsError::Samples(count));
         }
-        if !(1..=Self::MOST_SEGMENTS).contains(&self.max_depth) && self.max_depth != Self::UNLIMITED {
-            return Err(SettingsError::Depth(self.max_depth));
-        }
-        if self.denoise && !denoise::is_possible(self.sampling) {
-            return Err(SettingsError::Denoise);
+        if self.max_depth == 0 {
+            return Err(SettingsError::Depth);
         }
         for (name, value) in [("clamp", self.clamp), ("max_error", self.max_error)] {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
@@ -82,7 +75,7 @@ impl Settings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Pattern, Scene};
+    use crate::scene::Scene;
 
     fn settings() -> Settings {
         let scene: Scene = serde_json::from_str(r#"{ "format": 1 }"#).expect("an empty scene");
@@ -106,11 +99,9 @@ mod tests {
             count(1),
             count(65_536),
             depth(1),
-            depth(64),
             depth(Settings::UNLIMITED),
             clamp(1e-9),
             shown(0.0),
-            Settings { denoise: true, ..count(8) },
         ] {
             assert_eq!(good.check(), Ok(()), "{good:?}");
         }
@@ -124,10 +115,7 @@ mod tests {
             (crop(u32::MAX, 0, 2, 1), wrong_crop(Crop { x: u32::MAX, y: 0, width: 2, height: 1 })),
             (count(0), E::Samples(0)),
             (count(65_537), E::Samples(65_537)),
-            (depth(0), E::Depth(0)),
-            (depth(65), E::Depth(65)),
-            (Settings { denoise: true, ..count(7) }, E::Denoise),
-            (Settings { denoise: true, sampling: Sampling::Pattern(Pattern::Centre), ..settings() }, E::Denoise),
+            (depth(0), E::Depth),
             (clamp(0.0), E::Number { name: "clamp", value: 0.0 }),
             (clamp(f64::INFINITY), E::Number { name: "clamp", value: f64::INFINITY }),
             (Settings { max_error: Some(-1.0), ..settings() }, E::Number { name: "max_error", value: -1.0 }),

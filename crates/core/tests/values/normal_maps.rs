@@ -13,8 +13,9 @@ use serde_json::{Value, json};
 
 use crate::support::{Surface, View, physical, pixel, scene, sees, settings, sun};
 
-/// What the image says everywhere: right, up in the image and outwards.
-const TEXEL: DVec3 = DVec3::new(0.48, -0.6, 0.64);
+/// What the image says everywhere: right, up in the image and outwards. By less than 45°, so that who looks at the surface straight is
+/// mirrored above it.
+const TEXEL: DVec3 = DVec3::new(0.36, -0.48, 0.8);
 /// Where the light is, across nothing.
 const LIGHT: DVec3 = DVec3::new(0.36, 0.48, 0.8);
 
