@@ -22,7 +22,7 @@
 //! |---|---|
 //! | [`load`](prelude::load) | a [`Scene`](prelude::Scene): plain data, checked, with its images and meshes in memory. A model without lights stands in a studio |
 //! | [`Settings::of`](prelude::Settings::of) | size, samples, integrator and so on as the scene asks for, to be changed field by field |
-//! | [`prepare`](prelude::prepare) | a [`Ready`](prelude::Ready): the tree, tables and textures for these settings. A scene without camera is framed |
+//! | [`prepare`](fn@prelude::prepare) | a [`Ready`](prelude::Ready): the tree, tables and textures for these settings. A scene without camera is framed |
 //! | [`Ready::render`](prelude::Ready::render) | a [`Rendered`](prelude::Rendered): picture, error, counts. Any number of threads gives the same bits |
 //! | [`write_picture`](prelude::write_picture) | a PNG to look at or an EXR to compute with |
 //!
