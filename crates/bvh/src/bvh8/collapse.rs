@@ -107,24 +107,24 @@ impl Collapse<'_> {
             let first = work.len();
             let mut all = self.filled(&lanes);
             // Rays that ask for any hit go from the last lane to the first: to what ends them soonest.
-            let of = |filled: &Filled| (!matches!(filled.kind, Kind::Inner(_)), half_area(&filled.bounds));
+            let of = |filled: &Filled| (!matches!(filled.kind, LaneContent::Inner(_)), half_area(&filled.bounds));
             all.sort_by(|a, b| of(a).0.cmp(&of(b).0).then(of(a).1.total_cmp(&of(b).1)));
             for (lane, filled) in all.into_iter().enumerate() {
                 let child = match filled.kind {
-                    Kind::Inner(node) if node as usize >= tops => {
+                    LaneContent::Inner(node) if node as usize >= tops => {
                         piece.jobs.push(Job { slot, lane, root: node, depth: depth + 1 });
                         Child::NONE
                     }
-                    Kind::Inner(node) => {
+                    LaneContent::Inner(node) => {
                         work.push((piece.nodes.len(), node, depth + 1));
                         piece.nodes.push(Node::EMPTY);
                         Child::inner(piece.nodes.len() - 1)
                     }
-                    Kind::Other(place) => {
+                    LaneContent::Other(place) => {
                         piece.order.push(place);
                         Child::other(piece.order.len() - 1)
                     }
-                    Kind::Several(company, places) => piece.leaf(company, &places),
+                    LaneContent::Several(company, places) => piece.leaf(company, &places),
                 };
                 piece.nodes[slot].set(lane, &filled.bounds, child);
             }
@@ -193,7 +193,7 @@ impl Bvh8 {
 }
 
 /// What a lane will hold.
-enum Kind {
+enum LaneContent {
     Inner(u32),
     Other(u32),
     Several(LeafKind, ArrayVec<u32, WIDTH>),
@@ -201,7 +201,7 @@ enum Kind {
 
 struct Filled {
     bounds: PaddedBox,
-    kind: Kind,
+    kind: LaneContent,
 }
 
 impl Collapse<'_> {
@@ -212,21 +212,21 @@ impl Collapse<'_> {
         for &Lane { node, leaf } in lanes {
             let bounds = self.binary.nodes[node as usize].bounds;
             let kind = if !leaf {
-                Kind::Inner(node)
+                LaneContent::Inner(node)
             } else if usize::from(self.costs[node as usize].alike) > WIDTH {
-                Kind::Other(self.binary.order[self.binary.nodes[node as usize].first as usize])
+                LaneContent::Other(self.binary.order[self.binary.nodes[node as usize].first as usize])
             } else {
                 let mut places = ArrayVec::new();
                 self.places(node, &mut places);
-                Kind::Several(self.costs[node as usize].company, places)
+                LaneContent::Several(self.costs[node as usize].company, places)
             };
             filled.push(Filled { bounds, kind });
         }
         while let Some((into, from)) = pair(&filled) {
-            let Filled { bounds, kind: Kind::Several(_, places) } = filled.remove(from) else { break };
+            let Filled { bounds, kind: LaneContent::Several(_, places) } = filled.remove(from) else { break };
             let into = into - usize::from(from < into);
             filled[into].bounds = filled[into].bounds.union(&bounds);
-            if let Kind::Several(_, own) = &mut filled[into].kind {
+            if let LaneContent::Several(_, own) = &mut filled[into].kind {
                 own.extend(places);
             }
         }
@@ -237,7 +237,7 @@ impl Collapse<'_> {
 /// Two blocks that fit into one, the latter one sparse: of those the pair that grows least.
 fn pair(filled: &[Filled]) -> Option<(usize, usize)> {
     let count = |lane: usize| match &filled[lane].kind {
-        Kind::Several(company, places) => Some((*company, places.len())),
+        LaneContent::Several(company, places) => Some((*company, places.len())),
         _ => None,
     };
     let spent = |lane: usize| {

@@ -47,7 +47,7 @@ impl RayF64 {
 #[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
-    kind: Kind,
+    kind: RowKind,
     pub facts: LeafHeader,
     /// Of a sphere the centre, of a plane the point; `places[axis][lane]`.
     places: [[f32; WIDTH]; 3],
@@ -56,7 +56,7 @@ pub(crate) struct Row {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum RowKind {
     Spheres,
     Planes,
 }
@@ -87,7 +87,7 @@ impl<S: Simd> LaneHits<S> {
 impl Row {
     /// Of spheres, whose slots follow the first one.
     pub fn of_spheres(first: usize, spheres: impl Iterator<Item = (Sphere<f32>, Visibility)>) -> Self {
-        let mut row = Self::empty(Kind::Spheres, first);
+        let mut row = Self::empty(RowKind::Spheres, first);
         for (lane, (sphere, visibility)) in spheres.take(WIDTH).enumerate() {
             row.set(lane, sphere.centre, visibility);
             row.rest[0][lane] = sphere.radius;
@@ -97,7 +97,7 @@ impl Row {
 
     /// Of planes, whose slots follow the first one.
     pub fn of_planes(first: usize, planes: impl Iterator<Item = (Plane<f32>, Visibility)>) -> Self {
-        let mut row = Self::empty(Kind::Planes, first);
+        let mut row = Self::empty(RowKind::Planes, first);
         for (lane, (plane, visibility)) in planes.take(WIDTH).enumerate() {
             row.set(lane, plane.point, visibility);
             (0..3).for_each(|axis| row.rest[axis][lane] = plane.normal[axis]);
@@ -107,7 +107,7 @@ impl Row {
 
     /// Room for so many spheres, the first of which is at a place.
     pub(super) fn room(first: usize, count: usize) -> Self {
-        let mut row = Self::empty(Kind::Spheres, first);
+        let mut row = Self::empty(RowKind::Spheres, first);
         row.facts.count = count as u8;
         row
     }
@@ -118,7 +118,7 @@ impl Row {
         self
     }
 
-    fn empty(kind: Kind, first: usize) -> Self {
+    fn empty(kind: RowKind, first: usize) -> Self {
         let facts = LeafHeader { first: first as u32, ..LeafHeader::default() };
         Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
     }
@@ -146,10 +146,10 @@ impl Row {
         // By value: a ray that is referred to would lie in memory for the rare case.
         let ([x, y, z], line) = (&self.rest, *line);
         match self.kind {
-            Kind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
+            RowKind::Spheres => spheres(s, places, s.widen(x), &rays, ends, sides, move |lane| {
                 self.sphere(lane).intersect(&line.probe(), range, self.side(lane, culls))
             }),
-            Kind::Planes => planes(s, places, [s.widen(x), s.widen(y), s.widen(z)], &rays, ends, sides),
+            RowKind::Planes => planes(s, places, [s.widen(x), s.widen(y), s.widen(z)], &rays, ends, sides),
         }
     }
 
@@ -162,11 +162,11 @@ impl Row {
         let sides = [only(self.facts.outside_alone(lines.culls)), only(self.facts.inside)];
         let (places, rest, ends) = (splat3_f64(s, of(&self.places)), of(&self.rest), [s.splat(near), far]);
         match self.kind {
-            Kind::Spheres => spheres(s, places, s.splat_f64(rest.x), &lines.rays, ends, sides, |ray| {
+            RowKind::Spheres => spheres(s, places, s.splat_f64(rest.x), &lines.rays, ends, sides, |ray| {
                 let range = Interval { min: near, max: s.to_array(far)[ray].next_up() };
                 self.sphere(lane).intersect(&lines.probe(ray), range, self.side(lane, lines.culls))
             }),
-            Kind::Planes => planes(s, places, splat3_f64(s, rest), &lines.rays, ends, sides),
+            RowKind::Planes => planes(s, places, splat3_f64(s, rest), &lines.rays, ends, sides),
         }
     }
 

@@ -16,7 +16,7 @@ const FORMAT: u32 = 1;
 
 /// What is found in all files.
 #[derive(Serialize)]
-struct Report {
+struct CheckReport {
     format: u32,
     files: Vec<Checked>,
 }
@@ -36,7 +36,7 @@ struct Checked {
 
 /// Reads and validates each file; the exit code is that of the first one that is not right.
 pub fn run(args: &CheckArgs, verbosity: Verbosity) -> Result<(), Failure> {
-    let mut report = Report { format: FORMAT, files: Vec::new() };
+    let mut report = CheckReport { format: FORMAT, files: Vec::new() };
     let mut first = None;
     for name in &args.scenes {
         let limits = Limits::default();

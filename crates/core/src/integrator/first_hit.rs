@@ -52,12 +52,12 @@ impl FirstHit {
 pub(super) struct FirstHits<R: Real> {
     directions: Vec<R::Vec3>,
     hits: Vec<Option<Hit<R>>>,
-    patience: PacketBackoff,
+    backoff: PacketBackoff,
 }
 
 impl<R: Real> Default for FirstHits<R> {
     fn default() -> Self {
-        Self { directions: Vec::new(), hits: Vec::new(), patience: PacketBackoff::default() }
+        Self { directions: Vec::new(), hits: Vec::new(), backoff: PacketBackoff::default() }
     }
 }
 
@@ -70,7 +70,7 @@ impl<R: Real> FirstHits<R> {
 
     /// Intersects camera rays that leave one point at one time; no others.
     pub fn intersect(&mut self, scene: &Prepared<R>, rays: &[Ray<R>]) {
-        let Self { directions, hits, patience } = self;
+        let Self { directions, hits, backoff } = self;
         hits.clear();
         let Some(first) = rays.first() else { return };
         if !rays.iter().all(|ray| ray.origin == first.origin && ray.time == first.time) {
@@ -80,6 +80,6 @@ impl<R: Real> FirstHits<R> {
         directions.extend(rays.iter().map(|ray| ray.direction));
         let range = Interval { min: scene.least_distances().camera - scene.camera.ahead(), max: R::INFINITY };
         let asked = RayPacket { origin: first.origin, directions, time: first.time, culls: first.culls, range };
-        scene.geometry.closest_from(&asked, patience, hits);
+        scene.geometry.closest_from(&asked, backoff, hits);
     }
 }

@@ -75,7 +75,7 @@ pub struct NoiseBlock {
 
 /// What a block has in a channel, or the sum over some.
 #[derive(Clone, Copy, Default)]
-struct Sums {
+struct BlockSums {
     difference: f64,
     reference: f64,
     size: f64,
@@ -85,7 +85,7 @@ struct Sums {
     pixels: f64,
 }
 
-impl Sums {
+impl BlockSums {
     fn plus(self, other: &Self) -> Self {
         Self {
             difference: self.difference + other.difference,
@@ -137,10 +137,10 @@ pub fn judge_noise(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, lev
     let largest = width.min(height).max(SMALLEST);
     let edges: Vec<u32> =
         std::iter::successors(Some(SMALLEST), |edge| Some(edge * 2)).take_while(|edge| *edge <= largest).collect();
-    // Sums of the halves of the smallest blocks, of which all others are made.
+    // BlockSums of the halves of the smallest blocks, of which all others are made.
     let step = SMALLEST / 2;
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));
-    let cells: Vec<([Sums; 3], usize)> = (0..columns * rows)
+    let cells: Vec<([BlockSums; 3], usize)> = (0..columns * rows)
         .into_par_iter()
         .map(|cell| sums(picture, reference, [cell % columns * step, cell / columns * step], step))
         .collect();
@@ -152,9 +152,9 @@ pub fn judge_noise(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, lev
     Ok(NoiseVerdict { level, blocks: found.blocks, beyond: found.beyond, clearest: found.clearest, untested })
 }
 
-/// Sums over a square of pixels, and how many of them are left out.
-fn sums(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, [x, y]: [u32; 2], edge: u32) -> ([Sums; 3], usize) {
-    let (mut sums, mut untested) = ([Sums::default(); 3], 0);
+/// BlockSums over a square of pixels, and how many of them are left out.
+fn sums(picture: &NoisyPicture<'_>, reference: &NoisyPicture<'_>, [x, y]: [u32; 2], edge: u32) -> ([BlockSums; 3], usize) {
+    let (mut sums, mut untested) = ([BlockSums::default(); 3], 0);
     for row in y..(y + edge).min(picture.height) {
         for column in x..(x + edge).min(picture.width) {
             let pixel = row as usize * picture.width as usize + column as usize;
@@ -194,7 +194,7 @@ struct Found {
 
 impl Found {
     /// Tests all blocks of an edge, of which there are so many.
-    fn test_edge(&mut self, cells: &[([Sums; 3], usize)], [columns, rows]: [u32; 2], edge: u32, edges: usize) {
+    fn test_edge(&mut self, cells: &[([BlockSums; 3], usize)], [columns, rows]: [u32; 2], edge: u32, edges: usize) {
         let step = SMALLEST / 2;
         let (across, stride) = (edge / step, edge / SMALLEST);
         // The last one is the first that reaches the end.
@@ -208,7 +208,7 @@ impl Found {
         let tests = 3 * left.len() * top.len() * edges;
         self.blocks += left.len() * top.len();
         for (&row, &column) in top.iter().flat_map(|row| left.iter().map(move |column| (row, column))) {
-            let mut block = [Sums::default(); 3];
+            let mut block = [BlockSums::default(); 3];
             for cell in
                 (row..(row + across).min(rows)).flat_map(|y| (column..(column + across).min(columns)).map(move |x| (x, y)))
             {

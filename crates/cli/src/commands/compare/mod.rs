@@ -98,7 +98,7 @@ fn beyond(args: &CompareArgs, comparison: &Comparison) -> Vec<String> {
 const FORMAT: u32 = 1;
 
 #[derive(Serialize)]
-struct Report<'a> {
+struct ComparisonReport<'a> {
     format: u32,
     #[serde(flatten)]
     comparison: &'a Comparison,
@@ -110,7 +110,7 @@ struct Report<'a> {
 }
 
 fn json(comparison: &Comparison, noise: Option<&NoiseVerdict>, beyond: &[String]) -> String {
-    console::json(&Report { format: FORMAT, comparison, noise, beyond_thresholds: beyond })
+    console::json(&ComparisonReport { format: FORMAT, comparison, noise, beyond_thresholds: beyond })
 }
 
 fn text(comparison: &Comparison, noise: Option<String>) -> String {

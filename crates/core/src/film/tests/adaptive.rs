@@ -241,9 +241,9 @@ fn bits(film: &Film) -> Vec<u32> {
 }
 
 /// Has enough after so many tiles.
-struct PacketBackoff(AtomicU32);
+struct EnoughAfter(AtomicU32);
 
-impl Observer for PacketBackoff {
+impl Observer for EnoughAfter {
     fn progress(&self, done: u64, total: u64) {
         assert!(done <= total);
         self.0.fetch_sub(1, Ordering::Relaxed);
@@ -268,8 +268,7 @@ fn only_the_picture_decides() {
         let mut film = ready.film("scene");
         let mut pauses = 0;
         loop {
-            in_order(|| ready.render_part(&mut film, &whole.whole(), &PacketBackoff(AtomicU32::new(step))))
-                .expect("its own film");
+            in_order(|| ready.render_part(&mut film, &whole.whole(), &EnoughAfter(AtomicU32::new(step)))).expect("its own film");
             if film.lacking(&whole.whole()) == 0 {
                 break;
             }
@@ -285,7 +284,7 @@ fn maps_are_replayed() {
     let ready = of(&settings());
     let mut film = ready.film("scene");
     let whole = film.whole();
-    in_order(|| ready.render_part(&mut film, &whole, &PacketBackoff(AtomicU32::new(70)))).expect("its own film");
+    in_order(|| ready.render_part(&mut film, &whole, &EnoughAfter(AtomicU32::new(70)))).expect("its own film");
     assert!(film.lacking(&whole) > 0);
     let mut again = ready.film("scene");
     again.replay(&film).expect("a map of the same picture");

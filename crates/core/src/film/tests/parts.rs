@@ -72,9 +72,9 @@ proptest! {
 }
 
 /// Stops after so many tiles.
-struct PacketBackoff(AtomicU32);
+struct StopAfter(AtomicU32);
 
-impl Observer for PacketBackoff {
+impl Observer for StopAfter {
     fn progress(&self, done: u64, total: u64) {
         assert!(done <= total);
         self.0.fetch_sub(1, Ordering::Relaxed);
@@ -94,7 +94,7 @@ fn a_stopped_render_goes_on() {
     let mut steps = 0;
     while film.unfinished() > 0 {
         let before = film.counters().samples;
-        let patience = PacketBackoff(AtomicU32::new(5));
+        let patience = StopAfter(AtomicU32::new(5));
         in_order(|| ready.render_part(&mut film, &whole.whole(), &patience)).expect("its own film");
         assert!(film.counters().samples > before);
         steps += 1;
@@ -112,7 +112,7 @@ fn a_stopped_render_goes_on() {
 /// Protects: what one call of `render` reports of a picture that was stopped.
 #[test]
 fn a_stopped_picture_says_how_much_is_missing() {
-    let rendered = in_order(|| ready(&settings(6)).render(&PacketBackoff(AtomicU32::new(13))));
+    let rendered = in_order(|| ready(&settings(6)).render(&StopAfter(AtomicU32::new(13))));
     // One tile, of 9 pixels, has two of its replicates, and the others one.
     assert_eq!((rendered.finished, rendered.unfinished, rendered.counters.samples), (false, 77, 77 * 2 + 9 * 2));
     let finished = ready(&settings(6)).render(&());
