@@ -165,8 +165,8 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Shades the vertices on common surfaces.
-    fn shade_rough(&mut self, Wavefront { paths, going, hits, met, rough, goes, .. }: &mut Wavefront<R>) {
-        self.shade_gathered(Bounce { paths, going, hits, met }, rough, |k| goes[k as usize] = false);
+    fn shade_rough(&mut self, Wavefront { paths, going, met, rough, goes, .. }: &mut Wavefront<R>) {
+        self.shade_gathered(Bounce { paths, going, met }, rough, |k| goes[k as usize] = false);
     }
 
     /// What the paths brought, limited and seen through a veil as the scene says.

@@ -63,6 +63,12 @@ impl<R: Real> Emitter<R> {
 }
 
 impl<R: Real> Emitter<R> {
+    /// What its points are shown with: what it gives off, or one where that is known only when a ray meets it.
+    #[inline(always)]
+    pub fn shown_radiance(&self) -> R::Vec3 {
+        if self.varies { R::Vec3::ONE } else { self.radiance }
+    }
+
     /// The polygon that it is, if it is one and has a plane.
     #[inline(always)]
     pub fn polygon(&self) -> Option<Polygon> {
