@@ -8,18 +8,17 @@ mod middle;
 use core::f64::consts::PI;
 use core::ops::Range;
 
-use arrayvec::ArrayVec;
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
-use raywright_bvh::{Real, Shape, Side, Surface, SurfacePoint, Vector, widest};
+use raywright_bvh::{Real, Shape, Side, Surface, SurfacePoint, Vector};
 
 use super::cdf::{pick, push_shares, share};
 use super::lanes::{Aim, LANES, LightLanes};
 use super::polygon::PolygonSample;
-use super::{Bounds, Cone, Density, LightSample, Target};
+use super::{Bounds, ChosenLight, Cone, Density, LightId, LightSample, Target};
 
 use cells::unfolded;
-use lanes::{DrawEmitters, EmitterLanes};
+pub(super) use lanes::EmitterLanes;
 use list::{Emitter, Form};
 pub use list::{EmitterList, Glow};
 
@@ -100,7 +99,7 @@ impl<R: Real> Shown<R> {
 
 /// An emitter that was chosen with a probability, the point that is lit, and two numbers in [0, 1) by which a point of it is drawn.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EmitterQuery<R: Real> {
+struct EmitterQuery<R: Real> {
     pub emitter: u32,
     pub from: R::Vec3,
     pub position: [f32; 2],
@@ -239,32 +238,35 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// [`Self::sample`] of emitters that points chose, each told by its lane: polygons together, and before what else is put into lanes.
-    pub(super) fn sample_lanes(&self, queries: impl Iterator<Item = (usize, EmitterQuery<R>)>, out: &mut LightLanes<R>) {
-        let (mut flat, mut others) = (ArrayVec::<_, LANES>::new(), ArrayVec::<_, LANES>::new());
-        let mut polygons = EmitterLanes::new();
-        for (lane, query) in queries.take(LANES) {
-            let emitter = &self.list.emitters[query.emitter as usize];
-            if let Some(polygon) = emitter.polygon().filter(|_| self.is_even(emitter)) {
-                polygons.put(lane, &polygon, emitter, &query);
-                flat.push((lane, query));
-            } else {
-                others.push((lane, query));
-            }
-        }
-        if !flat.is_empty() {
-            let sends = widest(DrawEmitters { emitters: &polygons, out });
-            for (lane, query) in flat {
-                match sends[lane] {
-                    Some(true) => out.aim[lane] = Aim::Surface,
-                    Some(false) => {}
-                    // Small ones are drawn by area.
-                    None => self.by_area(&query).iter().for_each(|sample| out.put(lane, sample)),
+    /// [`Self::sample`] of those emitters that are among the lights that points chose: polygons together, and before what else is put into
+    /// lanes. `waiting`: a place for them.
+    pub(super) fn sample_lanes(&self, chosen: &[Option<ChosenLight<R>>], waiting: &mut EmitterLanes<R>, out: &mut LightLanes<R>) {
+        let (mut flat, mut any) = ([false; LANES], false);
+        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+            if let Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen {
+                let emitter = &self.list.emitters[*emitter as usize];
+                if self.is_even(emitter)
+                    && let Some(polygon) = emitter.polygon()
+                {
+                    waiting.put(lane, (&polygon, emitter), *from, *position, *probability);
+                    (flat[lane], any) = (true, true);
                 }
             }
         }
-        for (lane, EmitterQuery { emitter, from, position, probability }) in others {
-            self.sample(emitter, from, position, probability).iter().for_each(|sample| out.put(lane, sample));
+        let sends = if any { waiting.draw(out) } else { [None; LANES] };
+        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+            let &Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen else { continue };
+            let sample = match sends[lane].filter(|_| flat[lane]) {
+                Some(true) => {
+                    out.aim[lane] = Aim::Surface;
+                    continue;
+                }
+                Some(false) => None,
+                // Small ones are drawn by area.
+                None if flat[lane] => self.by_area(&EmitterQuery { emitter, from, position, probability }),
+                None => self.sample(emitter, from, position, probability),
+            };
+            sample.iter().for_each(|sample| out.put(lane, sample));
         }
     }
 

@@ -30,7 +30,7 @@ mod usage;
 
 use raywright_bvh::{Aabb, Real, Surface};
 
-use emitters::EmitterQuery;
+use emitters::EmitterLanes;
 
 pub use bounds::Bounds;
 pub use choice::Choice;
@@ -209,15 +209,12 @@ impl<R: Real> Lights<R> {
     /// [`Lights::sample`] of many lights, so many in each of `samples` as those have lanes, in place of what those held: those of one kind are
     /// drawn together.
     pub(crate) fn sample_each(&self, chosen: &[Option<ChosenLight<R>>], samples: &mut Vec<LightLanes<R>>) {
-        samples.resize_with(chosen.len().div_ceil(LANES), LightLanes::new);
+        samples.resize_with(chosen.len().div_ceil(LANES).max(samples.len()), LightLanes::new);
+        let mut emitters = EmitterLanes::new();
         for (chosen, samples) in chosen.chunks(LANES).zip(&mut *samples) {
             samples.aim = [Aim::Nothing; LANES];
             let each = || chosen.iter().enumerate().filter_map(|(lane, chosen)| chosen.as_ref().map(|chosen| (lane, chosen)));
-            let emitters = each().filter_map(|(lane, &ChosenLight { light, probability, from, position })| match light {
-                LightId::Emitter(emitter) => Some((lane, EmitterQuery { emitter, from, position, probability })),
-                _ => None,
-            });
-            self.emitters.sample_lanes(emitters, samples);
+            self.emitters.sample_lanes(chosen, &mut emitters, samples);
             for (lane, &ChosenLight { light, probability, from, position }) in each() {
                 if matches!(light, LightId::Delta(_)) {
                     self.sample(light, from, position, probability).iter().for_each(|sample| samples.put(lane, sample));

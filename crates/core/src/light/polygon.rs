@@ -3,8 +3,6 @@
 //! Each step is one formula over numbers, without a branch, and is computed of all polygons that are drawn from together before the next one
 //! of any, in loops that the compiler turns into vectors. One polygon alone is the same code with one lane.
 
-use core::array::from_fn;
-
 use glam::DVec3;
 
 use crate::number::{angle_above, sines_and_cosines};
@@ -57,7 +55,7 @@ impl Polygon {
 
     /// The point that sees it, and its corners.
     #[inline(always)]
-    pub(super) fn row(&self, from: DVec3) -> [f64; 15] {
+    fn row(&self, from: DVec3) -> [f64; 15] {
         let Self([a, b, c, d]) = *self;
         row([from, a, b, c, d])
     }
@@ -66,7 +64,11 @@ impl Polygon {
 /// Numbers of vectors one after the other.
 #[inline(always)]
 fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
-    from_fn(|i| vectors[i / 3][i % 3])
+    let mut row = [0.0; N];
+    for (row, v) in row.as_chunks_mut::<3>().0.iter_mut().zip(vectors) {
+        *row = v.to_array();
+    }
+    row
 }
 
 /// A vector of a row.
@@ -80,7 +82,9 @@ fn vector<const N: usize>(row: &[f64; N], place: usize) -> DVec3 {
 #[inline(always)]
 fn sides(seen: [f64; 15]) -> [f64; 16] {
     let from = vector(&seen, 0);
-    let [a, b, c, d]: [DVec3; 4] = from_fn(|corner| (vector(&seen, 1 + corner) - from).normalize());
+    // One by one: an array's function is not always inlined.
+    let (a, b) = ((vector(&seen, 1) - from).normalize(), (vector(&seen, 2) - from).normalize());
+    let (c, d) = ((vector(&seen, 3) - from).normalize(), (vector(&seen, 4) - from).normalize());
     let across = a.dot(c);
     let directions: [f64; 12] = row([a, b, c, d]);
     let mut sides = [0.0; 16];
@@ -105,8 +109,9 @@ fn angles(sides: &[f64; 16]) -> [f64; 2] {
 #[inline(always)]
 fn offset(seen: [f64; 15], sides: [f64; 16], [is_second, of_area, beside, v]: [f64; 4]) -> [f64; 4] {
     let select = |first: DVec3, second: DVec3| if is_second > 0.0 { second } else { first };
-    let [from, first, second, third, fourth]: [DVec3; 5] = from_fn(|i| vector(&seen, i));
-    let [a, b, c, d]: [DVec3; 4] = from_fn(|i| vector(&sides, i));
+    let (from, first, second) = (vector(&seen, 0), vector(&seen, 1), vector(&seen, 2));
+    let (third, fourth) = (vector(&seen, 3), vector(&seen, 4));
+    let (a, b, c, d) = (vector(&sides, 0), vector(&sides, 1), vector(&sides, 2), vector(&sides, 3));
     let normal = (select(second, third) - first).cross(select(third, fourth) - first);
     let (b, c) = (select(b, c), select(c, d));
     let (across_b, across_c) = (a.cross(b), a.cross(c));
@@ -141,7 +146,11 @@ type Columns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
 fn lane<const K: usize, const N: usize>(columns: &Columns<K, N>, lane: usize) -> [f64; K] {
-    from_fn(|k| columns[k][lane])
+    let mut row = [0.0; K];
+    for (number, column) in row.iter_mut().zip(columns) {
+        *number = column[lane];
+    }
+    row
 }
 
 #[inline(always)]
@@ -174,7 +183,10 @@ impl<const N: usize> PolygonLanes<N> {
     /// Puts a polygon into a lane.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
-        put(&mut self.seen, lane, polygon.row(from));
+        let Polygon([a, b, c, d]) = *polygon;
+        for (columns, v) in self.seen.as_chunks_mut::<3>().0.iter_mut().zip([from, a, b, c, d]) {
+            put(columns, lane, v.to_array());
+        }
         put(&mut self.positions, lane, position);
     }
 
@@ -199,7 +211,7 @@ impl<const N: usize> PolygonLanes<N> {
             let choice = [seconds[i], sines[i], cosines[i], self.positions[1][i]];
             put(&mut way, i, offset(lane(&self.seen, i), lane(&sides, i), choice));
         }
-        PolygonPoints { solid_angle, from: from_fn(|k| self.seen[k]), way }
+        PolygonPoints { solid_angle, from: [self.seen[0], self.seen[1], self.seen[2]], way }
     }
 }
 

@@ -83,39 +83,60 @@ impl<R: Real> Answers<R> {
     fn add<N: Number, const MATTE: bool>(&mut self, from: usize, v: &VertexLanes<R>, lights: &Vec3Column<R>, compensated: bool) {
         let out = self;
         let dull = v.strategy.iter().fold(false, |some, strategy| some | strategy.is_dull());
-        let load = |column: &Column<R>| N::of_lanes(|lane| Real::to_f64(column[from + lane]));
-        let load3 = |c: &Vec3Column<R>| N::Vec3::new(load(&c[0]), load(&c[1]), load(&c[2]));
-        let (normal, view, base) = (load3(&v.normal), -load3(&v.direction), load3(&v.base));
-        let light = LightDirection { direction: load3(lights), through: false, dull };
-        let numbers = [load(&v.numbers[0]), load(&v.numbers[1]), load(&v.numbers[2])];
+        let (normal, view, base) =
+            (load3::<N, R>(&v.normal, from), -load3::<N, R>(&v.direction, from), load3::<N, R>(&v.base, from));
+        let light = LightDirection { direction: load3::<N, R>(lights, from), through: false, dull };
+        let numbers = [load::<N, R>(&v.numbers[0], from), load::<N, R>(&v.numbers[1], from), load::<N, R>(&v.numbers[2], from)];
         let (response, sampled) = if MATTE {
             let bsdf = Bsdf::<N, Lobe<N>, 1>::of_kind(normal).with(Lobe::Lambert { albedo: base });
             both(&bsdf, view, light, numbers)
         } else {
-            let [metallic, roughness, dielectric, grazing] = from_fn(|k| load(&v.terms[k]));
-            let model = MetallicRoughness { base, metallic, roughness, dielectric, grazing, glass: None };
+            let [metallic, roughness, dielectric, grazing] = &v.terms;
+            let model = MetallicRoughness {
+                base,
+                metallic: load::<N, R>(metallic, from),
+                roughness: load::<N, R>(roughness, from),
+                dielectric: load::<N, R>(dielectric, from),
+                grazing: load::<N, R>(grazing, from),
+                glass: None,
+            };
             both(&model.rough(normal, view, compensated), view, light, numbers)
         };
-        let store = |column: &mut Column<R>, n: N| {
-            for lane in 0..N::LANES {
-                column[from + lane] = R::from_f64(n.lane(lane));
-            }
-        };
-        let store3 = |c: &mut Vec3Column<R>, n: N::Vec3| {
-            store(&mut c[0], n.x());
-            store(&mut c[1], n.y());
-            store(&mut c[2], n.z());
-        };
-        store3(&mut out.value, response.value);
-        store3(&mut out.diffuse, response.diffuse);
-        store(&mut out.light_density, response.density);
-        store3(&mut out.direction, sampled.direction);
-        store3(&mut out.weight, sampled.weight);
-        store(&mut out.density, sampled.density);
+        store3::<N, R>(&mut out.value, from, response.value);
+        store3::<N, R>(&mut out.diffuse, from, response.diffuse);
+        store::<N, R>(&mut out.light_density, from, response.density);
+        store3::<N, R>(&mut out.direction, from, sampled.direction);
+        store3::<N, R>(&mut out.weight, from, sampled.weight);
+        store::<N, R>(&mut out.density, from, sampled.density);
         for lane in 0..N::LANES {
             out.some[from + lane] = sampled.some.lane(lane);
         }
     }
+}
+
+/// Numbers of a column from a lane on.
+#[inline(always)]
+fn load<N: Number, R: Real>(column: &Column<R>, from: usize) -> N {
+    N::of_lanes(|lane| Real::to_f64(column[from + lane]))
+}
+
+#[inline(always)]
+fn load3<N: Number, R: Real>([x, y, z]: &Vec3Column<R>, from: usize) -> N::Vec3 {
+    N::Vec3::new(load::<N, R>(x, from), load::<N, R>(y, from), load::<N, R>(z, from))
+}
+
+#[inline(always)]
+fn store<N: Number, R: Real>(column: &mut Column<R>, from: usize, number: N) {
+    for lane in 0..N::LANES {
+        column[from + lane] = Real::from_f64(number.lane(lane));
+    }
+}
+
+#[inline(always)]
+fn store3<N: Number, R: Real>([x, y, z]: &mut Vec3Column<R>, from: usize, v: N::Vec3) {
+    store::<N, R>(x, from, v.x());
+    store::<N, R>(y, from, v.y());
+    store::<N, R>(z, from, v.z());
 }
 
 #[inline(always)]
