@@ -57,6 +57,29 @@ impl<R: Real> Default for Beam<R> {
 }
 
 impl<R: Real> Interaction<R> {
+    /// To be filled.
+    pub const NOWHERE: Self = Self {
+        surface: Surface {
+            point: <R::Vec3 as Vector<R>>::ZERO,
+            above: <R::Vec3 as Vector<R>>::ZERO,
+            below: <R::Vec3 as Vector<R>>::ZERO,
+            error: R::ZERO,
+            normal: <R::Vec3 as Vector<R>>::ZERO,
+        },
+        normal: <R::Vec3 as Vector<R>>::ZERO,
+        outside: false,
+        direction: <R::Vec3 as Vector<R>>::ZERO,
+        origin: <R::Vec3 as Vector<R>>::ZERO,
+        distance: R::ZERO,
+        time: R::ZERO,
+        uv: [[R::ZERO; 2]; MOST_UV_SETS],
+        footprint: [R::ZERO; MOST_UV_SETS],
+        lies: None,
+        colour: [R::ONE; 4],
+        object: 0,
+        material: 0,
+    };
+
     /// The ray's direction mirrored at the shading normal.
     #[inline(always)]
     pub fn mirrored(&self) -> R::Vec3 {
