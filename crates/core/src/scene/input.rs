@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
+use super::field::{Constant, FieldValue};
 
 pub(super) use read::early;
 
@@ -86,6 +87,8 @@ pub trait Value: Copy + PartialEq + JsonSchema + Serialize + 'static {
     fn of_colour(colour: Colour) -> Option<Self>;
     /// As a colour; a number is grey.
     fn colour(self) -> Colour;
+    /// As a value of any field.
+    fn constant(self) -> Constant;
 }
 
 impl Value for f64 {
@@ -99,6 +102,9 @@ impl Value for f64 {
     }
     fn colour(self) -> Colour {
         Colour([self; 3])
+    }
+    fn constant(self) -> Constant {
+        Constant::Number(self)
     }
 }
 
@@ -114,23 +120,12 @@ impl Value for Colour {
     fn colour(self) -> Colour {
         self
     }
+    fn constant(self) -> Constant {
+        Constant::Colour(self)
+    }
 }
 
-/// What may be asked of any input, whatever it is of, and of an image that multiplies one.
-pub trait Varying {
-    /// The use of a texture, and the key under which it is; empty where it is the input itself.
-    fn texture(&self) -> Option<(&'static str, &TextureRef)>;
-    /// The use of a texture, to be changed.
-    fn texture_mut(&mut self) -> Option<&mut TextureRef>;
-    /// The text of an expression, and whether it must be a number.
-    fn expression(&self) -> Option<(&str, bool)>;
-    /// The checkerboard.
-    fn checker(&self) -> Option<&Checker>;
-    /// Turns an image into its factor, a checkerboard into the mean of its colours.
-    fn flatten(&mut self, images: bool, checkers: bool);
-}
-
-impl<T: Value> Varying for Input<T> {
+impl<T: Value> FieldValue for Input<T> {
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
         if let Self::Texture(input) = self { Some(("texture", &input.texture)) } else { None }
     }
@@ -153,20 +148,17 @@ impl<T: Value> Varying for Input<T> {
         };
         *self = Self::Constant(T::of_colour(colour).unwrap_or_else(|| T::of_number(colour.0[0])));
     }
+    fn constant_value(&self) -> Option<Constant> {
+        self.constant().map(T::constant)
+    }
 }
 
-impl Varying for Option<TextureRef> {
+impl FieldValue for Option<TextureRef> {
     fn texture(&self) -> Option<(&'static str, &TextureRef)> {
         self.as_ref().map(|texture| ("", texture))
     }
     fn texture_mut(&mut self) -> Option<&mut TextureRef> {
         self.as_mut()
-    }
-    fn expression(&self) -> Option<(&str, bool)> {
-        None
-    }
-    fn checker(&self) -> Option<&Checker> {
-        None
     }
     fn flatten(&mut self, images: bool, _: bool) {
         if images {
