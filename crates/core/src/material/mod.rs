@@ -46,7 +46,7 @@ pub use frame::Frame;
 pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, towards_grazing};
 pub(crate) use interface::Interface;
 pub use layer::{Coat, Layer};
-pub use layered::{Combed, Diffused, Layered, LayeredBsdf, MOST_LAYERS};
+pub use layered::*;
 pub use lobe::{Lobe, LobeKind, Pair, Scatters};
 pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use rough_glass::RoughGlass;

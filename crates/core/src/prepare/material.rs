@@ -7,31 +7,16 @@ mod physical;
 use raywright_bvh::{Real, Vector};
 
 pub(crate) use classic::{Classic, Mixture, Specular};
+pub(super) use layered::Context;
 use layered::is_directed;
 pub(crate) use layered::{Directions, Inputs, LayeredInputs, Thickness, count_layered};
-pub(crate) use physical::{Alpha, Boundary, Bump, Index, Passage, Physical};
+pub(crate) use physical::{Alpha, Boundary, Index, Passage, Physical};
 
 use super::error::PrepareError;
 use super::inputs::Compiler;
-use crate::effects::EffectSet;
-use crate::material::{FresnelRule, MaterialTables};
+use crate::material::MaterialTables;
 use crate::scene::{Colour, Material as MaterialData, Model, Scene};
 use crate::texture::Here;
-
-/// What preparing a material depends on besides it.
-#[derive(Debug)]
-pub(super) struct Context<R: Real> {
-    /// The layers of those that were prepared, to which they refer by index.
-    pub layers: Vec<LayeredInputs<R>>,
-    /// Whether a path tracer runs.
-    pub paths: bool,
-    /// Effects that are switched off.
-    pub without: EffectSet,
-    /// By which formulas surfaces reflect.
-    pub fresnel: FresnelRule,
-    /// Whether rough surfaces give back what their facets send to each other.
-    pub compensates: bool,
-}
 
 /// The tables that prepared materials read.
 pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {

@@ -1,6 +1,6 @@
 //! Structs whose fields are listed once, by a macro: what the struct, its defaults, validation, switches and textures follow from.
 
-use super::input::{Checker, Colour, TextureRef};
+use super::input::{Checker, CheckerInput, Colour, Input, TextureRef, Value};
 
 /// What a field's value may be where it is the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +93,50 @@ impl FieldValue for f64 {
 impl FieldValue for Option<f64> {
     fn constant_value(&self) -> Option<Constant> {
         self.map(Constant::Number)
+    }
+}
+
+impl<T: Value> FieldValue for Input<T> {
+    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
+        if let Self::Texture(input) = self { Some(("texture", &input.texture)) } else { None }
+    }
+    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
+        if let Self::Texture(input) = self { Some(&mut input.texture) } else { None }
+    }
+    fn expression(&self) -> Option<(&str, bool)> {
+        if let Self::Expression(text) = self { Some((text, T::of_colour(Colour::BLACK).is_none())) } else { None }
+    }
+    fn checker(&self) -> Option<&Checker> {
+        if let Self::Checker(input) = self { Some(&input.checker) } else { None }
+    }
+    fn flatten(&mut self, images: bool, checkers: bool) {
+        let colour = match self {
+            Self::Texture(input) if images => input.texture.factor,
+            Self::Checker(CheckerInput { checker }) if checkers => {
+                Colour(core::array::from_fn(|i| 0.5 * (checker.even.0[i] + checker.odd.0[i])))
+            }
+            _ => return,
+        };
+        *self = Self::Constant(T::of_colour(colour).unwrap_or_else(|| T::of_number(colour.0[0])));
+    }
+    fn constant_value(&self) -> Option<Constant> {
+        let is_number = T::of_colour(Colour::BLACK).is_none();
+        let value = self.constant()?.colour();
+        Some(if is_number { Constant::Number(value.0[0]) } else { Constant::Colour(value) })
+    }
+}
+
+impl FieldValue for Option<TextureRef> {
+    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
+        self.as_ref().map(|texture| ("", texture))
+    }
+    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
+        self.as_mut()
+    }
+    fn flatten(&mut self, images: bool, _: bool) {
+        if images {
+            *self = None;
+        }
     }
 }
 

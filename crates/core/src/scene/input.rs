@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Triple;
-use super::field::{Constant, FieldValue};
 
 pub(super) use read::early;
 
@@ -87,8 +86,6 @@ pub trait Value: Copy + PartialEq + JsonSchema + Serialize + 'static {
     fn of_colour(colour: Colour) -> Option<Self>;
     /// As a colour; a number is grey.
     fn colour(self) -> Colour;
-    /// As a value of any field.
-    fn constant(self) -> Constant;
 }
 
 impl Value for f64 {
@@ -103,9 +100,6 @@ impl Value for f64 {
     fn colour(self) -> Colour {
         Colour([self; 3])
     }
-    fn constant(self) -> Constant {
-        Constant::Number(self)
-    }
 }
 
 impl Value for Colour {
@@ -119,51 +113,6 @@ impl Value for Colour {
     }
     fn colour(self) -> Colour {
         self
-    }
-    fn constant(self) -> Constant {
-        Constant::Colour(self)
-    }
-}
-
-impl<T: Value> FieldValue for Input<T> {
-    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
-        if let Self::Texture(input) = self { Some(("texture", &input.texture)) } else { None }
-    }
-    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
-        if let Self::Texture(input) = self { Some(&mut input.texture) } else { None }
-    }
-    fn expression(&self) -> Option<(&str, bool)> {
-        if let Self::Expression(text) = self { Some((text, T::of_colour(Colour::BLACK).is_none())) } else { None }
-    }
-    fn checker(&self) -> Option<&Checker> {
-        if let Self::Checker(input) = self { Some(&input.checker) } else { None }
-    }
-    fn flatten(&mut self, images: bool, checkers: bool) {
-        let colour = match self {
-            Self::Texture(input) if images => input.texture.factor,
-            Self::Checker(CheckerInput { checker }) if checkers => {
-                Colour(core::array::from_fn(|i| 0.5 * (checker.even.0[i] + checker.odd.0[i])))
-            }
-            _ => return,
-        };
-        *self = Self::Constant(T::of_colour(colour).unwrap_or_else(|| T::of_number(colour.0[0])));
-    }
-    fn constant_value(&self) -> Option<Constant> {
-        self.constant().map(T::constant)
-    }
-}
-
-impl FieldValue for Option<TextureRef> {
-    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
-        self.as_ref().map(|texture| ("", texture))
-    }
-    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
-        self.as_mut()
-    }
-    fn flatten(&mut self, images: bool, _: bool) {
-        if images {
-            *self = None;
-        }
     }
 }
 

@@ -252,3 +252,11 @@ impl<R: Real> Product<R> {
         self.constant().filter(|_| self.image.is_none())
     }
 }
+
+/// An image of directions about the normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bump<R: Real> {
+    pub image: Input<R>,
+    /// Factor of the directions across the normal.
+    pub scale: R,
+}

@@ -6,9 +6,9 @@ use super::super::{General, Leg};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
-use crate::prepare::{Boundary, Bump, Directions, Inputs, LayeredInputs, Physical, Prepared, Thickness};
+use crate::prepare::{Boundary, Directions, Inputs, LayeredInputs, Physical, Prepared, Thickness};
 use crate::sampler::{Address, Purpose, pair};
-use crate::texture::{Here, Input, Product};
+use crate::texture::{Bump, Here, Input, Product};
 
 impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from a layered surface; whether it goes on.

@@ -4,10 +4,10 @@ use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
-use super::{Bump, Context};
+use crate::effects::EffectSet;
 use crate::material::{Coat, Combed, Diffused, Film, FresnelRule, Layered, Sheen, Stage};
 use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
-use crate::texture::{Input, Product};
+use crate::texture::{Bump, Input, Product};
 
 /// The stage of layers whose fields are inputs.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +51,21 @@ pub(crate) struct Directions<R: Real> {
 /// Whether directions on a surface of such layers count.
 pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
     layers.combed.is_some() || layers.coat.as_ref().is_some_and(|coat| coat.normal.is_some())
+}
+
+/// What preparing a material depends on besides it.
+#[derive(Debug)]
+pub(in crate::prepare) struct Context<R: Real> {
+    /// The layers of those that were prepared, to which they refer by index.
+    pub layers: Vec<LayeredInputs<R>>,
+    /// Whether a path tracer runs.
+    pub paths: bool,
+    /// Effects that are switched off.
+    pub without: EffectSet,
+    /// By which formulas surfaces reflect.
+    pub fresnel: FresnelRule,
+    /// Whether rough surfaces give back what their facets send to each other.
+    pub compensates: bool,
 }
 
 /// Whether a material has something that the metallic-roughness model alone has not.

@@ -4,11 +4,10 @@ use raywright_bvh::{Real, Vector};
 
 use super::super::error::PrepareError;
 use super::super::inputs::Compiler;
-use super::Context;
-use super::layered::layered;
+use super::layered::{Context, layered};
 use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Colour, Physical as PhysicalData};
-use crate::texture::{Input, Product};
+use crate::texture::{Bump, Product};
 
 /// The metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
@@ -40,14 +39,6 @@ pub(crate) struct Physical<R: Real> {
     pub plain: bool,
     /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
     pub mirrors: bool,
-}
-
-/// An image of directions about the normal.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bump<R: Real> {
-    pub image: Input<R>,
-    /// Factor of the directions across the normal.
-    pub scale: R,
 }
 
 /// Index of refraction of a physical material, at least 1.

@@ -6,13 +6,13 @@ use serde::{Deserialize, Serialize};
 use super::super::field::Bounds::{Any, Finite, Within};
 use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
-use super::physical::Physical;
 
 /// Shares of a whole, and of a colour's channels.
 pub(super) const SHARE: Bounds = Within(0.0, 1.0);
 
-/// Indices of refraction.
-pub(super) const INDICES: Bounds = Within(Physical::IOR[0], Physical::IOR[1]);
+/// Least and greatest index of refraction.
+pub(super) const IOR: [f64; 2] = [1.0, 1e3];
+pub(super) const INDICES: Bounds = Within(IOR[0], IOR[1]);
 
 file_struct! {
     /// A clear coat of index 1.5 over everything (KHR_materials_clearcoat).

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::super::field::Bounds::{Any, Finite, Length, Within};
 use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
 use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
-use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, INDICES, Iridescence, SHARE, Sheen};
+use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, INDICES, IOR, Iridescence, SHARE, Sheen};
 
 /// Hands the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS, Effect;`, see [`file_struct`].
 macro_rules! physical_fields {
@@ -96,7 +96,7 @@ impl FieldValue for AlphaMode {}
 
 impl Physical {
     /// Least and greatest index of refraction that it may have.
-    pub const IOR: [f64; 2] = [1.0, 1e3];
+    pub const IOR: [f64; 2] = IOR;
 
     /// What it absorbs of light that passes through it, per metre; none where it absorbs nothing.
     pub fn absorption(&self) -> Option<[f64; 3]> {
