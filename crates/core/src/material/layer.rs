@@ -48,7 +48,7 @@ impl<N: Number> Coat<N> {
 
 /// What lies over a lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coating<N: Number> {
+pub(super) struct Coating<N: Number> {
     pub(super) coat: Option<Coat<N>>,
     pub(super) sheen: Option<Sheen<N>>,
 }
@@ -75,7 +75,7 @@ impl<N: Number> Coating<N> {
 
 /// Rough facets about a normal, which a coat may have of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GgxLobe<N: Number> {
+pub(super) struct GgxLobe<N: Number> {
     pub(super) facets: Ggx<N>,
     pub(super) reflectance: Reflectance<N>,
 }
@@ -106,7 +106,7 @@ impl<N: Number> LobeKind<N> for GgxLobe<N> {
 
 /// A smooth mirror about a normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mirror<N: Number> {
+pub(super) struct Mirror<N: Number> {
     pub(super) normal: N::Vec3,
     pub(super) reflectance: Reflectance<N>,
 }
@@ -130,7 +130,7 @@ impl<N: Number> LobeKind<N> for Mirror<N> {
 
 /// The lobes of layered surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LayerLobe<N: Number> {
+pub(super) enum LayerLobe<N: Number> {
     /// What lies below what reflects.
     Diffuse(Base<N>),
     /// Fibres.

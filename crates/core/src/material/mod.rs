@@ -45,7 +45,7 @@ pub use film::Film;
 pub use frame::Frame;
 pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, towards_grazing};
 pub(crate) use interface::Interface;
-pub use layer::{Coat, Layer};
+pub use layer::*;
 pub use layered::*;
 pub use lobe::{Lobe, LobeKind, Pair, Scatters};
 pub use metallic_roughness::{Glass, MetallicRoughness};
