@@ -83,7 +83,7 @@ def sheet(path, rows, cell):
 
 def beside(a):
     counts = [int(n) for n in a.samples.split(',')]
-    if not os.path.exists(f'{a.out}/model.gltf'): write_all(a.out, 1024)
+    if not os.path.exists(f'{a.out}/model.gltf'): write_all(a.out, 1024, a.scenes.split(','))
     rows = []
     print('| scene | samples | picture | root relMSE | CPU s |\n|---|---|---|---|---|')
     for scene in a.scenes.split(','):
