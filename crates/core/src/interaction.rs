@@ -3,8 +3,8 @@
 use raywright_bvh::{Real, Surface, Vector};
 
 use crate::expr::Inputs;
-use crate::prepare::Place;
 use crate::scene::MOST_UV_SETS;
+use crate::texture::Place;
 
 /// A point where a ray met a surface. What only some readers want is made from it when they ask: [`Self::inputs`] where an
 /// expression is evaluated, [`Self::mirrored`] where something reflects, [`Self::frame`] where directions are drawn.
