@@ -1,5 +1,6 @@
 //! Which pictures a run is asked for besides the usual one, and what their files are called.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use raywright_core::framing::{Silhouette, View};
@@ -117,21 +118,17 @@ pub fn named(outputs: &[PathBuf], count: usize, all: &mut Outputs) -> Result<Vec
 
 /// The files of each picture where the user named none: after the scenes, of which two may have one name, and the pictures of each.
 pub fn unnamed(args: &RenderArgs, inputs: &[Input], shots: &[Shot], all: &mut Outputs) -> Result<Vec<Vec<Target>>, Failure> {
-    let mut read = Inputs::default();
-    for input in inputs {
-        if let Input::Path(path) = input {
-            read.read(path);
-        }
-    }
-    let (mut stems, mut targets): (Vec<String>, Vec<Vec<Target>>) = (Vec::new(), Vec::new());
+    // Scenes are no pictures; what they name besides is known when they are read.
+    let none = Inputs::default();
+    let (mut stems, mut targets): (HashMap<String, usize>, Vec<Vec<Target>>) = Default::default();
     for input in inputs {
         let own = input.stem();
-        let earlier = stems.iter().filter(|stem| **stem == own).count();
-        stems.push(own.clone());
-        let stem = if earlier == 0 { own } else { format!("{own}-{}", earlier + 1) };
+        let count = stems.entry(own.clone()).or_default();
+        *count += 1;
+        let stem = if *count == 1 { own } else { format!("{own}-{count}") };
         for Shot { label, .. } in shots {
             let name = if label.is_empty() { stem.clone() } else { format!("{stem}-{label}") };
-            targets.push(vec![targets::unnamed(&name, default_format(args), all, &read)?]);
+            targets.push(vec![targets::unnamed(&name, default_format(args), all, &none)?]);
         }
     }
     Ok(targets)
