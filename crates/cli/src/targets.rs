@@ -154,6 +154,10 @@ mod tests {
         assert!(check(&[plain.clone(), folder.path().join("b.png")]).is_ok());
         assert!(check(&[plain, detour]).is_err());
         assert!(check(&["-".into(), "-".into()]).is_err());
+        let (one, link) = (folder.path().join("one.png"), folder.path().join("link.png"));
+        std::fs::write(&one, "mine").expect("a file");
+        std::fs::hard_link(&one, &link).expect("a link");
+        assert!(check(&[one, link]).is_err());
     }
 
     /// Looking whether a folder can be written to leaves nothing behind in it.

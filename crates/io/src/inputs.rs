@@ -119,6 +119,29 @@ mod tests {
         assert!(linked.clash(&place(&wood)).is_some());
     }
 
+    /// Protects: of many places the first one is told that would be lost, for each of the reasons for which one alone is: its spelling, a link to
+    /// a file that was read, and a name that a scene gives.
+    #[test]
+    fn the_first_clash_of_many_is_told() {
+        let outer = tempfile::tempdir().unwrap();
+        let at = |name: &str| outer.path().canonicalize().unwrap().join(name);
+        fs::write(at("wood.png"), "wood").unwrap();
+        fs::hard_link(at("wood.png"), at("hard.png")).unwrap();
+        let mut inputs = Inputs::default();
+        inputs.read(&at("wood.png"));
+        inputs.read(&at("gone.png"));
+        inputs.name(&at("named.png"));
+        let clash = |name: &str| {
+            let places = [place(&at("free.png")), place(&at(name))];
+            inputs.first_clash(places.iter().map(|place| (place, place.fingerprint())))
+        };
+        assert_eq!(clash("other.png"), None);
+        assert_eq!(clash("wood.png"), Some((1, Clash::Read(at("wood.png")))));
+        assert_eq!(clash("hard.png"), Some((1, Clash::Read(at("wood.png")))));
+        assert_eq!(clash("gone.png"), Some((1, Clash::Read(at("gone.png")))));
+        assert_eq!(clash("named.png"), Some((1, Clash::Named(at("named.png")))));
+    }
+
     /// Protects: what was read keeps its place also where nothing lies there any more that could be compared.
     #[test]
     fn a_file_that_went_away_was_still_read() {

@@ -260,6 +260,20 @@ fn an_error_is_reached() {
     render(&desk, "--max-error 0 -o d.exr").exits_with(2);
 }
 
+/// Protects: why samples were added after the error that was asked for seemed to be reached is said, with how many there were by then.
+#[test]
+fn going_on_is_explained() {
+    if !crate::support::carried("cornell") {
+        return;
+    }
+    let desk = Desk::new();
+    let run = desk.run(&["preset:cornell", "-s", "24x24", "--max-error", "0.08", "-o", "c.png"]);
+    run.exits_with(0)
+        .says_like(" samples seemed to reach 0.08, with 0.0")
+        .says_like("so more were taken")
+        .says_like("below the 0.08 asked for");
+}
+
 /// Protects: the film of a render that its budget ended is a map of samples, by which another render has its bits, whether samples
 /// went where the error is or not; the film of other settings is refused.
 #[test]

@@ -191,6 +191,21 @@ mod tests {
         assert!(front.len() >= 5, "{found:?}");
     }
 
+    /// Protects: a walk may begin at another setting, whose rungs its first steps keep; the scene's own numbers are a step like any other.
+    #[test]
+    fn walks_begin_where_they_are_told() {
+        let mut steps = steps();
+        steps[0].start = 1;
+        let four = Setting::one(Choice::parse("samples=4").expect("a rung"));
+        let mut asked = Vec::new();
+        walk(&steps, (&four, truth(&four)), &|_| true, &mut |setting| {
+            asked.push(setting.to_string());
+            Some(truth(setting))
+        });
+        assert_eq!(asked[..2], ["light-sampling=scattering samples=4", "light-sampling=scattering samples=1"]);
+        assert_eq!(asked[2..5], ["as it is", "samples=64", "samples=256"]);
+    }
+
     /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk takes the other ladders' steps.
     #[test]
     fn walks_go_around_what_is_impossible() {

@@ -125,6 +125,12 @@ mod tests {
         }
     }
 
+    /// Protects: a name with a line break in it leaves a message on one line.
+    #[test]
+    fn names_stay_on_one_line() {
+        assert_eq!(shown(Path::new("a\nb.png")), "a\u{fffd}b.png");
+    }
+
     /// Protects: a render that was stopped before its first tile leaves no picture, which would be black; one that was not keeps
     /// what it has, beside whatever lies under that name.
     #[test]

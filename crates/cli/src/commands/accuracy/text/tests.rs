@@ -133,7 +133,40 @@ fn what_to_do_comes_first() {
         |words: &str| lines.iter().position(|line| line.contains(words)).unwrap_or_else(|| panic!("no {words} in {text}"));
     assert!(place("worth their time") < place("rendered at") && place("rendered at") < place("* in use"), "{text}");
     assert_eq!(text.matches("raywright render").count(), 1, "{text}");
-    assert_eq!(words(&text, "25.0 s 1.75 0.3 --spp"), "25.0 s 1.75 0.3 --spp 4");
+    let row = |line: &&str| line.split_whitespace().collect::<Vec<_>>().join(" ") == "25.0 s 1.75 0.3 --spp 4";
+    assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
+}
+
+/// Protects: page and plot have times at the scene's own size, too, a line for what is slower and worse, an arrow for what is only known to be
+/// smaller than something, and the numbers of the table in the plot.
+#[test]
+fn the_page_says_the_same() {
+    let input = raywright_io::Input::Bytes { name: "x.scene.toml".to_owned(), bytes: b"format = 1".to_vec(), resolver: None };
+    let loaded = raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
+    let (mut report, settings) = (report(), raywright_core::Settings::of(&loaded.scene));
+    report.frontier = vec![Candidate { flags: vec!["--rung samples=4".to_owned()], measured: seen() }];
+    let rungs = &mut report.ladders[0].rungs;
+    let mut slow = rungs[0].clone();
+    slow.rung = "slow".to_owned();
+    slow.measured.iter_mut().for_each(|of| (of.ratio, of.errors.relmse.value) = (spread(1.9), 0.1));
+    rungs.push(slow);
+    let document = Document::new(&loaded, &[], &settings, 1, &report);
+    let page = document.text(super::super::file::Kind::Html);
+    for words in [
+        "<p class=\"answer\">In use: error 0.300, ",
+        "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300</td>",
+        "<td>(1)</td><td class=\"text\"><code>--spp 4</code></td>",
+        "<p>Slower and worse than what is in use: a=slow.</p>",
+        "<p>No time for: a=exact.</p>",
+    ] {
+        let words = words.replace("error 0.300", "error 0.3");
+        assert!(page.contains(&words), "no {words} in {page}");
+    }
+    assert!(!page.contains(">slow</td>"), "{page}");
+    let svg = document.text(super::super::file::Kind::Svg);
+    assert!(svg.contains(">(1)</text>") && svg.contains(">(1)  --spp 4<") && svg.contains(">at most: lost in noise<"), "{svg}");
+    // All points lie between ten and a hundred seconds, where the axis begins and ends.
+    assert!(svg.contains(">10 s</text>") && svg.contains(">100 s</text>") && !svg.contains(">1 s</text>"), "{svg}");
 }
 
 /// Protects: each figure of a rung without error, of a kind of file and of an effect in its column: memory in its unit, shares in percent,

@@ -145,8 +145,10 @@ fn with_number(name: &str, number: usize) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
-    use crate::args::values;
+    use crate::args::{Arguments, Command, values};
 
     /// Protects: numbers stand where a name has a place for them, with as many digits, and nowhere else.
     #[test]
@@ -157,6 +159,20 @@ mod tests {
         for name in ["a.png", "100%.png", "a%4d.png", "a%0xd.png", "a%099d.png"] {
             assert_eq!(with_number(name, 1), None, "{name}");
         }
+    }
+
+    /// Protects: pictures of scenes with one name have names of their own, in the order of the scenes.
+    #[test]
+    fn equal_names_are_told_apart() {
+        let words = ["raywright", "render", "-o", "unused.png"];
+        let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+            panic!("a right command line")
+        };
+        let inputs =
+            ["a/no-such-x.glb", "b/no-such-x.glb", "b/no-such-y.glb", "c/no-such-x.glb"].map(|name| Input::Path(name.into()));
+        let found = unnamed(&args, &inputs, &[Shot::default()], &mut Outputs::default()).expect("names that are free");
+        let names = found.iter().flatten().filter_map(Target::path).map(|path| path.display().to_string());
+        assert_eq!(names.collect::<Vec<_>>(), ["no-such-x.png", "no-such-x-2.png", "no-such-y.png", "no-such-x-3.png"]);
     }
 
     /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual one.
