@@ -31,7 +31,7 @@ impl Command {
         Self { own: words.join(" "), rungs: asked.iter().filter_map(|flag| rung(flag)).map(str::to_owned).collect() }
     }
 
-    /// What a setting adds, whose rungs come before those that were asked for: rungs in one flag, but those that have a flag of their own.
+    /// What a setting adds, whose rungs come before those that were asked for: a flag each, so that a line can be broken between them.
     pub fn flags(&self, setting: &[String]) -> String {
         let chosen: Vec<&str> = setting.iter().filter_map(|flag| rung(flag)).collect();
         let stays = |asked: &&str| !chosen.iter().any(|other| ladder(other) == ladder(asked));
@@ -41,8 +41,7 @@ impl Command {
             Some(("reconstruction", "denoised")) => Some("--denoise".to_owned()),
             _ => None,
         };
-        let rest: Vec<&str> = all.iter().copied().filter(|rung| short(rung).is_none()).collect();
-        let rest = (!rest.is_empty()).then(|| format!("--rung {}", rest.join(",")));
+        let rest = all.iter().filter(|rung| short(rung).is_none()).map(|rung| format!("--rung {rung}"));
         all.iter().filter_map(|rung| short(rung)).chain(rest).collect::<Vec<_>>().join(" ")
     }
 }
@@ -112,6 +111,7 @@ mod tests {
         let flags = |list: &[&str]| command.flags(&words(list));
         assert_eq!(flags(&["--rung samples=64", "--rung precision=reference"]), "--spp 64 --rung precision=reference");
         assert_eq!(flags(&["--rung clamp=10", "--rung reconstruction=denoised"]), "--spp 16 --denoise --rung clamp=10");
+        assert_eq!(flags(&["--rung clamp=10", "--rung roulette=off"]), "--spp 16 --rung clamp=10 --rung roulette=off");
         assert_eq!(flags(&[]), "--spp 16");
         assert_eq!(Command::new("preset:x", &[]).flags(&[]), "");
     }
