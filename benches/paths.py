@@ -4,7 +4,7 @@ error, one thread against two. Contestants take turns; set-up and kernel compila
     python -m venv venv && venv/bin/pip install mitsuba numpy pillow OpenEXR
     DRJIT_LIBLLVM_PATH=.../libLLVM.so venv/bin/python benches/paths.py OUT --ours target/release/raywright [--rounds 5]
 
-Parts: --only means,speed,error,threads; --scenes model,cornell; --ours may be given more than once, to compare builds.
+Parts: --only means,speed,error,threads; --scenes real,room,cornell,instances,model (real: of the file that REAL names); --ours may be given more than once, to compare builds.
 """
 import argparse, json, math, os, resource, statistics, struct, subprocess, sys, time
 import numpy as np
@@ -107,6 +107,40 @@ def cornell():
         (quad([-.15, 1.999, -.15], [.15, 1.999, -.15], [.15, 1.999, .15], [-.15, 1.999, .15]), dict(emits=40.0)),
         (icosphere([-.45, .4, -.35], .4), dict(mirror=1)), (icosphere([.45, .35, .35], .35), dict(glass=1.5))])
 
+def room():
+    """A closed hall of 33,000 triangles with balls and columns under six small lamps of unequal power: which lamp is asked matters most."""
+    white, warm, blue = [.7, .68, .64], [.65, .45, .25], [.2, .3, .6]
+    x, y, z = 5.0, 3.0, 3.0
+    walls = [([-x, 0, z], [x, 0, z], [x, 0, -z], [-x, 0, -z]), ([-x, y, -z], [x, y, -z], [x, y, z], [-x, y, z]), ([-x, 0, -z], [x, 0, -z], [x, y, -z], [-x, y, -z]),
+             ([x, 0, z], [-x, 0, z], [-x, y, z], [x, y, z]), ([-x, 0, z], [-x, 0, -z], [-x, y, -z], [-x, y, z]), ([x, 0, -z], [x, 0, z], [x, y, z], [x, y, -z])]
+    parts = [(quad(*w), dict(diffuse=[white, white, white, white, warm, blue][i])) for i, w in enumerate(walls)]
+    for k in range(6):
+        a, b, s = -4 + 1.6 * k, (-1.5, 1.5)[k % 2], .1 + .03 * k
+        parts.append((quad([a - s, y - .01, b - s], [a + s, y - .01, b - s], [a + s, y - .01, b + s], [a - s, y - .01, b + s]), dict(emits=30.0 - 4 * k)))
+        column = lambda u, v: np.stack([a + .25 * np.cos(2 * np.pi * u), y * v, -2 - .25 * np.sin(2 * np.pi * u)], -1)
+        parts.append((grid_mesh(24, 8, lambda u, v: column(u, v) - [a, y / 2, -2]), dict(diffuse=white, at=[a, y / 2, -2])))
+        parts.append((icosphere([a, .5, .6 * (-1) ** k], .5), dict(diffuse=[warm, blue, white][k % 3])))
+    return dict(name='room', camera=dict(eye=[4.4, 1.6, 2.5], target=[-1, 1, -.5], fov=55.0), env=None, parts=parts)
+
+def real():
+    """A model that other programs made, with its own images (Suzanne of glTF's samples, or whatever file of one mesh and two images `REAL` names)."""
+    path = os.environ['REAL']; folder = os.path.dirname(path); g = json.load(open(path)); p = g['meshes'][0]['primitives'][0]
+    def read(i):
+        a = g['accessors'][i]; v = g['bufferViews'][a['bufferView']]; kind = {5126: '<f4', 5123: '<u2', 5125: '<u4'}[a['componentType']]
+        raw = open(f"{folder}/{g['buffers'][v['buffer']]['uri']}", 'rb').read(); n = dict(SCALAR=1, VEC2=2, VEC3=3)[a['type']]
+        return np.frombuffer(raw, kind, a['count'] * n, v.get('byteOffset', 0) + a.get('byteOffset', 0)).reshape(-1, n) if n > 1 else np.frombuffer(raw, kind, a['count'], v.get('byteOffset', 0) + a.get('byteOffset', 0))
+    at = p['attributes']; pbr = g['materials'][p['material']]['pbrMetallicRoughness']
+    image = lambda key: f"{folder}/{g['images'][g['textures'][pbr[key]['index']]['source']]['uri']}"
+    mesh = dict(P=read(at['POSITION']), N=read(at['NORMAL']), UV=read(at['TEXCOORD_0']), I=read(p['indices']).astype('u4').reshape(-1, 3))
+    return dict(name='real', camera=dict(eye=[1.2, .8, 3.2], target=[0, 0, 0], fov=45.0), env='sky.hdr',
+                parts=[(mesh, dict(images=dict(base=image('baseColorTexture'), orm=image('metallicRoughnessTexture'))))])
+
+def instances():
+    """One ball of 5,000 triangles shown 400 times over a floor, under the sky."""
+    random = np.random.default_rng(7); places = np.stack([random.uniform(-6, 6, 400), random.uniform(.2, 3, 400), random.uniform(-6, 6, 400)], -1)
+    return dict(name='instances', camera=dict(eye=[7, 4, 9], target=[0, 1, 0], fov=45.0), env='sky.hdr', parts=[
+        (quad([-9, 0, 9], [9, 0, 9], [9, 0, -9], [-9, 0, -9]), dict(diffuse=[.5] * 3)), (icosphere([0, 0, 0], .3), dict(diffuse=[.7, .5, .3], places=places.tolist()))])
+
 def model():
     return dict(name='model', camera=dict(eye=[1.6, .5, 2.4], target=[0, 0, 0], fov=45.0), env='sky.hdr', parts=[(grid_mesh(124, 62, helmet), dict(maps=1))])
 
@@ -131,6 +165,7 @@ def write_gltf(s, out):
         if 'emits' in look: pbr['baseColorFactor'] = [0, 0, 0, 1]; d['emissiveFactor'] = [1, 1, 1]; e = dict(KHR_materials_emissive_strength=dict(emissiveStrength=look['emits']), KHR_materials_specular=dict(specularFactor=0.0))
         if 'mirror' in look: pbr.update(metallicFactor=1.0, roughnessFactor=0.0)
         if 'glass' in look: pbr['roughnessFactor'] = 0.0; e = dict(KHR_materials_transmission=dict(transmissionFactor=1.0), KHR_materials_ior=dict(ior=look['glass']), KHR_materials_volume=dict(thicknessFactor=1.0))
+        if 'images' in look: pbr = dict(baseColorTexture=dict(index=0), metallicRoughnessTexture=dict(index=1))
         if 'maps' in look:
             pbr = dict(baseColorTexture=dict(index=0), metallicRoughnessTexture=dict(index=1))
             d.update(normalTexture=dict(index=2), emissiveTexture=dict(index=3), occlusionTexture=dict(index=4), emissiveFactor=[1, 1, 1])
@@ -138,7 +173,7 @@ def write_gltf(s, out):
         materials.append(dict(pbrMetallicRoughness=pbr, **d))
         at = dict(POSITION=add(m['P'], 'VEC3', 5126, True), NORMAL=add(m['N'], 'VEC3', 5126), TEXCOORD_0=add(m['UV'], 'VEC2', 5126))
         meshes.append(dict(primitives=[dict(attributes=at, indices=add(m['I'].ravel(), 'SCALAR', 5125), material=len(materials) - 1)]))
-        nodes.append(dict(mesh=len(meshes) - 1))
+        nodes += [dict(mesh=len(meshes) - 1, translation=at) for at in look.get('places', [look.get('at', [0, 0, 0])])]
     c = s['camera']
     nodes.append(dict(camera=0, translation=c['eye'], rotation=turned(c)))
     g = dict(asset=dict(version='2.0'), scene=0, scenes=[dict(nodes=list(range(len(nodes))))], nodes=nodes, meshes=meshes, accessors=accessors, bufferViews=views,
@@ -147,6 +182,7 @@ def write_gltf(s, out):
     if any('maps' in look for _, look in s['parts']):
         names = ['base', 'orm', 'normal', 'emission', 'occlusion']
         g.update(images=[dict(uri=n + '.png') for n in names], textures=[dict(source=i) for i in range(5)])
+    if any('images' in look for _, look in s['parts']): g.update(images=[dict(uri='real_base.png'), dict(uri='real_orm.png')], textures=[dict(source=i) for i in range(2)])
     if used: g['extensionsUsed'] = sorted(used)
     open(f"{out}/{s['name']}.bin", 'wb').write(blob); json.dump(g, open(f"{out}/{s['name']}.gltf", 'w'))
 
@@ -156,10 +192,17 @@ def write_ply(path, m):
     head = 'ply\nformat binary_little_endian 1.0\nelement vertex %d\n' % len(v) + ''.join(f'property float {c}\n' for c in ('x', 'y', 'z', 'nx', 'ny', 'nz', 's', 't'))
     open(path, 'wb').write((head + 'element face %d\nproperty list uchar uint vertex_indices\nend_header\n' % len(m['I'])).encode() + v.tobytes() + rec.tobytes())
 
-def write_all(out, size):
+SCENES = dict(real=real, room=room, cornell=cornell, instances=instances, model=model)
+UNDER_SKY = ('real', 'instances', 'model')
+
+def write_all(out, size, names):
     os.makedirs(out, exist_ok=True); textures(out, size); sky(out)
-    for s in (model(), cornell()):
+    for s in [SCENES[name]() for name in names]:
         write_gltf(s, out)
+        for look in (look['images'] for _, look in s['parts'] if 'images' in look):
+            base, orm = Image.open(look['base']).convert('RGB'), Image.open(look['orm']).convert('RGB')
+            base.save(f'{out}/real_base.png'); orm.save(f'{out}/real_orm.png')
+            for name, band in (('rough', 1), ('metal', 2)): orm.split()[band].save(f'{out}/real_{name}.png')
         for i, (m, _) in enumerate(s['parts']): write_ply(f"{out}/{s['name']}_{i}.ply", m)
 
 # ------------------------------------------------------------------------------------------------------------------ contestants
@@ -176,7 +219,7 @@ class Ours:
     """A build of ours, run as a command; what does not grow with samples (process, files, tree) is measured beside and taken off."""
     def __init__(self, binary, out): self.binary, self.out, self.name = binary, out, os.path.relpath(binary)
     def run(self, scene, edge, spp, threads=1, seed=0):
-        extra = ['--env', f'{self.out}/sky.hdr'] if scene == 'model' else ['--env', 'none']
+        extra = ['--env', f'{self.out}/sky.hdr'] if scene in UNDER_SKY else ['--env', 'none']
         c, w, exr = cpu(resource.RUSAGE_CHILDREN), time.time(), f'{self.out}/ours.exr'
         subprocess.run([self.binary, 'render', f'{self.out}/{scene}.gltf', '--integrator', 'path', '--size', f'{edge}x{edge}', '--spp', str(spp), '--max-depth', '9',
                         '--threads', str(threads), '--seed', str(seed), '-q', '-o', exr] + extra, check=True)
@@ -193,7 +236,7 @@ class Mitsuba:
         import mitsuba as mi
         mi.set_variant(self.variant)
         if (scene, edge) in self.made: return self.made[scene, edge]
-        s = dict(model=model, cornell=cornell)[scene](); c = s['camera']
+        s = SCENES[scene](); c = s['camera']
         d = dict(type='scene', integrator=dict(type='path', max_depth=9, rr_depth=5), sensor=dict(type='perspective', fov=c['fov'], fov_axis='y',
                  to_world=mi.ScalarTransform4f().look_at(c['eye'], c['target'], [0, 1, 0]), sampler=dict(type=self.sampler),
                  film=dict(type='hdrfilm', width=edge, height=edge, rfilter=dict(type='box'), pixel_format='rgb')))
@@ -209,7 +252,15 @@ class Mitsuba:
                 inner = dict(type='principled', base_color=image('base', False), roughness=image('rough', True), metallic=image('metal', True))
                 shape.update(flip_tex_coords=False, emitter=dict(type='area', radiance=image('emission', False)),
                              bsdf=dict(type='twosided', b=dict(type='normalmap', normalmap=image('normal', True), b=inner)))
-            d[f'part{i}'] = shape
+            if 'images' in look:
+                shape['bsdf'] = dict(type='twosided', b=dict(type='principled', base_color=image('real_base', False), roughness=image('real_rough', True), metallic=image('real_metal', True)))
+                shape['flip_tex_coords'] = False
+            move = lambda at: mi.ScalarTransform4f().translate(at)
+            if 'at' in look: shape['to_world'] = move(look['at'])
+            if 'places' in look:
+                d[f'group{i}'] = dict(type='shapegroup', shape=shape)
+                d.update({f'part{i}_{k}': dict(type='instance', group=dict(type='ref', id=f'group{i}'), to_world=move(at)) for k, at in enumerate(look['places'])})
+            else: d[f'part{i}'] = shape
         if s['env']: d['sky'] = dict(type='envmap', filename=f'{self.out}/{s["env"]}')
         self.made[scene, edge] = mi.load_dict(d); return self.made[scene, edge]
     def pixels(self, made, spp, seed):
@@ -255,10 +306,10 @@ def error(them, scene, edge, spps, truths, target, rounds):
 
 def main():
     ap = argparse.ArgumentParser(); ap.add_argument('out'); ap.add_argument('--ours', action='append', default=[]); ap.add_argument('--rounds', type=int, default=3)
-    ap.add_argument('--only', default='means,speed,error,threads'); ap.add_argument('--scenes', default='model,cornell'); ap.add_argument('--textures', type=int, default=2048)
+    ap.add_argument('--only', default='means,speed,error,threads'); ap.add_argument('--scenes', default='room,cornell,instances,model'); ap.add_argument('--textures', type=int, default=2048)
     ap.add_argument('--edge', type=int, default=512); ap.add_argument('--truth', type=int, default=512); ap.add_argument('--boxes', default='64,128'); ap.add_argument('--box-truth', type=int, default=16384); ap.add_argument('--variants', default='llvm_ad_rgb,scalar_rgb'); a = ap.parse_args()
     only, scenes = a.only.split(','), a.scenes.split(',')
-    if not os.path.exists(f'{a.out}/model.gltf'): write_all(a.out, a.textures)
+    if not all(os.path.exists(f'{a.out}/{name}.gltf') for name in scenes): write_all(a.out, a.textures, scenes)
     ours = [Ours(o, a.out) for o in a.ours]
     theirs = [Mitsuba(v, a.out, 'independent') for v in a.variants.split(',') if v]
     kept = {}
@@ -268,7 +319,7 @@ def main():
             if not os.path.exists(path): np.save(path, t.render(scene, edge, spp, seed=999, threads=2)[2])
             kept[path] = np.load(path)
         return kept[path]
-    sizes = dict(model=[(a.edge, a.truth)], cornell=[(int(e), a.box_truth) for e in a.boxes.split(',')])
+    sizes = {name: [(a.edge, a.truth)] for name in SCENES}; sizes['cornell'] = [(int(e), a.box_truth) for e in a.boxes.split(',')]
     if 'means' in only:
         for scene in scenes:
             edge, spp = sizes[scene][0]
@@ -277,18 +328,18 @@ def main():
     if 'speed' in only:
         print('| scene | contestant | M samples a CPU s | over Mitsuba llvm |\n|---|---|---|---|')
         for scene in scenes:
-            for edge, _ in sizes[scene]: speed(ours + theirs, scene, edge, 16 if scene == 'model' else 256, a.rounds)
+            for edge, _ in sizes[scene]: speed(ours + theirs, scene, edge, 256 if scene == 'cornell' else 16, a.rounds)
     if 'error' in only:
         best = [Mitsuba(v, a.out, 'multijitter') for v in a.variants.split(',')[:1] if v]
         print('| scene | contestant | CPU s a megapixel | trimmed relMSE by samples |\n|---|---|---|---|')
         for scene in scenes:
             for edge, spp in sizes[scene]:
-                spps, target = ([4, 16, 64], 1e-3) if scene == 'model' else ([256, 1024], 1e-2)
+                spps, target = ([256, 1024], 1e-2) if scene == 'cornell' else ([16, 64], 1e-2) if scene == 'room' else ([4, 16, 64], 1e-3)
                 error(ours + theirs[:1] + best, scene, edge, spps, lambda t: truth(t, scene, edge, spp), target, 2)
     if 'threads' in only:
         for o in ours:
             for scene in scenes:
-                edge = sizes[scene][-1][0]; spp = 32 if scene == 'model' else 512
+                edge = sizes[scene][-1][0]; spp = 512 if scene == 'cornell' else 32
                 walls = [[o.render(scene, edge, spp, threads=t, seed=r)[1] for t in (1, 2)] for r in range(a.rounds)]
                 print(f'{o.name} {scene}: two threads are {spread([x / y for x, y in walls])} times as fast as one by the clock', flush=True)
 if __name__ == '__main__': main()

@@ -58,6 +58,11 @@ impl Aabb {
         self.max - self.min
     }
 
+    /// A sphere with a few hundredths to spare.
+    pub(crate) fn sphere(&self) -> BoundingSphere {
+        BoundingSphere { centre: self.centre().as_vec3().to_array(), radius: (self.extent().length() * 0.53) as f32 }
+    }
+
     /// The eight corners.
     pub fn corners(&self) -> [DVec3; 8] {
         core::array::from_fn(|i| {
@@ -80,6 +85,13 @@ impl Aabb {
         let (min, max) = ((self.min - pad(self.min)).as_vec3(), (self.max + pad(self.max)).as_vec3());
         (min.is_finite() && max.is_finite()).then_some(PaddedBox { min, max })
     }
+}
+
+/// A sphere around a box.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BoundingSphere {
+    pub centre: [f32; 3],
+    pub radius: f32,
 }
 
 /// An f32 box that contains its primitive with room for the rounding of a traversal.

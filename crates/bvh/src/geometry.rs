@@ -7,7 +7,7 @@ use core::mem::take;
 
 use rayon::prelude::*;
 
-use crate::aabb::{Aabb, PaddedBox};
+use crate::aabb::{Aabb, BoundingSphere, PaddedBox};
 use crate::accelerator::{Accelerator, AcceleratorKind};
 use crate::build::{Build, BuildWork, Stop, build};
 use crate::bvh8::{Bvh8, Kernel};
@@ -30,6 +30,8 @@ pub struct Geometry<R: Real> {
     /// Whether some primitive is tested in the plane across the ray.
     pub(crate) faces: bool,
     bounds: Aabb,
+    /// Around that.
+    pub(crate) sphere: BoundingSphere,
 }
 
 /// Primitives that a thread looks at in one piece. Nothing depends on it.
@@ -195,7 +197,8 @@ impl<R: Real> Geometry<R> {
             group.fill_leaves(bvh, unbounded);
         }
         group.follow();
-        Some(Self { faces, group, unbounded, planes, accelerator, work, bounds })
+        let sphere = bounds.sphere();
+        Some(Self { faces, group, unbounded, planes, accelerator, work, bounds, sphere })
     }
 
     /// The box around everything bounded; none when something is without bounds.

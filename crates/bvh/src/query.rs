@@ -123,8 +123,7 @@ impl<R: Real> Geometry<R> {
 
     /// The closest hit of a prepared ray.
     fn closest_of<T: TraversalCounter>(&self, ray: &PreparedRay, range: Interval<R>, tally: &mut T) -> ClosestHit<R> {
-        let origin = R::from_f64(ray.origin.abs().max_element());
-        self.visit_all(ray, ClosestHit { origin, ..ClosestHit::new(range) }, tally).1
+        self.visit_all(ray, ClosestHit::new(range).in_space_of(ray), tally).1
     }
 
     /// The nearest hit of one primitive.
@@ -145,7 +144,7 @@ impl<R: Real> Geometry<R> {
             Kind::Shape => self.group.shapes[index].intersect(ray, range, side),
             Kind::TransformedShape => self.group.placed[index].intersect(ray, range, side),
             Kind::Instance => {
-                let found = self.closest_in(index, ray, range, tally)?;
+                let found = self.visit_instance(index, ray, ClosestHit::new(range), tally).1.found?;
                 return Some(SlotHit { slot, inner: found.slot, ..found });
             }
         };
@@ -153,39 +152,10 @@ impl<R: Real> Geometry<R> {
         Some(SlotHit { t, u, v, slot, inner: NO_PART })
     }
 
-    /// The nearest hit in an instance.
-    #[inline(never)]
-    fn closest_in<T: TraversalCounter>(
-        &self,
-        instance: usize,
-        ray: &PreparedRay,
-        range: Interval<R>,
-        tally: &mut T,
-    ) -> Option<SlotHit<R>> {
-        let (instance, mut room) = (&self.group.instances[instance], None);
-        let ray = self.group.transform(instance, ray.time, &mut room).probe_to_object(ray);
-        self.group.parts[instance.part as usize].closest_of(&ray, range, tally).found
-    }
-
     /// A ray with what the tests of these primitives need.
     #[inline(always)]
     pub(crate) fn prepare(&self, ray: Ray<R>) -> PreparedRay {
         PreparedRay::of(ray, self.faces)
-    }
-
-    /// Shows the hits in an instance until one is accepted.
-    #[inline(never)]
-    fn any_in<T: TraversalCounter>(
-        &self,
-        instance: usize,
-        ray: &PreparedRay,
-        range: Interval<R>,
-        accept: &mut dyn FnMut(SlotHit<R>) -> bool,
-        tally: &mut T,
-    ) -> bool {
-        let (instance, mut room) = (&self.group.instances[instance], None);
-        let ray = self.group.transform(instance, ray.time, &mut room).probe_to_object(ray);
-        self.group.parts[instance.part as usize].visit_all(&ray, AnyHit::<_, false> { range, accept }, tally).0
     }
 
     /// The hit with its names.

@@ -79,6 +79,8 @@ pub trait Real:
     fn next_up(self) -> Self;
     /// The greatest number less than this one.
     fn next_down(self) -> Self;
+    /// The next number on the side of `sign`, without a branch; itself where that is zero or none.
+    fn next_towards(self, sign: Self) -> Self;
     /// Sine of radians.
     fn sin(self) -> Self;
     /// Cosine of radians.
@@ -250,6 +252,14 @@ macro_rules! real {
             #[inline(always)]
             fn next_down(self) -> Self {
                 if self > 0.0 { $t::from_bits(self.to_bits() - 1) } else { $t::next_down(self) }
+            }
+            #[inline(always)]
+            fn next_towards(self, sign: Self) -> Self {
+                let bits = self.to_bits();
+                let away = (self > 0.0) == (sign > 0.0);
+                let next = $t::from_bits(if away { bits.wrapping_add(1) } else { bits.wrapping_sub(1) });
+                let next = if self == 0.0 { $t::from_bits(1).copysign(sign) } else { next };
+                if ((sign > 0.0) | (sign < 0.0)) & ($t::abs(self) < $t::INFINITY) { next } else { self }
             }
             $(real!(@fn $libm $f);)*
         }

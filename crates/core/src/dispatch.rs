@@ -4,13 +4,14 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use raywright_bvh::Real;
 
-use crate::effects::{EffectReport, EffectSet, chosen, detect, switched_off};
+use crate::effects::{EffectReport, EffectSet, RenderSetup};
+use crate::extent::{self, Extent};
 use crate::film::{Aim, Film, Part, PartError, Plan};
 use crate::integrator::{Analytic, General, Kernel, PathTracer, WhittedTracer};
 use crate::lookup::Lookup;
 use crate::memory::{Memory, is_available};
 use crate::observer::Observer;
-use crate::prepare::{self, ClosedGap, Extent, PrepareError, Prepared, ShutAway, Tables};
+use crate::prepare::{self, ClosedGap, PrepareError, Prepared, ShutAway, Tables};
 use crate::render::{Rendered, render};
 use crate::scene::{Camera, Integrator, MeshSource, Scene};
 use crate::settings::{KernelChoice, PrecisionChoice, Settings};
@@ -46,24 +47,18 @@ macro_rules! each {
 /// See [`PrepareError`].
 pub fn prepare(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Ready, PrepareError> {
     settings.check().map_err(PrepareError::Settings)?;
-    let effects = detect(scene, settings);
-    let simulated = effects.simulated();
-    let needed = reckon(scene, settings, simulated);
+    let setup = RenderSetup::new(scene, settings);
+    let simulated = setup.effects.simulated();
+    let needed = reckon(&setup);
     if let Some(allowed) = settings.max_memory.filter(|&allowed| needed.total() > allowed) {
         return Err(PrepareError::Memory { needed, allowed });
     }
     if !is_available(yet_to_take(&needed, scene)) {
         return Err(PrepareError::OutOfMemory { needed });
     }
-    let integrator = chosen(scene, settings);
-    let inner = if settings.without.is_empty() {
-        AnyPrepared::new(scene, &Settings { integrator, ..settings.clone() }, simulated, observer)?
-    } else {
-        let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
-        AnyPrepared::new(&rest, &Settings { integrator, camera, ..settings.clone() }, simulated, observer)?
-    };
-    let kernel = KernelName::choose(settings.kernel, integrator, simulated);
-    Ok(Ready { inner, kernel, settings: settings.clone(), effects })
+    let inner = AnyPrepared::new(&setup.scene, &setup.settings, simulated, observer)?;
+    let kernel = KernelName::choose(settings.kernel, setup.integrator(), simulated);
+    Ok(Ready { inner, kernel, settings: settings.clone(), effects: setup.effects })
 }
 
 /// What of it is not taken yet: meshes and images are there with the scene. A tree is built beside lists of about its size, and a picture
@@ -81,13 +76,13 @@ fn yet_to_take(needed: &Memory, scene: &Scene) -> u64 {
 /// What memory a scene will take: at least what [`Ready::memory`] says once it is prepared, and at most twice of it, three times
 /// with the tree of `robust`, five where triangles and shapes mix, four times as much where triangles may be split (`build=high`).
 pub fn estimate(scene: &Scene, settings: &Settings) -> Memory {
-    reckon(scene, settings, detect(scene, settings).simulated())
+    reckon(&RenderSetup::new(scene, settings))
 }
 
-fn reckon(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
-    match settings.precision {
-        PrecisionChoice::Robust => prepare::estimate::<f32>(scene, settings, simulated),
-        PrecisionChoice::Reference => prepare::estimate::<f64>(scene, settings, simulated),
+fn reckon(setup: &RenderSetup<'_>) -> Memory {
+    match setup.settings.precision {
+        PrecisionChoice::Robust => prepare::estimate::<f32>(setup),
+        PrecisionChoice::Reference => prepare::estimate::<f64>(setup),
     }
 }
 
@@ -95,8 +90,8 @@ fn reckon(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
 pub fn extent(scene: &Scene, precision: PrecisionChoice) -> Extent {
     let lookup = Lookup::new(scene);
     match precision {
-        PrecisionChoice::Robust => prepare::extent::<f32>(scene, &lookup),
-        PrecisionChoice::Reference => prepare::extent::<f64>(scene, &lookup),
+        PrecisionChoice::Robust => extent::extent::<f32>(scene, &lookup),
+        PrecisionChoice::Reference => extent::extent::<f64>(scene, &lookup),
     }
 }
 
@@ -165,14 +160,13 @@ impl Ready {
     /// shutter, other effects, or effects switched off.
     pub fn turn_to(&mut self, scene: &Scene, camera: &Camera) -> bool {
         let settings = Settings { camera: Some(camera.clone()), ..self.settings.clone() };
-        let effects = detect(scene, &settings);
+        let RenderSetup { settings: prepared, effects, .. } = RenderSetup::new(scene, &settings);
         let has_shutter = |settings: &Settings| settings.camera.as_ref().is_some_and(|camera| camera.shutter.is_some());
         let simulated = effects.simulated();
         let differs = simulated != self.effects.simulated() || !settings.without.is_empty();
         if differs || has_shutter(&settings) || has_shutter(&self.settings) {
             return false;
         }
-        let prepared = Settings { integrator: chosen(scene, &settings), ..settings.clone() };
         each!(&mut self.inner, p => p.turn_to(scene, &prepared, camera, simulated));
         (self.settings, self.effects) = (settings, effects);
         true

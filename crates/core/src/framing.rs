@@ -12,8 +12,8 @@ use raywright_bvh::{Aabb, Shape as _};
 
 use crate::generate::all;
 use crate::lookup::Lookup;
-use crate::prepare::any_shape;
 use crate::scene::{Camera, MeshData, Pinhole, Pose, Projection, Scene, Shape};
+use crate::shape::any_shape;
 use crate::studio::towards;
 
 /// Share of the picture's tighter side that a framed silhouette fills.

@@ -3,8 +3,8 @@
 use raywright_bvh::{Real, Surface, Vector};
 
 use crate::expr::Inputs;
-use crate::prepare::Place;
 use crate::scene::MOST_UV_SETS;
+use crate::texture::Place;
 
 /// A point where a ray met a surface. What only some readers want is made from it when they ask: [`Self::inputs`] where an
 /// expression is evaluated, [`Self::mirrored`] where something reflects, [`Self::frame`] where directions are drawn.
@@ -57,6 +57,29 @@ impl<R: Real> Default for Beam<R> {
 }
 
 impl<R: Real> Interaction<R> {
+    /// To be filled.
+    pub const NOWHERE: Self = Self {
+        surface: Surface {
+            point: <R::Vec3 as Vector<R>>::ZERO,
+            above: <R::Vec3 as Vector<R>>::ZERO,
+            below: <R::Vec3 as Vector<R>>::ZERO,
+            error: R::ZERO,
+            normal: <R::Vec3 as Vector<R>>::ZERO,
+        },
+        normal: <R::Vec3 as Vector<R>>::ZERO,
+        outside: false,
+        direction: <R::Vec3 as Vector<R>>::ZERO,
+        origin: <R::Vec3 as Vector<R>>::ZERO,
+        distance: R::ZERO,
+        time: R::ZERO,
+        uv: [[R::ZERO; 2]; MOST_UV_SETS],
+        footprint: [R::ZERO; MOST_UV_SETS],
+        lies: None,
+        colour: [R::ONE; 4],
+        object: 0,
+        material: 0,
+    };
+
     /// The ray's direction mirrored at the shading normal.
     #[inline(always)]
     pub fn mirrored(&self) -> R::Vec3 {

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use raywright_core::Scene;
-use raywright_core::scene::{Image, ImageData, Model};
+use raywright_core::scene::{Fields, Image, ImageData, Model};
 
 use crate::Limits;
 use crate::image_file::decode;
@@ -62,8 +62,10 @@ pub(crate) fn drop_missing(scene: &mut Scene) {
         scene.textures.extract_if(.., |texture| missing.contains(&texture.image)).map(|texture| texture.name).collect();
     for material in &mut scene.materials {
         let Model::Physical(model) = &mut material.model else { continue };
-        let uses = model.inputs_mut().into_iter();
-        uses.filter(|input| input.texture().is_some_and(|(_, used)| gone.contains(&used.name)))
-            .for_each(|input| input.flatten(true, false));
+        model.change(&mut |value| {
+            if value.texture().is_some_and(|(_, used)| gone.contains(&used.name)) {
+                value.flatten(true, false);
+            }
+        });
     }
 }

@@ -10,9 +10,11 @@ use super::row::RayF64;
 use super::sphere_leaf::spheres;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::{TraversalSimd, settled};
-use super::traverse::{HitVisitor, traverse};
+use super::traverse::{HitVisitor, traverse, traverse_instance};
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child};
+use crate::aabb::BoundingSphere;
+use crate::instance::RoughInverse;
 use crate::math::simd::Portable;
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
@@ -48,11 +50,15 @@ macro_rules! traversals {
             /// The walk with these instructions.
             pub(super) fn walk<A: HitVisitor>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, near: f32, answer: &mut A
-            ) { traverse::<_, _, false>(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), None, answer) } -> bool;
+            ) { traverse(s, bvh, &TraversalRay::new([ox, oy, oz], [dx, dy, dz], near), answer) } -> bool;
             /// The same for a ray in the space of an instance.
-            pub(super) fn walk_mapped<A: HitVisitor>(s, bvh: &Bvh8, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) {
-                traverse::<_, _, true>(s, bvh, setup, Some(&probe), answer)
+            pub(super) fn walk_mapped<A: HitVisitor>(s, bvh: &Bvh8, setup: &TraversalRay, answer: &mut A) {
+                traverse(s, bvh, setup, answer)
             } -> bool;
+            /// The same for a ray of the world, by the map of an instance. None where f32 can't tell it well enough.
+            pub(super) fn walk_instance<A: HitVisitor>(
+                s, bvh: &Bvh8, inverse: &RoughInverse, bounds: &BoundingSphere, ray: &PreparedRay, answer: &mut A
+            ) { traverse_instance(s, bvh, inverse, bounds, ray, answer) } -> Option<bool>;
             /// The rows that every query tests.
             pub(super) fn rows<A: HitVisitor>(
                 s, bvh: &Bvh8, ox: f32, oy: f32, oz: f32, dx: f32, dy: f32, dz: f32, answer: &mut A
@@ -60,9 +66,7 @@ macro_rules! traversals {
             /// The same for a ray in the space of an instance.
             pub(super) fn rows_mapped<A: HitVisitor>(s, bvh: &Bvh8, line: &RayF64, answer: &mut A) { rows(s, bvh, line, answer) } -> bool;
             /// Blocks and the rest where there are no nodes.
-            pub(super) fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) {
-                blocks(s, bvh, aim, probe, answer)
-            } -> bool;
+            pub(super) fn blocks<A: HitVisitor>(s, bvh: &Bvh8, aim: &LeafRay, answer: &mut A) { blocks(s, bvh, aim, answer) } -> bool;
             /// Rays from one point.
             pub(super) fn pencil<M: PacketVisitor>(s, bvh: &Bvh8, pencil: &mut PacketState, meets: &mut M) {
                 packet::walk(s, bvh, pencil, meets)
@@ -75,12 +79,12 @@ macro_rules! traversals {
 macro_rules! leaves {
     ($token:ident, $compiled:meta) => {
         entries! { $token, $compiled:
-            fn settle<A: HitVisitor>(
-                s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A
-            ) { settled(s, block, at, aim, probe, answer) } -> bool;
-            fn spheres<A: HitVisitor>(
-                s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, probe: Option<&PreparedRay>, line: &mut Option<RayF64>, answer: &mut A
-            ) { spheres(s, bvh, leaf, aim, probe, line, answer) } -> bool;
+            fn settle<A: HitVisitor>(s, block: &Triangle8, at: [usize; 2], aim: &LeafRay, answer: &mut A) {
+                settled(s, block, at, aim, answer)
+            } -> bool;
+            fn spheres<A: HitVisitor>(s, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<RayF64>, answer: &mut A) {
+                spheres(s, bvh, leaf, aim, line, answer)
+            } -> bool;
         }
     };
 }

@@ -9,7 +9,6 @@ use super::traversal_simd::{TraversalSimd, asked};
 use super::traverse::HitVisitor;
 use super::{Bvh8, WIDTH};
 use crate::math::simd::Simd;
-use crate::shapes::PreparedRay;
 
 /// What a scan may take before a tree takes over, and what it takes for a row and for a block: a row as it was measured, a block so that there are
 /// two at most. Rays that miss a small mesh miss all of its blocks, and without nodes each is asked: instances of 60 triangles took 1.38 times
@@ -55,16 +54,10 @@ pub(super) fn rows<S: Simd, A: HitVisitor>(s: S, bvh: &Bvh8, line: &RayF64, answ
 
 /// Asks about each block, and then about what comes in no block. Whether some answer ended it.
 #[inline(always)]
-pub(super) fn blocks<S: TraversalSimd, A: HitVisitor>(
-    s: S,
-    bvh: &Bvh8,
-    aim: &LeafRay,
-    probe: Option<&PreparedRay>,
-    answer: &mut A,
-) -> bool {
+pub(super) fn blocks<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, aim: &LeafRay, answer: &mut A) -> bool {
     for (number, block) in bvh.blocks.iter().enumerate() {
         answer.block(number);
-        if asked(s, block, number, aim, probe, answer) {
+        if asked(s, block, number, aim, answer) {
             return true;
         }
     }

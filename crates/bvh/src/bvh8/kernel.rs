@@ -6,6 +6,8 @@ use super::packet::{PacketResult, PacketState, PacketVisitor};
 use super::row::RayF64;
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traverse::HitVisitor;
+use crate::aabb::BoundingSphere;
+use crate::instance::RoughInverse;
 use crate::math::simd::Portable;
 #[cfg(target_arch = "x86_64")]
 use crate::math::simd::{Avx2, Avx512};
@@ -103,27 +105,45 @@ impl Bvh8 {
             if self.blocks.is_empty() && self.others.is_empty() {
                 return false;
             }
-            return self.visit_flat(&TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim, None, answer);
+            return self.visit_flat(&TraversalRay::new([ox, oy, oz], [dx, dy, dz], near).aim, answer);
         }
         with!(self.kernel, s => s.walk(self, ox, oy, oz, dx, dy, dz, near, answer))
     }
 
     /// The same of blocks and of the rest, one after the other, where there are no nodes.
     #[inline(never)]
-    fn visit_flat<A: HitVisitor>(&self, aim: &LeafRay, probe: Option<&PreparedRay>, answer: &mut A) -> bool {
-        with!(self.kernel, s => s.blocks(self, aim, probe, answer))
+    fn visit_flat<A: HitVisitor>(&self, aim: &LeafRay, answer: &mut A) -> bool {
+        with!(self.kernel, s => s.blocks(self, aim, answer))
     }
 
     /// The same for a ray in the space of an instance, which f32 would move: `setup` is that of [`TraversalRay::mapped`].
     #[inline(never)]
-    pub(crate) fn visit_mapped<A: HitVisitor>(&self, setup: &TraversalRay, probe: PreparedRay, answer: &mut A) -> bool {
-        if self.always > 0 && with!(self.kernel, s => s.rows_mapped(self, &RayF64::from(&probe), answer)) {
-            return true;
+    pub(crate) fn visit_mapped<A: HitVisitor>(&self, setup: &TraversalRay, answer: &mut A) -> bool {
+        if self.always > 0 {
+            let line = RayF64::from(answer.prepared());
+            if with!(self.kernel, s => s.rows_mapped(self, &line, answer)) {
+                return true;
+            }
         }
         if self.nodes.is_empty() {
-            return self.visit_flat(&setup.aim, Some(&probe), answer);
+            return self.visit_flat(&setup.aim, answer);
         }
-        with!(self.kernel, s => s.walk_mapped(self, setup, probe, answer))
+        with!(self.kernel, s => s.walk_mapped(self, setup, answer))
+    }
+
+    /// The same for a ray of the world that comes to an instance of what this is the tree of; none where another ray has to be made.
+    #[inline(always)]
+    pub(crate) fn visit_instance<A: HitVisitor>(
+        &self,
+        inverse: &RoughInverse,
+        bounds: &BoundingSphere,
+        ray: &PreparedRay,
+        answer: &mut A,
+    ) -> Option<bool> {
+        if self.always > 0 || self.nodes.is_empty() {
+            return None;
+        }
+        with!(self.kernel, s => s.walk_instance(self, inverse, bounds, ray, answer))
     }
 
     /// Shows `meets` what rays from one point meet.

@@ -7,7 +7,6 @@ use super::traverse::HitVisitor;
 use super::triangle8::LeafHeader;
 use super::{Bvh8, Child};
 use crate::math::simd::Simd;
-use crate::shapes::PreparedRay;
 
 impl Bvh8 {
     /// Bytes of leaves of so many spheres, at most: of a sphere beside `others` of other kinds, few leaves are full.
@@ -33,14 +32,14 @@ pub(super) fn spheres<S: Simd, A: HitVisitor>(
     bvh: &Bvh8,
     leaf: Child,
     aim: &LeafRay,
-    probe: Option<&PreparedRay>,
     line: &mut Option<RayF64>,
     answer: &mut A,
 ) -> bool {
     let row = &bvh.rows[bvh.always + leaf.index()];
     answer.several(row.facts.count.into());
     // Made for the first row that the ray meets.
-    let line = line.get_or_insert_with(|| probe.map_or_else(|| RayF64::new(aim.origin, aim.direction), RayF64::from));
+    let line = line
+        .get_or_insert_with(|| if A::MAPPED { RayF64::from(answer.prepared()) } else { RayF64::new(aim.origin, aim.direction) });
     let found = row.hits(s, line, answer.range(), answer.culls());
     found.hits != 0 && answer.row(&row.facts, &found.roots(s))
 }

@@ -5,8 +5,9 @@ use glam::DVec3;
 use super::optimisation_barrier::opaque;
 use super::reparametrisation::RayReparametrisation;
 use super::triangle8::LARGE;
-use crate::aabb::Aabb;
-use crate::ray::Ray;
+use crate::aabb::{Aabb, BoundingSphere};
+use crate::instance::RoughInverse;
+use crate::shapes::PreparedRay;
 
 /// Directions as long as this or longer, or shorter than its inverse, might leave the range of f32: everything is then tested exactly.
 const LONG: f32 = (1 << 20) as f32;
@@ -15,6 +16,8 @@ const U: f32 = 5.960_464_5e-8;
 const W: f32 = 1.110_223e-16;
 /// The least component of a scaled direction.
 const LEAST: f64 = 1e-20;
+/// Squares of lengths between this and its inverse are those of directions that f32 maps.
+const SHORT: f32 = 1e-24;
 /// More than what rounding may take from a bound while it is computed.
 const ROUNDED: f32 = 1.000_01;
 
@@ -23,6 +26,16 @@ const ROUNDED: f32 = 1.000_01;
 pub(crate) struct TraversalRay {
     pub slopes: BoxRay,
     pub aim: LeafRay,
+}
+
+/// What f32 makes of a ray of the world for what an instance shows.
+pub(crate) enum RoughRay {
+    /// It passes the sphere around that.
+    Misses,
+    /// What boxes and blocks ask, and the distance from which they count.
+    Meets(TraversalRay, f32),
+    /// It may be wrong by more than a hundredth of what is there.
+    TooRough,
 }
 
 /// What boxes ask besides the origin and the near end: a walk has it in registers.
@@ -115,28 +128,55 @@ impl TraversalRay {
             + (origin.abs() + (direction * rebase.start).abs()) * (8.0 * f64::from(W))
             + farthest * (2.0 * LEAST);
         let near = greater(rebase.rebased(near).next_down(), 0.0);
-        let Self { slopes, aim } = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
-        let early: [f32; 3] = core::array::from_fn(|axis| (wrong[axis] * 2.01) as f32 * slopes.inverse[axis].abs());
+        let setup = Self::new(moved.as_vec3().to_array(), scaled.as_vec3().to_array(), near);
+        (setup.widened(wrong.as_vec3().to_array(), wrong.element_sum() as f32), rebase)
+    }
+
+    /// What [`TraversalRay::mapped`] makes of a ray of the world by f32 alone, and where it starts: `wrong` is larger, since it has the rounding of
+    /// the map in it, and so is what the direction is wrong by, which counts over the way to what is there and through it, and which takes
+    /// E² times as much from a determinant.
+    #[inline(always)]
+    pub fn roughly_mapped(inverse: &RoughInverse, ray: &PreparedRay, near: f32, bounds: &BoundingSphere) -> RoughRay {
+        let stored = |v: DVec3| [v.x as f32, v.y as f32, v.z as f32];
+        let ([o, d], [origin_error, direction_error]) = inverse.ray(stored(ray.origin), stored(ray.direction));
+        let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let (squared, [x, y, z]) = (dot(d, d), bounds.centre);
+        let shorter = 1.0 / squared.sqrt();
+        // The sphere is larger than what is in it, by more than what is wrong of the way to it.
+        let (middle, half) = (dot([x - o[0], y - o[1], z - o[2]], d) * (shorter * shorter), bounds.radius * shorter);
+        let start = greater(middle - half, near - near.abs() * (4.0 * U));
+        let wrong = origin_error + direction_error * (start.abs() + 2.0 * half);
+        if !(wrong <= bounds.radius * 0.01 && squared > SHORT && squared < 1.0 / SHORT) {
+            return RoughRay::TooRough;
+        }
+        let nearest = [o[0] + d[0] * middle - x, o[1] + d[1] * middle - y, o[2] + d[2] * middle - z];
+        if dot(nearest, nearest) > bounds.radius * bounds.radius {
+            return RoughRay::Misses;
+        }
+        let moved = [o[0] + d[0] * start, o[1] + d[1] * start, o[2] + d[2] * start];
+        let direction = d.map(|d| greater(d.abs(), LEAST as f32).copysign(d));
+        let setup = Self::new(moved, direction, greater((near - start).next_down(), 0.0)).widened([wrong; 3], 3.0 * wrong);
+        let determinant = setup.aim.determinant + 6.0 * direction_error;
+        RoughRay::Meets(Self { aim: LeafRay { determinant, ..setup.aim }, ..setup }, start)
+    }
+
+    /// The same for a ray that is wrong by so much in each component of its origin, and by so much at most in all.
+    #[inline(always)]
+    fn widened(self, wrong: [f32; 3], all: f32) -> Self {
+        let Self { slopes, aim } = self;
+        let early: [f32; 3] = core::array::from_fn(|axis| wrong[axis] * 2.01 * slopes.inverse[axis].abs());
         let slopes = BoxRay {
             widened: slopes.inverse.map(|i| i * (1.0 + 16.0 * U)),
             early,
             late: early.map(|early| early + slopes.late[0]),
             ..slopes
         };
-        let reach = aim.reach + (wrong.element_sum() * (0.1 * f64::from(ROUNDED) / f64::from(U))) as f32;
-        (Self { slopes, aim: LeafRay { reach, ..aim } }, rebase)
+        Self { slopes, aim: LeafRay { reach: aim.reach + all * (0.1 * ROUNDED / U), ..aim } }
     }
 
     /// A far end as boxes use it, later by what the rounding of their distances may take.
     #[inline(always)]
     pub fn last(far: f32) -> f32 {
         far + far.abs() * (8.0 * U)
-    }
-}
-
-impl LeafRay {
-    /// The ray, at no time.
-    pub fn ray(&self) -> Ray<f32> {
-        Ray::new(self.origin.into(), self.direction.into())
     }
 }

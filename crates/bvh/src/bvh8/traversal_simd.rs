@@ -11,7 +11,6 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::Simd;
-use crate::shapes::PreparedRay;
 
 /// What a traversal asks of a set of instructions besides lanes.
 pub(super) trait TraversalSimd: Simd {
@@ -42,24 +41,9 @@ pub(super) trait TraversalSimd: Simd {
         Err(Unsure)
     }
     /// [`settled`], compiled for this and apart from the walk, whose registers it would take.
-    fn settle<A: HitVisitor>(
-        self,
-        block: &Triangle8,
-        at: [usize; 2],
-        aim: &LeafRay,
-        probe: Option<&PreparedRay>,
-        answer: &mut A,
-    ) -> bool;
+    fn settle<A: HitVisitor>(self, block: &Triangle8, at: [usize; 2], aim: &LeafRay, answer: &mut A) -> bool;
     /// [`super::sphere_leaf::spheres`], the same way.
-    fn spheres<A: HitVisitor>(
-        self,
-        bvh: &Bvh8,
-        leaf: Child,
-        aim: &LeafRay,
-        probe: Option<&PreparedRay>,
-        line: &mut Option<RayF64>,
-        answer: &mut A,
-    ) -> bool;
+    fn spheres<A: HitVisitor>(self, bvh: &Bvh8, leaf: Child, aim: &LeafRay, line: &mut Option<RayF64>, answer: &mut A) -> bool;
 }
 
 /// The exact test of what the filter left in a block, and what the answer makes of it. Whether the walk is over.
@@ -69,15 +53,14 @@ pub(super) fn settled<S: TraversalSimd, A: HitVisitor>(
     triangles: &Triangle8,
     [number, lanes]: [usize; 2],
     aim: &LeafRay,
-    probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
-    let sight = probe.map_or_else(|| ProjectedRay::new(aim.origin, aim.direction), ProjectedRay::of);
+    let sight = if A::MAPPED { ProjectedRay::of(answer.prepared()) } else { ProjectedRay::new(aim.origin, aim.direction) };
     let mut lanes = lanes as u32;
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize & (WIDTH - 1);
         lanes &= lanes - 1;
-        let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, aim, probe));
+        let met = s.crossing(triangles, lane, in_memory(&sight)).unwrap_or_else(|Unsure| alone(triangles, lane, answer));
         if met.is_some_and(|met| answer.triangle(number, lane, &met)) {
             return true;
         }
@@ -92,7 +75,6 @@ pub(super) fn asked<S: TraversalSimd, A: HitVisitor>(
     block: &Triangle8,
     number: usize,
     aim: &LeafRay,
-    probe: Option<&PreparedRay>,
     answer: &mut A,
 ) -> bool {
     let far = answer.far();
@@ -105,15 +87,13 @@ pub(super) fn asked<S: TraversalSimd, A: HitVisitor>(
         return true;
     }
     let lanes = left.lanes & wanted;
-    lanes != 0 && s.settle(block, [number, lanes as usize], aim, probe, answer)
+    lanes != 0 && s.settle(block, [number, lanes as usize], aim, answer)
 }
 
 /// The test of single triangles.
 #[inline(never)]
-fn alone(block: &Triangle8, lane: usize, aim: &LeafRay, probe: Option<&PreparedRay>) -> Option<TriangleHit> {
-    let triangle = block.triangle(lane);
-    let crossing = probe.map_or_else(|| triangle.crossing(&PreparedRay::new(aim.ray())), |probe| triangle.crossing(probe))?;
-    Some(TriangleHit::from(&crossing))
+fn alone<A: HitVisitor>(block: &Triangle8, lane: usize, answer: &mut A) -> Option<TriangleHit> {
+    block.triangle(lane).crossing(answer.prepared()).as_ref().map(TriangleHit::from)
 }
 
 #[cfg(all(test, target_arch = "x86_64"))]
@@ -123,6 +103,7 @@ mod tests {
     use super::*;
     use crate::math::simd::Avx2;
     use crate::ray::Ray;
+    use crate::shapes::PreparedRay;
 
     /// Xorshift.
     fn next(state: &mut u64) -> u64 {

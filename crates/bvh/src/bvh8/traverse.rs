@@ -3,15 +3,19 @@
 //! One source for every kernel, inlined as a whole into a function that may use the kernel's instructions.
 #![expect(unsafe_code, reason = "the stack is read where it was written; each block says why")]
 
+use core::marker::PhantomData;
+
 use super::filter;
 use super::optimisation_barrier::in_memory;
 use super::projected_ray::TriangleHit;
 use super::row::SphereHits;
 use super::stack::{Stack, Waiting};
-use super::traversal_ray::TraversalRay;
+use super::traversal_ray::{RoughRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
 use super::triangle8::{LeafHeader, Triangle8};
 use super::{Bvh8, Child, Node};
+use crate::aabb::BoundingSphere;
+use crate::instance::RoughInverse;
 use crate::math::simd::Simd;
 use crate::ray::Interval;
 use crate::shapes::PreparedRay;
@@ -20,6 +24,12 @@ use crate::shapes::PreparedRay;
 pub(crate) trait HitVisitor {
     /// Whether any hit will do. Then children are visited in no order.
     const ANY: bool;
+    /// Whether the ray of the walk was rounded, see [`TraversalRay::mapped`]: then the exact tests take [`HitVisitor::prepared`].
+    const MAPPED: bool;
+    /// The walk counts distances from here on.
+    fn starts(&mut self, at: f32);
+    /// The ray as exact tests have it, made when the first one asks.
+    fn prepared(&mut self) -> &PreparedRay;
     /// The greatest distance that still counts.
     fn far(&self) -> f32;
     /// Where hits count.
@@ -59,16 +69,17 @@ impl<S: Simd> Far<S> {
 }
 
 /// The ray in all lanes, as boxes need it.
-struct Slabs<S: Simd, const MAPPED: bool> {
+struct Slabs<S: Simd, A> {
     origin: [S::Floats; 3],
     inverse: [S::Floats; 3],
     widened: [S::Floats; 3],
     early: [S::Floats; 3],
     late: [S::Floats; 3],
     near: S::Floats,
+    visitor: PhantomData<A>,
 }
 
-impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
+impl<S: Simd, A: HitVisitor> Slabs<S, A> {
     #[inline(always)]
     fn new(s: S, setup: &TraversalRay) -> Self {
         let TraversalRay { slopes, aim } = setup;
@@ -81,18 +92,19 @@ impl<S: Simd, const MAPPED: bool> Slabs<S, MAPPED> {
             early: [s.splat(ex), s.splat(ey), s.splat(ez)],
             late: [s.splat(lx), s.splat(ly), s.splat(lz)],
             near: s.splat(aim.near),
+            visitor: PhantomData,
         }
     }
 
     #[inline(always)]
     fn entry(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
         let offset = s.sub(s.load(planes), self.origin[axis]);
-        if MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
+        if A::MAPPED { s.mul_sub(offset, self.inverse[axis], self.early[axis]) } else { s.mul(offset, self.inverse[axis]) }
     }
 
     #[inline(always)]
     fn exit(&self, s: S, planes: &[f32; 8], axis: usize) -> S::Floats {
-        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.late[if MAPPED { axis } else { 0 }])
+        s.mul_add(s.sub(s.load(planes), self.origin[axis]), self.widened[axis], self.late[if A::MAPPED { axis } else { 0 }])
     }
 }
 
@@ -111,17 +123,29 @@ fn fetch<S: TraversalSimd>(s: S, bvh: &Bvh8, child: Child) {
     s.prefetch(start.wrapping_add(192));
 }
 
-/// Whether some answer ended the walk. The exact test takes the probe where there is one, or makes it from the ray.
-/// `MAPPED`: the ray was rounded, see [`TraversalRay::mapped`].
+/// The walk of a ray of the world through the tree of what an instance shows; none where f32 can't tell it well enough.
 #[inline(always)]
-pub(super) fn traverse<S: TraversalSimd, A: HitVisitor, const MAPPED: bool>(
+pub(super) fn traverse_instance<S: TraversalSimd, A: HitVisitor>(
     s: S,
     bvh: &Bvh8,
-    setup: &TraversalRay,
-    probe: Option<&PreparedRay>,
+    inverse: &RoughInverse,
+    bounds: &BoundingSphere,
+    ray: &PreparedRay,
     answer: &mut A,
-) -> bool {
-    let slabs = Slabs::<S, MAPPED>::new(s, setup);
+) -> Option<bool> {
+    let (setup, start) = match TraversalRay::roughly_mapped(inverse, ray, answer.range().min, bounds) {
+        RoughRay::Misses => return Some(false),
+        RoughRay::Meets(setup, start) => (setup, start),
+        RoughRay::TooRough => return None,
+    };
+    answer.starts(start);
+    Some(traverse(s, bvh, &setup, answer))
+}
+
+/// Whether some answer ended the walk.
+#[inline(always)]
+pub(super) fn traverse<S: TraversalSimd, A: HitVisitor>(s: S, bvh: &Bvh8, setup: &TraversalRay, answer: &mut A) -> bool {
+    let slabs = Slabs::<S, A>::new(s, setup);
     let [sx, sy, sz] = setup.slopes.side.map(|side| side & 1);
     // Apart from the slopes, which need no place in memory.
     let aim = setup.aim;
@@ -199,9 +223,9 @@ pub(super) fn traverse<S: TraversalSimd, A: HitVisitor, const MAPPED: bool>(
             };
         };
         let over = match left {
-            0 if current.is_row() => s.spheres(bvh, current, &aim, probe, &mut line, answer),
+            0 if current.is_row() => s.spheres(bvh, current, &aim, &mut line, answer),
             0 => answer.other(current.index()),
-            lanes => s.settle(&bvh.blocks[current.index()], [current.index(), lanes as usize], &aim, probe, answer),
+            lanes => s.settle(&bvh.blocks[current.index()], [current.index(), lanes as usize], &aim, answer),
         };
         if over {
             return true;

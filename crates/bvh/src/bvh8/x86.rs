@@ -20,7 +20,6 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::{Avx2, Avx512};
-use crate::shapes::PreparedRay;
 
 /// What both have in common.
 macro_rules! of_both {

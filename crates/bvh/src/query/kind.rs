@@ -17,6 +17,8 @@ pub(super) trait QueryKind<R: Real> {
     fn range(&self) -> Interval<R>;
     /// The greatest distance that still counts.
     fn far(&self) -> R;
+    /// The same query by this ray.
+    fn in_space_of(self, ray: &PreparedRay) -> Self;
     /// The lanes of a leaf that matter.
     fn wanted(facts: &LeafHeader) -> u8;
     /// Those of them any hit of which ends the query.
@@ -37,7 +39,7 @@ pub(super) trait QueryKind<R: Real> {
 pub(super) struct ClosestHit<R: Real> {
     pub range: Interval<R>,
     pub found: Option<SlotHit<R>>,
-    /// Greatest coordinate of the ray's origin, where equal distances may differ.
+    /// Greatest coordinate of the ray's origin in lengths of its direction, as distances are, where equal distances may differ.
     pub origin: R,
     pub is_contested: bool,
 }
@@ -94,6 +96,13 @@ impl<R: Real> QueryKind<R> for ClosestHit<R> {
         self.found.as_ref().map_or_else(|| self.range.max.next_down(), |found| found.t)
     }
     #[inline(always)]
+    fn in_space_of(self, ray: &PreparedRay) -> Self {
+        if R::IS_SINGLE {
+            return self;
+        }
+        Self { origin: R::from_f64(ray.origin.abs().max_element() * ray.inverse_length_squared.sqrt()), ..self }
+    }
+    #[inline(always)]
     fn wanted(_: &LeafHeader) -> u8 {
         u8::MAX
     }
@@ -140,6 +149,10 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
         self.range.max.next_down()
     }
     #[inline(always)]
+    fn in_space_of(self, _: &PreparedRay) -> Self {
+        self
+    }
+    #[inline(always)]
     fn wanted(facts: &LeafHeader) -> u8 {
         if BY_VISIBILITY { facts.opaque | facts.asks } else { u8::MAX }
     }
@@ -167,7 +180,8 @@ impl<R: Real, const BY_VISIBILITY: bool> QueryKind<R> for AnyHit<'_, R, BY_VISIB
         let mut accepts = |found: SlotHit<R>| opaque || (self.accept)(found);
         if BY_VISIBILITY && own.kind == Kind::Instance {
             let mut accepts = |found: SlotHit<R>| accepts(SlotHit { slot: slot.0, inner: found.slot, ..found });
-            return geometry.any_in(own.index as usize, ray, range, &mut accepts, tally);
+            let query = AnyHit::<_, false> { range, accept: &mut accepts };
+            return geometry.visit_instance(own.index as usize, ray, query, tally).0;
         }
         geometry.test(slot, ray, range, tally).is_some_and(accepts)
     }

@@ -5,10 +5,11 @@ use super::{NO_PART, SlotHit};
 use crate::accelerator::Accelerator;
 use crate::bvh8::{Bvh8, HitVisitor, LeafHeader, RayReparametrisation, SphereHits, TraversalRay, TriangleHit};
 use crate::geometry::Geometry;
+use crate::instance::Instance;
 use crate::processor::prefetch;
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
-use crate::shapes::PreparedRay;
+use crate::shapes::{PreparedRay, Transform};
 use crate::stats::TraversalCounter;
 
 impl<R: Real> Geometry<R> {
@@ -68,10 +69,78 @@ impl<R: Real> Geometry<R> {
     ) -> (bool, Q) {
         let near = query.range().min.to_f64();
         let (setup, rebase) = TraversalRay::mapped(ray.origin, ray.direction, near, &self.bounded_part());
-        let (stored, prepared, culls) = (None, Some(*ray), ray.culls);
-        let mut visitor = Visitor::<_, _, _, true> { geometry: self, bvh, culls, stored, prepared, query, rebase, tally };
-        let over = bvh.visit_mapped(&setup, *ray, &mut visitor);
+        let (culls, ray) = (ray.culls, RaySource::Prepared(ray));
+        let mut visitor = Visitor::<_, _, _, true> { geometry: self, bvh, culls, ray, prepared: None, query, rebase, tally };
+        let over = bvh.visit_mapped(&setup, &mut visitor);
         (over, visitor.query)
+    }
+
+    /// Shows a query what a ray of the world meets in an instance. Returns whether that ended it, and the query.
+    ///
+    /// Boxes and filters are asked by a ray that f32 maps, where that is good enough beside what is there; that of the exact tests is made
+    /// once one of them is asked. Most rays that come to an instance's box meet nothing in it.
+    #[inline(always)]
+    pub(super) fn visit_instance<Q: QueryKind<R>, T: TraversalCounter>(
+        &self,
+        instance: usize,
+        ray: &PreparedRay,
+        mut query: Q,
+        tally: &mut T,
+    ) -> (bool, Q) {
+        let instance = &self.group.instances[instance];
+        let part = &self.group.parts[instance.part as usize];
+        if let Accelerator::Bvh8(bvh) = &part.accelerator
+            && R::IS_SINGLE
+            && part.unbounded == 0
+        {
+            let (culls, rebase, source) =
+                (ray.culls, RayReparametrisation::default(), RaySource::Under(&instance.transform, ray));
+            let mut visitor =
+                Visitor::<_, _, _, true> { geometry: part, bvh, culls, ray: source, prepared: None, query, rebase, tally };
+            if let Some(over) = bvh.visit_instance(&instance.to_object, &part.sphere, ray, &mut visitor) {
+                return (over, visitor.query);
+            }
+            query = visitor.query;
+        }
+        self.visit_exactly(instance, ray, query, tally)
+    }
+
+    /// The same by the ray that f64 maps.
+    #[inline(never)]
+    fn visit_exactly<Q: QueryKind<R>, T: TraversalCounter>(
+        &self,
+        instance: &Instance,
+        ray: &PreparedRay,
+        query: Q,
+        tally: &mut T,
+    ) -> (bool, Q) {
+        let mut room = None;
+        let ray = self.group.transform(instance, ray.time, &mut room).probe_to_object(ray);
+        self.group.parts[instance.part as usize].visit_all(&ray, query.in_space_of(&ray), tally)
+    }
+}
+
+/// From what the ray of exact tests is made.
+#[derive(Clone, Copy)]
+enum RaySource<'a, R: Real> {
+    Stored(&'a Ray<R>),
+    /// A ray of the world, and the map of an instance.
+    Under(&'a Transform, &'a PreparedRay),
+    Prepared(&'a PreparedRay),
+}
+
+impl<'a, R: Real> RaySource<'a, R> {
+    /// The ray of exact tests, where it is or in a place of its own.
+    #[inline(always)]
+    fn prepared<'b>(self, geometry: &Geometry<R>, place: &'b mut Option<PreparedRay>) -> &'b PreparedRay
+    where
+        'a: 'b,
+    {
+        match self {
+            RaySource::Prepared(ray) => ray,
+            RaySource::Stored(ray) => place.get_or_insert_with(|| geometry.prepare(*ray)),
+            RaySource::Under(transform, ray) => place.get_or_insert_with(|| transform.probe_to_object(ray)),
+        }
     }
 }
 
@@ -80,8 +149,8 @@ struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
     geometry: &'a Geometry<R>,
     bvh: &'a Bvh8,
     culls: bool,
-    /// One of the two: the ray as it is stored, from which the other one is made for the first primitive that has no leaf of its kind.
-    stored: Option<&'a Ray<R>>,
+    ray: RaySource<'a, R>,
+    /// Made from it once something asks.
     prepared: Option<PreparedRay>,
     query: Q,
     rebase: RayReparametrisation,
@@ -91,13 +160,24 @@ struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
 impl<'a, R: Real, Q, T> Visitor<'a, R, Q, T, false> {
     #[inline(always)]
     fn stored(geometry: &'a Geometry<R>, bvh: &'a Bvh8, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Self {
-        let rebase = RayReparametrisation::default();
-        Self { geometry, bvh, culls: ray.culls, stored: Some(ray), prepared: None, query, rebase, tally }
+        let (culls, rebase) = (ray.culls, RayReparametrisation::default());
+        Self { geometry, bvh, culls, ray: RaySource::Stored(ray), prepared: None, query, rebase, tally }
     }
 }
 
 impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisitor for Visitor<'_, R, Q, T, MAPPED> {
     const ANY: bool = Q::ANY;
+    const MAPPED: bool = MAPPED;
+
+    #[inline(always)]
+    fn starts(&mut self, at: f32) {
+        self.rebase = RayReparametrisation::from(at);
+    }
+
+    #[inline(always)]
+    fn prepared(&mut self) -> &PreparedRay {
+        self.ray.prepared(self.geometry, &mut self.prepared)
+    }
 
     #[inline(always)]
     fn far(&self) -> f32 {
@@ -176,10 +256,7 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
     #[inline(never)]
     fn other(&mut self, place: usize) -> bool {
         let geometry = self.geometry;
-        if let (None, Some(ray)) = (&self.prepared, self.stored) {
-            self.prepared = Some(geometry.prepare(*ray));
-        }
-        let Some(ray) = &self.prepared else { return false };
+        let ray = self.ray.prepared(geometry, &mut self.prepared);
         geometry.bounded(place..place + 1).any(|slot| self.query.test(geometry, slot, ray, self.tally))
     }
 }

@@ -77,7 +77,7 @@ pub struct Parameters<R: Real> {
 impl<R: Real> Surface<R> {
     /// Where a ray that leaves in `direction` starts: off the surface along the normal by as much as the point may be wrong,
     /// on the side to which the direction points (outside for a tangent), each coordinate rounded away from the surface.
-    #[inline]
+    #[inline(always)]
     pub fn spawn(&self, direction: R::Vec3) -> R::Vec3 {
         self.lifted(direction, self.error)
     }
@@ -86,15 +86,21 @@ impl<R: Real> Surface<R> {
     /// zero, where there is no direction.
     #[inline]
     pub fn spawn_to(&self, target: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
-        between(self.spawn(target - self.point), target)
+        open(between(self.spawn(target - self.point), target))
     }
 
     /// The ray to a point of another surface and the range before it, such that neither surface is in its own light. None
     /// where the two points coincide.
     #[inline]
     pub fn spawn_to_surface(&self, target: &Self) -> Option<(Ray<R>, Interval<R>)> {
+        open(self.way_to_surface(target))
+    }
+
+    /// The same without a branch: the ray and its length, of which neither is of use unless the length is above zero and finite.
+    #[inline(always)]
+    pub fn way_to_surface(&self, target: &Self) -> (Ray<R>, R) {
         let across = target.point - self.point;
-        let start = self.spawn(across);
+        let start = self.lifted(across, self.error);
         // A unit direction is rounded: at the far end it passes beside its target by that much of the distance.
         let aim = across.length() * R::ROUNDOFF * R::from_f64(4.0);
         between(start, target.lifted(-across, target.error + aim))
@@ -107,29 +113,21 @@ impl<R: Real> Surface<R> {
         let (from, normal) = if inward { (self.below, -self.normal) } else { (self.above, self.normal) };
         let size = normal.abs();
         let moved = from + normal * ((size.x() + size.y() + size.z()) * error);
-        R::Vec3::new(outward(moved.x(), normal.x()), outward(moved.y(), normal.y()), outward(moved.z(), normal.z()))
+        let [x, y, z] = [moved.x(), moved.y(), moved.z()];
+        R::Vec3::new(x.next_towards(normal.x()), y.next_towards(normal.y()), z.next_towards(normal.z()))
     }
 }
 
-/// The next number on the side of `sign`.
+/// The ray from one point to another, and how far that is; lengths in f64, so that they neither vanish nor overflow on the way.
 #[inline(always)]
-fn outward<R: Real>(x: R, sign: R) -> R {
-    if sign > R::ZERO {
-        x.next_up()
-    } else if sign < R::ZERO {
-        x.next_down()
-    } else {
-        x
-    }
-}
-
-/// The ray from one point to another, and the open range between them; lengths in f64, so that they neither vanish nor
-/// overflow on the way.
-#[inline]
-fn between<R: Real>(start: R::Vec3, end: R::Vec3) -> Option<(Ray<R>, Interval<R>)> {
+fn between<R: Real>(start: R::Vec3, end: R::Vec3) -> (Ray<R>, R) {
     let across = end.to_f64() - start.to_f64();
     let distance = across.length();
-    let max = R::from_f64(distance);
-    let range = Interval { min: R::ZERO, max };
-    (max > R::ZERO && max.is_finite()).then(|| (Ray::new(start, R::Vec3::from_f64(across / distance)), range))
+    (Ray::new(start, R::Vec3::from_f64(across / distance)), R::from_f64(distance))
+}
+
+/// The ray, and the open range before its end.
+#[inline(always)]
+fn open<R: Real>((ray, max): (Ray<R>, R)) -> Option<(Ray<R>, Interval<R>)> {
+    (max > R::ZERO && max.is_finite()).then_some((ray, Interval { min: R::ZERO, max }))
 }

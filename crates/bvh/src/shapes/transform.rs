@@ -46,6 +46,11 @@ impl Transform {
         }
     }
 
+    /// The way back: the columns of the inverse, and what is taken from a point first.
+    pub(crate) fn inverse(&self) -> ([DVec3; 3], DVec3) {
+        (self.inverse_columns, self.translation)
+    }
+
     /// A world ray in the space of the object. Its direction is *not* brought to unit length there: distances along it stay
     /// world distances, so hits and ranges need no conversion.
     #[inline]

@@ -195,8 +195,8 @@ fn only_motion_takes_bytes() {
         };
         bytes(9) - bytes(8)
     };
-    // A slot; the part; twelve numbers of a map, nine of the way back and its magnification; a box or none.
-    let still = 16 + 8 + 22 * 8 + 7 * 8;
+    // A slot; the way back for boxes, in f32; the part; twelve numbers of a map, nine of the way back and its magnification; a box or none; whole lines.
+    let still = 16 + 64 + 8 + 22 * 8 + 7 * 8 + 16;
     assert_eq!(more(&|group, part| group.instance(part, halved(), ASKED)), still);
     assert_eq!(more(&|group, part| group.moving(part, [halved(); 2], ASKED)), still);
     assert_eq!(more(&|group, part| group.moving(part, along_x(1.0), ASKED)), still + 2 * 12 * 8);

@@ -235,7 +235,7 @@ fn coordinates_of_instances_run_in_the_world() {
 }
 
 /// Protects: of surfaces in one place that tests of different shapes find, the first object is hit everywhere in f64 too, where each test
-/// leaves its own last digits, by a scan and by trees; what lies before them by more than rounding is hit first.
+/// leaves its own last digits, by a scan and by trees; what lies before them by more than rounding is hit first, however long the direction is.
 #[test]
 fn the_first_of_coincident_objects_is_hit() {
     let face = Quad {
@@ -254,9 +254,11 @@ fn the_first_of_coincident_objects_is_hit() {
         for _ in 0..2000 {
             let [x, z] = [random.unit(), random.unit()].map(|unit| f64::from(unit) * 1.2 - 0.6);
             let target = DVec3::new(x, 0.0, z);
-            let hit = geometry.closest(&Ray::new(eye, (target - eye).normalize()), Interval::positive(), &mut ());
             let expected = if target.length() < 0.1 { above } else { 0 };
-            assert_eq!(hit.map(|hit| hit.object), Some(expected), "{kind:?}, from {turn} on, at {target}");
+            for length in [1.0, 1e10, 1e-10] {
+                let hit = geometry.closest(&Ray::new(eye, (target - eye).normalize() * length), Interval::positive(), &mut ());
+                assert_eq!(hit.map(|hit| hit.object), Some(expected), "{kind:?}, from {turn} on, at {target}, {length} long");
+            }
         }
     }
 }

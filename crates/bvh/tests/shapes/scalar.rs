@@ -56,3 +56,21 @@ fn turns_are_cosines_and_sines() {
         assert_eq!(Real::sin_cos_turns(quarters as f32 * 0.25), expected);
     }
 }
+
+/// Protects: the next number on a side is the one above or below, also of zero and at the ends, and nothing moves where there is no side.
+#[test]
+fn next_numbers_on_a_side() {
+    for x in [0.0_f32, 1.0, 1.5e-45, 1e-40, 0.1, 16_777_216.0, f32::MAX] {
+        for x in [x, -x] {
+            for side in [1e-30, 7.0] {
+                assert_eq!(x.next_towards(side).to_bits(), f32::next_up(x).to_bits(), "above {x:e}");
+                assert_eq!(x.next_towards(-side).to_bits(), f32::next_down(x).to_bits(), "below {x:e}");
+                let (wide, side) = (f64::from(x), f64::from(side));
+                assert_eq!(wide.next_towards(side).to_bits(), f64::next_up(wide).to_bits(), "above {x:e}");
+            }
+            assert_eq!(x.next_towards(0.0).to_bits(), x.to_bits());
+            assert_eq!(x.next_towards(f32::NAN).to_bits(), x.to_bits());
+        }
+    }
+    assert_eq!(f32::INFINITY.next_towards(-1.0), f32::INFINITY);
+}

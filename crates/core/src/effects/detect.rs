@@ -1,80 +1,40 @@
-//! The one function from scene and settings to the report.
+//! From what a scene has and the settings to what is found of every effect.
 
 use super::facts::{Facts, Layers};
-use super::{Effect, EffectReport, EffectSet, Finding, Status, switched_off};
-use crate::scene::{Integrator, Scene};
+use super::kind::LAYER_EFFECTS;
+use super::{Effect, Finding, Status};
+use crate::scene::Integrator;
 use crate::settings::{Sampling, Settings};
 
-/// What the scene and the settings make of every effect.
-pub fn detect(scene: &Scene, settings: &Settings) -> EffectReport {
-    let integrator = chosen(scene, settings);
-    let paths = integrator == Integrator::Path;
-    let mut findings = found(scene, settings, paths);
-    if !settings.without.is_empty() {
-        let (rest, camera) = switched_off(scene, &settings.camera, settings.without);
-        let remaining = found(&rest, &Settings { camera, ..settings.clone() }, paths);
-        for (finding, left) in findings.iter_mut().zip(remaining) {
-            switch_off(finding, left.status, settings.without);
-        }
-    }
-    let because = match settings.integrator {
-        Integrator::Whitted | Integrator::Path => "asked for".to_owned(),
-        Integrator::Auto if paths => "the scene has what only paths find".to_owned(),
-        Integrator::Auto if findings.iter().any(|f| f.status == Status::LeftOut) => {
-            "the scene asks for no other; what it leaves out is listed".to_owned()
-        }
-        Integrator::Auto => "the scene is exactly what Whitted ray tracing solves".to_owned(),
-    };
-    EffectReport { integrator: if paths { "path" } else { "whitted" }, because, effects: findings }
-}
-
-/// The integrator that runs. A scene that says nothing has Whitted's, whose pictures take no chance and so no more samples than edges
-/// need, where it leaves nothing out that paths find: of classic materials. Physical ones light each other.
-pub(crate) fn chosen(scene: &Scene, settings: &Settings) -> Integrator {
-    match settings.integrator {
-        Integrator::Auto => {
-            let facts = Facts::gather(scene, None);
-            let mut lacks = List::default();
-            what_needs_a_path_tracer(&mut lacks, &facts);
-            let lacks = lacks.0.iter().any(|finding| finding.status == Status::LeftOut) || facts.layers.calls_for_paths();
-            if lacks { Integrator::Path } else { Integrator::Whitted }
-        }
-        asked => asked,
-    }
+/// The integrator that a scene calls for. One that says nothing has Whitted's, whose pictures take no chance and so no more samples than
+/// edges need, where it leaves nothing out that paths find: of classic materials. Physical ones light each other.
+pub(super) fn called_for(facts: &Facts) -> Integrator {
+    let mut lacks = List::default();
+    what_needs_a_path_tracer(&mut lacks, facts);
+    let lacks = lacks.0.iter().any(|finding| finding.status == Status::LeftOut) || facts.layers.calls_for_paths();
+    if lacks { Integrator::Path } else { Integrator::Whitted }
 }
 
 /// What a scene calls for, in the order of [`Effect::ALL`].
-fn found(scene: &Scene, settings: &Settings, paths: bool) -> Vec<Finding> {
-    let facts = Facts::gather(scene, settings.camera.as_ref());
+pub(super) fn found(facts: &Facts, settings: &Settings, paths: bool) -> Vec<Finding> {
     let mut list = List::default();
-    light_at_a_surface(&mut list, &facts, paths);
-    further_segments(&mut list, &facts, settings, paths);
-    looks_of_surfaces(&mut list, &facts);
-    geometry_and_sky(&mut list, &facts);
-    sky_light(&mut list, &facts, paths);
+    light_at_a_surface(&mut list, facts, paths);
+    further_segments(&mut list, facts, settings, paths);
+    looks_of_surfaces(&mut list, facts);
+    geometry_and_sky(&mut list, facts);
+    sky_light(&mut list, facts, paths);
     layers(&mut list, &facts.layers, paths);
-    what_files_say_more(&mut list, &facts);
+    what_files_say_more(&mut list, facts);
     list.lens(&facts.lens, settings);
-    list.motion(&facts, settings);
-    emissive_surfaces(&mut list, &facts, paths);
+    list.motion(facts, settings);
+    emissive_surfaces(&mut list, facts, paths);
     if paths {
-        what_paths_find(&mut list, &facts);
+        what_paths_find(&mut list, facts);
     } else {
-        what_needs_a_path_tracer(&mut list, &facts);
+        what_needs_a_path_tracer(&mut list, facts);
     }
     list.0.sort_by_key(|finding| finding.effect);
     list.0
-}
-
-/// Turns a finding of the whole scene into that of the scene without what was switched off, where `left` is what it is.
-fn switch_off(finding: &mut Finding, left: Status, off: EffectSet) {
-    let named = off.has(finding.effect);
-    if finding.status == Status::Absent || !named && left != Status::Absent {
-        return;
-    }
-    finding.status = Status::LeftOut;
-    finding.because = if named { "switched off" } else { "what calls for it is switched off" }.to_owned();
-    finding.hint = Some("leave --without away".to_owned());
 }
 
 /// What light does where it first meets a surface.
@@ -120,8 +80,8 @@ fn light_at_a_surface(list: &mut List, f: &Facts, paths: bool) {
 /// What takes a path beyond its first hit.
 fn further_segments(list: &mut List, f: &Facts, settings: &Settings, paths: bool) {
     // A smooth coat mirrors, and what is diffused to the other side goes through: for paths alone.
-    let further = |own: &Option<String>, layer: &Option<String>| own.clone().or(layer.clone().filter(|_| paths));
-    let mirrors = further(&f.reflection, &f.layers.clearcoat);
+    let further = |own: &Option<String>, layer: Effect| own.clone().or_else(|| f.layers.source(layer).filter(|_| paths));
+    let mirrors = further(&f.reflection, Effect::Clearcoat);
     list.traced(Effect::MirrorReflection, &mirrors, settings, "a smooth surface reflects", "no smooth surface reflects");
     let absent = "no reflection is disturbed";
     if paths {
@@ -129,7 +89,7 @@ fn further_segments(list: &mut List, f: &Facts, settings: &Settings, paths: bool
     } else {
         list.traced(Effect::FuzzyReflection, &f.fuzz, settings, "a reflection is disturbed by a fixed pattern", absent);
     }
-    let clear = further(&f.refraction, &f.layers.diffuse_transmission);
+    let clear = further(&f.refraction, Effect::DiffuseTransmission);
     list.traced(Effect::Refraction, &clear, settings, "a surface transmits light", "no surface transmits light");
     list.plain(Effect::Transparency, &f.alpha, "a material has an alpha", "every material is opaque");
 }
@@ -279,48 +239,14 @@ fn what_paths_find(list: &mut List, f: &Facts) {
     }
 }
 
-/// What lies over, under and in surfaces. Whitted's rules read of it that thin walls bend nothing; the rest is left out there.
+/// What lies over, under and in surfaces.
 fn layers(list: &mut List, f: &Layers, paths: bool) {
-    list.plain(
-        Effect::ThinWalls,
-        &f.thin_walls,
-        if paths {
-            "walls let light through that they do not bend"
-        } else {
-            "light goes straight through walls, which reflect none"
-        },
-        "no wall is thin and clear",
-    );
-    let further = [
-        (
-            Effect::TintedReflection,
-            &f.tinted_reflection,
-            "a surface reflects more or less than its index says",
-            "what reflects goes by its index",
-        ),
-        (Effect::Conductors, &f.conductor, "a metal reflects by its complex index", "no metal has a complex index"),
-        (Effect::Clearcoat, &f.clearcoat, "a clear coat lies over a surface", "no surface has a clear coat"),
-        (Effect::Sheen, &f.sheen, "fibres catch light at grazing angles", "no surface has fibres"),
-        (Effect::Anisotropy, &f.anisotropy, "facets are rougher one way", "facets are as rough along every direction"),
-        (Effect::Iridescence, &f.iridescence, "light interferes in a thin film", "no surface has a thin film"),
-        (
-            Effect::Dispersion,
-            &f.dispersion,
-            "short waves bend more than long ones: paths take one each",
-            "glass bends all light alike",
-        ),
-        (
-            Effect::DiffuseTransmission,
-            &f.diffuse_transmission,
-            "light is diffused to the other side",
-            "nothing diffuses light to its other side",
-        ),
-    ];
-    for (effect, source, present, absent) in further {
-        if paths {
-            list.plain(effect, source, present, absent);
-        } else {
-            list.missing(effect, source, present, absent, "--integrator path");
+    for row in LAYER_EFFECTS {
+        let source = f.source(row.effect);
+        match row.whitted {
+            _ if paths => list.plain(row.effect, &source, row.present, row.absent),
+            Some(present) => list.plain(row.effect, &source, present, row.absent),
+            None => list.missing(row.effect, &source, row.present, row.absent, "--integrator path"),
         }
     }
 }

@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+use super::kind::{Effect, LAYER_EFFECTS};
 use crate::generate::count_of;
 use crate::lookup::Lookup;
 use crate::motion::{camera_moves, ends, exposure};
 use crate::scene::{
-    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, Filter, Model, Physical, Projection, Scene, Shape,
-    Sky, Varying, Weight,
+    AlphaMode, Camera, Classic, ClassicRules, Colour, ColourInput, DepthLimit, FieldValue, Fields, Filter, Model, Physical,
+    Projection, Scene, Shape, Sky, Weight,
 };
 
 /// Path of what calls for a thing; none where nothing does.
@@ -74,40 +75,26 @@ pub(super) struct Facts {
     pub instant: bool,
 }
 
-/// What glTF's extensions add to the metallic-roughness model.
+/// Which effects of layers a scene calls for, with the path of the first place that does.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Layers {
-    pub thin_walls: Source,
-    pub tinted_reflection: Source,
-    pub conductor: Source,
-    pub clearcoat: Source,
-    pub sheen: Source,
-    pub anisotropy: Source,
-    pub iridescence: Source,
-    pub dispersion: Source,
-    pub diffuse_transmission: Source,
-}
+pub(super) struct Layers(BTreeMap<Effect, String>);
 
 impl Layers {
-    /// Whether there is something of it that Whitted's rules have no reading of.
-    pub fn calls_for_paths(&self) -> bool {
-        let Self { tinted_reflection, conductor, clearcoat, sheen, anisotropy, .. } = self;
-        let Self { iridescence, dispersion, diffuse_transmission, .. } = self;
-        let first = [tinted_reflection, conductor, clearcoat, sheen, anisotropy];
-        first.into_iter().chain([iridescence, dispersion, diffuse_transmission]).any(Option::is_some)
+    /// Adds those of a material, of which some may be no metal, and some of that clear.
+    pub fn gather(&mut self, m: &Physical, parts: [bool; 2], at: &dyn Fn(&str) -> String) {
+        for row in LAYER_EFFECTS.iter().filter(|row| (row.has)(m, parts)) {
+            self.0.entry(row.effect).or_insert_with(|| at(row.key));
+        }
     }
 
-    /// Whether surfaces of a material may have them, which is neither all metal nor all glass.
-    fn gather(&mut self, m: &Physical, [plain, clear]: [bool; 2], at: &dyn Fn(&str) -> String) {
-        note(&mut self.thin_walls, m.thin_walled && clear, || at("thin_walled"));
-        note(&mut self.tinted_reflection, m.tints_reflections() && plain, || at("specular"));
-        note(&mut self.conductor, m.metal().is_some(), || at("conductor"));
-        note(&mut self.clearcoat, m.coat().is_some(), || at("clearcoat"));
-        note(&mut self.sheen, m.fibres().is_some(), || at("sheen"));
-        note(&mut self.anisotropy, m.combed().is_some(), || at("anisotropy"));
-        note(&mut self.iridescence, m.film().is_some(), || at("iridescence"));
-        note(&mut self.dispersion, m.dispersion > 0.0 && clear && !m.thin_walled, || at("dispersion"));
-        note(&mut self.diffuse_transmission, m.may_diffuse_through() && plain, || at("diffuse_transmission"));
+    /// Path of what calls for one; none where nothing does.
+    pub fn source(&self, effect: Effect) -> Option<String> {
+        self.0.get(&effect).cloned()
+    }
+
+    /// Whether there is something of it that Whitted's rules have no reading of.
+    pub fn calls_for_paths(&self) -> bool {
+        LAYER_EFFECTS.iter().any(|row| row.whitted.is_none() && self.0.contains_key(&row.effect))
     }
 }
 
@@ -117,9 +104,17 @@ fn note(slot: &mut Source, present: bool, path: impl FnOnce() -> String) {
     }
 }
 
+#[cfg(test)]
+thread_local! {
+    /// How often this thread has walked a scene.
+    pub(super) static WALKS: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
+}
+
 impl Facts {
     /// Asks everything of a scene seen by a camera.
     pub fn gather(scene: &Scene, camera: Option<&Camera>) -> Self {
+        #[cfg(test)]
+        WALKS.set(WALKS.get() + 1);
         let mut facts = Self::default();
         facts.objects(scene);
         for (i, generator) in scene.generators.iter().enumerate() {
@@ -212,7 +207,7 @@ impl Facts {
         }
     }
 
-    fn input(&mut self, input: &dyn Varying, path: impl Fn() -> String) {
+    fn input(&mut self, input: &dyn FieldValue, path: impl Fn() -> String) {
         note(&mut self.program, input.expression().is_some(), &path);
         note(&mut self.image, input.texture().is_some(), &path);
         note(&mut self.checker, input.checker().is_some_and(|c| c.even != c.odd), &path);
@@ -267,7 +262,7 @@ impl Facts {
     fn physical(&mut self, m: &Physical, path: &str) {
         let at = |field: &str| format!("{path}.{field}");
         note(&mut self.physical, true, || path.to_owned());
-        m.inputs().into_iter().for_each(|(key, input)| self.input(input, || at(key)));
+        m.fields().into_iter().for_each(|field| self.input(field.value, || at(&field.to_string())));
         note(&mut self.vertex_colours, m.vertex_colours, || at("vertex_colours"));
         note(&mut self.alpha, m.alpha != AlphaMode::Opaque, || at("alpha"));
         note(&mut self.emission, m.emission != Colour::BLACK.into(), || at("emission"));

@@ -2,6 +2,8 @@
 
 use serde::{Serialize, Serializer};
 
+use crate::scene::Physical;
+
 macro_rules! effects {
     ($($(#[doc = $doc:literal])* $variant:ident = $name:literal,)*) => {
         /// One thing that a scene may call for.
@@ -122,19 +124,6 @@ effects! {
     Caustics = "caustics",
 }
 
-/// Effects of what lies over, under and in the metallic-roughness model: surfaces that have one are prepared as layered.
-pub const LAYERS: EffectSet = EffectSet::of(&[
-    Effect::ThinWalls,
-    Effect::TintedReflection,
-    Effect::Conductors,
-    Effect::Clearcoat,
-    Effect::Sheen,
-    Effect::Anisotropy,
-    Effect::Iridescence,
-    Effect::Dispersion,
-    Effect::DiffuseTransmission,
-]);
-
 impl Effect {
     /// The effect of a name.
     pub fn named(name: &str) -> Option<Self> {
@@ -148,84 +137,53 @@ impl Serialize for Effect {
     }
 }
 
-/// A set of effects.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct EffectSet(u64);
-
-impl EffectSet {
-    /// No effect.
-    pub const EMPTY: Self = Self(0);
-    /// Every effect.
-    pub const ALL: Self = Self::of(Effect::ALL);
-
-    /// These effects.
-    pub const fn of(effects: &[Effect]) -> Self {
-        let (mut bits, mut i) = (0, 0);
-        while i < effects.len() {
-            bits |= 1 << effects[i] as u8;
-            i += 1;
-        }
-        Self(bits)
-    }
-
-    /// Whether it is in the set.
-    pub const fn has(self, effect: Effect) -> bool {
-        self.0 >> effect as u8 & 1 == 1
-    }
-
-    /// This set without those of another.
-    pub const fn without(self, other: Self) -> Self {
-        Self(self.0 & !other.0)
-    }
-
-    /// What either has.
-    pub const fn or(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// What both have.
-    pub const fn and(self, other: Self) -> Self {
-        Self(self.0 & other.0)
-    }
-
-    /// Whether another set has all of these.
-    pub const fn is_within(self, other: Self) -> bool {
-        self.without(other).0 == 0
-    }
-
-    /// Whether nothing is in it.
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// What is in it, in the order of reports.
-    pub fn iter(self) -> impl Iterator<Item = Effect> {
-        Effect::ALL.iter().copied().filter(move |&effect| self.has(effect))
-    }
+/// An effect of what lies over, under and in the metallic-roughness model.
+pub(super) struct LayerEffect {
+    pub effect: Effect,
+    /// The key that calls for it.
+    pub key: &'static str,
+    /// Whether a material has it, of which some may be no metal, and some of that clear.
+    pub has: fn(&Physical, [bool; 2]) -> bool,
+    /// Why it is simulated, and why it is absent.
+    pub present: &'static str,
+    pub absent: &'static str,
+    /// Why Whitted ray tracing simulates it; none: that leaves it out.
+    pub whitted: Option<&'static str>,
 }
 
-impl FromIterator<Effect> for EffectSet {
-    fn from_iter<I: IntoIterator<Item = Effect>>(effects: I) -> Self {
-        effects.into_iter().fold(Self::EMPTY, |set, effect| Self(set.0 | 1 << effect as u8))
-    }
+/// Makes the table of rows `key: Effect, WHETHER A MATERIAL HAS IT, PRESENT, ABSENT, WHITTED`.
+macro_rules! layer_effects {
+    ($($key:ident: $effect:ident, $has:expr, $present:literal, $absent:literal, $whitted:expr;)*) => {
+        /// All of them, in the order of [`Effect::ALL`].
+        pub(super) const LAYER_EFFECTS: &[LayerEffect] = &[$(LayerEffect {
+            effect: Effect::$effect,
+            key: stringify!($key),
+            has: $has,
+            present: $present,
+            absent: $absent,
+            whitted: $whitted,
+        }),*];
+    };
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Protects: every name means one effect, sets hold what was put in and nothing else, and there is room for all.
-    #[test]
-    fn names_and_sets() {
-        assert!(Effect::ALL.len() <= 64);
-        for (place, &effect) in Effect::ALL.iter().enumerate() {
-            assert_eq!((effect as usize, Effect::named(effect.name())), (place, Some(effect)));
-            let (one, others) = (EffectSet::of(&[effect]), EffectSet::ALL.without(EffectSet::of(&[effect])));
-            assert!(one.has(effect) && !others.has(effect) && one.and(others).is_empty());
-            assert_eq!((one.iter().collect::<Vec<_>>(), others.iter().count()), (vec![effect], Effect::ALL.len() - 1));
-            assert!(one.is_within(EffectSet::ALL) && !one.is_within(others) && EffectSet::EMPTY.is_within(one));
-            assert_eq!([effect, effect].into_iter().collect::<EffectSet>(), one);
-        }
-        assert_eq!(Effect::named("magic"), None);
-    }
+layer_effects! {
+    thin_walled: ThinWalls, |m, [_, clear]| m.thin_walled && clear,
+        "walls let light through that they do not bend", "no wall is thin and clear",
+        Some("light goes straight through walls, which reflect none");
+    specular: TintedReflection, |m, [plain, _]| m.tints_reflections() && plain,
+        "a surface reflects more or less than its index says", "what reflects goes by its index", None;
+    conductor: Conductors, |m, _| m.metal().is_some(),
+        "a metal reflects by its complex index", "no metal has a complex index", None;
+    clearcoat: Clearcoat, |m, _| m.coat().is_some(),
+        "a clear coat lies over a surface", "no surface has a clear coat", None;
+    sheen: Sheen, |m, _| m.fibres().is_some(),
+        "fibres catch light at grazing angles", "no surface has fibres", None;
+    anisotropy: Anisotropy, |m, _| m.combed().is_some(),
+        "facets are rougher one way", "facets are as rough along every direction", None;
+    iridescence: Iridescence, |m, _| m.film().is_some(),
+        "light interferes in a thin film", "no surface has a thin film", None;
+    dispersion: Dispersion, |m, [_, clear]| m.dispersion > 0.0 && clear && !m.thin_walled,
+        "short waves bend more than long ones: paths take one each", "glass bends all light alike", None;
+    diffuse_transmission: DiffuseTransmission, |m, [plain, _]| m.may_diffuse_through() && plain,
+        "light is diffused to the other side", "nothing diffuses light to its other side", None;
 }

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::facts::Facts;
+use crate::extent::extent;
 use crate::lookup::Lookup;
-use crate::prepare::extent;
 use crate::scene::{Colour, Falloff, Light, LightKind, Scene, Sky};
 
 /// The sky of a scene without any light: neutral, 1 at the zenith and 0.4 at the nadir.

@@ -11,15 +11,17 @@ mod detect;
 mod facts;
 mod kind;
 mod lit;
+mod set;
+mod setup;
 mod switch;
 
-pub(crate) use detect::chosen;
-pub use detect::detect;
 pub(crate) use facts::MIRROR_ROUGHNESS;
-pub use kind::{Effect, EffectSet, LAYERS};
+pub use kind::Effect;
 pub use lit::{has_light, lights_reach, neutral_sky};
+pub use set::{EffectSet, LAYERS};
+pub use setup::detect;
+pub(crate) use setup::{RenderSetup, chosen};
 pub use switch::SWITCHABLE;
-pub(crate) use switch::switched_off;
 
 use serde::Serialize;
 

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::{Effect, EffectSet, LAYERS};
-use crate::scene::{AlphaMode, Camera, Classic, Colour, Filter, MeshSource, Model, Physical, Projection, Scene, Sky, Varying};
+use crate::scene::{
+    Camera, Classic, Colour, FieldValue, Fields, Filter, MeshSource, Model, Physical, Projection, Scene, Sky, physical_fields,
+};
 
 /// What can be switched off. The rest is what the scene is made of: without it there would be another scene to see.
 pub const SWITCHABLE: EffectSet = EffectSet::of(&[
@@ -101,43 +103,22 @@ fn classic(m: &mut Classic, off: EffectSet) {
     core::iter::once(&mut m.colour).chain(&mut m.emission).for_each(|input| flatten(input, off));
 }
 
-fn physical(m: &mut Physical, off: EffectSet) {
-    m.inputs_mut().into_iter().for_each(|input| flatten(input, off));
-    if off.has(Effect::Emission) {
-        m.emission = Colour::BLACK.into();
-    }
-    if off.has(Effect::Refraction) {
-        m.transmission = 0.0.into();
-        m.transmission_texture = None;
-    }
-    if off.has(Effect::Absorption) {
-        m.attenuation_distance = None;
-    }
-    if off.has(Effect::TintedReflection) {
-        (m.specular, m.specular_colour) = (1.0.into(), Colour::WHITE.into());
-        (m.specular_texture, m.specular_colour_texture) = (None, None);
-    }
-    if off.has(Effect::Dispersion) {
-        m.dispersion = 0.0;
-    }
-    if off.has(Effect::NestedMedia) {
-        m.priority = 0;
-    }
-    m.thin_walled &= !off.has(Effect::ThinWalls);
-    clear(&mut m.conductor, off.has(Effect::Conductors));
-    clear(&mut m.clearcoat, off.has(Effect::Clearcoat));
-    clear(&mut m.sheen, off.has(Effect::Sheen));
-    clear(&mut m.anisotropy, off.has(Effect::Anisotropy));
-    clear(&mut m.iridescence, off.has(Effect::Iridescence));
-    clear(&mut m.diffuse_transmission, off.has(Effect::DiffuseTransmission));
-    if off.has(Effect::Transparency) {
-        m.alpha = AlphaMode::Opaque;
-    }
-    clear(&mut m.normal_texture, off.has(Effect::NormalMaps));
-    m.vertex_colours &= !off.has(Effect::VertexColours);
+/// Takes a physical material's fields of switched-off effects back to their defaults.
+macro_rules! switches {
+    ($(#[$meta:meta])* $Name:ident
+     $($(#[$of:meta])* $key:ident: $Type:ty = $default:expr, $bounds:expr $(, $effect:ident)?;)*) => {
+        fn physical(m: &mut Physical, off: EffectSet) {
+            m.change(&mut |value| flatten(value, off));
+            let default = Physical::default();
+            $($(if off.has(Effect::$effect) {
+                m.$key = default.$key;
+            })?)*
+        }
+    };
 }
+physical_fields!(switches);
 
-fn flatten(input: &mut dyn Varying, off: EffectSet) {
+fn flatten(input: &mut dyn FieldValue, off: EffectSet) {
     input.flatten(off.has(Effect::ImageTextures), off.has(Effect::Checkerboard));
 }
 

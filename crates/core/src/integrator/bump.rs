@@ -5,7 +5,8 @@ use raywright_bvh::{Hit, Real, Vector};
 use super::Leg;
 use crate::interaction::Interaction;
 use crate::material::Bent;
-use crate::prepare::{Bump, Material, Prepared};
+use crate::prepare::{Material, Prepared};
+use crate::texture::Bump;
 
 impl<R: Real> Interaction<R> {
     /// Bends the shading normal by the material's image. Out of line, so that surfaces without one have only the question.

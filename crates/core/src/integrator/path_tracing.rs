@@ -12,11 +12,13 @@ mod layered;
 mod media;
 mod mixture;
 mod nested;
+mod respond;
 mod rough;
 mod scatter;
 mod shade;
 mod straight;
 mod vertex;
+mod vertices;
 mod wavefront;
 
 use raywright_bvh::{Hit, Ray, Real, Vector};

@@ -3,8 +3,9 @@
 use raywright_bvh::{Real, Vector};
 
 use crate::material::{Glass, MetallicRoughness};
-use crate::prepare::{Alpha, Boundary, Here, Index, Passage, Physical};
+use crate::prepare::{Alpha, Boundary, Index, Passage, Physical};
 use crate::scene::Physical as PhysicalData;
+use crate::texture::Here;
 
 impl<R: Real> Passage<R> {
     /// Share of the surface that lets light through at a point.

@@ -84,30 +84,31 @@ impl<R: Real> Interaction<R> {
         at
     }
 
-    /// What every hit has, still to be finished: in its place, since an interaction is long and is copied wherever it is handed on.
+    /// What every hit has, still to be finished.
     #[inline(always)]
     pub fn begun(scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) -> Self {
+        let mut at = Self::NOWHERE;
+        at.begin(scene, leg, hit);
+        at
+    }
+
+    /// The same in its place, field by field, since an interaction is long and is copied wherever it is handed on.
+    #[inline(always)]
+    pub fn begin(&mut self, scene: &Prepared<R>, leg: &Leg<R>, hit: &Hit<R>) {
         let ray = &leg.ray;
-        let surface = scene.geometry.surface(ray, hit);
-        let object = hit.outermost();
-        let record = &scene.objects[object as usize];
-        let direction = ray.direction;
-        let outside = direction.dot(surface.normal) < R::ZERO;
-        Self {
-            surface,
-            normal: surface.normal,
-            outside,
-            direction,
-            origin: ray.origin,
-            distance: hit.t,
-            time: ray.time,
-            uv: [[R::ZERO; 2]; MOST_UV_SETS],
-            footprint: [R::ZERO; MOST_UV_SETS],
-            lies: None,
-            colour: [R::ONE; 4],
-            object,
-            material: record.material,
-        }
+        self.surface = scene.geometry.surface(ray, hit);
+        self.object = hit.outermost();
+        self.material = scene.objects[self.object as usize].material;
+        self.normal = self.surface.normal;
+        self.outside = ray.direction.dot(self.normal) < R::ZERO;
+        self.direction = ray.direction;
+        self.origin = ray.origin;
+        self.distance = hit.t;
+        self.time = ray.time;
+        self.uv = [[R::ZERO; 2]; MOST_UV_SETS];
+        self.footprint = [R::ZERO; MOST_UV_SETS];
+        self.lies = None;
+        self.colour = [R::ONE; 4];
     }
 
     /// Adds what depends on the object, the camera and the mesh; the normal is not bent yet.

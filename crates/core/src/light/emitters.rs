@@ -1,22 +1,24 @@
 //! Surfaces that light others: emissive objects whose points are drawn, and found again where a ray meets them.
 
 mod cells;
+mod lanes;
 mod list;
 mod middle;
 
 use core::f64::consts::PI;
 use core::ops::Range;
 
-use arrayvec::ArrayVec;
 use glam::DVec3;
 use raywright_bvh::shapes::{AnyShape, Sphere};
 use raywright_bvh::{Real, Shape, Side, Surface, SurfacePoint, Vector};
 
 use super::cdf::{pick, push_shares, share};
-use super::polygon::{LANES, PolygonBatch, PolygonSample};
-use super::{Bounds, Cone, Density, LightSample, Target};
+use super::lanes::{Aim, LANES, LightLanes};
+use super::polygon::PolygonSample;
+use super::{Bounds, ChosenLight, Cone, Density, LightId, LightSample, Target};
 
 use cells::unfolded;
+pub(super) use lanes::EmitterLanes;
 use list::{Emitter, Form};
 pub use list::{EmitterList, Glow};
 
@@ -41,23 +43,63 @@ struct Facing {
 }
 
 impl Facing {
-    fn new<R: Real>(side: Side, from: DVec3, surface: &Surface<R>) -> Self {
+    #[inline(always)]
+    fn new<R: Real>(outwards: f64, from: DVec3, surface: &Surface<R>) -> Self {
         let offset = surface.point.to_f64() - from;
         let squared = offset.length_squared();
         let direction = offset / squared.sqrt();
-        let outwards = -direction.dot(surface.normal.to_f64());
-        let cosine = match side {
-            Side::Outside | Side::Culled => outwards,
-            Side::Inside => -outwards,
-            Side::Both => outwards.abs(),
+        let cosine = -direction.dot(surface.normal.to_f64());
+        Self { direction, squared, cosine: if outwards == 0.0 { cosine.abs() } else { cosine * outwards } }
+    }
+}
+
+/// Which way light leaves a surface, by the sign: out, in, or both.
+fn outwards(side: Side) -> f64 {
+    match side {
+        Side::Outside | Side::Culled => 1.0,
+        Side::Inside => -1.0,
+        Side::Both => 0.0,
+    }
+}
+
+/// A point of an emitter as it is shown to another point.
+struct Shown<R: Real> {
+    surface: Surface<R>,
+    direction: DVec3,
+    density: f64,
+    /// Factor of the radiance; zero, or no number, where nothing is sent there.
+    weight: f64,
+}
+
+impl<R: Real> Shown<R> {
+    #[inline(always)]
+    fn new(located: &SurfacePoint, outwards: f64, from: R::Vec3, probability: f64, drawn: PointDensity) -> Self {
+        let surface = located.stored::<R>();
+        let Facing { direction, squared, cosine } = Facing::new(outwards, from.to_f64(), &surface);
+        let (density, weight) = match drawn {
+            PointDensity::Even(solid_angle) => {
+                let density = probability / solid_angle;
+                (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
+            }
+            PointDensity::Area(by_area) => {
+                // Solid-angle measure: cos/d² over the density by area.
+                let over = squared * by_area * probability;
+                (over / cosine, cosine / over)
+            }
         };
-        Self { direction, squared, cosine }
+        Self { surface, direction, density, weight }
+    }
+
+    /// Also false for NaN, where the points coincide.
+    #[inline(always)]
+    fn is_some(&self) -> bool {
+        (self.weight > 0.0) & (self.weight < f64::INFINITY)
     }
 }
 
 /// An emitter that was chosen with a probability, the point that is lit, and two numbers in [0, 1) by which a point of it is drawn.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EmitterQuery<R: Real> {
+struct EmitterQuery<R: Real> {
     pub emitter: u32,
     pub from: R::Vec3,
     pub position: [f32; 2],
@@ -196,35 +238,35 @@ impl<R: Real> Emitters<R> {
         }
     }
 
-    /// [`Self::sample`] of many emitters, each told by its place among them: polygons several at a time.
-    pub(super) fn sample_each(
-        &self,
-        queries: impl Iterator<Item = (usize, EmitterQuery<R>)>,
-        mut take: impl FnMut(usize, Option<LightSample<R>>),
-    ) {
-        let (mut waiting, mut batch) = (ArrayVec::<_, LANES>::new(), PolygonBatch::default());
-        let draw =
-            |waiting: &mut ArrayVec<(usize, EmitterQuery<R>), LANES>, batch: &mut PolygonBatch, take: &mut dyn FnMut(_, _)| {
-                for ((place, query), sample) in waiting.iter().zip(batch.draw()) {
-                    take(*place, self.on_polygon(query, sample));
+    /// [`Self::sample`] of those emitters that are among the lights that points chose: polygons together, and before what else is put into
+    /// lanes. `waiting`: a place for them.
+    pub(super) fn sample_lanes(&self, chosen: &[Option<ChosenLight<R>>], waiting: &mut EmitterLanes<R>, out: &mut LightLanes<R>) {
+        let (mut flat, mut any) = ([false; LANES], false);
+        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+            if let Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen {
+                let emitter = &self.list.emitters[*emitter as usize];
+                if self.is_even(emitter)
+                    && let Some(polygon) = emitter.polygon()
+                {
+                    waiting.put(lane, (&polygon, emitter), *from, *position, *probability);
+                    (flat[lane], any) = (true, true);
                 }
-                waiting.clear();
-            };
-        for (place, query) in queries {
-            let emitter = &self.list.emitters[query.emitter as usize];
-            match emitter.polygon().filter(|_| self.is_even(emitter)) {
-                Some(polygon) => {
-                    batch.push(&polygon, query.from.to_f64(), query.position.map(f64::from));
-                    waiting.push((place, query));
-                    if waiting.is_full() {
-                        draw(&mut waiting, &mut batch, &mut take);
-                    }
-                }
-                None => take(place, self.sample(query.emitter, query.from, query.position, query.probability)),
             }
         }
-        if !waiting.is_empty() {
-            draw(&mut waiting, &mut batch, &mut take);
+        let sends = if any { waiting.draw(out) } else { [None; LANES] };
+        for (lane, chosen) in chosen.iter().enumerate().take(LANES) {
+            let &Some(ChosenLight { light: LightId::Emitter(emitter), probability, from, position }) = chosen else { continue };
+            let sample = match sends[lane].filter(|_| flat[lane]) {
+                Some(true) => {
+                    out.aim[lane] = Aim::Surface;
+                    continue;
+                }
+                Some(false) => None,
+                // Small ones are drawn by area.
+                None if flat[lane] => self.by_area(&EmitterQuery { emitter, from, position, probability }),
+                None => self.sample(emitter, from, position, probability),
+            };
+            sample.iter().for_each(|sample| out.put(lane, sample));
         }
     }
 
@@ -257,26 +299,12 @@ impl<R: Real> Emitters<R> {
     fn shown(&self, query: &EmitterQuery<R>, located: &SurfacePoint, drawn: PointDensity) -> Option<LightSample<R>> {
         let &EmitterQuery { emitter, from, probability, .. } = query;
         let emitter = &self.list.emitters[emitter as usize];
-        let surface = located.stored::<R>();
-        let Facing { direction, squared, cosine } = Facing::new(emitter.side, from.to_f64(), &surface);
-        let (density, weight) = match drawn {
-            PointDensity::Even(solid_angle) => {
-                let density = probability / solid_angle;
-                (density, if cosine > 0.0 { 1.0 / density } else { 0.0 })
-            }
-            PointDensity::Area(by_area) => {
-                // Solid-angle measure: cos/d² over the density by area.
-                let over = squared * by_area * probability;
-                (over / cosine, cosine / over)
-            }
-        };
-        let radiance = if emitter.varies { Vector::ONE } else { emitter.radiance };
-        // Also false for NaN, where the points coincide.
-        (weight > 0.0 && weight.is_finite()).then(|| LightSample {
-            direction: Vector::from_f64(direction),
-            arriving: radiance * R::from_f64(weight),
-            density: Density::SolidAngle(density),
-            target: Target::Surface(surface),
+        let shown = Shown::new(located, outwards(emitter.side), from, probability, drawn);
+        shown.is_some().then(|| LightSample {
+            direction: Vector::from_f64(shown.direction),
+            arriving: emitter.shown_radiance() * R::from_f64(shown.weight),
+            density: Density::SolidAngle(shown.density),
+            target: Target::Surface(shown.surface),
         })
     }
 
@@ -288,7 +316,7 @@ impl<R: Real> Emitters<R> {
     /// The density over solid angle with which [`Emitters::sample`] draws a point of an emitter that a ray from `from` met.
     pub fn density(&self, index: u32, from: R::Vec3, surface: &Surface<R>, probability: f64) -> f64 {
         let (emitter, from) = (&self.list.emitters[index as usize], from.to_f64());
-        let facing = Facing::new(emitter.side, from, surface);
+        let facing = Facing::new(outwards(emitter.side), from, surface);
         // Also false for NaN, where the points coincide.
         let seen = facing.cosine > 0.0;
         if !seen {

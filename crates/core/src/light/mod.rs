@@ -21,6 +21,7 @@ mod delta;
 mod emitters;
 mod grid;
 mod irradiance;
+mod lanes;
 mod polygon;
 mod sky;
 mod sky_sampler;
@@ -29,7 +30,7 @@ mod usage;
 
 use raywright_bvh::{Aabb, Real, Surface};
 
-use emitters::EmitterQuery;
+use emitters::EmitterLanes;
 
 pub use bounds::Bounds;
 pub use choice::Choice;
@@ -38,6 +39,7 @@ pub use delta::DeltaLight;
 pub use emitters::{EmitterList, Emitters, Exit, Glow, Strategy};
 pub use grid::SphereGrid;
 pub use irradiance::Irradiance;
+pub(crate) use lanes::{Aim, Column, LANES, LightLanes, SurfaceLanes, Vec3Column, put, vector};
 pub use polygon::Polygon;
 pub use sky::{Seen, Sky};
 pub(crate) use sky::{packed_bytes, prepare as prepare_sky};
@@ -204,28 +206,30 @@ impl<R: Real> Lights<R> {
         }
     }
 
-    /// [`Lights::sample`] of many lights, in their order, in place of what `samples` held: in less time, as those of one kind are drawn together.
-    pub fn sample_each(&self, chosen: &[Option<ChosenLight<R>>], samples: &mut Vec<Option<LightSample<R>>>) {
-        samples.clear();
-        samples.resize(chosen.len(), None);
-        let each = || chosen.iter().enumerate().filter_map(|(place, chosen)| chosen.as_ref().map(|chosen| (place, chosen)));
-        for (place, &ChosenLight { light, probability, from, position }) in each() {
-            if matches!(light, LightId::Delta(_)) {
-                samples[place] = self.sample(light, from, position, probability);
+    /// [`Lights::sample`] of many lights, so many in each of `samples` as those have lanes, in place of what those held: those of one kind are
+    /// drawn together.
+    pub(crate) fn sample_each(&self, chosen: &[Option<ChosenLight<R>>], samples: &mut Vec<LightLanes<R>>) {
+        samples.resize_with(chosen.len().div_ceil(LANES).max(samples.len()), LightLanes::new);
+        let mut emitters = EmitterLanes::new();
+        for (chosen, samples) in chosen.chunks(LANES).zip(&mut *samples) {
+            samples.aim = [Aim::Nothing; LANES];
+            let each = || chosen.iter().enumerate().filter_map(|(lane, chosen)| chosen.as_ref().map(|chosen| (lane, chosen)));
+            self.emitters.sample_lanes(chosen, &mut emitters, samples);
+            for (lane, &ChosenLight { light, probability, from, position }) in each() {
+                if matches!(light, LightId::Delta(_)) {
+                    self.sample(light, from, position, probability).iter().for_each(|sample| samples.put(lane, sample));
+                }
             }
         }
-        let emitters = each().filter_map(|(place, &ChosenLight { light, probability, from, position })| match light {
-            LightId::Emitter(emitter) => Some((place, EmitterQuery { emitter, from, position, probability })),
-            _ => None,
-        });
-        self.emitters.sample_each(emitters, |place, sample| samples[place] = sample);
         let Some(sampler) = &self.sky_sampler else { return };
+        let each = || chosen.iter().enumerate().filter_map(|(place, chosen)| chosen.as_ref().map(|chosen| (place, chosen)));
         let sky = || each().filter(|(_, chosen)| chosen.light == LightId::Sky);
         let directions: Vec<R::Vec3> = sky().map(|(_, chosen)| sampler.drawn::<R>(chosen.position)).collect();
         let mut seen = Vec::with_capacity(directions.len());
         self.sky.look(sky().zip(&directions).map(|((_, chosen), &direction)| (chosen.from, direction)), &mut seen);
         for (((place, chosen), &direction), seen) in sky().zip(&directions).zip(&seen) {
-            samples[place] = sampler.sample_seen(direction, seen, chosen.probability);
+            let sample = sampler.sample_seen(direction, seen, chosen.probability);
+            sample.iter().for_each(|sample| samples[place / LANES].put(place % LANES, sample));
         }
     }
 

@@ -1,12 +1,11 @@
 //! The solid angle under which a triangle or a quad is seen, drawn evenly ("Stratified Sampling of Spherical Triangles", Arvo 1995).
 //!
-//! Each step is one formula over numbers, without a branch. For several polygons at a time, [`PolygonBatch::draw`] computes a step of all of them
-//! before the next one of any, in loops that the compiler turns into vectors; libm's functions go one by one between.
-
-use core::array::from_fn;
+//! Each step is one formula over numbers, without a branch, and is computed of all polygons that are drawn from together before the next one
+//! of any, in loops that the compiler turns into vectors. One polygon alone is the same code with one lane.
 
 use glam::DVec3;
-use raywright_bvh::{Loops, widest};
+
+use crate::number::{angle_above, sines_and_cosines};
 
 /// Below so many steradians points are drawn by area: distances and slants differ too little to matter, and the angles of so
 /// small a triangle keep too few digits.
@@ -14,9 +13,6 @@ const LEAST: f64 = 1e-3;
 
 /// Least volume that directions to three corners span: in the plane of a triangle they are dependent.
 const FLAT: f64 = 1e-12;
-
-/// Polygons that are drawn from at a time.
-pub(super) const LANES: usize = 8;
 
 /// A polygon of one or two triangles: its corners in order, of a triangle the last one twice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,11 +48,9 @@ impl Polygon {
 
     /// Draws a point of it as `from` sees it, by two numbers in [0, 1); none where it is seen as so small, or so flat, that its points are
     /// better drawn by area.
-    pub(super) fn draw(&self, from: DVec3, position: [f64; 2]) -> Option<PolygonSample> {
-        let seen = self.row(from);
-        let sides = sides(seen);
-        let (solid_angle, choice) = choice(&sides, position)?;
-        Some(PolygonSample { solid_angle, point: point(from, offset(seen, sides, choice)) })
+    pub(super) fn draw(&self, from: DVec3, [u, v]: [f64; 2]) -> Option<PolygonSample> {
+        let drawn = PolygonLanes { seen: self.row(from).map(|x| [x]), positions: [[u], [v]] }.draw();
+        drawn.is_wide(0).then(|| PolygonSample { solid_angle: drawn.solid_angle[0], point: drawn.point(0) })
     }
 
     /// The point that sees it, and its corners.
@@ -70,7 +64,11 @@ impl Polygon {
 /// Numbers of vectors one after the other.
 #[inline(always)]
 fn row<const V: usize, const N: usize>(vectors: [DVec3; V]) -> [f64; N] {
-    from_fn(|i| vectors[i / 3][i % 3])
+    let mut row = [0.0; N];
+    for (row, v) in row.as_chunks_mut::<3>().0.iter_mut().zip(vectors) {
+        *row = v.to_array();
+    }
+    row
 }
 
 /// A vector of a row.
@@ -84,7 +82,9 @@ fn vector<const N: usize>(row: &[f64; N], place: usize) -> DVec3 {
 #[inline(always)]
 fn sides(seen: [f64; 15]) -> [f64; 16] {
     let from = vector(&seen, 0);
-    let [a, b, c, d]: [DVec3; 4] = from_fn(|corner| (vector(&seen, 1 + corner) - from).normalize());
+    // One by one: an array's function is not always inlined.
+    let (a, b) = ((vector(&seen, 1) - from).normalize(), (vector(&seen, 2) - from).normalize());
+    let (c, d) = ((vector(&seen, 3) - from).normalize(), (vector(&seen, 4) - from).normalize());
     let across = a.dot(c);
     let directions: [f64; 12] = row([a, b, c, d]);
     let mut sides = [0.0; 16];
@@ -100,27 +100,8 @@ fn sides(seen: [f64; 15]) -> [f64; 16] {
 #[inline(always)]
 fn angles(sides: &[f64; 16]) -> [f64; 2] {
     // Also false for NaN, from a corner.
-    [12, 14].map(|i| if sides[i] > FLAT { 2.0 * libm::atan2(sides[i], sides[i + 1]) } else { 0.0 })
-}
-
-/// The solid angle of both triangles, and what [`offset`] takes of two numbers in [0, 1); none where it is small.
-#[inline(always)]
-fn choice(sides: &[f64; 16], [u, v]: [f64; 2]) -> Option<(f64, [f64; 4])> {
-    let [first, second] = angles(sides);
-    let solid_angle = first + second;
-    let at = u * solid_angle;
-    let is_second = second > 0.0 && at >= first;
-    let area = if is_second { at - first } else { at };
-    (solid_angle >= LEAST).then(|| {
-        let (sine, cosine) = libm::sincos(area);
-        (solid_angle, [f64::from(u8::from(is_second)), sine, cosine, v])
-    })
-}
-
-/// The point that an [`offset`] leads to.
-#[inline(always)]
-fn point(from: DVec3, [x, y, z, distance]: [f64; 4]) -> Option<DVec3> {
-    (distance > 0.0 && distance.is_finite()).then(|| from + DVec3::new(x, y, z))
+    let of = |i: usize| if sides[i] > FLAT { 2.0 * angle_above(sides[i], sides[i + 1]) } else { 0.0 };
+    [of(12), of(14)]
 }
 
 /// Of a point that sees a polygon: the way to the point that leaves an area, whose sine and cosine are known, on one side of the arc from it to
@@ -128,8 +109,9 @@ fn point(from: DVec3, [x, y, z, distance]: [f64; 4]) -> Option<DVec3> {
 #[inline(always)]
 fn offset(seen: [f64; 15], sides: [f64; 16], [is_second, of_area, beside, v]: [f64; 4]) -> [f64; 4] {
     let select = |first: DVec3, second: DVec3| if is_second > 0.0 { second } else { first };
-    let [from, first, second, third, fourth]: [DVec3; 5] = from_fn(|i| vector(&seen, i));
-    let [a, b, c, d]: [DVec3; 4] = from_fn(|i| vector(&sides, i));
+    let (from, first, second) = (vector(&seen, 0), vector(&seen, 1), vector(&seen, 2));
+    let (third, fourth) = (vector(&seen, 3), vector(&seen, 4));
+    let (a, b, c, d) = (vector(&sides, 0), vector(&sides, 1), vector(&sides, 2), vector(&sides, 3));
     let normal = (select(second, third) - first).cross(select(third, fourth) - first);
     let (b, c) = (select(b, c), select(c, d));
     let (across_b, across_c) = (a.cross(b), a.cross(c));
@@ -160,101 +142,122 @@ fn unit(v: DVec3) -> DVec3 {
 }
 
 /// A number in each lane, so many of them.
-type Columns<const K: usize> = [[f64; LANES]; K];
+type Columns<const K: usize, const N: usize> = [[f64; N]; K];
 
 #[inline(always)]
-fn lane<const K: usize>(columns: &Columns<K>, lane: usize) -> [f64; K] {
-    from_fn(|k| columns[k][lane])
+fn lane<const K: usize, const N: usize>(columns: &Columns<K, N>, lane: usize) -> [f64; K] {
+    let mut row = [0.0; K];
+    for (number, column) in row.iter_mut().zip(columns) {
+        *number = column[lane];
+    }
+    row
 }
 
 #[inline(always)]
-fn put<const K: usize>(columns: &mut Columns<K>, lane: usize, row: [f64; K]) {
+fn put<const K: usize, const N: usize>(columns: &mut Columns<K, N>, lane: usize, row: [f64; K]) {
     for (column, number) in columns.iter_mut().zip(row) {
         column[lane] = number;
     }
 }
 
-/// [`sides`] in every lane.
-struct Sides<'a>(&'a Columns<15>);
-
-impl Loops for Sides<'_> {
-    type Output = Columns<16>;
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let mut out = [[0.0; LANES]; 16];
-        for i in 0..LANES {
-            put(&mut out, i, sides(lane(self.0, i)));
-        }
-        out
-    }
-}
-
-/// [`offset`] in every lane.
-struct Offsets<'a>(&'a Columns<15>, &'a Columns<16>, &'a Columns<4>);
-
-impl Loops for Offsets<'_> {
-    type Output = Columns<4>;
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let mut out = [[0.0; LANES]; 4];
-        for i in 0..LANES {
-            put(&mut out, i, offset(lane(self.0, i), lane(self.1, i), lane(self.2, i)));
-        }
-        out
-    }
-}
-
 /// Polygons to be drawn from together, each as a point sees it and with two numbers in [0, 1).
-#[derive(Default)]
-pub(super) struct PolygonBatch {
-    seen: Columns<15>,
-    positions: [[f64; 2]; LANES],
-    len: usize,
+#[derive(Clone, Copy)]
+pub(super) struct PolygonLanes<const N: usize> {
+    seen: Columns<15, N>,
+    positions: Columns<2, N>,
 }
 
-impl PolygonBatch {
-    pub fn is_full(&self) -> bool {
-        self.len == LANES
+/// Points drawn on polygons; of one that is seen as too small, nothing of use.
+#[derive(Clone, Copy)]
+pub(super) struct PolygonPoints<const N: usize> {
+    pub solid_angle: [f64; N],
+    from: Columns<3, N>,
+    way: Columns<4, N>,
+}
+
+impl<const N: usize> PolygonLanes<N> {
+    pub fn new() -> Self {
+        Self { seen: [[0.0; N]; 15], positions: [[0.0; N]; 2] }
     }
 
-    /// Adds a polygon, unless it is full.
-    #[inline]
-    pub fn push(&mut self, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
-        if !self.is_full() {
-            put(&mut self.seen, self.len, polygon.row(from));
-            self.positions[self.len] = position;
-            self.len += 1;
+    /// Puts a polygon into a lane.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, polygon: &Polygon, from: DVec3, position: [f64; 2]) {
+        let Polygon([a, b, c, d]) = *polygon;
+        for (columns, v) in self.seen.as_chunks_mut::<3>().0.iter_mut().zip([from, a, b, c, d]) {
+            put(columns, lane, v.to_array());
         }
+        put(&mut self.positions, lane, position);
     }
 
-    /// What [`Polygon::draw`] gives of each, in their order; leaves none.
-    pub fn draw(&mut self) -> impl Iterator<Item = Option<PolygonSample>> {
-        let Self { seen, positions, len } = self;
-        let mut samples = [None; LANES];
-        let count = core::mem::take(len);
-        let sides = widest(Sides(seen));
-        let mut choices = [[0.0; LANES]; 4];
-        for (i, (&position, sample)) in positions.iter().zip(&mut samples).enumerate().take(count) {
-            if let Some((solid_angle, choice)) = choice(&lane(&sides, i), position) {
-                put(&mut choices, i, choice);
-                *sample = Some(PolygonSample { solid_angle, point: None });
-            }
+    /// What [`Polygon::draw`] gives of each.
+    #[inline(always)]
+    pub fn draw(&self) -> PolygonPoints<N> {
+        let (mut sides, mut areas, mut seconds, mut solid_angle) = ([[0.0; N]; 16], [0.0; N], [0.0; N], [0.0; N]);
+        for i in 0..N {
+            put(&mut sides, i, self::sides(lane(&self.seen, i)));
         }
-        let offsets = widest(Offsets(seen, &sides, &choices));
-        for (i, sample) in samples.iter_mut().enumerate() {
-            if let Some(sample) = sample {
-                let from = DVec3::new(seen[0][i], seen[1][i], seen[2][i]);
-                sample.point = point(from, lane(&offsets, i));
-            }
+        for i in 0..N {
+            let [first, second] = angles(&lane(&sides, i));
+            solid_angle[i] = first + second;
+            let at = self.positions[0][i] * solid_angle[i];
+            let is_second = (second > 0.0) & (at >= first);
+            areas[i] = if is_second { at - first } else { at };
+            seconds[i] = if is_second { 1.0 } else { 0.0 };
         }
-        samples.into_iter().take(count)
+        let [sines, cosines] = sines_and_cosines(areas);
+        let mut way = [[0.0; N]; 4];
+        for i in 0..N {
+            let choice = [seconds[i], sines[i], cosines[i], self.positions[1][i]];
+            put(&mut way, i, offset(lane(&self.seen, i), lane(&sides, i), choice));
+        }
+        PolygonPoints { solid_angle, from: [self.seen[0], self.seen[1], self.seen[2]], way }
+    }
+}
+
+impl<const N: usize> PolygonPoints<N> {
+    /// Whether a polygon is seen as large enough.
+    #[inline(always)]
+    pub fn is_wide(&self, lane: usize) -> bool {
+        self.solid_angle[lane] >= LEAST
+    }
+
+    /// Whether rounding leaves a point of one that is.
+    #[inline(always)]
+    pub fn is_some(&self, lane: usize) -> bool {
+        (self.way[3][lane] > 0.0) & (self.way[3][lane] < f64::INFINITY)
+    }
+
+    /// The point, where there is one.
+    #[inline(always)]
+    pub fn at(&self, lane: usize) -> DVec3 {
+        let at = |axis: usize| self.from[axis][lane] + self.way[axis][lane];
+        DVec3::new(at(0), at(1), at(2))
+    }
+
+    #[inline(always)]
+    fn point(&self, lane: usize) -> Option<DVec3> {
+        self.is_some(lane).then(|| self.at(lane))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use raywright_bvh::{Loops, widest};
+
     use super::*;
     use crate::hash::mix;
+    use crate::light::LANES;
+
+    struct Together<'a>(&'a PolygonLanes<LANES>);
+
+    impl Loops for Together<'_> {
+        type Output = PolygonPoints<LANES>;
+        #[inline(always)]
+        fn run(self) -> Self::Output {
+            self.0.draw()
+        }
+    }
 
     /// A polygon, a point that sees it, and two numbers.
     fn query(i: u64) -> (Polygon, DVec3, [f64; 2]) {
@@ -279,12 +282,16 @@ mod tests {
     fn lanes_have_the_points_of_one() {
         let queries: Vec<_> = (0..4_000).map(query).collect();
         let (mut drawn, mut small) = (0, 0);
-        let mut batch = PolygonBatch::default();
         for (turn, queries) in queries.chunks(LANES).enumerate() {
             let queries = &queries[..1 + turn % LANES];
-            queries.iter().for_each(|(polygon, from, position)| batch.push(polygon, *from, *position));
-            let together: Vec<_> = batch.draw().collect();
-            assert_eq!(together.len(), queries.len());
+            let mut lanes = PolygonLanes::<LANES>::new();
+            let put = |(lane, (polygon, from, position)): (usize, &(Polygon, DVec3, [f64; 2]))| {
+                lanes.put(lane, polygon, *from, *position)
+            };
+            queries.iter().enumerate().for_each(put);
+            let drawn = widest(Together(&lanes));
+            let sample = |lane| PolygonSample { solid_angle: drawn.solid_angle[lane], point: drawn.point(lane) };
+            let together: Vec<_> = (0..queries.len()).map(|lane| drawn.is_wide(lane).then(|| sample(lane))).collect();
             for (sample, (polygon, from, position)) in together.into_iter().zip(queries) {
                 assert_eq!(sample, polygon.draw(*from, *position), "{polygon:?} from {from}");
                 assert_eq!(sample.map(|sample| sample.solid_angle), polygon.solid_angle(*from), "{polygon:?} from {from}");

@@ -5,9 +5,10 @@ use core::f64::consts::PI;
 
 use super::albedo::Albedo;
 use super::energy::{Remainder, mean_of};
+use super::frame::Frame;
 use super::fresnel::towards_grazing;
 use super::ggx::Ggx;
-use super::lobe::Pair;
+use super::lobe::{Lobe, LobeKind, Pair};
 use super::reflectance::Reflectance;
 use crate::number::{Mask, Number, Vector3};
 
@@ -115,34 +116,52 @@ impl<N: Number> Top<N> {
 }
 
 impl<N: Number> Base<N> {
-    /// What the choice among lobes goes by.
-    pub(super) fn importance(&self) -> N {
+    /// Chance that what is sent both ways is sent back.
+    fn back_share(&self) -> N {
+        let (back, through) = ((self.back + self.interreflected).max_element(), self.through.max_element());
+        let some = (back + through).above(N::ZERO);
+        if self.both { N::select(some, back / (back + through), N::ONE) } else { N::ONE }
+    }
+}
+
+impl<N: Number> LobeKind<N> for Base<N> {
+    fn importance(&self, _: N) -> N {
         let [base, lost] = self.top.remainder.shown;
         let base = if self.top.literal.is_some() { N::ONE } else { base };
         ((self.back + self.through) * base + self.interreflected * lost).max_element()
     }
 
-    pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn lets_through(&self) -> bool {
+        self.both
+    }
+
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         let [base, lost] = self.top.factors(pair);
         (self.back * base + self.interreflected * lost) / N::from_f64(PI)
     }
 
-    /// The part of it that is diffused.
-    pub(super) fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
         self.back * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         if !self.both {
             return N::Vec3::ZERO;
         }
         self.through * (self.top.factors(pair)[0] / N::from_f64(PI))
     }
 
-    /// Chance that what is sent both ways is sent back.
-    pub(super) fn back_share(&self) -> N {
-        let (back, through) = ((self.back + self.interreflected).max_element(), self.through.max_element());
-        let some = (back + through).above(N::ZERO);
-        if self.both { N::select(some, back / (back + through), N::ONE) } else { N::ONE }
+    fn density(&self, pair: &Pair<N>) -> N {
+        self.back_share() * pair.into / N::from_f64(PI)
+    }
+
+    fn density_through(&self, pair: &Pair<N>) -> N {
+        (N::ONE - self.back_share()) * -pair.into / N::from_f64(PI)
+    }
+
+    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        let up = Lobe::<N>::cosine(point);
+        let down = N::Vec3::new(up.x(), up.y(), -up.z());
+        frame.to_world(N::Vec3::select(self.back_share().above(choice), up, down))
     }
 }

@@ -6,17 +6,18 @@
 //! sum over wavelengths to about a thousandth.
 
 use super::spectrum::coherence;
+use super::stage::layer;
 use crate::number::{Number, Vector3};
 
-/// A film, where it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Film<N: Number> {
+layer! {
+    /// A film, where it is.
+    Film
     /// Share of the surface that has it.
-    pub share: N,
+    share: Share by share;
     /// Index of refraction.
-    pub ior: N::Exact,
+    ior: Constant by constant;
     /// Thickness in nanometres.
-    pub thickness: N,
+    thickness: Thickness by thickness;
 }
 
 /// Terms of the series at most, and the one from which on none counts.

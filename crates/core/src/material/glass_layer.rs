@@ -7,7 +7,7 @@ use super::frame::Frame;
 use super::fresnel::{FresnelRule, dielectric, towards_grazing};
 use super::ggx::{Ggx, mirrored};
 use super::interface::Interface;
-use super::lobe::Pair;
+use super::lobe::{LobeKind, Pair};
 use super::rough_glass::RoughGlass;
 use crate::number::{Mask, Number, Vector3};
 
@@ -51,7 +51,7 @@ impl<N: Number> Tinted<N> {
 
 /// A boundary of a body that light enters and leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Boundary<N: Number> {
+pub struct LayeredDielectric<N: Number> {
     pub(super) tinted: Tinted<N>,
     /// Index on the side that the ray comes from over the one beyond.
     pub(super) eta: N::Exact,
@@ -62,15 +62,7 @@ pub struct Boundary<N: Number> {
     pub(super) outside: N::Mask,
 }
 
-impl<N: Number> Boundary<N> {
-    pub(super) fn is_smooth(&self) -> bool {
-        self.smooth
-    }
-
-    pub(super) fn importance(&self) -> N {
-        self.rough.share * self.tinted.reflected.max(self.rough.transmitted).max_element()
-    }
-
+impl<N: Number> LayeredDielectric<N> {
     /// What is reflected at a lane's facet, by the cosine on the ray's side.
     fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let eta = N::exact_lane(self.eta, lane);
@@ -100,37 +92,45 @@ impl<N: Number> Boundary<N> {
         let through = factor(|[found, exact]| if exact < 1.0 { (1.0 - found) / (1.0 - exact) } else { 0.0 });
         [reflected, through]
     }
+}
 
-    pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
-        if self.smooth {
-            return N::Vec3::ZERO;
-        }
+impl<N: Number> LobeKind<N> for LayeredDielectric<N> {
+    fn importance(&self, _: N) -> N {
+        self.rough.share * self.tinted.reflected.max(self.rough.transmitted).max_element()
+    }
+
+    fn is_delta(&self) -> bool {
+        self.smooth
+    }
+
+    fn lets_through(&self) -> bool {
+        !self.smooth
+    }
+
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         let own = self.rough.value(pair);
         if self.tinted.is_plain() { own } else { own * self.factors(pair.tilt)[0] }
     }
 
-    pub(super) fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        if self.smooth {
-            return N::Vec3::ZERO;
-        }
+    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         let own = self.rough.value_through(pair);
         if self.tinted.is_plain() { own } else { own * self.factors(self.rough.tilt_through(pair))[1] }
     }
 
-    pub(super) fn density(&self, pair: &Pair<N>) -> N {
+    fn density(&self, pair: &Pair<N>) -> N {
         if self.smooth { N::ZERO } else { self.rough.density(pair) }
     }
 
-    pub(super) fn density_through(&self, pair: &Pair<N>) -> N {
+    fn density_through(&self, pair: &Pair<N>) -> N {
         if self.smooth { N::ZERO } else { self.rough.density_through(pair) }
     }
 
-    pub(super) fn drawn(&self, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        self.rough.drawn(wo, choice, point)
+    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        frame.to_world(self.rough.drawn(local, choice, point))
     }
 
     /// A smooth one sends a ray by chance to where it reflects or refracts.
-    pub(super) fn drawn_smooth(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let drawn = |lane: usize| {
             let interface = Interface::new(-wo.lane(lane), normal.lane(lane), N::exact_lane(self.eta, lane));
             let found = DVec3::from(self.at(lane, interface.cos_incident));
@@ -150,7 +150,7 @@ impl<N: Number> Boundary<N> {
 /// A wall too thin to bend anything: two boundaries side by side, between which light goes back and forth. What such a wall reflects is
 /// 2R/(1 + R) of a boundary's R, and (1 − R)/(1 + R) goes straight on, or, where it is rough, as facets would mirror it, below.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sheet<N: Number> {
+pub struct ThinDielectric<N: Number> {
     pub(super) tinted: Tinted<N>,
     /// Share of the surface that is one.
     pub(super) share: N,
@@ -160,15 +160,7 @@ pub struct Sheet<N: Number> {
     pub(super) facets: Option<Ggx<N>>,
 }
 
-impl<N: Number> Sheet<N> {
-    pub(super) fn is_smooth(&self) -> bool {
-        self.facets.is_none()
-    }
-
-    pub(super) fn importance(&self) -> N {
-        self.share * self.tinted.reflected.max(self.transmitted).max_element()
-    }
-
+impl<N: Number> ThinDielectric<N> {
     /// What the wall reflects of a lane at a cosine of incidence, in each channel.
     fn at(&self, lane: usize, cosine: f64) -> [f64; 3] {
         let (ior, c) = (N::exact_lane(self.tinted.ior, lane), cosine.clamp(0.0, 1.0));
@@ -180,29 +172,53 @@ impl<N: Number> Sheet<N> {
         <N::Vec3 as Vector3<N>>::of_lanes(|lane| self.at(lane, cosine.lane(lane)).into())
     }
 
-    pub(super) fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+    /// What goes straight on where it is smooth, by the cosine of incidence.
+    pub(super) fn straight(&self, cosine: N) -> N::Vec3 {
+        if self.facets.is_some() {
+            return N::Vec3::ZERO;
+        }
+        self.transmitted * (N::Vec3::ONE - self.reflectance(cosine)) * self.share
+    }
+}
+
+impl<N: Number> LobeKind<N> for ThinDielectric<N> {
+    fn importance(&self, _: N) -> N {
+        self.share * self.tinted.reflected.max(self.transmitted).max_element()
+    }
+
+    fn is_delta(&self) -> bool {
+        self.facets.is_none()
+    }
+
+    fn lets_through(&self) -> bool {
+        self.facets.is_some()
+    }
+
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
         pair.reflected(self.reflectance(pair.tilt) * self.share, facets).0
     }
 
-    /// The value below, for a light mirrored to above.
-    pub(super) fn value_through(&self, folded: &Pair<N>) -> N::Vec3 {
+    /// As the value above, for a light mirrored to there.
+    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
+        let folded = pair.folded();
         let rest = N::Vec3::ONE - self.reflectance(folded.tilt);
         folded.reflected(self.transmitted * rest * self.share, facets).0
     }
 
-    pub(super) fn density(&self, pair: &Pair<N>) -> N {
+    fn density(&self, pair: &Pair<N>) -> N {
         let chance = self.reflectance(pair.tilt).max_element();
         self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(pair).1)
     }
 
-    pub(super) fn density_through(&self, folded: &Pair<N>) -> N {
+    fn density_through(&self, pair: &Pair<N>) -> N {
+        let folded = pair.folded();
         let chance = N::ONE - self.reflectance(folded.tilt).max_element();
-        self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(folded).1)
+        self.facets.map_or(N::ZERO, |facets| chance * facets.eval_and_pdf(&folded).1)
     }
 
-    pub(super) fn drawn(&self, frame: &Frame<N>, wo: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
         let Some(facets) = &self.facets else { return N::Vec3::ZERO };
         let facet = facets.sample_wm(wo, point);
         let up = mirrored::<N>(wo, facet);
@@ -214,15 +230,7 @@ impl<N: Number> Sheet<N> {
         N::Vec3::select(chance.above(choice), up, down)
     }
 
-    /// What goes straight on where it is smooth, by the cosine of incidence.
-    pub(super) fn straight(&self, cosine: N) -> N::Vec3 {
-        if self.facets.is_some() {
-            return N::Vec3::ZERO;
-        }
-        self.transmitted * (N::Vec3::ONE - self.reflectance(cosine)) * self.share
-    }
-
-    pub(super) fn drawn_smooth(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
         let cosine = normal.dot(wo);
         let found = self.reflectance(cosine);
         let chance = found.max_element();

@@ -4,31 +4,30 @@
 //! What lies below a coat or a fleece gets the light that those leave: min(1 − E(out), 1 − E(in)) of what would come, by the share E that the
 //! cover sends back to a direction. That is the same both ways, exact for mirrors, and with the cover's own lobe never more than all.
 
-use core::f64::consts::PI;
-
 use super::base::Base;
 use super::energy::sent_back;
 use super::frame::Frame;
 use super::fresnel::towards_grazing;
 use super::ggx::{Ggx, LEAST_ROUGHNESS, mirrored};
-use super::glass_layer::{Boundary, Sheet};
-use super::lobe::{Lobe, Pair, Scatters, on_disk};
+use super::glass_layer::{LayeredDielectric, ThinDielectric};
+use super::lobe::{LobeKind, Pair, Scatters};
 use super::reflectance::Reflectance;
 use super::sheen::Sheen;
+use super::stage::layer;
 use crate::number::{Mask, Number, Vector3};
 
 /// Reflectance of a coat at normal incidence: its index is 1.5.
 pub(super) const COAT: f64 = 0.04;
 
-/// A clear coat over a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coat<N: Number> {
+layer! {
+    /// A clear coat over a surface.
+    Coat
     /// Share of the surface that it covers.
-    pub weight: N,
+    weight: Share by share;
     /// Perceptual roughness.
-    pub roughness: N,
+    roughness: Share by share;
     /// Its normal, which a map may bend as it does not bend what is below.
-    pub normal: N::Vec3,
+    normal: Normal by normal;
 }
 
 impl<N: Number> Coat<N> {
@@ -49,12 +48,12 @@ impl<N: Number> Coat<N> {
 
 /// What lies over a lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cover<N: Number> {
+pub(super) struct Coating<N: Number> {
     pub(super) coat: Option<Coat<N>>,
     pub(super) sheen: Option<Sheen<N>>,
 }
 
-impl<N: Number> Cover<N> {
+impl<N: Number> Coating<N> {
     /// Nothing.
     pub(super) const NONE: Self = Self { coat: None, sheen: None };
 
@@ -74,189 +73,183 @@ impl<N: Number> Cover<N> {
     }
 }
 
-/// One way in which a layered surface sends light back or on.
+/// Rough facets about a normal, which a coat may have of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Way<N: Number> {
+pub(super) struct GgxLobe<N: Number> {
+    pub(super) facets: Ggx<N>,
+    pub(super) reflectance: Reflectance<N>,
+}
+
+impl<N: Number> LobeKind<N> for GgxLobe<N> {
+    fn importance(&self, cosine: N) -> N {
+        self.reflectance.at(cosine).max_element()
+    }
+
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        // Its cosine is not the surface's.
+        let own = pair.about(self.facets.normal());
+        let sent = own.reflected(self.reflectance.at(pair.tilt), &self.facets).0 * (own.into / pair.into);
+        N::Vec3::select(own.into.above(N::ZERO), sent, N::Vec3::ZERO)
+    }
+
+    fn density(&self, pair: &Pair<N>) -> N {
+        let own = pair.about(self.facets.normal());
+        N::select(own.out.above(N::ZERO) & own.into.above(N::ZERO), self.facets.eval_and_pdf(&own).1, N::ZERO)
+    }
+
+    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
+        // What a facet sends below the surface is lost: no other lobe may take it for light that goes through.
+        let direction = mirrored::<N>(wo, self.facets.sample_wm(wo, point));
+        N::Vec3::select(frame.normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO)
+    }
+}
+
+/// A smooth mirror about a normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mirror<N: Number> {
+    pub(super) normal: N::Vec3,
+    pub(super) reflectance: Reflectance<N>,
+}
+
+impl<N: Number> LobeKind<N> for Mirror<N> {
+    fn importance(&self, cosine: N) -> N {
+        self.reflectance.at(cosine).max_element()
+    }
+
+    fn is_delta(&self) -> bool {
+        true
+    }
+
+    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, _: N) -> (N::Vec3, N::Vec3) {
+        let direction = mirrored::<N>(wo, self.normal);
+        // A coat's normal may send it into the surface, where it is lost.
+        let above = normal.dot(direction).above(N::ZERO);
+        (direction, N::Vec3::select(above, self.reflectance.at(self.normal.dot(wo)), N::Vec3::ZERO))
+    }
+}
+
+/// The lobes of layered surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LayerLobe<N: Number> {
     /// What lies below what reflects.
-    Base(Base<N>),
+    Diffuse(Base<N>),
     /// Fibres.
     Sheen(Sheen<N>),
     /// Rough facets.
-    Facets { facets: Ggx<N>, reflectance: Reflectance<N> },
-    /// A smooth mirror about a normal.
-    Mirror { normal: N::Vec3, reflectance: Reflectance<N> },
+    Ggx(GgxLobe<N>),
+    /// A smooth mirror.
+    Mirror(Mirror<N>),
     /// A boundary of a body that light enters.
-    Boundary(Boundary<N>),
+    Dielectric(LayeredDielectric<N>),
     /// A wall too thin to bend anything.
-    Sheet(Sheet<N>),
+    ThinDielectric(ThinDielectric<N>),
+}
+
+/// Asks a lobe of whatever kind.
+macro_rules! ask {
+    ($lobe:expr, $of:ident => $question:expr) => {
+        match &$lobe {
+            LayerLobe::Diffuse($of) => $question,
+            LayerLobe::Sheen($of) => $question,
+            LayerLobe::Ggx($of) => $question,
+            LayerLobe::Mirror($of) => $question,
+            LayerLobe::Dielectric($of) => $question,
+            LayerLobe::ThinDielectric($of) => $question,
+        }
+    };
 }
 
 /// A lobe with what lies over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layer<N: Number> {
-    pub(super) way: Way<N>,
-    pub(super) cover: Cover<N>,
+    lobe: LayerLobe<N>,
+    coating: Coating<N>,
     /// What the choice among lobes goes by, for the direction that the surface is seen from.
-    pub(super) importance: N,
+    importance: N,
 }
 
 impl<N: Number> Layer<N> {
-    /// The lobe of a way under a cover, seen along `wo` about a normal.
-    pub(super) fn new(way: Way<N>, cover: Cover<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
-        let cosine = normal.dot(wo).max(N::ZERO);
-        let own = match way {
-            Way::Base(base) => base.importance(),
-            Way::Sheen(sheen) => sheen.sent(cosine),
-            Way::Facets { facets, reflectance } => reflectance.at(facets.normal().dot(wo)).max_element(),
-            Way::Mirror { normal, reflectance } => reflectance.at(normal.dot(wo)).max_element(),
-            Way::Boundary(boundary) => boundary.importance(),
-            Way::Sheet(sheet) => sheet.importance(),
+    /// A lobe under a coating, seen along `wo` about a normal.
+    pub(super) fn new(lobe: LayerLobe<N>, coating: Coating<N>, normal: N::Vec3, wo: N::Vec3) -> Self {
+        let cosine = match lobe {
+            LayerLobe::Ggx(ggx) => ggx.facets.normal().dot(wo),
+            LayerLobe::Mirror(mirror) => mirror.normal.dot(wo),
+            _ => normal.dot(wo).max(N::ZERO),
         };
-        Self { way, cover, importance: own * cover.once(normal, wo) }
+        let own = ask!(lobe, lobe => lobe.importance(cosine));
+        Self { lobe, coating, importance: own * coating.once(normal, wo) }
     }
 
-    /// A part of what it sends, under its cover; none where it sends nothing, also where directions have no half.
-    fn covered(&self, pair: &Pair<N>, own: N::Vec3) -> N::Vec3 {
-        N::Vec3::select(self.importance.above(N::ZERO), own * self.cover.passes(pair), N::Vec3::ZERO)
+    /// A part of what it sends, under its coating; none where it sends nothing, also where directions have no half.
+    fn coated(&self, pair: &Pair<N>, own: impl FnOnce() -> N::Vec3) -> N::Vec3 {
+        let some = self.importance.above(N::ZERO);
+        if !some.any() {
+            return N::Vec3::ZERO;
+        }
+        N::Vec3::select(some, own() * self.coating.passes(pair), N::Vec3::ZERO)
+    }
+
+    /// What it sends straight on of light that comes along the way back: of smooth walls alone something.
+    pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
+        let LayerLobe::ThinDielectric(wall) = &self.lobe else { return N::Vec3::ZERO };
+        wall.straight(normal.dot(wo)) * self.coating.passes(&Pair::new(normal, wo, -wo))
     }
 }
 
 impl<N: Number> Scatters<N> for Layer<N> {
     const NOTHING: Self = Self {
-        way: Way::Sheen(Sheen { colour: <N::Vec3 as Vector3<N>>::ZERO, roughness: N::ONE }),
-        cover: Cover::NONE,
+        lobe: LayerLobe::Sheen(Sheen { colour: <N::Vec3 as Vector3<N>>::ZERO, roughness: N::ONE }),
+        coating: Coating::NONE,
         importance: N::ZERO,
     };
     const COATED: bool = true;
+}
 
-    fn is_delta(&self) -> bool {
-        match &self.way {
-            Way::Mirror { .. } => true,
-            Way::Boundary(boundary) => boundary.is_smooth(),
-            Way::Sheet(sheet) => sheet.is_smooth(),
-            _ => false,
-        }
-    }
-
-    fn lets_through(&self) -> bool {
-        match &self.way {
-            Way::Base(base) => base.both,
-            Way::Boundary(boundary) => !boundary.is_smooth(),
-            Way::Sheet(sheet) => !sheet.is_smooth(),
-            _ => false,
-        }
-    }
-
-    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
-        if !self.importance.above(N::ZERO).any() {
-            return N::Vec3::ZERO;
-        }
-        let own = match &self.way {
-            Way::Base(base) => base.value(pair),
-            Way::Sheen(sheen) => sheen.value_of(pair),
-            Way::Facets { facets, reflectance } => {
-                // A coat may have a normal of its own, whose cosine is not the surface's.
-                let own = pair.about(facets.normal());
-                let sent = own.reflected(reflectance.at(pair.tilt), facets).0 * (own.into / pair.into);
-                N::Vec3::select(own.into.above(N::ZERO), sent, N::Vec3::ZERO)
-            }
-            Way::Boundary(boundary) => boundary.value(pair),
-            Way::Sheet(sheet) => sheet.value(pair),
-            Way::Mirror { .. } => return N::Vec3::ZERO,
-        };
-        self.covered(pair, own)
-    }
-
-    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
-        match &self.way {
-            Way::Base(base) => self.covered(pair, base.diffused(pair)),
-            Way::Sheen(sheen) => self.covered(pair, sheen.value_of(pair)),
-            _ => N::Vec3::ZERO,
-        }
-    }
-
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
-        let own = match &self.way {
-            Way::Base(base) => base.value_through(pair),
-            Way::Boundary(boundary) => boundary.value_through(pair),
-            Way::Sheet(sheet) => sheet.value_through(&pair.folded()),
-            _ => return N::Vec3::ZERO,
-        };
-        self.covered(pair, own)
-    }
-
-    fn density(&self, pair: &Pair<N>) -> N {
-        match &self.way {
-            Way::Base(base) => base.back_share() * pair.into / N::from_f64(PI),
-            Way::Sheen(_) => N::from_f64(0.5 / PI),
-            Way::Facets { facets, .. } => {
-                let own = pair.about(facets.normal());
-                N::select(own.out.above(N::ZERO) & own.into.above(N::ZERO), facets.eval_and_pdf(&own).1, N::ZERO)
-            }
-            Way::Boundary(boundary) => boundary.density(pair),
-            Way::Sheet(sheet) => sheet.density(pair),
-            Way::Mirror { .. } => N::ZERO,
-        }
-    }
-
-    fn density_through(&self, pair: &Pair<N>) -> N {
-        match &self.way {
-            Way::Base(base) => (N::ONE - base.back_share()) * -pair.into / N::from_f64(PI),
-            Way::Boundary(boundary) => boundary.density_through(pair),
-            Way::Sheet(sheet) => sheet.density_through(&pair.folded()),
-            _ => N::ZERO,
-        }
-    }
-
-    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
-        match &self.way {
-            Way::Base(base) => {
-                let up = Lobe::<N>::cosine(point);
-                let down = N::Vec3::new(up.x(), up.y(), -up.z());
-                frame.to_world(N::Vec3::select(base.back_share().above(choice), up, down))
-            }
-            Way::Sheen(_) => {
-                // Evenly over the hemisphere: equal heights have equal areas (Archimedes).
-                let [x, y] = on_disk([N::ONE, point[1]]);
-                let height = N::ONE - point[0];
-                let across = (N::ONE - height * height).max(N::ZERO).sqrt();
-                frame.to_world(N::Vec3::new(x * across, y * across, height))
-            }
-            Way::Facets { facets, .. } => {
-                // What a facet sends below the surface is lost: no other lobe may take it for light that goes through.
-                let direction = mirrored::<N>(wo, facets.sample_wm(wo, point));
-                N::Vec3::select(frame.normal.dot(direction).above(N::ZERO), direction, N::Vec3::ZERO)
-            }
-            Way::Boundary(boundary) => frame.to_world(boundary.drawn(local, choice, point)),
-            Way::Sheet(sheet) => sheet.drawn(frame, wo, choice, point),
-            Way::Mirror { normal, .. } => mirrored::<N>(wo, *normal),
-        }
-    }
-
-    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
-        let (direction, weight) = match &self.way {
-            Way::Boundary(boundary) => boundary.drawn_smooth(normal, wo, u),
-            Way::Sheet(sheet) => sheet.drawn_smooth(normal, wo, u),
-            Way::Mirror { normal: own, reflectance } => {
-                let direction = mirrored::<N>(wo, *own);
-                // A coat's normal may send it into the surface, where it is lost.
-                let above = normal.dot(direction).above(N::ZERO);
-                (direction, N::Vec3::select(above, reflectance.at(own.dot(wo)), N::Vec3::ZERO))
-            }
-            _ => return (normal, N::Vec3::ZERO),
-        };
-        (direction, weight * self.cover.passes(&Pair::new(normal, wo, direction)))
-    }
-
+impl<N: Number> LobeKind<N> for Layer<N> {
     fn importance(&self, _: N) -> N {
         self.importance
     }
-}
 
-impl<N: Number> Layer<N> {
-    /// What it sends straight on of light that comes along the way back: of smooth walls alone something.
-    pub(super) fn straight(&self, normal: N::Vec3, wo: N::Vec3) -> N::Vec3 {
-        let Way::Sheet(sheet) = &self.way else { return N::Vec3::ZERO };
-        sheet.straight(normal.dot(wo)) * self.cover.passes(&Pair::new(normal, wo, -wo))
+    fn is_delta(&self) -> bool {
+        ask!(self.lobe, lobe => lobe.is_delta())
+    }
+
+    fn lets_through(&self) -> bool {
+        ask!(self.lobe, lobe => lobe.lets_through())
+    }
+
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        if self.is_delta() {
+            return N::Vec3::ZERO;
+        }
+        self.coated(pair, || ask!(self.lobe, lobe => lobe.value(pair)))
+    }
+
+    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+        self.coated(pair, || ask!(self.lobe, lobe => lobe.diffused(pair)))
+    }
+
+    fn value_through(&self, pair: &Pair<N>) -> N::Vec3 {
+        if !self.lets_through() {
+            return N::Vec3::ZERO;
+        }
+        self.coated(pair, || ask!(self.lobe, lobe => lobe.value_through(pair)))
+    }
+
+    fn density(&self, pair: &Pair<N>) -> N {
+        ask!(self.lobe, lobe => lobe.density(pair))
+    }
+
+    fn density_through(&self, pair: &Pair<N>) -> N {
+        ask!(self.lobe, lobe => lobe.density_through(pair))
+    }
+
+    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3 {
+        ask!(self.lobe, lobe => lobe.drawn_world(frame, wo, local, choice, point))
+    }
+
+    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3) {
+        let (direction, weight) = ask!(self.lobe, lobe => lobe.drawn_delta(normal, wo, u));
+        (direction, weight * self.coating.passes(&Pair::new(normal, wo, direction)))
     }
 }

@@ -5,15 +5,15 @@ use super::base::{Base, Top};
 use super::bsdf::Bsdf;
 use super::energy::{Remainder, interreflected, interreflected_of};
 use super::film::Film;
-use super::frame::Frame;
 use super::fresnel::{FresnelRule, conductor};
 use super::ggx::{Ggx, LEAST_ROUGHNESS};
-use super::glass_layer::{Boundary, Sheet, Tinted};
-use super::layer::{COAT, Coat, Cover, Layer, Way};
+use super::glass_layer::{LayeredDielectric, ThinDielectric, Tinted};
+use super::layer::{COAT, Coat, Coating, GgxLobe, Layer, LayerLobe, Mirror};
 use super::metallic_roughness::{LEAST_BEND, MetallicRoughness};
 use super::reflectance::Reflectance;
 use super::rough_glass::RoughGlass;
 use super::sheen::Sheen;
+use super::stage::{ReadAt, Stage, layer};
 use crate::number::{Mask, Number, Vector3};
 
 /// Lobes that a layered surface may have.
@@ -22,53 +22,74 @@ pub const MOST_LAYERS: usize = 9;
 /// The answer to light of a layered surface at a point.
 pub type LayeredBsdf<N> = Bsdf<N, Layer<N>, MOST_LAYERS>;
 
-/// Facets that are combed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Combed<N: Number> {
+layer! {
+    /// Facets that are combed.
+    Combed
     /// From 0, as rough either way, to 1.
-    pub strength: N,
+    strength: Share by share;
     /// The frame along whose tangent the surface is rougher.
-    pub frame: Frame<N>,
+    frame: Frame by frame;
 }
 
-/// What a surface diffuses to its other side.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Diffused<N: Number> {
+layer! {
+    /// What a surface diffuses to its other side.
+    Diffused
     /// Share of what would be diffused back.
-    pub share: N,
+    share: Share by share;
     /// Its colour.
-    pub colour: N::Vec3,
+    colour: Tint by tint;
 }
 
-/// The inputs of a layered surface at a point.
+/// A layered surface, at a stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layered<N: Number> {
+pub struct Layered<S: Stage> {
     /// What is at its bottom.
-    pub base: MetallicRoughness<N>,
+    pub base: S::Base,
     /// Index of refraction of the dielectric part.
-    pub ior: N::Exact,
+    pub ior: S::Index,
     /// Factor of the dielectric part's reflectance, and its colour at normal incidence (KHR_materials_specular).
-    pub specular: N,
+    pub specular: S::Share,
     /// The colour.
-    pub specular_colour: N::Vec3,
+    pub specular_colour: S::Colour,
     /// Complex index of the metal, n and k, in place of its colour.
-    pub conductor: Option<[N::Vec3; 2]>,
+    pub conductor: Option<[S::Spectrum; 2]>,
     /// Whether the glass is a thin wall.
     pub thin: bool,
     /// What is diffused to the other side.
-    pub diffused: Option<Diffused<N>>,
+    pub diffused: Option<Diffused<S>>,
     /// How facets are combed.
-    pub combed: Option<Combed<N>>,
+    pub combed: Option<Combed<S>>,
     /// A thin film on the facets.
-    pub film: Option<Film<N>>,
+    pub film: Option<Film<S>>,
     /// Fibres over all that.
-    pub sheen: Option<Sheen<N>>,
+    pub sheen: Option<Sheen<S>>,
     /// A clear coat over everything.
-    pub coat: Option<Coat<N>>,
+    pub coat: Option<Coat<S>>,
     /// By which formulas surfaces reflect.
     pub rule: FresnelRule,
     /// Whether facets give back what they send to each other.
     pub compensated: bool,
+}
+
+impl<S: Stage> Layered<S> {
+    /// What it is where its fields are read.
+    pub fn at<N: Number>(&self, here: &impl ReadAt<S, N>) -> Layered<N> {
+        Layered {
+            base: here.base(&self.base),
+            ior: here.index(&self.ior),
+            specular: here.share(&self.specular),
+            specular_colour: here.colour(&self.specular_colour),
+            conductor: self.conductor.as_ref().map(|index| index.each_ref().map(|part| here.spectrum(part))),
+            thin: self.thin,
+            diffused: self.diffused.as_ref().map(|layer| layer.at(here)),
+            combed: self.combed.as_ref().map(|layer| layer.at(here)),
+            film: self.film.as_ref().map(|layer| layer.at(here)),
+            sheen: self.sheen.as_ref().map(|layer| layer.at(here)),
+            coat: self.coat.as_ref().map(|layer| layer.at(here)),
+            rule: self.rule,
+            compensated: self.compensated,
+        }
+    }
 }
 
 impl<N: Number> LayeredBsdf<N> {
@@ -145,7 +166,7 @@ impl<N: Number> Layered<N> {
     pub fn add_to(&self, bsdf: &mut LayeredBsdf<N>, wo: N::Vec3, outside: N::Mask) {
         let (through, normal) = (self.base.through(), bsdf.normal());
         let glassy = through.above(N::ZERO);
-        let mut list = LayeredBuilder { bsdf, normal, wo, cover: Cover::NONE };
+        let mut list = LayeredBuilder { bsdf, normal, wo, coating: Coating::NONE };
         // From within a body, what lies over it is beyond the boundary, the facets of its paint too.
         let over = if self.base.glass.is_none() || self.thin { N::ONE } else { N::select(outside, N::ONE, N::ZERO) };
         let is_over = over.above(N::ZERO).any();
@@ -161,10 +182,10 @@ impl<N: Number> Layered<N> {
             };
             list.facets(Ggx::isotropic(coat.normal, coat.roughness), reflectance, coat.roughness);
         }
-        list.cover.coat = coat;
+        list.coating.coat = coat;
         if let Some(sheen) = self.sheen.filter(|_| is_over) {
-            list.push(Way::Sheen(sheen));
-            list.cover.sheen = Some(sheen);
+            list.push(LayerLobe::Sheen(sheen));
+            list.coating.sheen = Some(sheen);
         }
         let reflectance = self.reflectance(self.base.painted() * over);
         self.diffuse(&mut list, &reflectance, over);
@@ -202,7 +223,7 @@ impl<N: Number> Layered<N> {
         if back.max(through).max(sent).max_element().above(N::ZERO).any() {
             let both = through.max_element().above(N::ZERO).any();
             let top = self.top(list, facets, (Remainder::new([layer[0], layer[1], own], roughness), over));
-            list.push(Way::Base(Base { back, through, interreflected: sent, both, top }));
+            list.push(LayerLobe::Diffuse(Base { back, through, interreflected: sent, both, top }));
         }
     }
 
@@ -234,7 +255,12 @@ impl<N: Number> Layered<N> {
             let facets = self.facets(list.normal);
             for (of, facets) in [(rough, Some(facets)), (!rough, None)] {
                 if of.any() {
-                    list.push(Way::Sheet(Sheet { tinted, share: part(of), transmitted: glass.transmitted, facets }));
+                    list.push(LayerLobe::ThinDielectric(ThinDielectric {
+                        tinted,
+                        share: part(of),
+                        transmitted: glass.transmitted,
+                        facets,
+                    }));
                 }
             }
             return;
@@ -251,7 +277,7 @@ impl<N: Number> Layered<N> {
                     transmitted: glass.transmitted,
                     roughness,
                 };
-                list.push(Way::Boundary(Boundary { tinted, eta, rough: surface, smooth, outside }));
+                list.push(LayerLobe::Dielectric(LayeredDielectric { tinted, eta, rough: surface, smooth, outside }));
             }
         }
     }
@@ -262,22 +288,22 @@ struct LayeredBuilder<'a, N: Number> {
     bsdf: &'a mut LayeredBsdf<N>,
     normal: N::Vec3,
     wo: N::Vec3,
-    cover: Cover<N>,
+    coating: Coating<N>,
 }
 
 impl<N: Number> LayeredBuilder<'_, N> {
-    fn push(&mut self, way: Way<N>) {
-        self.bsdf.add(Layer::new(way, self.cover, self.normal, self.wo));
+    fn push(&mut self, lobe: LayerLobe<N>) {
+        self.bsdf.add(Layer::new(lobe, self.coating, self.normal, self.wo));
     }
 
     /// Facets where they are rough, a mirror where they are not.
     fn facets(&mut self, facets: Ggx<N>, reflectance: Reflectance<N>, roughness: N) {
         let rough = roughness.above(N::from_f64(LEAST_ROUGHNESS));
         if rough.any() {
-            self.push(Way::Facets { facets, reflectance: reflectance.masked(rough) });
+            self.push(LayerLobe::Ggx(GgxLobe { facets, reflectance: reflectance.masked(rough) }));
         }
         if (!rough).any() {
-            self.push(Way::Mirror { normal: facets.normal(), reflectance: reflectance.masked(!rough) });
+            self.push(LayerLobe::Mirror(Mirror { normal: facets.normal(), reflectance: reflectance.masked(!rough) }));
         }
     }
 }

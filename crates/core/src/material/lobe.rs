@@ -100,44 +100,68 @@ impl<N: Number> Pair<N> {
     }
 }
 
-/// What a [`Bsdf`](super::Bsdf) asks of a lobe.
-pub trait Scatters<N: Number>: Copy + core::fmt::Debug {
+/// A lobe that a [`Bsdf`](super::Bsdf) holds.
+pub trait Scatters<N: Number>: LobeKind<N> + Copy + core::fmt::Debug {
     /// A lobe that sends nothing.
     const NOTHING: Self;
     /// Whether there are mirrors about other normals than the surface's.
     const COATED: bool;
+}
+
+/// What a lobe does with light: nothing, where it does not say otherwise.
+pub trait LobeKind<N: Number> {
+    /// How much it may send back to a direction with this cosine to the normal: what choosing among lobes goes by.
+    fn importance(&self, cosine: N) -> N;
     /// Whether it answers in single directions only, so that it has neither a value nor a density.
-    fn is_delta(&self) -> bool;
+    fn is_delta(&self) -> bool {
+        false
+    }
     /// Whether it lets light through that could have been drawn.
-    fn lets_through(&self) -> bool;
+    fn lets_through(&self) -> bool {
+        false
+    }
     /// Its bidirectional reflectance, for a light above the surface.
-    fn value(&self, pair: &Pair<N>) -> N::Vec3;
+    fn value(&self, _pair: &Pair<N>) -> N::Vec3 {
+        N::Vec3::ZERO
+    }
     /// The part of it that is diffused, with which it answers to lights that make no highlights.
-    fn diffused(&self, pair: &Pair<N>) -> N::Vec3;
+    fn diffused(&self, _pair: &Pair<N>) -> N::Vec3 {
+        N::Vec3::ZERO
+    }
     /// What it lets through of a light below the surface, over the cosine there.
-    fn value_through(&self, pair: &Pair<N>) -> N::Vec3;
+    fn value_through(&self, _pair: &Pair<N>) -> N::Vec3 {
+        N::Vec3::ZERO
+    }
     /// Density by solid angle with which [`Self::drawn_world`] gives the light's direction, both above the surface.
-    fn density(&self, pair: &Pair<N>) -> N;
+    fn density(&self, _pair: &Pair<N>) -> N {
+        N::ZERO
+    }
     /// [`Self::value`] and [`Self::density`].
     #[inline(always)]
     fn answer(&self, pair: &Pair<N>) -> (N::Vec3, N) {
         (self.value(pair), self.density(pair))
     }
     /// The same of a light's direction below the surface.
-    fn density_through(&self, pair: &Pair<N>) -> N;
+    fn density_through(&self, _pair: &Pair<N>) -> N {
+        N::ZERO
+    }
     /// A direction for the way back, in the world and in the frame about the surface's normal, and three numbers in [0, 1). Of a
     /// lobe that is not delta.
-    fn drawn_world(&self, frame: &Frame<N>, wo: N::Vec3, local: N::Vec3, choice: N, point: [N; 2]) -> N::Vec3;
+    fn drawn_world(&self, _frame: &Frame<N>, _wo: N::Vec3, _local: N::Vec3, _choice: N, _point: [N; 2]) -> N::Vec3 {
+        N::Vec3::ZERO
+    }
     /// Direction and weight of a delta lobe; one that divides its light does so by a number in [0, 1).
-    fn drawn_delta(&self, normal: N::Vec3, wo: N::Vec3, u: N) -> (N::Vec3, N::Vec3);
-    /// How much it may send back to a direction with this cosine to the normal: what choosing among lobes goes by.
-    fn importance(&self, cosine: N) -> N;
+    fn drawn_delta(&self, normal: N::Vec3, _wo: N::Vec3, _u: N) -> (N::Vec3, N::Vec3) {
+        (normal, N::Vec3::ZERO)
+    }
 }
 
 impl<N: Number> Scatters<N> for Lobe<N> {
     const NOTHING: Self = Self::Mirror { f0: <N::Vec3 as Vector3<N>>::ZERO, f90: <N::Vec3 as Vector3<N>>::ZERO };
     const COATED: bool = false;
+}
 
+impl<N: Number> LobeKind<N> for Lobe<N> {
     #[inline(always)]
     fn is_delta(&self) -> bool {
         matches!(self, Self::Mirror { .. } | Self::Dielectric { .. })

@@ -35,6 +35,7 @@ mod reflectance;
 mod rough_glass;
 mod sheen;
 mod spectrum;
+mod stage;
 #[cfg(test)]
 mod tests;
 
@@ -44,13 +45,14 @@ pub use film::Film;
 pub use frame::Frame;
 pub use fresnel::{FresnelRule, conductor, dielectric, environment_reflectance, schlick, towards_grazing};
 pub(crate) use interface::Interface;
-pub use layer::{Coat, Layer};
-pub use layered::{Combed, Diffused, Layered, LayeredBsdf, MOST_LAYERS};
-pub use lobe::{Lobe, Pair, Scatters};
+pub use layer::*;
+pub use layered::*;
+pub use lobe::{Lobe, LobeKind, Pair, Scatters};
 pub use metallic_roughness::{Glass, MetallicRoughness};
 pub use rough_glass::RoughGlass;
 pub use sheen::Sheen;
 pub(crate) use spectrum::{Hero, index_at};
+pub use stage::{ReadAt, Stage};
 
 /// What materials read that is tabulated: nothing of it depends on a scene.
 #[derive(Clone, Copy, Debug, Default)]

@@ -4,38 +4,56 @@
 use core::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-use super::lobe::Pair;
+use super::frame::Frame;
+use super::lobe::{LobeKind, Pair, on_disk};
+use super::stage::layer;
 use crate::number::{Number, Vector3};
 
 /// Least perceptual roughness: below it the exponent 1/α has no more digits.
 const LEAST: f64 = 0.07;
 
-/// Fibres on a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sheen<N: Number> {
+layer! {
+    /// Fibres on a surface.
+    Sheen
     /// Colour, and how much of it there is.
-    pub colour: N::Vec3,
+    colour: Tint by tint;
     /// Perceptual roughness; α is its square.
-    pub roughness: N,
+    roughness: Share by share;
 }
 
 impl<N: Number> Sheen<N> {
-    /// Its bidirectional reflectance by the cosines to the normal, of the half vector too.
-    pub(super) fn value(&self, [out, into, half]: [N; 3]) -> N::Vec3 {
-        let value = N::of_lanes(|lane| charlie(self.roughness.lane(lane), [out.lane(lane), into.lane(lane), half.lane(lane)]));
-        self.colour * value
-    }
-
-    /// The same, by the directions.
-    pub(super) fn value_of(&self, pair: &Pair<N>) -> N::Vec3 {
-        let half = (pair.wo + pair.wi).normalize();
-        self.value([pair.out, pair.into, pair.normal.dot(half).min(N::ONE)])
-    }
-
     /// Share of light that white fibres send back in a direction, and the rest of what a colour's strongest part does.
     pub(super) fn sent(&self, cosine: N) -> N {
         let share = N::of_lanes(|lane| albedo(cosine.lane(lane), self.roughness.lane(lane)));
         self.colour.max_element() * share
+    }
+}
+
+impl<N: Number> LobeKind<N> for Sheen<N> {
+    fn importance(&self, cosine: N) -> N {
+        self.sent(cosine)
+    }
+
+    fn value(&self, pair: &Pair<N>) -> N::Vec3 {
+        let half = pair.normal.dot((pair.wo + pair.wi).normalize()).min(N::ONE);
+        let cosines = |lane: usize| [pair.out.lane(lane), pair.into.lane(lane), half.lane(lane)];
+        self.colour * N::of_lanes(|lane| charlie(self.roughness.lane(lane), cosines(lane)))
+    }
+
+    fn diffused(&self, pair: &Pair<N>) -> N::Vec3 {
+        self.value(pair)
+    }
+
+    fn density(&self, _: &Pair<N>) -> N {
+        N::from_f64(0.5 / PI)
+    }
+
+    fn drawn_world(&self, frame: &Frame<N>, _: N::Vec3, _: N::Vec3, _: N, point: [N; 2]) -> N::Vec3 {
+        // Evenly over the hemisphere: equal heights have equal areas (Archimedes).
+        let [x, y] = on_disk([N::ONE, point[1]]);
+        let height = N::ONE - point[0];
+        let across = (N::ONE - height * height).max(N::ZERO).sqrt();
+        frame.to_world(N::Vec3::new(x * across, y * across, height))
     }
 }
 

@@ -133,7 +133,12 @@ impl<const N: usize> Number for Lanes<N> {
     }
     #[inline(always)]
     fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
-        Self(from_fn(|i| value(i) as f32))
+        // Loops and not `from_fn`, whose function is not always inlined.
+        let mut out = [0.0; N];
+        for (i, x) in out.iter_mut().enumerate() {
+            *x = value(i) as f32;
+        }
+        Self(out)
     }
     #[inline(always)]
     fn lane(self, index: usize) -> f64 {
@@ -205,9 +210,13 @@ impl<const N: usize> Vector3<Lanes<N>> for Vec3Lanes<N> {
         Self { x: value, y: value, z: value }
     }
     #[inline(always)]
-    fn of_lanes(value: impl FnMut(usize) -> DVec3) -> Self {
-        let all: [DVec3; N] = from_fn(value);
-        Self { x: Lanes::of_lanes(|i| all[i].x), y: Lanes::of_lanes(|i| all[i].y), z: Lanes::of_lanes(|i| all[i].z) }
+    fn of_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {
+        let mut out = <Self as Vector3<Lanes<N>>>::ZERO;
+        for i in 0..N {
+            let v = value(i);
+            (out.x.0[i], out.y.0[i], out.z.0[i]) = (v.x as f32, v.y as f32, v.z as f32);
+        }
+        out
     }
     #[inline(always)]
     fn lane(self, index: usize) -> DVec3 {

@@ -1,6 +1,5 @@
 //! Answers in lanes, by which numbers in lanes are chosen.
 
-use core::array::from_fn;
 use core::ops::{BitAnd, BitOr, Not};
 
 use super::Mask;
@@ -17,6 +16,15 @@ impl<const N: usize> LaneMask<N> {
         let mut out = Self::default();
         for (i, bits) in out.0.iter_mut().enumerate() {
             *bits = if yes(i) { u32::MAX } else { 0 };
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(u32, u32) -> u32) -> Self {
+        let mut out = self;
+        for (a, b) in out.0.iter_mut().zip(&other.0) {
+            *a = f(*a, *b);
         }
         out
     }
@@ -40,7 +48,7 @@ impl<const N: usize> BitAnd for LaneMask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, other: Self) -> Self {
-        Self(from_fn(|i| self.0[i] & other.0[i]))
+        self.zip(other, |a, b| a & b)
     }
 }
 
@@ -48,7 +56,7 @@ impl<const N: usize> BitOr for LaneMask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {
-        Self(from_fn(|i| self.0[i] | other.0[i]))
+        self.zip(other, |a, b| a | b)
     }
 }
 
@@ -56,7 +64,7 @@ impl<const N: usize> Not for LaneMask<N> {
     type Output = Self;
     #[inline(always)]
     fn not(self) -> Self {
-        Self(self.0.map(|bits| !bits))
+        self.zip(self, |bits, _| !bits)
     }
 }
 

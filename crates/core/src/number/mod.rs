@@ -8,6 +8,7 @@
 //! [`Number`] is not a part that [`Real`] is made of, though every `Real` is one: whoever names a constant of a precision's scalar
 //! would have to import both.
 
+mod angles;
 mod lanes;
 mod mask;
 #[cfg(test)]
@@ -16,6 +17,7 @@ mod tests;
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
+pub(crate) use angles::{angle_above, sines_and_cosines};
 use glam::DVec3;
 pub use lanes::{Lanes, Vec3Lanes};
 pub use mask::LaneMask;

@@ -4,16 +4,16 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::shapes::{AnyShape, SampleArea, TransformedShape, Triangle};
 use raywright_bvh::{PrimitiveSet, Real, Side, Surface, Vector, Visibility};
 
+use super::error::{PrepareError, go_on};
 use super::geometry::{BLOCK, side_of, triangles};
-use super::input::Sources;
-use super::shape::any_shape;
-use super::{PrepareError, go_on};
 use crate::generate::{all, counted};
 use crate::interaction::Interaction;
 use crate::light::{EmitterList, Glow};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{Colour, MOST_UV_SETS, Material as MaterialData, MeshData, Scene, Shape};
+use crate::shape::any_shape;
+use crate::texture::Sources;
 
 /// Which of them count.
 #[derive(Clone, Copy, Debug)]

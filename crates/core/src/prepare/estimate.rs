@@ -10,14 +10,11 @@ use raywright_bvh::{Geometry, GeometryMemory, Real};
 
 use super::emitters::{Emission, Wanted, points_across};
 use super::geometry::ObjectRecord;
-use super::input::TextureUse;
-use super::material::{Layered, Material, count_layered};
-use super::pyramid;
-use super::shape::any_shape;
+use super::material::{LayeredInputs, Material, count_layered};
 use super::tangents;
-use super::uses::Uses;
 use crate::affine::affine;
-use crate::effects::{Effect, EffectSet, chosen};
+use crate::effects::{Effect, RenderSetup};
+use crate::extent::Uses;
 use crate::film::Plan;
 use crate::generate::{count, counted};
 use crate::light::packed_bytes;
@@ -27,13 +24,16 @@ use crate::memory::Memory;
 use crate::motion::{ends, simulated_scene};
 use crate::scene::{Filter, ImageData, Integrator, Projection, Scene, Shape, Sky};
 use crate::settings::Settings;
+use crate::shape::any_shape;
+use crate::texture::{TextureUse, pyramid};
 
 /// At least what a scene prepared in a precision will take, and at most twice of it (more in a wide tree, see `crate::estimate`), from counts alone: only how many nodes a
 /// tree has, and whether lamps have an area to be drawn from, is not known beforehand.
-pub(crate) fn estimate<R: Real>(scene: &Scene, settings: &Settings, simulated: EffectSet) -> Memory {
-    let scene = &*simulated_scene(scene, settings.camera.as_ref(), simulated);
+pub(crate) fn estimate<R: Real>(setup: &RenderSetup<'_>) -> Memory {
+    let (settings, simulated) = (&setup.settings, setup.effects.simulated());
+    let scene = &*simulated_scene(&setup.scene, settings.camera.as_ref(), simulated);
     let lookup = Lookup::new(scene);
-    let paths = chosen(scene, settings) == Integrator::Path;
+    let paths = setup.integrator() == Integrator::Path;
     let wanted = Wanted {
         even: simulated.has(Effect::SoftShadows),
         varied: paths && simulated.has(Effect::TexturedEmitters),
@@ -52,7 +52,7 @@ pub(crate) fn estimate<R: Real>(scene: &Scene, settings: &Settings, simulated: E
     let tables = [
         times(count(scene), size_of::<ObjectRecord<R>>()),
         times(scene.materials.len() as u64, size_of::<Material<R>>() + size_of::<Range<u32>>()),
-        times(if paths { count_layered(scene, settings.fresnel) } else { 0 }, size_of::<Layered<R>>()),
+        times(if paths { count_layered(scene, settings.fresnel) } else { 0 }, size_of::<LayeredInputs<R>>()),
         times(needs.texture_uses, size_of::<TextureUse<R>>()),
         times(scene.lights.len() as u64, size_of::<DeltaLight<R>>()),
         choice,

@@ -9,13 +9,13 @@ use glam::{DAffine3, DMat3, DVec3};
 use raywright_bvh::{AcceleratorKind, Geometry, Occlusion, PrimitiveSet, Real, Side, Vector, Visibility};
 
 use super::collapse::{collapsed, collapses, rounded};
-use super::shape::any_shape;
-use super::uses::Uses;
-use super::{PrepareError, go_on};
+use super::error::{PrepareError, go_on};
+use crate::extent::Uses;
 use crate::generate::{Shown, all};
 use crate::lookup::Lookup;
 use crate::observer::Observer;
 use crate::scene::{MeshData, Object, Scene, Shape, SideRule};
+use crate::shape::any_shape;
 
 /// What shading needs of an object.
 #[derive(Clone, Copy, Debug)]

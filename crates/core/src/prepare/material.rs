@@ -7,35 +7,24 @@ mod physical;
 use raywright_bvh::{Real, Vector};
 
 pub(crate) use classic::{Classic, Mixture, Specular};
-pub(crate) use layered::{Layered, count_layered};
-pub(crate) use physical::{Alpha, Boundary, Bump, Index, Passage, Physical};
+pub(super) use layered::Context;
+use layered::is_directed;
+pub(crate) use layered::{Directions, Inputs, LayeredInputs, Thickness, count_layered};
+pub(crate) use physical::{Alpha, Boundary, Index, Passage, Physical};
 
-use super::PrepareError;
-use super::input::{Compiler, Here, Input, Product, Sources};
-use crate::effects::EffectSet;
-use crate::material::{FresnelRule, MaterialTables};
+use super::error::PrepareError;
+use super::inputs::Compiler;
+use crate::material::MaterialTables;
 use crate::scene::{Colour, Material as MaterialData, Model, Scene};
-
-/// What preparing a material depends on besides it.
-#[derive(Debug)]
-pub(super) struct Context<R: Real> {
-    /// The layers of those that were prepared, to which they refer by index.
-    pub layers: Vec<Layered<R>>,
-    /// Whether a path tracer runs.
-    pub paths: bool,
-    /// Effects that are switched off.
-    pub without: EffectSet,
-    /// By which formulas surfaces reflect.
-    pub fresnel: FresnelRule,
-}
+use crate::texture::Here;
 
 /// The tables that prepared materials read.
-pub(super) fn tables<R: Real>(layers: &[Layered<R>]) -> MaterialTables {
-    let some = |has: fn(&Layered<R>) -> bool| layers.iter().any(has);
+pub(super) fn tables<R: Real>(layers: &[LayeredInputs<R>]) -> MaterialTables {
+    let some = |has: fn(&LayeredInputs<R>) -> bool| layers.iter().any(has);
     MaterialTables {
         sheen: some(|layers| layers.sheen.is_some()),
         films: some(|layers| layers.film.is_some()),
-        wavelengths: some(|layers| layers.dispersion > 0.0),
+        wavelengths: some(|layers| layers.ior > 0.0),
     }
 }
 
@@ -49,29 +38,6 @@ pub(crate) enum Material<R: Real> {
 }
 
 impl<R: Real> Material<R> {
-    /// Whether it depends on the texture coordinates of a surface.
-    pub fn reads_coordinates(&self, sources: &Sources<R>, layers: &[Layered<R>]) -> bool {
-        let reads = |input: &Input<R>| input.reads_coordinates(sources);
-        match self {
-            Self::Classic(m) => {
-                let strength = m.specular.as_ref().map(|s| &s.strength);
-                let reflected = m.reflection.as_ref().map(|r| &r.weight);
-                let further = [m.emission.as_ref(), strength, m.rim.as_ref().map(|r| &r.0), reflected, m.shadow.as_ref()];
-                [&m.colour, &m.local, &m.diffuse].into_iter().chain(further.into_iter().flatten()).any(reads)
-            }
-            Self::Physical(m) => {
-                let products = [&m.base, &m.metallic, &m.roughness, &m.opacity];
-                let index = if let Index::Varying(index) = &m.index { Some(index) } else { None };
-                let bump = m.bump.as_ref().map(|bump| &bump.image);
-                let further = [m.emission.as_ref(), index, m.passage.as_ref().map(|passage| &passage.share)];
-                let layers = m.layered.iter().flat_map(|&place| layers[place as usize].inputs());
-                let own = products.into_iter().chain(further.into_iter().flatten()).flat_map(Product::factors).chain(bump);
-                own.chain(layers).any(reads)
-            }
-            Self::Unused => false,
-        }
-    }
-
     /// Whether nothing passes, wherever it is the occluder.
     pub fn is_opaque(&self) -> bool {
         let solid = match self {
@@ -124,8 +90,8 @@ impl<R: Real> Material<R> {
     }
 
     /// Whether an image bends its normals, or directions on it count otherwise.
-    pub fn is_bumpy(&self, layers: &[Layered<R>]) -> bool {
-        let directed = |place: u32| layers[place as usize].is_directed();
+    pub fn is_bumpy(&self, layers: &[LayeredInputs<R>]) -> bool {
+        let directed = |place: u32| is_directed(&layers[place as usize]);
         matches!(self, Self::Physical(m) if m.bump.is_some() || m.layered.is_some_and(directed))
     }
 

@@ -7,8 +7,8 @@ use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
 use glam::Vec3;
 use raywright_bvh::Real;
 
+use super::error::{PrepareError, go_on};
 use super::geometry::Built;
-use super::{PrepareError, go_on};
 use crate::generate::all;
 use crate::lookup::Lookup;
 use crate::observer::Observer;

@@ -1,4 +1,6 @@
 //! What a prepared scene is made of.
+use std::sync::Arc;
+
 use serde_json::json;
 
 use super::*;
@@ -29,7 +31,7 @@ fn prepared_is_flat() {
     fn plain<T: Copy>() {}
     plain::<ObjectRecord<f32>>();
     plain::<Material<f32>>();
-    plain::<input::TextureUse<f32>>();
+    plain::<crate::texture::TextureUse<f32>>();
     plain::<DeltaLight<f32>>();
 
     let scene = textured();

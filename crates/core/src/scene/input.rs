@@ -116,65 +116,6 @@ impl Value for Colour {
     }
 }
 
-/// What may be asked of any input, whatever it is of, and of an image that multiplies one.
-pub trait Varying {
-    /// The use of a texture, and the key under which it is; empty where it is the input itself.
-    fn texture(&self) -> Option<(&'static str, &TextureRef)>;
-    /// The use of a texture, to be changed.
-    fn texture_mut(&mut self) -> Option<&mut TextureRef>;
-    /// The text of an expression, and whether it must be a number.
-    fn expression(&self) -> Option<(&str, bool)>;
-    /// The checkerboard.
-    fn checker(&self) -> Option<&Checker>;
-    /// Turns an image into its factor, a checkerboard into the mean of its colours.
-    fn flatten(&mut self, images: bool, checkers: bool);
-}
-
-impl<T: Value> Varying for Input<T> {
-    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
-        if let Self::Texture(input) = self { Some(("texture", &input.texture)) } else { None }
-    }
-    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
-        if let Self::Texture(input) = self { Some(&mut input.texture) } else { None }
-    }
-    fn expression(&self) -> Option<(&str, bool)> {
-        if let Self::Expression(text) = self { Some((text, T::of_colour(Colour::BLACK).is_none())) } else { None }
-    }
-    fn checker(&self) -> Option<&Checker> {
-        if let Self::Checker(input) = self { Some(&input.checker) } else { None }
-    }
-    fn flatten(&mut self, images: bool, checkers: bool) {
-        let colour = match self {
-            Self::Texture(input) if images => input.texture.factor,
-            Self::Checker(CheckerInput { checker }) if checkers => {
-                Colour(core::array::from_fn(|i| 0.5 * (checker.even.0[i] + checker.odd.0[i])))
-            }
-            _ => return,
-        };
-        *self = Self::Constant(T::of_colour(colour).unwrap_or_else(|| T::of_number(colour.0[0])));
-    }
-}
-
-impl Varying for Option<TextureRef> {
-    fn texture(&self) -> Option<(&'static str, &TextureRef)> {
-        self.as_ref().map(|texture| ("", texture))
-    }
-    fn texture_mut(&mut self) -> Option<&mut TextureRef> {
-        self.as_mut()
-    }
-    fn expression(&self) -> Option<(&str, bool)> {
-        None
-    }
-    fn checker(&self) -> Option<&Checker> {
-        None
-    }
-    fn flatten(&mut self, images: bool, _: bool) {
-        if images {
-            *self = None;
-        }
-    }
-}
-
 /// A use of a named texture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -7,9 +7,11 @@ mod physical;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::input::{Colour, ColourInput, TextureRef, Varying, Weight, white};
-pub use layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, Iridescence, Sheen};
+use super::field::{FieldValue, Fields};
+use super::input::{Colour, ColourInput, TextureRef, Weight, white};
+pub use layers::*;
 pub use mixture::Mixture;
+pub(crate) use physical::physical_fields;
 pub use physical::{AlphaMode, Physical};
 
 /// A named material.
@@ -47,11 +49,11 @@ impl Material {
 
     /// Its uses of textures.
     pub fn textures(&self) -> impl Iterator<Item = &TextureRef> {
-        let inputs: Vec<&dyn Varying> = match &self.model {
-            Model::Classic(m) => core::iter::once(&m.colour).chain(&m.emission).map(|input| input as &dyn Varying).collect(),
-            Model::Physical(m) => m.inputs().into_iter().map(|(_, input)| input).collect(),
+        let values: Vec<&dyn FieldValue> = match &self.model {
+            Model::Classic(m) => core::iter::once(&m.colour).chain(&m.emission).map(|input| input as &dyn FieldValue).collect(),
+            Model::Physical(m) => m.fields().into_iter().map(|field| field.value).collect(),
         };
-        inputs.into_iter().filter_map(Varying::texture).map(|(_, texture)| texture)
+        values.into_iter().filter_map(FieldValue::texture).map(|(_, texture)| texture)
     }
 
     /// Sets of texture coordinates that its textures read, ascending, each once.

@@ -8,6 +8,7 @@
 //! Units: metres, seconds, degrees; radiance in linear Rec. 709 primaries.
 
 mod camera;
+mod field;
 mod input;
 mod light;
 mod material;
@@ -17,14 +18,12 @@ mod object;
 mod render;
 
 pub use camera::{Camera, Pinhole, Pose, Projection};
+pub use field::{Bounds, Constant, Field, FieldValue, Fields};
 pub use input::{
-    Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, TextureRef, Value, Varying, Weight,
+    Channel, Checker, CheckerInput, Colour, ColourInput, Input, NumberInput, TextureInput, TextureRef, Value, Weight,
 };
 pub use light::{Falloff, Light, LightKind, Sky, SkyMap, Studio, Sun};
-pub use material::{
-    AlphaMode, Anisotropy, Classic, Clearcoat, Conductor, DiffuseTransmission, Fuzz, Iridescence, Material, Mixture, Model,
-    Physical, Reflection, Rim, Sheen, Specular, SpecularModel, Transmission, TransmissionChoice,
-};
+pub use material::*;
 pub use mesh::{
     ColourSpace, Filter, Image, ImageData, MOST_UV_SETS, Mesh, MeshData, MeshSource, ModelPart, Pixels, Texture, Wrap,
 };

@@ -3,8 +3,8 @@
 use super::check::Check;
 use crate::expr::Scope;
 use crate::scene::{
-    AlphaMode, Classic, Colour, ColourInput, MOST_UV_SETS, Mixture, Model, NumberInput, Physical, TextureRef, TransmissionChoice,
-    Varying, Weight,
+    AlphaMode, Bounds, Classic, Colour, ColourInput, Constant, FieldValue, Fields, MOST_UV_SETS, Mixture, Model, Physical,
+    TextureRef, TransmissionChoice, Weight,
 };
 
 pub(super) fn model(check: &mut Check<'_>, model: &Model) {
@@ -93,101 +93,34 @@ fn traced(check: &mut Check<'_>, material: &Classic) {
 }
 
 fn physical(check: &mut Check<'_>, material: &Physical) {
-    for (key, input) in material.inputs() {
-        check.inside(key, |check| varying(check, input));
-    }
-    if let Some(colour) = material.base_colour.constant() {
-        check.colour("base_colour", colour);
-    }
-    if let Some(colour) = material.emission.constant() {
-        check.light("emission", colour);
-    }
-    let share = [0.0, 1.0];
-    let numbers = [
-        ("metallic", &material.metallic, share),
-        ("roughness", &material.roughness, share),
-        ("opacity", &material.opacity, share),
-        ("ior", &material.ior, Physical::IOR),
-        ("transmission", &material.transmission, share),
-    ];
-    for (key, number, [least, most]) in numbers {
-        if let Some(number) = number.constant() {
-            check.within(key, number, least, most);
-        }
-    }
-    check.each("attenuation_colour", &material.attenuation_colour.0, |check, channel| check.within("", *channel, 0.0, 1.0));
-    if let Some(distance) = material.attenuation_distance {
-        check.length("attenuation_distance", distance);
+    for field in material.fields() {
+        check.inside(field, |check| {
+            varying(check, field.value);
+            bounded(check, field.value.constant_value(), field.bounds);
+        });
     }
     if material.priority > 0 && material.thin_walled {
         check.inside("priority", |check| check.report("a thin wall has no inside that could have a priority"));
     }
-    layers(check, material);
-    check.finite("normal_scale", material.normal_scale);
     if let AlphaMode::Mask { cutoff } = material.alpha {
         check.not_negative("alpha.mask.cutoff", cutoff);
     }
 }
 
-/// What the factors of further layers may be.
-fn layers(check: &mut Check<'_>, material: &Physical) {
-    check.within("dispersion", material.dispersion, 0.0, 400.0);
-    if let Some(number) = material.specular.constant() {
-        check.within("specular", number, 0.0, 1.0);
-    }
-    if let Some(colour) = material.specular_colour.constant() {
-        check.light("specular_colour", colour);
-    }
-    let share = |check: &mut Check<'_>, key: &str, number: &NumberInput| {
-        if let Some(number) = number.constant() {
-            check.within(key, number, 0.0, 1.0);
-        }
-    };
-    let tint = |check: &mut Check<'_>, colour: &ColourInput| {
-        if let Some(Colour(colour)) = colour.constant() {
-            check.each("colour", &colour, |check, channel| check.within("", *channel, 0.0, 1.0));
-        }
-    };
-    if let Some(conductor) = material.conductor {
-        check.inside("conductor", |check| {
-            check.each("n", &conductor.n.0, |check, n| check.within("", *n, 1e-3, 1e3));
-            check.each("k", &conductor.k.0, |check, k| check.within("", *k, 0.0, 1e3));
-        });
-    }
-    if let Some(layer) = &material.diffuse_transmission {
-        check.inside("diffuse_transmission", |check| {
-            share(check, "factor", &layer.factor);
-            tint(check, &layer.colour);
-        });
-    }
-    if let Some(layer) = &material.anisotropy {
-        check.inside("anisotropy", |check| {
-            share(check, "strength", &layer.strength);
-            check.finite("rotation", layer.rotation);
-        });
-    }
-    if let Some(layer) = &material.iridescence {
-        check.inside("iridescence", |check| {
-            share(check, "factor", &layer.factor);
-            check.within("ior", layer.ior, Physical::IOR[0], Physical::IOR[1]);
-            check.within("thinnest", layer.thinnest, 0.0, 1e6);
-            if let Some(thickness) = layer.thickness.constant() {
-                check.within("thickness", thickness, 0.0, 1e6);
+/// What a constant may be.
+fn bounded(check: &mut Check<'_>, constant: Option<Constant>, bounds: Bounds) {
+    match (constant, bounds) {
+        (Some(Constant::Number(number)), Bounds::Within(least, most)) => check.within("", number, least, most),
+        (Some(Constant::Number(number)), Bounds::Finite) => check.finite("", number),
+        (Some(Constant::Number(number)), Bounds::Length) => check.length("", number),
+        (Some(Constant::Colour(Colour(channels))), Bounds::Within(least, most)) => {
+            for (i, channel) in channels.into_iter().enumerate() {
+                check.element(i, |check| check.within("", channel, least, most));
             }
-        });
-    }
-    if let Some(layer) = &material.sheen {
-        check.inside("sheen", |check| {
-            share(check, "roughness", &layer.roughness);
-            tint(check, &layer.colour);
-        });
-    }
-    if let Some(layer) = &material.clearcoat {
-        check.inside("clearcoat", |check| {
-            share(check, "factor", &layer.factor);
-            share(check, "roughness", &layer.roughness);
-            check.finite("normal_scale", layer.normal_scale);
-        });
+        }
+        (Some(Constant::Colour(colour)), Bounds::Colour) => check.colour("", colour),
+        (Some(Constant::Colour(colour)), Bounds::Light) => check.light("", colour),
+        _ => {}
     }
 }
 
@@ -206,7 +139,7 @@ fn colour_input(check: &mut Check<'_>, input: &ColourInput) {
 }
 
 /// What holds for every input that is not the same everywhere.
-fn varying(check: &mut Check<'_>, input: &dyn Varying) {
+fn varying(check: &mut Check<'_>, input: &dyn FieldValue) {
     match input.expression() {
         Some((source, true)) => check.number_expression(source, Scope::Surface),
         Some((source, false)) => check.expression(source, Scope::Surface),

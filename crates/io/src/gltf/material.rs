@@ -1,6 +1,6 @@
 //! Materials of a glTF file as physical materials.
 
-use raywright_core::scene::{AlphaMode, Colour, Material, Model, Physical, Unread};
+use raywright_core::scene::{AlphaMode, Colour, Fields, Material, Model, Physical, Unread};
 
 use super::Import;
 use super::buffers::absent;
@@ -38,7 +38,7 @@ impl Import<'_> {
         };
         let label = index.map_or_else(|| "the default material".to_owned(), |i| format!("materials[{i}]"));
         let model = self.physical(source, &label).map_err(|fault| fault.at(&label))?;
-        let textures = model.inputs().into_iter().filter_map(|(_, input)| input.texture());
+        let textures = model.fields().into_iter().filter_map(|field| field.value.texture());
         let used = UsedMaterial {
             name: self.names.materials.unique(source.name.as_deref().unwrap_or("default")),
             place: self.scene.materials.len(),

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use glam::{DAffine3, DVec3};
 use raywright_core::affine;
-use raywright_core::scene::{Light, LightKind, MeshSource, Model, ModelFile, Object, Scene, Shape};
+use raywright_core::scene::{Fields, Light, LightKind, MeshSource, Model, ModelFile, Object, Scene, Shape};
 use raywright_core::suggest::closest;
 use raywright_core::validate::FARTHEST;
 
@@ -151,7 +151,11 @@ fn adopt(scene: &mut Scene, mut own: Scene, label: &str, taken: &mut Taken) -> P
     for material in &mut own.materials {
         // Importers make physical materials alone.
         let Model::Physical(model) = &mut material.model else { continue };
-        model.inputs_mut().into_iter().filter_map(|input| input.texture_mut()).for_each(|use_| follow(&mut use_.name, &textures));
+        model.change(&mut |value| {
+            if let Some(texture) = value.texture_mut() {
+                follow(&mut texture.name, &textures);
+            }
+        });
     }
     own.unread.iter_mut().for_each(|part| follow(&mut part.material, &materials));
     for object in &mut own.objects {

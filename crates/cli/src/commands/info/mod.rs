@@ -5,7 +5,7 @@ mod json;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use raywright_core::prepare::Extent;
+use raywright_core::extent::Extent;
 use raywright_core::scene::{LightKind, Model, Pattern, Shape, Sky};
 use raywright_core::{Lookup, Scene, Settings, estimate, extent, generate};
 use raywright_io::{AnimationInfo, ExtensionInfo, Format, Loaded, Notation};

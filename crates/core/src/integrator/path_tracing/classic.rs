@@ -4,8 +4,9 @@ use raywright_bvh::{Real, Vector};
 
 use crate::interaction::Interaction;
 use crate::material::{Bsdf, Lobe, MetallicRoughness};
-use crate::prepare::{Classic, Here, Specular};
+use crate::prepare::{Classic, Specular};
 use crate::scene::SpecularModel;
+use crate::texture::Here;
 
 /// The lobes of a classic surface: `local`·`colour`·`diffuse` is Lambert's albedo, `specular` microfacets as sharp as its exponent,
 /// `reflection` a mirror of its weight at every angle, `transmission` a smooth dielectric. What all of them together would send back

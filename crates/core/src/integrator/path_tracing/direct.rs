@@ -4,11 +4,11 @@ use raywright_bvh::{Hit, Interval, Ray, Real, Vector};
 
 use super::super::shadow::Product;
 use super::super::{General, Leg};
-use super::shade::LightResponse;
+use super::respond::LightResponse;
 use super::{PathState, PathTracer, weight};
 use crate::interaction::Interaction;
 use crate::light::{ChosenLight, Density, LightId, LightSample, Target};
-use crate::prepare::{Alpha, Material};
+use crate::prepare::{Alpha, Material, Spawn};
 use crate::settings::LightSampling;
 
 /// A light that a vertex asks.
@@ -79,7 +79,6 @@ impl<R: Real> PathTracer<'_, R> {
         normal: R::Vec3,
         lets_through: bool,
     ) -> Option<LightQuery<R>> {
-        let lights = &self.scene.lights;
         let (facing, zero) = (normal.dot(seen.direction), R::ZERO);
         // Above the shading normal's horizon and the surface's own, or below both of what lets light through.
         let geometric = if at.outside { at.surface.normal } else { -at.surface.normal };
@@ -87,16 +86,22 @@ impl<R: Real> PathTracer<'_, R> {
         if facing == zero || (geometric.dot(seen.direction) < zero) != through || through && !lets_through {
             return None;
         }
-        let strategy = match (seen.density, light) {
-            (Density::Delta, LightId::Delta(i)) => MisStrategy::Delta { shines: lights.delta[i as usize].specular },
+        let strategy = self.strategy(light, seen.density)?;
+        Some(LightQuery { light, seen: *seen, facing, through, strategy })
+    }
+
+    /// What a light asks of a surface that would be drawn with a density; none: it is found by scattering alone.
+    #[inline(always)]
+    pub(super) fn strategy(&self, light: LightId, density: Density) -> Option<MisStrategy> {
+        Some(match (density, light) {
+            (Density::Delta, LightId::Delta(i)) => MisStrategy::Delta { shines: self.scene.lights.delta[i as usize].specular },
             (Density::Delta, _) => MisStrategy::Delta { shines: false },
             (Density::SolidAngle(density), _) => match self.scene.sampling_of(light) {
                 LightSampling::Scattering => return None,
                 LightSampling::Lights => MisStrategy::Value,
                 LightSampling::Both => MisStrategy::Weighed(density),
             },
-        };
-        Some(LightQuery { light, seen: *seen, facing, through, strategy })
+        })
     }
 
     /// Adds what a surface sends back along a path of a light that was asked, by its response. `gain`: factor on lights without size, whose
@@ -116,26 +121,36 @@ impl<R: Real> PathTracer<'_, R> {
             MisStrategy::Delta { .. } => (response.diffuse, gain),
             MisStrategy::Weighed(density) => (response.value, R::from_f64(weight(density, response.density.to_f64()))),
         };
-        let sent = self.direct_light(path, at, query, answer);
+        let (answer, share) = answer;
+        let sent = query.seen.arriving * answer * (Real::abs(query.facing) * share);
+        if sent == Vector::ZERO || !sent.is_finite() {
+            return;
+        }
+        let sent = self.arriving(path, at, (query.light, query.seen, query.through), sent);
         path.radiance += path.throughput * sent;
     }
 
-    /// What arrives of a light that was asked, sent back in this share.
+    /// Whether all that comes of a light may be asked of one shadow ray to where it was drawn.
     #[inline(always)]
-    fn direct_light(
+    pub(super) fn straight_to_lights(&self, light: LightId) -> bool {
+        let (scene, lights) = (self.scene, &self.scene.lights);
+        let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
+        let even = !matches!(light, LightId::Emitter(i) if lights.emitters.varies(i) || scene.casts_hard(i));
+        shadows && even && !scene.lets_straight && !scene.absorbs && matches!(scene.rules.spawn, Spawn::ErrorBound)
+    }
+
+    /// What arrives of what a surface would send back of a light, `through` itself or not, if nothing were in between.
+    #[inline(always)]
+    pub(super) fn arriving(
         &mut self,
         path: &PathState<R>,
         at: &Interaction<R>,
-        &LightQuery { light, seen, facing, through, .. }: &LightQuery<R>,
-        (answer, share): (R::Vec3, R),
+        (light, seen, through): (LightId, LightSample<R>, bool),
+        mut sent: R::Vec3,
     ) -> R::Vec3 {
         let scene = self.scene;
         let lights = &scene.lights;
-        let Some(seen) = self.scene.aimed(light, seen, at.surface.point) else { return Vector::ZERO };
-        let mut sent = seen.arriving * answer * (Real::abs(facing) * share);
-        if sent == Vector::ZERO || !sent.is_finite() {
-            return Vector::ZERO;
-        }
+        let Some(seen) = scene.aimed(light, seen, at.surface.point) else { return Vector::ZERO };
         let varies = matches!(light, LightId::Emitter(i) if lights.emitters.varies(i));
         let shadows = !matches!(light, LightId::Delta(i) if !lights.delta[i as usize].shadows);
         let media = || if through { self.beyond(&path.media, at) } else { path.media };
@@ -168,15 +183,20 @@ impl<R: Real> PathTracer<'_, R> {
             // The scene's limit on shadows is that of its lights, not of its sky.
             range = Interval { max: R::INFINITY, ..range };
         }
+        self.passes(&ray.at_time(at.time), range, Some(&light.target), sizeless)
+    }
+
+    /// Share of light that passes the way of a shadow ray. What it aims at is told where that may be its own occluder.
+    #[inline(always)]
+    pub(super) fn passes(&mut self, ray: &Ray<R>, range: Interval<R>, target: Option<&Target<R>>, sizeless: bool) -> R {
         self.counters.shadow += 1;
-        let ray = ray.at_time(at.time);
         let mut product = Product::default();
         let blocked = self.scene.geometry.any(
-            &ray,
+            ray,
             range,
             &mut |hit| {
-                if !self.scene.is_own(&light.target, hit) {
-                    product.factor(self.lets_through(&ray, hit, sizeless).to_f64());
+                if !target.is_some_and(|target| self.scene.is_own(target, hit)) {
+                    product.factor(self.lets_through(ray, hit, sizeless).to_f64());
                 }
                 product.opaque
             },

@@ -2,14 +2,13 @@
 
 use raywright_bvh::{Hit, Real, Vector};
 
-use super::super::General;
+use super::super::{General, Leg};
 use super::{PathState, PathTracer};
 use crate::interaction::Interaction;
-use crate::material::{
-    Coat, Combed, Diffused, Film, Frame, Glass, Hero, Layered as Layers, LayeredBsdf, MetallicRoughness, Sheen, index_at,
-};
-use crate::prepare::{Boundary, Here, Input, Layered, Physical};
+use crate::material::{Frame, Glass, Hero, LayeredBsdf, MetallicRoughness, ReadAt, index_at};
+use crate::prepare::{Boundary, Directions, Inputs, LayeredInputs, Physical, Prepared, Thickness};
 use crate::sampler::{Address, Purpose, pair};
+use crate::texture::{Bump, Here, Input, Product};
 
 impl<R: Real> PathTracer<'_, R> {
     /// Sends a path on from a layered surface; whether it goes on.
@@ -19,7 +18,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-        (m, layered): (&Physical<R>, &Layered<R>),
+        (m, layered): (&Physical<R>, &LayeredInputs<R>),
     ) -> bool {
         let mut bsdf = LayeredBsdf::of_kind(Vector::ZERO);
         let bent = self.layers_at(path, hit, at, (m, layered), &mut bsdf);
@@ -32,7 +31,7 @@ impl<R: Real> PathTracer<'_, R> {
         path: &mut PathState<R>,
         hit: &Hit<R>,
         at: &Interaction<R>,
-        (m, layered): (&Physical<R>, &Layered<R>),
+        (m, layered): (&Physical<R>, &LayeredInputs<R>),
         bsdf: &mut LayeredBsdf<R>,
     ) -> Option<Glass<R>> {
         let here = self.scene.sources.at(at);
@@ -41,95 +40,99 @@ impl<R: Real> PathTracer<'_, R> {
         if self.nests() && !m.thin {
             boundary = Boundary::new(self.relative_index(path, at, &here));
             ior = boundary.ior;
-        } else if base.glass.is_some() && layered.dispersion > 0.0 {
-            ior = index_at(ior, layered.dispersion, wavelength::<R>(path));
+        } else if base.glass.is_some() && layered.ior > 0.0 {
+            ior = index_at(ior, layered.ior, wavelength::<R>(path));
         }
         if let Some(glass) = &mut base.glass {
             glass.ior = ior;
         }
         let two_sided = base.glass.is_some() || layered.diffused.is_some();
         let normal = if two_sided { at.towards() } else { at.normal };
-        let unit = |x: R| Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE);
-        let tint = |c: R::Vec3| c.max(Vector::ZERO).min(Vector::ONE);
-        let one = R::Vec3::ONE;
-        let film = layered.film.as_ref().map(|film| {
-            let thickest = film.thickness.number(&here).max(R::ZERO);
-            let between = |image: &Input<R>| film.thinnest + (thickest - film.thinnest) * image.number(&here);
-            let thickness = film.image.as_ref().map_or(thickest, between);
-            Film { share: unit(film.factor.number(&here)), ior: film.ior, thickness }
-        });
-        let model = Layers {
-            specular: unit(layered.specular.number(&here)),
-            specular_colour: layered.specular_colour.tint(&here, one).max(Vector::ZERO),
-            conductor: layered.conductor,
-            thin: m.thin,
-            diffused: layered
-                .diffused
-                .as_ref()
-                .map(|[share, colour]| Diffused { share: unit(share.number(&here)), colour: tint(colour.tint(&here, one)) }),
-            combed: self.combed(path, hit, at, (layered, &here, normal)),
-            film,
-            sheen: layered.sheen.as_ref().map(|[colour, roughness]| Sheen {
-                colour: tint(colour.tint(&here, one)),
-                roughness: unit(roughness.number(&here)),
-            }),
-            coat: self.coat(path, hit, at, (layered, &here, normal), m.bump.is_some()),
-            rule: layered.rule,
-            compensated: self.scene.compensates,
-            ..Layers::of(MetallicRoughness { dielectric: boundary.f0, ..base }, ior)
-        };
+        let base = MetallicRoughness { dielectric: boundary.f0, ..base };
+        let bumpy = m.bump.is_some();
+        let model = layered.at(&PointReader { scene: self.scene, leg: &path.leg, hit, at, here, normal, bumpy, base, ior });
         bsdf.renew(normal);
         model.add_to(bsdf, -at.direction, at.outside);
         model.base.glass.filter(|_| !m.thin)
     }
+}
 
-    /// The frame along which facets are combed.
-    fn combed(
-        &self,
-        path: &PathState<R>,
-        hit: &Hit<R>,
-        at: &Interaction<R>,
-        (layered, here, normal): (&Layered<R>, &Here<'_, R>, R::Vec3),
-    ) -> Option<Combed<R>> {
-        let combed = layered.combed.as_ref()?;
-        let frame = at.frame(self.scene, &path.leg, hit);
-        let [cos, sin] = combed.turn;
-        let (x, y) = match &combed.image {
+/// Reads the inputs of layers where a path met their surface.
+struct PointReader<'a, R: Real> {
+    scene: &'a Prepared<R>,
+    leg: &'a Leg<R>,
+    hit: &'a Hit<R>,
+    at: &'a Interaction<R>,
+    here: Here<'a, R>,
+    /// The normal of the lobes.
+    normal: R::Vec3,
+    /// Whether an image bends the surface's.
+    bumpy: bool,
+    base: MetallicRoughness<R>,
+    ior: f64,
+}
+
+impl<R: Real> ReadAt<Inputs<R>, R> for PointReader<'_, R> {
+    fn share(&self, input: &Product<R>) -> R {
+        Real::clamp(input.number(&self.here).max(R::ZERO), R::ZERO, R::ONE)
+    }
+
+    fn tint(&self, input: &Product<R>) -> R::Vec3 {
+        self.colour(input).min(Vector::ONE)
+    }
+
+    fn colour(&self, input: &Product<R>) -> R::Vec3 {
+        input.tint(&self.here, Vector::ONE).max(Vector::ZERO)
+    }
+
+    fn thickness(&self, input: &Thickness<R>) -> R {
+        let thickest = input.thickest.number(&self.here).max(R::ZERO);
+        let between = |image: &Input<R>| input.thinnest + (thickest - input.thinnest) * image.number(&self.here);
+        input.image.as_ref().map_or(thickest, between)
+    }
+
+    fn constant(&self, input: &f64) -> f64 {
+        *input
+    }
+
+    fn spectrum(&self, input: &R::Vec3) -> R::Vec3 {
+        *input
+    }
+
+    /// The surface's own before anything bends it, bent by an image of its own.
+    fn normal(&self, input: &Option<Bump<R>>) -> R::Vec3 {
+        let (at, normal) = (self.at, self.normal);
+        let own = if self.bumpy || input.is_some() {
+            let smooth = Interaction::smooth::<General>(self.scene, self.leg, self.hit);
+            input.as_ref().map_or(smooth.normal, |bump| smooth.bent(bump, self.scene, self.leg, self.hit))
+        } else {
+            at.normal
+        };
+        // On the side of the surface's normal.
+        if normal == at.normal { own } else { -own }
+    }
+
+    fn frame(&self, input: &Directions<R>) -> Frame<R> {
+        let frame = self.at.frame(self.scene, self.leg, self.hit);
+        let [cos, sin] = input.turn;
+        let (x, y) = match &input.image {
             None => (R::ONE, R::ZERO),
             Some(image) => {
-                let code = image.colour(here);
+                let code = image.colour(&self.here);
                 let one = R::ONE;
                 (code.x() + code.x() - one, code.y() + code.y() - one)
             }
         };
         let along = frame.tangent * (x * cos - y * sin) + frame.bitangent * (x * sin + y * cos);
-        let strength = Real::clamp(combed.strength.number(here).max(R::ZERO), R::ZERO, R::ONE);
-        Some(Combed { strength, frame: Frame::along(normal, along, false) })
+        Frame::along(self.normal, along, false)
     }
 
-    /// The coat at a point, whose normal is the surface's own before anything bends it, bent by the coat's image. `bumpy`: whether an
-    /// image bends the surface's.
-    fn coat(
-        &self,
-        path: &PathState<R>,
-        hit: &Hit<R>,
-        at: &Interaction<R>,
-        (layered, here, normal): (&Layered<R>, &Here<'_, R>, R::Vec3),
-        bumpy: bool,
-    ) -> Option<Coat<R>> {
-        let coat = layered.coat.as_ref()?;
-        let unit = |x: R| Real::clamp(x.max(R::ZERO), R::ZERO, R::ONE);
-        let weight = unit(coat.factor.number(here));
-        let own = if bumpy || coat.bump.is_some() {
-            let smooth = Interaction::smooth::<General>(self.scene, &path.leg, hit);
-            let bent = coat.bump.as_ref().map(|bump| smooth.bent(bump, self.scene, &path.leg, hit));
-            Interaction { normal: bent.unwrap_or(smooth.normal), ..smooth }
-        } else {
-            *at
-        };
-        // On the side of the surface's normal.
-        let own = if normal == at.normal { own.normal } else { -own.normal };
-        Some(Coat { weight, roughness: unit(coat.roughness.number(here)), normal: own })
+    fn index(&self, _: &f64) -> f64 {
+        self.ior
+    }
+
+    fn base(&self, (): &()) -> MetallicRoughness<R> {
+        self.base
     }
 }
 

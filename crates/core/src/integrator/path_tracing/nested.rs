@@ -10,7 +10,8 @@ use super::layered::wavelength;
 use super::{Media, PathState, PathTracer};
 use crate::interaction::Interaction;
 use crate::material::MetallicRoughness;
-use crate::prepare::{Boundary, Classic, Here, Material};
+use crate::prepare::{Boundary, Classic, Material};
+use crate::texture::Here;
 
 impl<R: Real> PathTracer<'_, R> {
     /// Whether bodies are told apart by priority.
@@ -54,7 +55,7 @@ impl<R: Real> PathTracer<'_, R> {
                 (None, None) => 1.0,
             },
             Some(Material::Physical(m)) => {
-                let dispersion = m.layered.map_or(0.0, |place| self.scene.layers[place as usize].dispersion);
+                let dispersion = m.layered.map_or(0.0, |place| self.scene.layers[place as usize].ior);
                 let ior = m.boundary_at(here).ior;
                 if dispersion > 0.0 { crate::material::index_at(ior, dispersion, wavelength::<R>(path)) } else { ior }
             }

@@ -3,63 +3,76 @@
 
 use core::f64::consts::PI;
 
-use arrayvec::ArrayVec;
-use raywright_bvh::{Hit, Real};
+use raywright_bvh::{Hit, Interval, Ray, Real, Vector, widest};
 
 use super::classic::matte;
-use super::direct::LightQuery;
-use super::scatter::Scattering;
-use super::shade::{LANES, bend, shade};
-use super::{PathState, PathTracer};
+use super::respond::bend;
+use super::scatter::ScatteredRay;
+use super::shade::{Shade, ShadedLanes};
+use super::vertices::{VertexLanes, VertexList};
+use super::{PathState, PathTracer, roulette_from};
 use crate::interaction::Interaction;
-use crate::light::{ChosenLight, LightSample};
-use crate::material::{Bent, MetallicRoughness};
-use crate::prepare::Material;
+use crate::light::{Aim, ChosenLight, LANES, LightLanes, put, vector};
+use crate::material::Bent;
+use crate::prepare::{Material, Spawn};
 
 /// A segment of many paths.
 pub(super) struct Bounce<'a, R: Real> {
     pub paths: &'a mut [PathState<R>],
     /// Those that met something, by their places.
     pub going: &'a [u32],
-    /// What they hit, and what that is, in their order.
-    pub hits: &'a [Option<Hit<R>>],
+    /// What they met, in their order.
     pub met: &'a mut [Interaction<R>],
 }
 
 impl<R: Real> Bounce<'_, R> {
     /// The path that comes to a vertex, and what it met there.
     #[inline(always)]
-    fn of(&self, vertex: &RoughVertex<R>) -> (&PathState<R>, &Interaction<R>) {
-        let place = vertex.place as usize;
-        (&self.paths[self.going[place] as usize], &self.met[place])
+    fn of(&self, place: u32) -> (&PathState<R>, &Interaction<R>) {
+        (&self.paths[self.going[place as usize] as usize], &self.met[place as usize])
     }
 }
 
-/// A vertex on a common surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RoughVertex<R: Real> {
-    /// Its place among the paths that met something.
-    place: u32,
-    pub model: MetallicRoughness<R>,
-    bent: Option<Bent<R>>,
-    /// Factor on lights without size, whose unit is not the same to both families of materials.
-    gain: R,
-    pub query: Option<LightQuery<R>>,
+/// Vertices on common surfaces by whether they reflect anything, and what lights are asked for them; kept, so that its lists are made once.
+pub(super) struct RoughVertices<R: Real> {
+    matte: VertexList<R>,
+    glossy: VertexList<R>,
+    /// Normals that images bend, with the places of their vertices among the glossy ones.
+    bent: Vec<(usize, Bent<R>)>,
+    chosen: Vec<Option<ChosenLight<R>>>,
+    lights: Vec<LightLanes<R>>,
 }
 
-/// Vertices on common surfaces by whether they reflect anything, and what lights are asked for them; kept, so that its lists are made once.
-#[derive(Default)]
-pub(super) struct RoughVertices<R: Real> {
-    matte: Vec<RoughVertex<R>>,
-    glossy: Vec<RoughVertex<R>>,
-    chosen: Vec<Option<ChosenLight<R>>>,
-    samples: Vec<Option<LightSample<R>>>,
+impl<R: Real> Default for RoughVertices<R> {
+    fn default() -> Self {
+        Self {
+            matte: VertexList::default(),
+            glossy: VertexList::default(),
+            bent: Vec::new(),
+            chosen: Vec::new(),
+            lights: Vec::new(),
+        }
+    }
 }
 
 impl<R: Real> RoughVertices<R> {
     pub fn clear(&mut self) {
         self.matte.clear();
         self.glossy.clear();
+        self.bent.clear();
+    }
+
+    /// Bends the normals of those on which images do.
+    fn bend_normals(&mut self, met: &mut [Interaction<R>]) {
+        let vertices = self.glossy.lanes();
+        for these in self.bent.chunks(LANES) {
+            let normals = bend(|lane| &these[lane.min(these.len() - 1)].1);
+            for (&(vertex, _), normal) in these.iter().zip(normals) {
+                let (vertices, lane) = (&mut vertices[vertex / LANES], vertex % LANES);
+                put::<R>(&mut vertices.normal, lane, normal);
+                met[vertices.place[lane] as usize].normal = normal;
+            }
+        }
     }
 }
 
@@ -97,9 +110,11 @@ impl<R: Real> PathTracer<'_, R> {
         if self.nests() && is_physical {
             self.immersed(path, at, &here, &mut model);
         }
-        let bent = bump.map(|bump| at.bending(bump, scene, &path.leg, hit));
-        let list = if is_physical { &mut vertices.glossy } else { &mut vertices.matte };
-        list.push(RoughVertex { place, model, bent, gain, query: None });
+        let (lanes, index) = if is_physical { vertices.glossy.open() } else { vertices.matte.open() };
+        if let Some(bump) = bump {
+            vertices.bent.push((index * LANES + lanes.len, at.bending(bump, scene, &path.leg, hit)));
+        }
+        lanes.push(place, (path, at), (&model, gain), roulette_from(scene.roulette));
         true
     }
 
@@ -110,71 +125,104 @@ impl<R: Real> PathTracer<'_, R> {
         vertices: &mut RoughVertices<R>,
         mut ended: impl FnMut(u32),
     ) {
-        vertices.glossy.chunks(LANES).for_each(|vertices| bend_normals(&mut bounce, vertices));
-        self.sample_lights(&bounce, vertices);
-        self.shade_each::<true>(&mut bounce, &vertices.matte, &mut ended);
-        self.shade_each::<false>(&mut bounce, &vertices.glossy, &mut ended);
+        vertices.bend_normals(bounce.met);
+        let RoughVertices { matte, glossy, chosen, lights, .. } = vertices;
+        self.shade_each::<true>(&mut bounce, matte.lanes(), (chosen, lights), &mut ended);
+        self.shade_each::<false>(&mut bounce, glossy.lanes(), (chosen, lights), &mut ended);
     }
 
-    /// Draws the lights that vertices ask.
-    fn sample_lights(&self, bounce: &Bounce<'_, R>, vertices: &mut RoughVertices<R>) {
-        let RoughVertices { matte, glossy, chosen, samples } = vertices;
-        for list in [matte, glossy] {
-            chosen.clear();
-            chosen.extend(list.iter().map(|vertex| {
-                let (path, at) = bounce.of(vertex);
-                self.choose_light(path, at, at.normal)
-            }));
-            self.scene.lights.sample_each(chosen, samples);
-            for ((vertex, chosen), sample) in list.iter_mut().zip(&*chosen).zip(&*samples) {
-                let (_, at) = bounce.of(vertex);
-                if let (Some(chosen), Some(sample)) = (chosen, sample) {
-                    vertex.query = self.query_of(chosen.light, sample, at, at.normal, false);
-                }
-            }
-        }
-    }
-
-    /// Adds what vertices send back of the lights that they asked, and sends their paths on.
-    #[inline(always)]
     fn shade_each<const MATTE: bool>(
         &mut self,
         bounce: &mut Bounce<'_, R>,
-        vertices: &[RoughVertex<R>],
+        vertices: &mut [VertexLanes<R>],
+        (chosen, lights): (&mut Vec<Option<ChosenLight<R>>>, &mut Vec<LightLanes<R>>),
         ended: &mut impl FnMut(u32),
     ) {
-        for vertices in vertices.chunks(LANES) {
-            let shaded = {
-                let of = |vertex| {
-                    let (path, at) = bounce.of(vertex);
-                    (vertex, path, at)
-                };
-                let these: ArrayVec<_, LANES> = vertices.iter().map(of).collect();
-                shade::<R, MATTE>(&these, self.scene.compensates)
-            };
-            for (vertex, shaded) in vertices.iter().zip(shaded.iter().flatten()) {
-                let place = vertex.place as usize;
-                let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
-                if let Some(query) = &vertex.query {
-                    self.add_direct(path, at, query, (&shaded.light, vertex.gain));
+        self.sample_lights(bounce, vertices, (chosen, lights));
+        for ((vertices, chosen), lights) in vertices.iter().zip(chosen.chunks(LANES)).zip(&*lights) {
+            let compensated = self.scene.compensates;
+            let shaded = widest(Shade::<R, MATTE> { vertices, lights, compensated, reach: self.scene.rules.shadow_max_distance });
+            for lane in 0..vertices.len {
+                if let Some(chosen) = chosen[lane].as_ref().filter(|_| shaded.is_lit[lane]) {
+                    self.add_light(bounce, (vertices, lane), (chosen, lights), &shaded);
                 }
-                let normal = at.normal;
-                let scattering = Scattering { normal, lit: normal, bent: None, coated: false };
-                let goes_on =
-                    bounce.hits[place].as_ref().is_some_and(|hit| self.scatter(path, hit, at, &shaded.scattered, scattering));
-                if !goes_on {
-                    ended(vertex.place);
+                if shaded.goes_on[lane] {
+                    self.send_on(bounce, (vertices, lane), &shaded);
+                } else {
+                    ended(vertices.place[lane]);
                 }
             }
         }
     }
-}
 
-/// Bends the normals of some vertices.
-fn bend_normals<R: Real>(bounce: &mut Bounce<'_, R>, vertices: &[RoughVertex<R>]) {
-    let bumpy = || vertices.iter().filter_map(|vertex| vertex.bent.as_ref().map(|bent| (vertex.place, bent)));
-    let these: ArrayVec<_, LANES> = bumpy().map(|(_, bent)| bent).collect();
-    if !these.is_empty() {
-        bumpy().zip(bend(&these)).for_each(|((place, _), normal)| bounce.met[place as usize].normal = normal);
+    /// Draws the lights that vertices ask.
+    fn sample_lights(
+        &self,
+        bounce: &Bounce<'_, R>,
+        vertices: &mut [VertexLanes<R>],
+        (chosen, lights): (&mut Vec<Option<ChosenLight<R>>>, &mut Vec<LightLanes<R>>),
+    ) {
+        chosen.clear();
+        for vertices in &*vertices {
+            chosen.extend(vertices.place[..vertices.len].iter().map(|&place| {
+                let (path, at) = bounce.of(place);
+                self.choose_light(path, at, at.normal)
+            }));
+        }
+        self.scene.lights.sample_each(chosen, lights);
+        for ((vertices, chosen), lights) in vertices.iter_mut().zip(chosen.chunks(LANES)).zip(lights) {
+            for (lane, chosen) in chosen.iter().enumerate() {
+                let asked = chosen.as_ref().filter(|_| lights.aim[lane] != Aim::Nothing);
+                match asked.and_then(|chosen| self.strategy(chosen.light, lights.density_of(lane))) {
+                    Some(strategy) => vertices.strategy[lane] = strategy,
+                    None => lights.aim[lane] = Aim::Nothing,
+                }
+            }
+        }
+    }
+
+    /// Adds what a vertex sends back of a light, as far as it arrives.
+    #[inline(always)]
+    fn add_light(
+        &mut self,
+        bounce: &mut Bounce<'_, R>,
+        (vertices, lane): (&VertexLanes<R>, usize),
+        (&ChosenLight { light, .. }, lights): (&ChosenLight<R>, &LightLanes<R>),
+        shaded: &ShadedLanes<R>,
+    ) {
+        let place = vertices.place[lane] as usize;
+        let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
+        let sent = vector::<R>(&shaded.sent, lane);
+        let sent = if self.straight_to_lights(light) && lights.aim[lane] != Aim::Target {
+            let length = shaded.length[lane];
+            // Where the light is where the ray would start, nothing is in between.
+            let arrives = if length > R::ZERO && (length < R::INFINITY || lights.aim[lane] == Aim::Infinity) {
+                let ray = Ray::new(vector::<R>(&shaded.start, lane), vector::<R>(&shaded.towards, lane)).at_time(at.time);
+                self.passes(&ray, Interval { min: R::ZERO, max: length }, None, lights.is_sizeless(lane))
+            } else {
+                R::ONE
+            };
+            let sent = sent * arrives;
+            self.usage.count(light, sent != Vector::ZERO);
+            sent
+        } else {
+            self.arriving(path, at, (light, lights.lane(lane), false), sent)
+        };
+        path.radiance += path.throughput * sent;
+    }
+
+    /// Sends a path on in the direction that was drawn.
+    #[inline(always)]
+    fn send_on(&mut self, bounce: &mut Bounce<'_, R>, (vertices, lane): (&VertexLanes<R>, usize), shaded: &ShadedLanes<R>) {
+        let place = vertices.place[lane] as usize;
+        let (path, at) = (&mut bounce.paths[bounce.going[place] as usize], &bounce.met[place]);
+        let mut ray = shaded.ray(lane);
+        if !matches!(self.scene.rules.spawn, Spawn::ErrorBound) {
+            ray = self.scene.spawn(at, ray.direction, R::ONE);
+        }
+        let density = shaded.density[lane].to_f64();
+        let onward = ScatteredRay { ray, rest: Vector::ZERO, lit: at.normal, through: false, straight: false };
+        self.leave(path, at, (vector::<R>(&shaded.throughput, lane), density), onward);
+        self.counters.scatter += 1;
     }
 }

@@ -94,12 +94,25 @@ impl<R: Real> PathTracer<'_, R> {
         if throughput == Vector::ZERO || !throughput.is_finite() {
             return false;
         }
+        let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
+        self.leave(path, at, (throughput, density), onward);
+        true
+    }
+
+    /// Sends a path on that is known to go on, with what it then counts and the density of its direction.
+    #[inline(always)]
+    pub(super) fn leave(
+        &mut self,
+        path: &mut PathState<R>,
+        at: &Interaction<R>,
+        (throughput, density): (R::Vec3, f64),
+        onward: ScatteredRay<R>,
+    ) {
         path.leg.go_on(&onward.ray, onward.rest);
         path.throughput = throughput;
         path.address.bounce += 1;
         // What goes straight on through a wall is still found by lights that were asked before it.
         if !onward.straight {
-            let density = if drawn.delta { f64::INFINITY } else { drawn.density.to_f64() };
             path.spread = path.spread.min(path.previous.density);
             path.previous = PreviousVertex { from: at.surface.point, normal: onward.lit, density };
             self.counters.unaided += u64::from(self.is_unaided(path) && !self.scene.lights.emitters.is_empty());
@@ -107,7 +120,6 @@ impl<R: Real> PathTracer<'_, R> {
         if self.scene.tracks_media && onward.through {
             path.media = self.beyond(&path.media, at);
         }
-        true
     }
 
     /// Whether a material is a wall that lets light straight through, all of it being there.

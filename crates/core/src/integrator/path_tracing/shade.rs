@@ -1,200 +1,160 @@
-//! What vertices send back of the lights that they ask, and the directions in which their paths go on: one source for one vertex of any
-//! surface and for several on common ones, which have the bits that each would have alone. Here numbers go from paths into lanes and back.
+//! What becomes of several vertices on common surfaces: what they send back of the lights that they ask, and the rays that leave them, step by
+//! step, each step of all of them. Each has the bits that it would have alone.
 
-use core::array::from_fn;
+use raywright_bvh::{Loops, Ray, Real, Vector};
 
-use raywright_bvh::{Loops, Real, Vector, widest};
+use super::direct::MisStrategy;
+use super::respond::Answers;
+use super::vertices::VertexLanes;
+use super::weight;
+use crate::light::{Aim, Column, LANES, LightLanes, Vec3Column, put, vector};
 
-use super::PathState;
-use super::rough::RoughVertex;
-use crate::interaction::Interaction;
-use crate::material::{Bent, Bsdf, Frame, Lobe, MetallicRoughness, Sampled, Scatters};
-use crate::number::{Lanes, Mask, Number, Vector3};
-
-/// Vertices that are shaded at a time.
-pub(super) const LANES: usize = 8;
-
-/// What surfaces answer to a light.
+/// What becomes of vertices.
 #[derive(Clone, Copy)]
-pub(super) struct LightResponse<N: Number> {
-    /// What they send back of it, and the diffuse part of that where a light makes no highlights.
-    pub value: N::Vec3,
-    pub diffuse: N::Vec3,
-    /// How densely they would have drawn the direction to it.
-    pub density: N,
+pub(super) struct ShadedLanes<R: Real> {
+    /// Whether anything is sent back of a light where nothing is in between, and what.
+    pub is_lit: Column<bool>,
+    pub sent: Vec3Column<R>,
+    /// The ray to what it aims at where that is a surface or infinitely far, and its length; not above zero where nothing is in between.
+    pub start: Vec3Column<R>,
+    pub towards: Vec3Column<R>,
+    pub length: Column<R>,
+    /// Whether the path goes on, and how.
+    pub goes_on: Column<bool>,
+    pub origin: Vec3Column<R>,
+    pub direction: Vec3Column<R>,
+    pub throughput: Vec3Column<R>,
+    pub density: Column<R>,
 }
 
-/// A light that surfaces answer to.
-#[derive(Clone, Copy)]
-pub(super) struct LightDirection<N: Number> {
-    pub direction: N::Vec3,
-    /// Whether it may shine through the surface; of single vertices alone.
-    pub through: bool,
-    /// Whether it makes no highlights, of several some.
-    pub dull: bool,
+/// Shades vertices. `MATTE`: on surfaces that reflect nothing, of which one lobe is left with the same numbers.
+pub(super) struct Shade<'a, R: Real, const MATTE: bool> {
+    pub vertices: &'a VertexLanes<R>,
+    pub lights: &'a LightLanes<R>,
+    pub compensated: bool,
+    /// As far as a shadow of a light without size that is infinitely far reaches.
+    pub reach: R,
 }
 
-/// What surfaces send back of a light to where they are seen from.
-#[inline(always)]
-pub(super) fn respond<N: Number, L: Scatters<N>, const MOST: usize>(
-    bsdf: &Bsdf<N, L, MOST>,
-    view: N::Vec3,
-    LightDirection { direction, through, dull }: LightDirection<N>,
-) -> LightResponse<N> {
-    let (value, density) = bsdf.answer(view, direction);
-    let value = if through { bsdf.eval_either(view, direction) } else { value };
-    let diffuse = if dull { bsdf.diffuse(view, direction) } else { N::Vec3::ZERO };
-    LightResponse { value, diffuse, density }
-}
-
-/// How several vertices answer.
-#[derive(Clone, Copy)]
-pub(super) struct Shaded<N: Number> {
-    pub light: LightResponse<N>,
-    pub scattered: Sampled<N>,
-}
-
-/// Several vertices on common surfaces. `MATTE`: on those that reflect nothing, of which one lobe is left with the same numbers.
-struct Shading<'a, N: Number, const MATTE: bool> {
-    normal: &'a N::Vec3,
-    view: &'a N::Vec3,
-    model: &'a MetallicRoughness<N>,
-    light: &'a LightDirection<N>,
-    numbers: &'a [N; 3],
-    compensated: bool,
-}
-
-impl<N: Number, const MATTE: bool> Shading<'_, N, MATTE> {
+impl<R: Real, const MATTE: bool> Loops for Shade<'_, R, MATTE> {
+    type Output = ShadedLanes<R>;
     #[inline(always)]
-    fn by<const MOST: usize>(&self, bsdf: &Bsdf<N, Lobe<N>, MOST>) -> Shaded<N> {
-        let (normal, view) = (*self.normal, *self.view);
-        Shaded { light: respond(bsdf, view, *self.light), scattered: bsdf.sample(&Frame::about(normal), view, *self.numbers) }
+    fn run(self) -> ShadedLanes<R> {
+        let none = [[R::ZERO; LANES]; 3];
+        let answers = Answers::of::<MATTE>(self.vertices, &self.lights.direction, self.compensated);
+        let mut out = ShadedLanes {
+            is_lit: [false; LANES],
+            sent: none,
+            start: none,
+            towards: none,
+            length: none[0],
+            goes_on: [false; LANES],
+            origin: none,
+            direction: answers.direction,
+            throughput: none,
+            density: answers.density,
+        };
+        self.light(&answers, &mut out);
+        self.aim(&mut out);
+        self.leave(&answers, &mut out);
+        out
     }
 }
 
-impl<N: Number, const MATTE: bool> Loops for Shading<'_, N, MATTE> {
-    type Output = Shaded<N>;
+impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
+    /// What is sent back of the lights where nothing is in between.
     #[inline(always)]
-    fn run(self) -> Shaded<N> {
-        if MATTE {
-            self.by(&Bsdf::<N, Lobe<N>, 1>::of_kind(*self.normal).with(Lobe::Lambert { albedo: self.model.base }))
-        } else {
-            self.by(&self.model.rough(*self.normal, *self.view, self.compensated))
+    fn light(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
+        let (v, lights) = (self.vertices, self.lights);
+        let mut weighed = [false; LANES];
+        let mut dull = [false; LANES];
+        let mut sizeless = [false; LANES];
+        let mut seen = [false; LANES];
+        for lane in 0..LANES {
+            weighed[lane] = matches!(v.strategy[lane], MisStrategy::Weighed(_));
+            dull[lane] = v.strategy[lane].is_dull();
+            sizeless[lane] = matches!(v.strategy[lane], MisStrategy::Delta { .. });
+            seen[lane] = lights.aim[lane] != Aim::Nothing;
+        }
+        for lane in 0..LANES {
+            let (towards, zero) = (vector::<R>(&lights.direction, lane), R::ZERO);
+            let facing = vector::<R>(&v.normal, lane).dot(towards);
+            // Above the shading normal's horizon and the surface's own.
+            let above = (facing > zero) & !(vector::<R>(&v.geometric, lane).dot(towards) < zero);
+            let (value, diffuse) = (vector::<R>(&answers.value, lane), vector::<R>(&answers.diffuse, lane));
+            let value = if dull[lane] { diffuse } else { value };
+            let both = R::from_f64(weight(lights.density[lane], answers.light_density[lane].to_f64()));
+            let share = if sizeless[lane] { v.gain[lane] } else { R::ONE };
+            let share = if weighed[lane] { both } else { share };
+            let sent = vector::<R>(&lights.arriving, lane) * value * (Real::abs(facing) * share);
+            out.is_lit[lane] = seen[lane] & above & is_some::<R>(sent);
+            put::<R>(&mut out.sent, lane, sent);
+        }
+    }
+
+    /// Rays to the lights.
+    #[inline(always)]
+    fn aim(&self, out: &mut ShadedLanes<R>) {
+        let (v, lights) = (self.vertices, self.lights);
+        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == Aim::Surface)) {
+            for lane in 0..LANES {
+                let (ray, length) = v.surface.lane(lane).way_to_surface(&lights.surface.lane(lane));
+                put::<R>(&mut out.start, lane, ray.origin);
+                put::<R>(&mut out.towards, lane, ray.direction);
+                out.length[lane] = length;
+            }
+        }
+        if (0..LANES).fold(false, |some, lane| some | (lights.aim[lane] == Aim::Infinity)) {
+            for lane in 0..LANES {
+                let far = lights.aim[lane] == Aim::Infinity;
+                let direction = vector::<R>(&lights.direction, lane);
+                let start = v.surface.lane(lane).spawn(direction);
+                let length = if lights.density[lane] == 0.0 { self.reach } else { R::INFINITY };
+                let [before, towards] = [&out.start, &out.towards].map(|column| vector::<R>(column, lane));
+                put::<R>(&mut out.start, lane, if far { start } else { before });
+                put::<R>(&mut out.towards, lane, if far { direction } else { towards });
+                out.length[lane] = if far { length } else { out.length[lane] };
+            }
+        }
+    }
+
+    /// Rays that go on in the directions that were drawn.
+    #[inline(always)]
+    fn leave(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
+        let v = self.vertices;
+        let mut most = [R::INFINITY; LANES];
+        for lane in 0..LANES {
+            most[lane] = v.survival[lane].unwrap_or(R::INFINITY);
+        }
+        for lane in 0..LANES {
+            let direction = vector::<R>(&answers.direction, lane);
+            // A shading normal must not take a reflection below the surface.
+            let below = vector::<R>(&v.geometric, lane).dot(direction) < R::ZERO;
+            let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
+            // Also ends what is no number.
+            let survives = throughput.max_element().min(most[lane]);
+            let may_end = most[lane] < R::INFINITY;
+            let divided = throughput * (R::ONE / survives);
+            let throughput = if may_end { divided } else { throughput };
+            let goes_on = !may_end | (v.numbers[3][lane] < survives);
+            out.goes_on[lane] = answers.some[lane] & !below & goes_on & is_some::<R>(throughput);
+            put::<R>(&mut out.throughput, lane, throughput);
+            put::<R>(&mut out.origin, lane, v.surface.lane(lane).spawn(direction));
         }
     }
 }
 
-struct Bending<'a, N: Number>(&'a Bent<N>);
+/// Whether something is left of what light brings.
+#[inline(always)]
+fn is_some<R: Real>(v: R::Vec3) -> bool {
+    let (x, y, z) = (Real::abs(v.x()), Real::abs(v.y()), Real::abs(v.z()));
+    ((x > R::ZERO) | (y > R::ZERO) | (z > R::ZERO)) & (x < R::INFINITY) & (y < R::INFINITY) & (z < R::INFINITY)
+}
 
-impl<N: Number> Loops for Bending<'_, N> {
-    type Output = N::Vec3;
+impl<R: Real> ShadedLanes<R> {
+    /// The ray of a path that goes on.
     #[inline(always)]
-    fn run(self) -> N::Vec3 {
-        self.0.bent()
-    }
-}
-
-/// A mask of what is said of each lane.
-#[inline(always)]
-fn mask<N: Number>(yes: impl Fn(usize) -> bool) -> N::Mask {
-    let mut mask = N::Mask::default();
-    (0..N::LANES).filter(|&lane| yes(lane)).for_each(|lane| mask.set(lane));
-    mask
-}
-
-/// Normals that images bend, of at most so many vertices as there are lanes.
-#[inline(always)]
-pub(super) fn bend<R: Real>(these: &[&Bent<R>]) -> [R::Vec3; LANES] {
-    type N = Lanes<LANES>;
-    let of = |lane: usize| these[lane.min(these.len() - 1)];
-    if !is_single::<R>() {
-        return from_fn(|lane| of(lane).bent());
-    }
-    let vectors = |part: fn(&Bent<R>) -> R::Vec3| <N as Number>::Vec3::of_lanes(|lane| part(of(lane)).to_f64());
-    let normals = widest(Bending(&Bent::<N> {
-        normal: vectors(|bent| bent.normal),
-        along: vectors(|bent| bent.along),
-        mirrored: mask::<N>(|lane| of(lane).mirrored),
-        code: vectors(|bent| bent.code),
-        geometric: vectors(|bent| bent.geometric),
-        outside: mask::<N>(|lane| of(lane).outside),
-        direction: vectors(|bent| bent.direction),
-    }));
-    from_fn(|lane| R::Vec3::from_f64(normals.lane(lane)))
-}
-
-/// Shades the vertices on common surfaces, at most so many as there are lanes.
-#[inline(always)]
-pub(super) fn shade<R: Real, const MATTE: bool>(
-    these: &[(&RoughVertex<R>, &PathState<R>, &Interaction<R>)],
-    compensated: bool,
-) -> [Option<Shaded<R>>; LANES] {
-    let mut out = [None; LANES];
-    if is_single::<R>() {
-        let all = together::<Lanes<LANES>, R, MATTE>(these, compensated);
-        for (lane, out) in out.iter_mut().enumerate().take(these.len()) {
-            *out = Some(one(&all, lane));
-        }
-    } else {
-        for (these, out) in these.chunks(1).zip(&mut out) {
-            *out = Some(together::<R, R, MATTE>(these, compensated));
-        }
-    }
-    out
-}
-
-#[inline(always)]
-fn together<N: Number, R: Real, const MATTE: bool>(
-    these: &[(&RoughVertex<R>, &PathState<R>, &Interaction<R>)],
-    compensated: bool,
-) -> Shaded<N> {
-    // Lanes without a vertex do what the last one does.
-    let of = |lane: usize| these[lane.min(these.len() - 1)];
-    let model = |lane: usize| &of(lane).0.model;
-    let number = |of: fn(&MetallicRoughness<R>) -> R| {
-        if MATTE { N::ZERO } else { N::of_lanes(|lane| of(model(lane)).to_f64()) }
-    };
-    let direction = N::Vec3::of_lanes(|lane| {
-        let (vertex, _, at) = of(lane);
-        vertex.query.map_or(at.normal, |query| query.seen.direction).to_f64()
-    });
-    let dull = these.iter().any(|(vertex, ..)| vertex.query.is_some_and(|query| query.strategy.is_dull()));
-    widest(Shading::<N, MATTE> {
-        normal: &N::Vec3::of_lanes(|lane| of(lane).2.normal.to_f64()),
-        view: &-N::Vec3::of_lanes(|lane| of(lane).2.direction.to_f64()),
-        model: &MetallicRoughness {
-            base: N::Vec3::of_lanes(|lane| model(lane).base.to_f64()),
-            metallic: number(|model| model.metallic),
-            roughness: number(|model| model.roughness),
-            dielectric: number(|model| model.dielectric),
-            grazing: number(|model| model.grazing),
-            glass: None,
-        },
-        light: &LightDirection { direction, through: false, dull },
-        numbers: &from_fn(|k| N::of_lanes(|lane| of(lane).1.draws.scatter[k].into())),
-        compensated,
-    })
-}
-
-/// Whether lanes, which are f32, have this scalar's bits.
-fn is_single<R: Real>() -> bool {
-    size_of::<R>() == size_of::<f32>()
-}
-
-/// One lane of what was computed.
-#[inline(always)]
-fn one<R: Real>(all: &Shaded<Lanes<LANES>>, lane: usize) -> Shaded<R> {
-    let vector = |v: <Lanes<LANES> as Number>::Vec3| R::Vec3::from_f64(v.lane(lane));
-    let number = |x: Lanes<LANES>| R::from_f64(x.lane(lane));
-    let (light, scattered) = (&all.light, &all.scattered);
-    Shaded {
-        light: LightResponse { value: vector(light.value), diffuse: vector(light.diffuse), density: number(light.density) },
-        scattered: Sampled {
-            some: scattered.some.lane(lane),
-            direction: vector(scattered.direction),
-            weight: vector(scattered.weight),
-            density: number(scattered.density),
-            delta: scattered.delta.lane(lane),
-        },
+    pub fn ray(&self, lane: usize) -> Ray<R> {
+        Ray::new(vector::<R>(&self.origin, lane), vector::<R>(&self.direction, lane))
     }
 }

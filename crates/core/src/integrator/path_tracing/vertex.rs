@@ -4,8 +4,8 @@ use core::f64::consts::PI;
 
 use raywright_bvh::{Hit, Real, Vector};
 
+use super::respond::{LightDirection, respond};
 use super::scatter::Scattering;
-use super::shade::{LightDirection, respond};
 use super::{PathState, PathTracer, classic};
 use crate::interaction::Interaction;
 use crate::light::{LightId, Target};

@@ -19,7 +19,7 @@ pub(super) struct Wavefront<R: Real> {
     hits: Vec<Option<Hit<R>>>,
     /// What those that hit nothing see of the sky.
     seen: Vec<Seen<R>>,
-    /// The surfaces that the others met.
+    /// The surfaces that the others met, and room for more.
     met: Vec<Interaction<R>>,
     sequences: Vec<(Sequence, u32)>,
     draws: Vec<[f32; 4]>,
@@ -117,11 +117,12 @@ impl<R: Real> PathTracer<'_, R> {
 
     /// Finds points, frames and coordinates of the surfaces that were met; their texels are asked for before any is waited for.
     fn locate(&self, Wavefront { paths, going, hits, met, .. }: &mut Wavefront<R>) {
-        met.clear();
-        for (&place, hit) in going.iter().zip(&*hits) {
+        if met.len() < going.len() {
+            met.resize(going.len(), Interaction::NOWHERE);
+        }
+        for ((&place, hit), at) in going.iter().zip(&*hits).zip(met) {
             let (leg, Some(hit)) = (&paths[place as usize].leg, hit) else { continue };
-            met.push(Interaction::begun(self.scene, leg, hit));
-            let Some(at) = met.last_mut() else { continue };
+            at.begin(self.scene, leg, hit);
             at.finish::<General>(self.scene, leg, hit);
             self.scene.sources.prefetch(at);
         }
@@ -165,8 +166,8 @@ impl<R: Real> PathTracer<'_, R> {
     }
 
     /// Shades the vertices on common surfaces.
-    fn shade_rough(&mut self, Wavefront { paths, going, hits, met, rough, goes, .. }: &mut Wavefront<R>) {
-        self.shade_gathered(Bounce { paths, going, hits, met }, rough, |k| goes[k as usize] = false);
+    fn shade_rough(&mut self, Wavefront { paths, going, met, rough, goes, .. }: &mut Wavefront<R>) {
+        self.shade_gathered(Bounce { paths, going, met }, rough, |k| goes[k as usize] = false);
     }
 
     /// What the paths brought, limited and seen through a veil as the scene says.

@@ -8,9 +8,10 @@ use super::WhittedTracer;
 use super::state::{NextRay, ScatteredRays, Step, WhittedState};
 use crate::interaction::{Beam, Interaction};
 use crate::material::{Glass, Interface};
-use crate::prepare::{Classic, Here, Specular};
+use crate::prepare::{Classic, Specular};
 use crate::sampler::Address;
 use crate::scene::SpecularModel;
+use crate::texture::Here;
 
 impl<R: Real, K: Kernel> WhittedTracer<'_, R, K> {
     /// Adds the local term of a classic surface to what the path brings, which then goes on with the rays that leave.

@@ -1,7 +1,7 @@
 //! The tables of emitters, as preparation fills them.
 
 use glam::DVec3;
-use raywright_bvh::shapes::{AnyShape, TransformedShape, Triangle};
+use raywright_bvh::shapes::{AnyShape, Quad, TransformedShape, Triangle};
 use raywright_bvh::{Real, Side, Vector};
 
 use super::cells::{CellTable, Cells, bytes_of};
@@ -63,13 +63,24 @@ impl<R: Real> Emitter<R> {
 }
 
 impl<R: Real> Emitter<R> {
+    /// What its points are shown with: what it gives off, or one where that is known only when a ray meets it.
+    #[inline(always)]
+    pub fn shown_radiance(&self) -> R::Vec3 {
+        if self.varies { R::Vec3::ONE } else { self.radiance }
+    }
+
     /// The polygon that it is, if it is one and has a plane.
     #[inline(always)]
     pub fn polygon(&self) -> Option<Polygon> {
         self.plane?;
+        // One by one: an array's map is not always inlined.
         match &self.form {
-            Form::Plain(AnyShape::Triangle(triangle)) => Some(Polygon::triangle(triangle.vertices.map(Vector::to_f64))),
-            Form::Plain(AnyShape::Quad(quad)) => Some(Polygon::quad(quad.corners.map(Vector::to_f64))),
+            Form::Plain(AnyShape::Triangle(Triangle { vertices: [a, b, c] })) => {
+                Some(Polygon::triangle([a.to_f64(), b.to_f64(), c.to_f64()]))
+            }
+            Form::Plain(AnyShape::Quad(Quad { corners: [a, b, c, d] })) => {
+                Some(Polygon::quad([a.to_f64(), b.to_f64(), c.to_f64(), d.to_f64()]))
+            }
             _ => None,
         }
     }

@@ -6,8 +6,8 @@ use raywright_bvh::shapes::equirectangular;
 use raywright_bvh::{Loops, Real, Vector, widest};
 
 use super::Seen;
-use crate::prepare::texture::decoded;
 use crate::scene::{ImageData, Pixels};
+use crate::texture::decoded;
 
 /// An equirectangular picture.
 #[derive(Clone, Debug)]

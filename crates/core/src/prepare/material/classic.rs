@@ -2,12 +2,13 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::super::PrepareError;
-use super::super::input::{Compiler, Input};
+use super::super::error::PrepareError;
+use super::super::inputs::Compiler;
 use super::vector;
 use crate::expr::{Scope, Variable};
 use crate::material::Glass;
 use crate::scene::{Classic as ClassicData, Colour, Mixture as MixtureData, SpecularModel, TransmissionChoice};
+use crate::texture::Input;
 
 /// A local lighting model made of terms.
 #[derive(Clone, Copy, Debug)]

@@ -2,77 +2,70 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::super::PrepareError;
-use super::super::input::{Compiler, Input, Product};
-use super::{Bump, Context};
-use crate::material::FresnelRule;
-use crate::scene::{Channel, Model, Physical as PhysicalData, Scene, TextureRef};
+use super::super::error::PrepareError;
+use super::super::inputs::Compiler;
+use crate::effects::EffectSet;
+use crate::material::{Coat, Combed, Diffused, Film, FresnelRule, Layered, Sheen, Stage};
+use crate::scene::{Channel, Model, Physical as PhysicalData, Scene};
+use crate::texture::{Bump, Input, Product};
+
+/// The stage of layers whose fields are inputs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inputs<R>(R);
+
+impl<R: Real> Stage for Inputs<R> {
+    type Share = Product<R>;
+    type Tint = Product<R>;
+    type Colour = Product<R>;
+    type Thickness = Thickness<R>;
+    type Constant = f64;
+    type Spectrum = R::Vec3;
+    /// None: the surface's own before anything bends it.
+    type Normal = Option<Bump<R>>;
+    type Frame = Directions<R>;
+    /// How much more short waves bend than long ones.
+    type Index = f64;
+    type Base = ();
+}
 
 /// The layers of a physical surface.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Layered<R: Real> {
-    pub specular: Product<R>,
-    pub specular_colour: Product<R>,
-    /// Complex index, n and k.
-    pub conductor: Option<[R::Vec3; 2]>,
-    pub dispersion: f64,
-    /// Share and colour of what is diffused to the other side.
-    pub diffused: Option<[Product<R>; 2]>,
-    pub combed: Option<Combed<R>>,
-    pub film: Option<Film<R>>,
-    /// Colour and roughness of fibres.
-    pub sheen: Option<[Product<R>; 2]>,
-    pub coat: Option<Coat<R>>,
-    pub rule: FresnelRule,
-}
+pub(crate) type LayeredInputs<R> = Layered<Inputs<R>>;
 
-/// How facets are combed.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Combed<R: Real> {
-    pub strength: Product<R>,
-    /// Cosine and sine of the angle from the tangent.
-    pub turn: [R; 2],
-    /// Directions, and a factor of the strength.
-    pub image: Option<Input<R>>,
-}
-
-/// A thin film.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Film<R: Real> {
-    pub factor: Product<R>,
-    pub ior: f64,
-    /// Nanometres where the image is white and where it is black.
-    pub thickness: Product<R>,
+/// Nanometres of a film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Thickness<R: Real> {
+    /// Where the image is white, and where it is black.
+    pub thickest: Product<R>,
     pub thinnest: R,
     pub image: Option<Input<R>>,
 }
 
-/// A clear coat.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Coat<R: Real> {
-    pub factor: Product<R>,
-    pub roughness: Product<R>,
-    pub bump: Option<Bump<R>>,
+/// Directions on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Directions<R: Real> {
+    /// Cosine and sine of the angle from the tangent.
+    pub turn: [R; 2],
+    pub image: Option<Input<R>>,
 }
 
-impl<R: Real> Layered<R> {
-    /// Every input that may be read.
-    pub fn inputs(&self) -> impl Iterator<Item = &Input<R>> {
-        let mut products = vec![&self.specular, &self.specular_colour];
-        products.extend(self.diffused.iter().chain(&self.sheen).flatten());
-        products.extend(self.combed.as_ref().map(|combed| &combed.strength));
-        products.extend(self.film.iter().flat_map(|film| [&film.factor, &film.thickness]));
-        products.extend(self.coat.iter().flat_map(|coat| [&coat.factor, &coat.roughness]));
-        let combed = self.combed.as_ref().and_then(|combed| combed.image.as_ref());
-        let film = self.film.as_ref().and_then(|film| film.image.as_ref());
-        let coat = self.coat.as_ref().and_then(|coat| coat.bump.as_ref()).map(|bump| &bump.image);
-        products.into_iter().flat_map(Product::factors).chain([combed, film, coat].into_iter().flatten())
-    }
+/// Whether directions on a surface of such layers count.
+pub(super) fn is_directed<R: Real>(layers: &LayeredInputs<R>) -> bool {
+    layers.combed.is_some() || layers.coat.as_ref().is_some_and(|coat| coat.normal.is_some())
+}
 
-    /// Whether directions on the surface count.
-    pub fn is_directed(&self) -> bool {
-        self.combed.is_some() || self.coat.as_ref().is_some_and(|coat| coat.bump.is_some())
-    }
+/// What preparing a material depends on besides it.
+#[derive(Debug)]
+pub(in crate::prepare) struct Context<R: Real> {
+    /// The layers of those that were prepared, to which they refer by index.
+    pub layers: Vec<LayeredInputs<R>>,
+    /// Whether a path tracer runs.
+    pub paths: bool,
+    /// Effects that are switched off.
+    pub without: EffectSet,
+    /// By which formulas surfaces reflect.
+    pub fresnel: FresnelRule,
+    /// Whether rough surfaces give back what their facets send to each other.
+    pub compensates: bool,
 }
 
 /// Whether a material has something that the metallic-roughness model alone has not.
@@ -93,77 +86,65 @@ pub(super) fn layered<R: Real>(
     m: &PhysicalData,
     inputs: &mut Compiler<'_, R>,
     context: &Context<R>,
-) -> Result<Option<Layered<R>>, PrepareError> {
+) -> Result<Option<LayeredInputs<R>>, PrepareError> {
     if m.unlit || !context.paths || !is_layered(m, context.fresnel) {
         return Ok(None);
     }
-    let number = |inputs: &mut Compiler<'_, R>, input: &crate::scene::NumberInput, image: &Option<TextureRef>, key: &str| {
-        let image = inputs.image(image, key)?;
-        inputs.product(input, image, key)
-    };
-    let colour = |inputs: &mut Compiler<'_, R>, input: &crate::scene::ColourInput, image: &Option<TextureRef>, key: &str| {
-        let image = inputs.image(image, key)?;
-        inputs.product(input, image, key)
-    };
     let diffused = m.diffuse_transmission.as_ref().filter(|_| m.may_diffuse_through()).map(|layer| {
-        Ok([
-            number(inputs, &layer.factor, &layer.factor_texture, "diffuse_transmission.factor")?,
-            colour(inputs, &layer.colour, &layer.colour_texture, "diffuse_transmission.colour")?,
-        ])
+        Ok(Diffused {
+            share: inputs.factor(&layer.factor, &layer.factor_texture, "diffuse_transmission.factor")?,
+            colour: inputs.factor(&layer.colour, &layer.colour_texture, "diffuse_transmission.colour")?,
+        })
     });
     let diffused = diffused.transpose()?;
     let sheen = m.fibres().map(|layer| {
-        Ok([
-            colour(inputs, &layer.colour, &layer.colour_texture, "sheen.colour")?,
-            number(inputs, &layer.roughness, &layer.roughness_texture, "sheen.roughness")?,
-        ])
+        Ok(Sheen {
+            colour: inputs.factor(&layer.colour, &layer.colour_texture, "sheen.colour")?,
+            roughness: inputs.factor(&layer.roughness, &layer.roughness_texture, "sheen.roughness")?,
+        })
     });
     let sheen = sheen.transpose()?;
+    let combed = m.combed().map(|layer| {
+        let image = inputs.image(&layer.texture, "anisotropy.texture")?;
+        let strength = inputs.product(&layer.strength, image.map(|image| image.channel(Channel::Blue)), "anisotropy.strength")?;
+        let angle = layer.rotation.to_radians();
+        Ok(Combed { strength, frame: Directions { turn: [libm::cos(angle), libm::sin(angle)].map(R::from_f64), image } })
+    });
+    let combed = combed.transpose()?;
+    let film = m.film().map(|layer| {
+        Ok(Film {
+            share: inputs.factor(&layer.factor, &layer.factor_texture, "iridescence.factor")?,
+            ior: layer.ior,
+            thickness: Thickness {
+                thickest: inputs.factor(&layer.thickness, &None, "iridescence.thickness")?,
+                thinnest: R::from_f64(layer.thinnest),
+                image: inputs.image(&layer.thickness_texture, "iridescence.thickness_texture")?,
+            },
+        })
+    });
+    let film = film.transpose()?;
+    let coat = m.coat().map(|layer| {
+        let bump = inputs.image(&layer.normal_texture, "clearcoat.normal_texture")?;
+        Ok(Coat {
+            weight: inputs.factor(&layer.factor, &layer.factor_texture, "clearcoat.factor")?,
+            roughness: inputs.factor(&layer.roughness, &layer.roughness_texture, "clearcoat.roughness")?,
+            normal: bump.map(|image| Bump { image, scale: R::from_f64(layer.normal_scale) }),
+        })
+    });
+    let coat = coat.transpose()?;
     Ok(Some(Layered {
-        specular: number(inputs, &m.specular, &m.specular_texture, "specular")?,
-        specular_colour: colour(inputs, &m.specular_colour, &m.specular_colour_texture, "specular_colour")?,
+        base: (),
+        ior: if m.thin_walled { 0.0 } else { m.dispersion },
+        specular: inputs.factor(&m.specular, &m.specular_texture, "specular")?,
+        specular_colour: inputs.factor(&m.specular_colour, &m.specular_colour_texture, "specular_colour")?,
         conductor: m.metal().map(|index| [index.n, index.k].map(|c| R::Vec3::from_f64(c.0.into()))),
-        dispersion: if m.thin_walled { 0.0 } else { m.dispersion },
+        thin: m.thin_walled,
         diffused,
-        combed: combed(m, inputs)?,
-        film: film(m, inputs)?,
+        combed,
+        film,
         sheen,
-        coat: coat(m, inputs)?,
+        coat,
         rule: context.fresnel,
-    }))
-}
-
-fn combed<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>) -> Result<Option<Combed<R>>, PrepareError> {
-    let Some(layer) = m.combed() else { return Ok(None) };
-    let image = inputs.image(&layer.texture, "anisotropy.texture")?;
-    let angle = layer.rotation.to_radians();
-    Ok(Some(Combed {
-        strength: inputs.product(&layer.strength, image.map(|image| image.channel(Channel::Blue)), "anisotropy.strength")?,
-        turn: [R::from_f64(libm::cos(angle)), R::from_f64(libm::sin(angle))],
-        image,
-    }))
-}
-
-fn film<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>) -> Result<Option<Film<R>>, PrepareError> {
-    let Some(layer) = m.film() else { return Ok(None) };
-    let factor = inputs.image(&layer.factor_texture, "iridescence.factor_texture")?;
-    Ok(Some(Film {
-        factor: inputs.product(&layer.factor, factor, "iridescence.factor")?,
-        ior: layer.ior,
-        thickness: inputs.product(&layer.thickness, None, "iridescence.thickness")?,
-        thinnest: R::from_f64(layer.thinnest),
-        image: inputs.image(&layer.thickness_texture, "iridescence.thickness_texture")?,
-    }))
-}
-
-fn coat<R: Real>(m: &PhysicalData, inputs: &mut Compiler<'_, R>) -> Result<Option<Coat<R>>, PrepareError> {
-    let Some(layer) = m.coat() else { return Ok(None) };
-    let factor = inputs.image(&layer.factor_texture, "clearcoat.factor_texture")?;
-    let roughness = inputs.image(&layer.roughness_texture, "clearcoat.roughness_texture")?;
-    let bump = inputs.image(&layer.normal_texture, "clearcoat.normal_texture")?;
-    Ok(Some(Coat {
-        factor: inputs.product(&layer.factor, factor, "clearcoat.factor")?,
-        roughness: inputs.product(&layer.roughness, roughness, "clearcoat.roughness")?,
-        bump: bump.map(|image| Bump { image, scale: R::from_f64(layer.normal_scale) }),
+        compensated: context.compensates,
     }))
 }

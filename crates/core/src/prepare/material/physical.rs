@@ -2,12 +2,12 @@
 
 use raywright_bvh::{Real, Vector};
 
-use super::super::PrepareError;
-use super::super::input::{Compiler, Input, Product, Sources};
-use super::Context;
-use super::layered::layered;
+use super::super::error::PrepareError;
+use super::super::inputs::Compiler;
+use super::layered::{Context, layered};
 use crate::effects::Effect;
 use crate::scene::{AlphaMode, Channel, Colour, Physical as PhysicalData};
+use crate::texture::{Bump, Product};
 
 /// The metallic-roughness model.
 #[derive(Clone, Copy, Debug)]
@@ -39,14 +39,6 @@ pub(crate) struct Physical<R: Real> {
     pub plain: bool,
     /// Whether smooth reflection is traced; otherwise it is shown as rough ones are.
     pub mirrors: bool,
-}
-
-/// An image of directions about the normal.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Bump<R: Real> {
-    pub image: Input<R>,
-    /// Factor of the directions across the normal.
-    pub scale: R,
 }
 
 /// Index of refraction of a physical material, at least 1.
@@ -96,16 +88,6 @@ impl<R: Real> Physical<R> {
     }
 }
 
-impl<R: Real> Physical<R> {
-    fn is_plain(&self, sources: &Sources<R>) -> bool {
-        let index = if let Index::Varying(index) = &self.index { Some(index) } else { None };
-        let products = [&self.base, &self.metallic, &self.roughness].into_iter().chain(self.emission.as_ref()).chain(index);
-        let mut inputs = products.flat_map(Product::factors).chain(self.bump.as_ref().map(|bump| &bump.image));
-        let opaque = self.alpha == Alpha::Opaque && self.passage.is_none();
-        opaque && !self.unlit && self.layered.is_none() && !inputs.any(|input| input.computes(sources))
-    }
-}
-
 /// What a black attenuation colour absorbs per metre: all, in a number that f32 has.
 const MOST_ABSORPTION: f64 = 1e30;
 
@@ -136,16 +118,14 @@ pub(super) fn physical<R: Real>(
     let emission = if m.emission == Colour::BLACK.into() {
         None
     } else {
-        let image = inputs.image(&m.emission_texture, "emission_texture")?;
-        Some(inputs.product(&m.emission, image, "emission")?)
+        Some(inputs.factor(&m.emission, &m.emission_texture, "emission")?)
     };
     let index = match m.ior.constant() {
         Some(ior) => Index::Even(Boundary::new(ior)),
-        None => Index::Varying(inputs.product(&m.ior, None, "ior")?),
+        None => Index::Varying(inputs.factor(&m.ior, &None, "ior")?),
     };
     let passage = if m.may_transmit() {
-        let image = inputs.image(&m.transmission_texture, "transmission_texture")?;
-        let share = inputs.product(&m.transmission, image, "transmission")?;
+        let share = inputs.factor(&m.transmission, &m.transmission_texture, "transmission")?;
         let passage = Passage { share, tint: base.constant().unwrap_or(R::Vec3::ONE), even: None };
         Some(Passage { even: share.even().map(|share| passage.of_light(share.x())), ..passage })
     } else {
@@ -160,8 +140,9 @@ pub(super) fn physical<R: Real>(
         context.layers.len() as u32 - 1
     });
     let factor = m.factor_of_reflections().filter(|_| context.paths && layered.is_none());
-    let mut material = Physical {
-        plain: false,
+    let opaque = m.alpha == AlphaMode::Opaque && passage.is_none() && !m.unlit;
+    Ok(Physical {
+        plain: opaque && layered.is_none() && !inputs.reads.expressions,
         layered,
         specular: R::from_f64(factor.unwrap_or(1.0)),
         thin: m.thin_walled,
@@ -182,7 +163,5 @@ pub(super) fn physical<R: Real>(
         opacity,
         unlit: m.unlit,
         mirrors: !context.without.has(Effect::MirrorReflection),
-    };
-    material.plain = material.is_plain(&inputs.sources);
-    Ok(material)
+    })
 }

@@ -3,177 +3,100 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, Varying, early};
-use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, Iridescence, Sheen};
+use super::super::field::Bounds::{Any, Finite, Length, Within};
+use super::super::field::{Bounds, Field, FieldValue, Fields, fields, file_struct};
+use super::super::input::{Colour, ColourInput, NumberInput, TextureRef, early};
+use super::layers::{Anisotropy, Clearcoat, Conductor, DiffuseTransmission, INDICES, IOR, Iridescence, SHARE, Sheen};
 
-/// The metallic-roughness model of glTF 2.0 with its extensions. Every factor multiplies its texture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct Physical {
-    /// Base colour, linear.
-    pub base_colour: ColourInput,
-    /// Image that multiplies the base colour.
-    pub base_colour_texture: Option<TextureRef>,
-    /// Whether the colours of the mesh's vertices multiply the base colour.
-    pub vertex_colours: bool,
-    /// 0 dielectric to 1 metal.
-    #[serde(deserialize_with = "early")]
-    pub metallic: NumberInput,
-    /// Perceptual roughness, 0 mirror to 1 matte; the microfacet α is its square.
-    #[serde(deserialize_with = "early")]
-    pub roughness: NumberInput,
-    /// Image with roughness in green and metalness in blue.
-    pub metallic_roughness_texture: Option<TextureRef>,
-    /// Image of directions about the normal: red along the way in which u grows, green up in the image, blue outwards, each
-    /// from −1 to 1 over the codes. Its texture's colour space must be linear.
-    pub normal_texture: Option<TextureRef>,
-    /// Factor of the image's red and green directions; 0: the surface is smooth.
-    pub normal_scale: f64,
-    /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read.
-    #[serde(deserialize_with = "early")]
-    pub ior: NumberInput,
-    /// Share of light that passes through the surface instead of being diffused, 0 to 1; what varies is clamped to that.
-    #[serde(deserialize_with = "early")]
-    pub transmission: NumberInput,
-    /// Image whose red channel, where it names no other, multiplies the transmission.
-    pub transmission_texture: Option<TextureRef>,
-    /// Colour that white light has after `attenuation_distance` inside.
-    pub attenuation_colour: Colour,
-    /// Distance in metres after which light inside has the `attenuation_colour`, above zero; none: nothing is absorbed.
-    pub attenuation_distance: Option<f64>,
-    /// Whether the surface is a wall too thin to bend light, without an inside; else it bounds a body.
-    pub thin_walled: bool,
-    /// Which body light is in where several overlap: the one of the greatest priority, of equal ones the one that it entered last. Where
-    /// no shown body of glass has one above zero, each boundary bends light as from and into air.
-    pub priority: u32,
-    /// How much more short waves bend than long ones: 20 over the Abbe number, from 0, as none, to 400.
-    pub dispersion: f64,
-    /// Factor of what the dielectric part reflects, 0 to 1.
-    #[serde(deserialize_with = "early")]
-    pub specular: NumberInput,
-    /// Image that multiplies it, by its red channel where it names no other.
-    pub specular_texture: Option<TextureRef>,
-    /// Colour of what the dielectric part reflects at normal incidence; may be above one.
-    pub specular_colour: ColourInput,
-    /// Image that multiplies that colour.
-    pub specular_colour_texture: Option<TextureRef>,
-    /// Complex index of the metallic part, in place of the base colour.
-    pub conductor: Option<Conductor>,
-    /// Light that is diffused to the other side.
-    pub diffuse_transmission: Option<DiffuseTransmission>,
-    /// Facets that are rougher one way.
-    pub anisotropy: Option<Anisotropy>,
-    /// A thin film on the facets.
-    pub iridescence: Option<Iridescence>,
-    /// Fibres over all this.
-    pub sheen: Option<Sheen>,
-    /// A clear coat over everything.
-    pub clearcoat: Option<Clearcoat>,
-    /// Radiance given off.
-    #[serde(deserialize_with = "early")]
-    pub emission: ColourInput,
-    /// Image that multiplies the emission.
-    pub emission_texture: Option<TextureRef>,
-    /// What the alpha of the base colour means.
-    pub alpha: AlphaMode,
-    /// Alpha that multiplies the texture's.
-    #[serde(deserialize_with = "early")]
-    pub opacity: NumberInput,
-    /// Whether the base colour is shown as it is, without light.
-    pub unlit: bool,
-}
-
-impl Default for Physical {
-    fn default() -> Self {
-        Self {
-            base_colour: ColourInput::default(),
-            base_colour_texture: None,
-            vertex_colours: false,
-            metallic: 0.0.into(),
-            roughness: 1.0.into(),
-            metallic_roughness_texture: None,
-            normal_texture: None,
-            normal_scale: 1.0,
-            ior: 1.5.into(),
-            transmission: 0.0.into(),
-            transmission_texture: None,
-            attenuation_colour: Colour([1.0; 3]),
-            attenuation_distance: None,
-            thin_walled: false,
-            priority: 0,
-            dispersion: 0.0,
-            specular: 1.0.into(),
-            specular_texture: None,
-            specular_colour: Colour::WHITE.into(),
-            specular_colour_texture: None,
-            conductor: None,
-            diffuse_transmission: None,
-            anisotropy: None,
-            iridescence: None,
-            sheen: None,
-            clearcoat: None,
-            emission: Colour::BLACK.into(),
-            emission_texture: None,
-            alpha: AlphaMode::Opaque,
-            opacity: 1.0.into(),
-            unlit: false,
-        }
-    }
-}
-
-/// The inputs by their keys, for whatever is asked of all of them.
-macro_rules! inputs {
-    ([$($key:ident),*], $({$layer:ident: $($part:ident),*}),*) => {
-        impl Physical {
-            /// Every input, and every image that multiplies one, with its key.
-            pub fn inputs(&self) -> Vec<(&'static str, &dyn Varying)> {
-                let mut list: Vec<(&'static str, &dyn Varying)> = vec![$((stringify!($key), &self.$key)),*];
-                $(if let Some(layer) = &self.$layer {
-                    list.extend([$((concat!(stringify!($layer), ".", stringify!($part)), &layer.$part as &dyn Varying)),*]);
-                })*
-                list
-            }
-
-            /// The same, to be changed.
-            pub fn inputs_mut(&mut self) -> Vec<&mut dyn Varying> {
-                let mut list: Vec<&mut dyn Varying> = vec![$(&mut self.$key),*];
-                $(if let Some(layer) = &mut self.$layer {
-                    list.extend([$(&mut layer.$part as &mut dyn Varying),*]);
-                })*
-                list
-            }
+/// Hands the list of the model's fields to a macro, each as `key: Type = DEFAULT, BOUNDS, Effect;`, see [`file_struct`].
+macro_rules! physical_fields {
+    ($then:ident) => {
+        $then! {
+            /// The metallic-roughness model of glTF 2.0 with its extensions. Every factor multiplies its texture.
+            Physical
+            /// Base colour, linear.
+            base_colour: ColourInput = ColourInput::default(), Bounds::Colour;
+            /// Image that multiplies the base colour.
+            base_colour_texture: Option<TextureRef> = None, Any;
+            /// Whether the colours of the mesh's vertices multiply the base colour.
+            vertex_colours: bool = false, Any, VertexColours;
+            /// 0 dielectric to 1 metal.
+            #[serde(deserialize_with = "early")]
+            metallic: NumberInput = 0.0.into(), SHARE;
+            /// Perceptual roughness, 0 mirror to 1 matte; the microfacet α is its square.
+            #[serde(deserialize_with = "early")]
+            roughness: NumberInput = 1.0.into(), SHARE;
+            /// Image with roughness in green and metalness in blue.
+            metallic_roughness_texture: Option<TextureRef> = None, Any;
+            /// Image of directions about the normal: red along the way in which u grows, green up in the image, blue outwards, each
+            /// from −1 to 1 over the codes. Its texture's colour space must be linear.
+            normal_texture: Option<TextureRef> = None, Any, NormalMaps;
+            /// Factor of the image's red and green directions; 0: the surface is smooth.
+            normal_scale: f64 = 1.0, Finite;
+            /// Index of refraction, from 1 to 1000; what varies is clamped to that where it is read.
+            #[serde(deserialize_with = "early")]
+            ior: NumberInput = 1.5.into(), INDICES;
+            /// Share of light that passes through the surface instead of being diffused, 0 to 1; what varies is clamped to that.
+            #[serde(deserialize_with = "early")]
+            transmission: NumberInput = 0.0.into(), SHARE, Refraction;
+            /// Image whose red channel, where it names no other, multiplies the transmission.
+            transmission_texture: Option<TextureRef> = None, Any, Refraction;
+            /// Colour that white light has after `attenuation_distance` inside.
+            attenuation_colour: Colour = Colour([1.0; 3]), SHARE;
+            /// Distance in metres after which light inside has the `attenuation_colour`, above zero; none: nothing is absorbed.
+            attenuation_distance: Option<f64> = None, Length, Absorption;
+            /// Whether the surface is a wall too thin to bend light, without an inside; else it bounds a body.
+            thin_walled: bool = false, Any, ThinWalls;
+            /// Which body light is in where several overlap: the one of the greatest priority, of equal ones the one that it entered last. Where
+            /// no shown body of glass has one above zero, each boundary bends light as from and into air.
+            priority: u32 = 0, Any, NestedMedia;
+            /// How much more short waves bend than long ones: 20 over the Abbe number, from 0, as none, to 400.
+            dispersion: f64 = 0.0, Within(0.0, 400.0), Dispersion;
+            /// Factor of what the dielectric part reflects, 0 to 1.
+            #[serde(deserialize_with = "early")]
+            specular: NumberInput = 1.0.into(), SHARE, TintedReflection;
+            /// Image that multiplies it, by its red channel where it names no other.
+            specular_texture: Option<TextureRef> = None, Any, TintedReflection;
+            /// Colour of what the dielectric part reflects at normal incidence; may be above one.
+            specular_colour: ColourInput = Colour::WHITE.into(), Bounds::Light, TintedReflection;
+            /// Image that multiplies that colour.
+            specular_colour_texture: Option<TextureRef> = None, Any, TintedReflection;
+            /// Complex index of the metallic part, in place of the base colour.
+            conductor: Option<Conductor> = None, Any, Conductors;
+            /// Light that is diffused to the other side.
+            diffuse_transmission: Option<DiffuseTransmission> = None, Any, DiffuseTransmission;
+            /// Facets that are rougher one way.
+            anisotropy: Option<Anisotropy> = None, Any, Anisotropy;
+            /// A thin film on the facets.
+            iridescence: Option<Iridescence> = None, Any, Iridescence;
+            /// Fibres over all this.
+            sheen: Option<Sheen> = None, Any, Sheen;
+            /// A clear coat over everything.
+            clearcoat: Option<Clearcoat> = None, Any, Clearcoat;
+            /// Radiance given off.
+            #[serde(deserialize_with = "early")]
+            emission: ColourInput = Colour::BLACK.into(), Bounds::Light, Emission;
+            /// Image that multiplies the emission.
+            emission_texture: Option<TextureRef> = None, Any;
+            /// What the alpha of the base colour means.
+            alpha: AlphaMode = AlphaMode::Opaque, Any, Transparency;
+            /// Alpha that multiplies the texture's.
+            #[serde(deserialize_with = "early")]
+            opacity: NumberInput = 1.0.into(), SHARE;
+            /// Whether the base colour is shown as it is, without light.
+            unlit: bool = false, Any;
         }
     };
 }
-inputs!(
-    [
-        base_colour,
-        base_colour_texture,
-        metallic,
-        roughness,
-        metallic_roughness_texture,
-        normal_texture,
-        ior,
-        transmission,
-        transmission_texture,
-        specular,
-        specular_texture,
-        specular_colour,
-        specular_colour_texture,
-        emission,
-        emission_texture,
-        opacity
-    ],
-    { diffuse_transmission: factor, factor_texture, colour, colour_texture },
-    { anisotropy: strength, texture },
-    { iridescence: factor, factor_texture, thickness, thickness_texture },
-    { sheen: colour, colour_texture, roughness, roughness_texture },
-    { clearcoat: factor, factor_texture, roughness, roughness_texture, normal_texture }
-);
+pub(crate) use physical_fields;
+
+physical_fields!(file_struct);
+
+impl FieldValue for AlphaMode {}
 
 impl Physical {
-    /// Indices of refraction that it may have.
-    pub const IOR: [f64; 2] = [1.0, 1e3];
+    /// Least and greatest index of refraction that it may have.
+    pub const IOR: [f64; 2] = IOR;
 
     /// What it absorbs of light that passes through it, per metre; none where it absorbs nothing.
     pub fn absorption(&self) -> Option<[f64; 3]> {

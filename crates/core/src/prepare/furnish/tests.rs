@@ -3,6 +3,7 @@ use serde_json::{Value, json};
 use super::*;
 use crate::framing::{Silhouette, View};
 use crate::picture::Picture;
+use crate::scene::Projection;
 use crate::settings::Sampling;
 use crate::{Scene, prepare};
 

@@ -4,12 +4,12 @@
 use rayon::prelude::*;
 use raywright_bvh::Real;
 
-use super::texture::{Codes, texel};
+use super::sampler::{Codes, texel};
 use crate::scene::{ImageData, Pixels};
 
 /// What an image looks like from afar: each level half as wide and high as the one before, rounded down, to a single texel. The
 /// image itself is level 0 and not among them. Colours are linear, so that black and white make the grey of half the light.
-pub(super) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
+pub(crate) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
     let (mut levels, codes): (Vec<ImageData>, _) = (Vec::new(), Codes::new());
     while let Some([width, height]) = halved(levels.last().map_or([image.width, image.height], |last| [last.width, last.height]))
     {
@@ -27,7 +27,7 @@ pub(super) fn levels(image: &ImageData, srgb: bool) -> Vec<ImageData> {
 }
 
 /// Bytes of all levels of an image of this size.
-pub(super) fn bytes_of(width: u32, height: u32) -> u64 {
+pub(crate) fn bytes_of(width: u32, height: u32) -> u64 {
     let (mut size, mut texels) = ([width, height], 0);
     while let Some(next) = halved(size) {
         texels += u64::from(next[0]) * u64::from(next[1]);

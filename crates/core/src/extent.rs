@@ -1,5 +1,7 @@
 //! Where a scene is, from its data alone: framing a camera needs no tree.
 
+mod uses;
+
 use std::collections::HashMap;
 
 use glam::{DAffine3, DMat3, DVec3};
@@ -7,11 +9,11 @@ use raywright_bvh::shapes::transform_bounds;
 use raywright_bvh::shapes::{TransformedShape, Triangle};
 use raywright_bvh::{Aabb, Real, Shape as _, Vector};
 
-use super::shape::any_shape;
-use super::uses::Uses;
 use crate::generate::all;
 use crate::lookup::Lookup;
 use crate::scene::{MeshData, Scene, Shape};
+use crate::shape::any_shape;
+pub(crate) use uses::Uses;
 
 /// Where a scene is.
 #[derive(Clone, Copy, Debug, PartialEq)]

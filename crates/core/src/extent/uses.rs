@@ -7,7 +7,7 @@ use crate::motion::ends;
 use crate::scene::{Scene, Shape, SideRule};
 
 /// How often meshes are shown.
-pub(super) struct Uses<'a>(HashMap<(&'a str, SideRule), u64>);
+pub(crate) struct Uses<'a>(HashMap<(&'a str, SideRule), u64>);
 
 impl<'a> Uses<'a> {
     pub fn of(scene: &'a Scene) -> Self {

@@ -1,0 +1,99 @@
+//! Flat emitters of which points are drawn over their solid angles, several at a time.
+
+use raywright_bvh::{Loops, Real, SurfacePoint, Vector, widest};
+
+use super::list::Emitter;
+use super::{PointDensity, Shown, outwards};
+use crate::light::lanes::{Column, LANES, LightLanes, SurfaceLanes, Vec3Column, put, vector};
+use crate::light::polygon::{Polygon, PolygonLanes};
+
+/// Emitters and the points that see them, in columns.
+pub(in crate::light) struct EmitterLanes<R: Real> {
+    polygons: PolygonLanes<LANES>,
+    from: Vec3Column<R>,
+    normal: Vec3Column<f64>,
+    error: Column<f64>,
+    outwards: Column<f64>,
+    radiance: Vec3Column<R>,
+    probability: Column<f64>,
+}
+
+impl<R: Real> EmitterLanes<R> {
+    pub fn new() -> Self {
+        let (none, zero) = ([[R::ZERO; LANES]; 3], [0.0; LANES]);
+        Self {
+            polygons: PolygonLanes::new(),
+            from: none,
+            normal: [zero; 3],
+            error: zero,
+            outwards: zero,
+            radiance: none,
+            probability: zero,
+        }
+    }
+
+    /// Puts an emitter with a plane and the point that sees it in a lane.
+    #[inline(always)]
+    pub fn put(
+        &mut self,
+        lane: usize,
+        (polygon, emitter): (&Polygon, &Emitter<R>),
+        from: R::Vec3,
+        position: [f32; 2],
+        probability: f64,
+    ) {
+        self.polygons.put(lane, polygon, from.to_f64(), [f64::from(position[0]), f64::from(position[1])]);
+        put::<R>(&mut self.from, lane, from);
+        if let Some(plane) = &emitter.plane {
+            put::<f64>(&mut self.normal, lane, plane.normal);
+            self.error[lane] = plane.error;
+        }
+        self.outwards[lane] = outwards(emitter.side);
+        put::<R>(&mut self.radiance, lane, emitter.shown_radiance());
+        self.probability[lane] = probability;
+    }
+
+    /// Draws a point of each and shows it. What comes of it: whether it sends something; none: it is seen as too small.
+    #[inline]
+    pub fn draw(&self, out: &mut LightLanes<R>) -> Column<Option<bool>> {
+        let drawn = widest(DrawEmitters(self));
+        (out.surface, out.direction, out.arriving, out.density) = (drawn.surface, drawn.direction, drawn.arriving, drawn.density);
+        drawn.sends
+    }
+}
+
+struct DrawEmitters<'a, R: Real>(&'a EmitterLanes<R>);
+
+/// Points of emitters, as [`LightLanes`] has them.
+struct ShownEmitters<R: Real> {
+    surface: SurfaceLanes<R>,
+    direction: Vec3Column<R>,
+    arriving: Vec3Column<R>,
+    density: Column<f64>,
+    sends: Column<Option<bool>>,
+}
+
+impl<R: Real> Loops for DrawEmitters<'_, R> {
+    type Output = ShownEmitters<R>;
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self(emitters) = self;
+        let drawn = emitters.polygons.draw();
+        // Lists of their own, which the compiler knows to lie apart from what is read.
+        let (mut surface, mut direction, mut arriving) = (SurfaceLanes::new(), [[R::ZERO; LANES]; 3], [[R::ZERO; LANES]; 3]);
+        let (mut density, mut weight) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let located = SurfacePoint::new(drawn.at(lane), vector::<f64>(&emitters.normal, lane), emitters.error[lane]);
+            let (from, even) = (vector::<R>(&emitters.from, lane), PointDensity::Even(drawn.solid_angle[lane]));
+            let shown = Shown::<R>::new(&located, emitters.outwards[lane], from, emitters.probability[lane], even);
+            surface.put(lane, &shown.surface);
+            put::<R>(&mut direction, lane, Vector::from_f64(shown.direction));
+            put::<R>(&mut arriving, lane, vector::<R>(&emitters.radiance, lane) * R::from_f64(shown.weight));
+            density[lane] = shown.density;
+            weight[lane] = shown.weight;
+        }
+        let is_some = |lane: usize| (weight[lane] > 0.0) & (weight[lane] < f64::INFINITY) & drawn.is_some(lane);
+        let sends = core::array::from_fn(|lane| drawn.is_wide(lane).then(|| is_some(lane)));
+        ShownEmitters { surface, direction, arriving, density, sends }
+    }
+}

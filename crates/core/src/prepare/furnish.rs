@@ -1,0 +1,120 @@
+//! A studio is put up behind and below a prepared scene: how bright its backdrop is, and what of its light falls on its ground.
+
+use core::f64::consts::PI;
+
+use glam::DVec3;
+use raywright_bvh::{Interval, Ray, Real, Vector};
+
+use super::material::Material;
+use super::prepared::Prepared;
+use super::studio::{Backdrop, Ground};
+use crate::display::curve::{encode, luminance};
+use crate::effects::{Effect, EffectSet};
+use crate::integrator::{General, Leg};
+use crate::interaction::Interaction;
+use crate::light::{Sky, SphereGrid};
+use crate::scene::{Camera, Studio, TransferCurve};
+use crate::settings::{Background, Settings};
+use crate::studio::towards;
+
+impl<R: Real> Ground<R> {
+    /// Below a scene, in the light of a sky; none where the scene has no lower end or nothing comes from above.
+    fn below(scene: &Prepared<R>, sky: &Sky<R>) -> Option<Self> {
+        const SIZE: [usize; 2] = [64, 32];
+        let bounds = scene.geometry.bounded_part();
+        if bounds.is_empty() || scene.geometry.unbounded_count() > 0 {
+            return None;
+        }
+        let arriving = |column: usize, row: usize| {
+            let turn = 2.0 * PI * ((column as f64 + 0.5) / SIZE[0] as f64 - 0.5);
+            let height = libm::cos(PI * (row as f64 + 0.5) / SIZE[1] as f64);
+            let ring = (1.0 - height * height).sqrt();
+            let direction = DVec3::new(ring * libm::cos(turn), height, ring * libm::sin(turn));
+            let radiance = sky.radiance(R::Vec3::ZERO, R::Vec3::from_f64(direction)).to_f64();
+            (radiance.x + radiance.y + radiance.z) * height.max(0.0)
+        };
+        let light = SphereGrid::new(SIZE[0], SIZE[1], 0.0, arriving)?;
+        // The way to what lies above the middle at a twentieth of the horizon's angle takes less than a hundredth of the light.
+        let reach = 10.0 * bounds.extent().length();
+        let centre = DVec3::new(bounds.centre().x, bounds.min.y, bounds.centre().z);
+        Some(Self { height: R::from_f64(bounds.min.y), centre: R::Vec3::from_f64(centre), reach: R::from_f64(reach), light })
+    }
+}
+
+/// Radiance of the backdrop behind what is bright, and behind what is dark.
+const BEHIND_BRIGHT: f64 = 0.075;
+const BEHIND_DARK: f64 = 0.62;
+
+/// Share of the display's range above which surfaces are bright, halfway between the codes of both backdrops, and the share of light that
+/// a white surface sends back in a studio, about.
+const BRIGHT: f64 = 0.48;
+const LIT: f64 = 0.7;
+
+impl<R: Real> Prepared<R> {
+    /// Puts up a studio's backdrop and ground for a camera; what is bright was decided before, or is now.
+    pub(super) fn furnish(&mut self, studio: &Studio, camera: &Camera, settings: &Settings, simulated: EffectSet) {
+        let sees_shadows = settings.background != Background::Transparent && simulated.has(Effect::GroundShadow);
+        self.ground = if sees_shadows { Ground::below(self, &self.lights.sky) } else { None };
+        if settings.background != Background::Environment {
+            return;
+        }
+        let radiance = studio.backdrop.or(self.studio_backdrop).unwrap_or_else(|| {
+            let is_bright = self.brightness().is_none_or(|brightness| brightness > BRIGHT);
+            if is_bright { BEHIND_BRIGHT } else { BEHIND_DARK }
+        });
+        self.studio_backdrop = Some(radiance);
+        self.backdrop = Some(Backdrop::of_studio(radiance, camera));
+    }
+
+    /// How bright the surfaces look that are seen from around a scene, as a share of the display's range: the median over parallel rays from six directions. It depends on no
+    /// camera, so that the backdrop is one from all sides. None where nothing is seen.
+    fn brightness(&self) -> Option<f64> {
+        const EDGE: u16 = 16;
+        let bounds = self.geometry.bounded_part();
+        if bounds.is_empty() {
+            return None;
+        }
+        let (centre, radius) = (bounds.centre(), 0.5 * bounds.extent().length());
+        let mut found = Vec::new();
+        for (azimuth, elevation) in [(0.0, 10.0), (45.0, 30.0), (-45.0, 30.0), (180.0, 10.0), (135.0, 30.0), (-135.0, 30.0)] {
+            let back = towards(f64::to_radians(azimuth), f64::to_radians(elevation));
+            let right = towards(f64::to_radians(azimuth + 90.0), 0.0);
+            let up = back.cross(right);
+            let at = |i: u16| radius * ((2.0 * f64::from(i) + 1.0) / f64::from(EDGE) - 1.0);
+            for place in 0..EDGE * EDGE {
+                let origin = centre + back * (2.0 * radius) + right * at(place % EDGE) + up * at(place / EDGE);
+                let ray = Ray::new(Vector::from_f64(origin), Vector::from_f64(-back)).culling();
+                found.extend(self.brightness_along(&ray));
+            }
+        }
+        found.sort_by(f64::total_cmp);
+        found.get(found.len() / 2).copied()
+    }
+
+    /// How bright the first surface is that is there.
+    fn brightness_along(&self, ray: &Ray<R>) -> Option<f64> {
+        const CUTOUTS: usize = 16;
+        let mut min = R::ZERO;
+        for _ in 0..CUTOUTS {
+            let hit = self.geometry.closest(ray, Interval { min, max: R::INFINITY }, &mut ())?;
+            let at = Interaction::of::<General>(self, &Leg::of(*ray), &hit);
+            let here = self.sources.at(&at);
+            let material = &self.materials[at.material as usize];
+            if material.alpha_at(&here) >= R::from_f64(0.5) {
+                let colour = match material {
+                    Material::Classic(m) => m.colour.colour(&here),
+                    Material::Physical(m) => m.base_at(&here),
+                    Material::Unused => Vector::ZERO,
+                };
+                let light = colour.to_f64() * LIT + material.emission_at(&here).to_f64();
+                // As bright as its codes are: a saturated colour looks brighter than its luminance.
+                return Some(luminance(light.to_array().map(|channel| encode(TransferCurve::Srgb, channel.clamp(0.0, 1.0)))));
+            }
+            min = hit.t * R::from_f64(1.0 + 1e-5);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,182 @@
+//! Inputs of materials, prepared: what a file says of them becomes entries of the tables that they are read from.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use raywright_bvh::{Real, Vector};
+
+use super::error::PrepareError;
+use crate::expr::{Programs, Scope, Variable, compile};
+use crate::lookup::Lookup;
+use crate::scene::{ColourSpace, Filter, ImageData, Input as InputData, TextureRef, Value, Weight};
+use crate::texture::{Codes, Input, Product, Sampler, Sources, TextureUse, pyramid};
+
+/// What the inputs of a material read.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Reads {
+    /// The surface's own texture coordinates.
+    pub coordinates: bool,
+    /// Expressions.
+    pub expressions: bool,
+}
+
+/// Prepares the inputs of materials, one material after the other, into tables that all of them share.
+pub(super) struct Compiler<'a, R: Real> {
+    names: &'a BTreeMap<String, f64>,
+    lookup: &'a Lookup<'a>,
+    /// The place in the scene of the material at hand.
+    pub path: String,
+    pub sources: Sources<R>,
+    /// Where each image is in the table of images, by its address.
+    places: HashMap<*const ImageData, u32>,
+    /// The same for mip maps, by the place of the image and whether its codes are sRGB.
+    pyramids: HashMap<(u32, bool), u32>,
+    /// Whether textures are read without mip maps, whatever they ask for.
+    pub finest: bool,
+    /// What the material at hand reads so far.
+    pub reads: Reads,
+}
+
+impl<'a, R: Real> Compiler<'a, R> {
+    pub fn new(names: &'a BTreeMap<String, f64>, lookup: &'a Lookup<'a>) -> Self {
+        let sources = Sources {
+            programs: Programs::default(),
+            textures: Vec::new(),
+            of_materials: Vec::new(),
+            images: Vec::new(),
+            pyramids: Vec::new(),
+            codes: Codes::new(),
+        };
+        Self {
+            names,
+            lookup,
+            path: String::new(),
+            sources,
+            places: HashMap::new(),
+            pyramids: HashMap::new(),
+            finest: false,
+            reads: Reads::default(),
+        }
+    }
+
+    fn program(&mut self, text: &str, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
+        let failed = |source| PrepareError::Expression { path: format!("{}.{field}", self.path), source };
+        let program = compile(text, self.names, scope).map_err(failed)?;
+        let program = self.sources.programs.add(&program);
+        self.reads.expressions = true;
+        self.reads.coordinates |=
+            [Variable::U, Variable::V].iter().any(|&variable| self.sources.programs.uses(program, variable));
+        Ok(Input::Program(program))
+    }
+
+    /// A weight of a classic material, or a texture coordinate.
+    pub fn weight(&mut self, weight: &Weight, scope: Scope, field: &str) -> Result<Input<R>, PrepareError> {
+        match weight {
+            Weight::Number(v) => Ok(Input::Constant(R::Vec3::splat(R::from_f64(*v)))),
+            Weight::Expression(text) => self.program(text, scope, field),
+        }
+    }
+
+    /// A use of a texture; none when its image could not be had.
+    pub fn texture(&mut self, reference: &TextureRef, field: &str) -> Result<Option<Input<R>>, PrepareError> {
+        let Some(texture) = self.lookup.texture(&reference.name) else {
+            let path = format!("{}.{field}", self.path);
+            return Err(PrepareError::Missing { path, kind: "texture", name: reference.name.clone() });
+        };
+        let coordinates = match &reference.uv {
+            None => None,
+            Some([u, v]) => Some([self.weight(u, Scope::Surface, field)?, self.weight(v, Scope::Surface, field)?]),
+        };
+        let image = self.lookup.image(&texture.image).and_then(|image| image.data.as_ref());
+        let Some(image) = image else { return Ok(None) };
+        let (image, sampler) = (self.place_of(image), Sampler::new(texture, reference));
+        // How expressions stretch an image is not known, so what they read is the image itself.
+        let filtered = texture.filter == Filter::Mipmaps && coordinates.is_none() && !self.finest;
+        let pyramid = filtered.then(|| self.pyramid_of(image, texture.colour_space == ColourSpace::Srgb));
+        let set = reference.uv_set as usize;
+        let depends = pyramid.is_some() || coordinates.is_some();
+        let lies_as = (!depends).then(|| self.first_like(image, &sampler, set));
+        self.reads.expressions |= coordinates.is_some();
+        self.reads.coordinates |= coordinates.is_none();
+        self.sources.textures.push(TextureUse { image, sampler, pyramid, set, coordinates, lies_as });
+        Ok(Some(Input::Texture(self.sources.textures.len() as u32 - 1, reference.channel)))
+    }
+
+    /// The first use that finds the same texels as one that is about to be added: it, or one of the last ones, since the maps of a
+    /// material come one after the other.
+    fn first_like(&self, image: u32, sampler: &Sampler<R>, set: usize) -> u32 {
+        const LAST: usize = 16;
+        let Sources { textures, images, .. } = &self.sources;
+        let size = |image: u32| (images[image as usize].width, images[image as usize].height);
+        let alike = |other: &&TextureUse<R>| {
+            other.lies_as.is_some() && other.set == set && size(other.image) == size(image) && other.sampler.lies_as(sampler)
+        };
+        let found = textures.iter().rev().take(LAST).find(alike).and_then(|other| other.lies_as);
+        found.unwrap_or(textures.len() as u32)
+    }
+
+    fn place_of(&mut self, image: &Arc<ImageData>) -> u32 {
+        let images = &mut self.sources.images;
+        *self.places.entry(Arc::as_ptr(image)).or_insert_with(|| {
+            images.push(Arc::clone(image));
+            images.len() as u32 - 1
+        })
+    }
+
+    /// Whether a use of a texture asks for mip maps.
+    pub fn reduces(&self, reference: &TextureRef) -> bool {
+        self.lookup.texture(&reference.name).is_some_and(|texture| texture.filter == Filter::Mipmaps)
+    }
+
+    fn pyramid_of(&mut self, image: u32, srgb: bool) -> u32 {
+        let Sources { images, pyramids, .. } = &mut self.sources;
+        *self.pyramids.entry((image, srgb)).or_insert_with(|| {
+            pyramids.push(pyramid::levels(&images[image as usize], srgb));
+            pyramids.len() as u32 - 1
+        })
+    }
+
+    /// An image that multiplies an input, if there is one.
+    pub fn image(&mut self, reference: &Option<TextureRef>, field: &str) -> Result<Option<Input<R>>, PrepareError> {
+        reference.as_ref().map_or(Ok(None), |reference| self.texture(reference, field))
+    }
+
+    /// A number or a colour that may vary over the surface.
+    pub fn input<T: Value>(&mut self, input: &InputData<T>, field: &str) -> Result<Input<R>, PrepareError> {
+        let colour = |c: crate::scene::Colour| R::Vec3::from_f64(c.0.into());
+        Ok(match input {
+            InputData::Constant(value) => Input::Constant(colour(value.colour())),
+            InputData::Expression(text) => self.program(text, Scope::Surface, field)?,
+            InputData::Checker(c) => {
+                let checker = &c.checker;
+                Input::Checker {
+                    even: colour(checker.even),
+                    odd: colour(checker.odd),
+                    frequency: R::from_f64(1.0 / checker.size),
+                }
+            }
+            InputData::Texture(t) => self.texture(&t.texture, field)?.unwrap_or(Input::Constant(colour(t.texture.factor))),
+        })
+    }
+
+    /// An input, with the image under a key of its own that multiplies it.
+    pub fn factor<T: Value>(
+        &mut self,
+        input: &InputData<T>,
+        image: &Option<TextureRef>,
+        field: &str,
+    ) -> Result<Product<R>, PrepareError> {
+        let image = self.image(image, field)?;
+        self.product(input, image, field)
+    }
+
+    /// An input, with the image that multiplies it.
+    pub fn product<T: Value>(
+        &mut self,
+        input: &InputData<T>,
+        image: Option<Input<R>>,
+        field: &str,
+    ) -> Result<Product<R>, PrepareError> {
+        Ok(Product { own: self.input(input, field)?, image })
+    }
+}
