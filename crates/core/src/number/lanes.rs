@@ -1,8 +1,8 @@
-//! Several `f32` side by side, in plain loops over arrays: the compiler turns them into whatever vector registers the target has.
+//! Several `f32` side by side, in plain arrays: the compiler turns them into whatever vector registers the target has.
 //!
 //! Vectors are three such arrays and not an array of vectors. The exponential goes lane by lane through `libm`, as that
-//! of one number does: a polynomial in lanes would have other bits. Loops write over a copy; arrays that are made element by element
-//! stay in memory from 16 lanes on.
+//! of one number does: a polynomial in lanes would have other bits. What is done in each lane is written out by `each_lane` and is no
+//! loop: a formula in lanes is hundreds of such steps, and the compiler's analysis of loops takes the square of their number in time.
 
 use core::array::from_fn;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -33,18 +33,14 @@ impl<const N: usize> Lanes<N> {
     #[inline(always)]
     fn map(self, f: impl Fn(f32) -> f32) -> Self {
         let mut out = self;
-        for x in &mut out.0 {
-            *x = f(*x);
-        }
+        each_lane!(N, i, out.0[i] = f(self.0[i]));
         out
     }
 
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         let mut out = self;
-        for (x, y) in out.0.iter_mut().zip(&other.0) {
-            *x = f(*x, *y);
-        }
+        each_lane!(N, i, out.0[i] = f(self.0[i], other.0[i]));
         out
     }
 
@@ -135,9 +131,7 @@ impl<const N: usize> Number for Lanes<N> {
     fn of_lanes(mut value: impl FnMut(usize) -> f64) -> Self {
         // Loops and not `from_fn`, whose function is not always inlined.
         let mut out = [0.0; N];
-        for (i, x) in out.iter_mut().enumerate() {
-            *x = value(i) as f32;
-        }
+        each_lane!(N, i, out[i] = value(i) as f32);
         Self(out)
     }
     #[inline(always)]
@@ -159,9 +153,7 @@ impl<const N: usize> Number for Lanes<N> {
     #[inline(always)]
     fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
         let mut out = yes;
-        for (i, x) in out.0.iter_mut().enumerate() {
-            *x = f32::from_bits(mask.choose(i, x.to_bits(), no.0[i].to_bits()));
-        }
+        each_lane!(N, i, out.0[i] = f32::from_bits(mask.choose(i, yes.0[i].to_bits(), no.0[i].to_bits())));
         out
     }
     #[inline(always)]
@@ -187,9 +179,7 @@ impl<const N: usize> Number for Lanes<N> {
     #[inline(always)]
     fn turned(self) -> [Self; 2] {
         let mut out = [self; 2];
-        for i in 0..N {
-            [out[0].0[i], out[1].0[i]] = Real::sin_cos_turns(self.0[i]);
-        }
+        each_lane!(N, i, [out[0].0[i], out[1].0[i]] = Real::sin_cos_turns(self.0[i]));
         out
     }
     #[inline(always)]
@@ -212,10 +202,10 @@ impl<const N: usize> Vector3<Lanes<N>> for Vec3Lanes<N> {
     #[inline(always)]
     fn of_lanes(mut value: impl FnMut(usize) -> DVec3) -> Self {
         let mut out = <Self as Vector3<Lanes<N>>>::ZERO;
-        for i in 0..N {
+        each_lane!(N, i, {
             let v = value(i);
             (out.x.0[i], out.y.0[i], out.z.0[i]) = (v.x as f32, v.y as f32, v.z as f32);
-        }
+        });
         out
     }
     #[inline(always)]

@@ -14,18 +14,14 @@ impl<const N: usize> LaneMask<N> {
     #[inline(always)]
     pub(super) fn of(yes: impl Fn(usize) -> bool) -> Self {
         let mut out = Self::default();
-        for (i, bits) in out.0.iter_mut().enumerate() {
-            *bits = if yes(i) { u32::MAX } else { 0 };
-        }
+        each_lane!(N, i, out.0[i] = if yes(i) { u32::MAX } else { 0 });
         out
     }
 
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(u32, u32) -> u32) -> Self {
         let mut out = self;
-        for (a, b) in out.0.iter_mut().zip(&other.0) {
-            *a = f(*a, *b);
-        }
+        each_lane!(N, i, out.0[i] = f(self.0[i], other.0[i]));
         out
     }
 
@@ -71,7 +67,9 @@ impl<const N: usize> Not for LaneMask<N> {
 impl<const N: usize> Mask for LaneMask<N> {
     #[inline(always)]
     fn any(self) -> bool {
-        self.0.iter().fold(0, |some, bits| some | bits) != 0
+        let mut some = 0;
+        each_lane!(N, i, some |= self.0[i]);
+        some != 0
     }
     #[inline(always)]
     fn lane(self, index: usize) -> bool {

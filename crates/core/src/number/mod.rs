@@ -8,6 +8,19 @@
 //! [`Number`] is not a part that [`Real`] is made of, though every `Real` is one: whoever names a constant of a precision's scalar
 //! would have to import both.
 
+/// Evaluates an expression for each lane, at most 16, without a loop.
+macro_rules! each_lane {
+    ($lanes:expr, $lane:ident, $body:expr) => {
+        each_lane!(@ $lanes, $lane, $body, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15)
+    };
+    (@ $lanes:expr, $lane:ident, $body:expr, $($k:literal)*) => {
+        $(if $k < $lanes {
+            let $lane: usize = $k;
+            $body;
+        })*
+    };
+}
+
 mod angles;
 mod lanes;
 mod mask;
