@@ -121,7 +121,7 @@ def main():
         shown, covered = pathlib.Path(folder, "shown.png"), pathlib.Path(folder, "covered.png")
         for path in files:
             base = [str(args.program), "render", str(path), "--size", args.size, "--progress", "none"]
-            run = subprocess.run(base + ["-o", str(shown)], capture_output=True, text=True, errors="replace")
+            run = subprocess.run(base + ["-v", "-o", str(shown)], capture_output=True, text=True, errors="replace")
             if run.returncode != 0:
                 other.append((path, f"exit code {run.returncode}"))
                 continue
@@ -131,7 +131,7 @@ def main():
             if numbers is None:
                 other.append((path, "shows nothing"))
                 continue
-            framed, studio = "has no camera" in run.stderr, "default studio" in run.stderr
+            framed, studio = "shown whole" in run.stderr, "in the default studio" in run.stderr
             tiles.append(picture)
             found.append((path, numbers, framed, studio))
             line = " ".join(f"{key} {value:.3f}" if isinstance(value, float) else f"{key} {value}" for key, value in numbers.items())

@@ -177,17 +177,20 @@ def join(meshes):
     base, out = 0, []
     for m in meshes:
         out.append(m['i'] + base); base += len(m['p'])
-    return dict(p=np.concatenate([m['p'] for m in meshes]).astype('<f4'), n=np.concatenate([m['n'] for m in meshes]).astype('<f4'),
-                t=np.concatenate([m['t'] for m in meshes]).astype('<f4'), i=np.concatenate(out).astype('<u2' if base < 65535 else '<u4'))
+    return dict({k: np.concatenate([m[k] for m in meshes]) for k in 'pnt'}, i=np.concatenate(out).astype('<u2' if base < 65535 else '<u4'))
+
+def steps(a, most, kind):
+    """Numbers from 0 or -1 to 1 as whole steps of 1/most, in rows whose length is a multiple of four bytes."""
+    a = np.round(a * most).astype(kind); width = 4 // a.itemsize
+    return np.pad(a, ((0, 0), (0, -a.shape[1] % width)))
 
 def write(path):
     blob, views, accessors, meshes, nodes, images, textures = bytearray(), [], [], [], [], [], []
-    def view(data):
-        views.append(dict(buffer=0, byteOffset=len(blob), byteLength=len(data))); blob.extend(data + b'\0' * (-len(data) % 4)); return len(views) - 1
-    def add(a, kind, component, bounds=False):
-        d = dict(bufferView=view(a.tobytes()), componentType=component, count=len(a), type=kind)
-        if bounds: d.update(min=a.min(0).tolist(), max=a.max(0).tolist())
-        accessors.append(d); return len(accessors) - 1
+    def view(data, **more):
+        views.append(dict(buffer=0, byteOffset=len(blob), byteLength=len(data), **more)); blob.extend(data + b'\0' * (-len(data) % 4)); return len(views) - 1
+    def add(a, kind, component, **more):
+        stride = dict(byteStride=a.strides[0]) if 'VEC' in kind else {}
+        accessors.append(dict(bufferView=view(a.tobytes(), **stride), componentType=component, count=len(a), type=kind, **more)); return len(accessors) - 1
     def texture(codes, quality=90):
         file = io.BytesIO(); Image.fromarray(codes).save(file, 'JPEG', quality=quality)
         images.append(dict(bufferView=view(file.getvalue()), mimeType='image/jpeg')); textures.append(dict(source=len(images) - 1, sampler=0))
@@ -201,14 +204,20 @@ def write(path):
         globe=dict(pbrMetallicRoughness=dict(baseColorTexture=texture(globe_colour), metallicRoughnessTexture=texture(globe_rough)), extensions=coat(1, .02)),
         steel=dict(pbrMetallicRoughness=dict(baseColorFactor=[.42, .44, .47, 1], metallicFactor=1, roughnessFactor=.25)))
     for k, (name, list) in enumerate(parts().items()):
-        m = join(list)
-        at = dict(POSITION=add(m['p'], 'VEC3', 5126, True), NORMAL=add(m['n'], 'VEC3', 5126), TEXCOORD_0=add(m['t'], 'VEC2', 5126))
+        # Positions in 65535 steps of the box's longest side, normals in 32767 and coordinates in 65535 of the widest: three fifths of floats.
+        m = join(list); low, size, wide = m['p'].min(0), np.ptp(m['p'], 0).max(), m['t'].max()
+        p = steps((m['p'] - low) / size, 65535, '<u2')
+        at = dict(POSITION=add(p, 'VEC3', 5123, normalized=True, min=p.min(0)[:3].tolist(), max=p.max(0)[:3].tolist()),
+                  NORMAL=add(steps(m['n'], 32767, '<i2'), 'VEC3', 5122, normalized=True),
+                  TEXCOORD_0=add(steps(m['t'] / wide, 65535, '<u2'), 'VEC2', 5123, normalized=True))
+        for key, value in materials[name]['pbrMetallicRoughness'].items():
+            if key.endswith('Texture'): value['extensions'] = dict(KHR_texture_transform=dict(scale=[wide, wide]))
         index = add(m['i'].ravel(), 'SCALAR', 5123 if m['i'].dtype.itemsize == 2 else 5125)
-        meshes.append(dict(name=name, primitives=[dict(attributes=at, indices=index, material=k)])); nodes.append(dict(mesh=k, name=name))
+        meshes.append(dict(name=name, primitives=[dict(attributes=at, indices=index, material=k)])); nodes.append(dict(mesh=k, name=name, translation=low.tolist(), scale=[size] * 3))
         print(name, len(m['p']), 'vertices', len(m['i']), 'triangles')
     g = dict(asset=dict(version='2.0', generator='scenes/models/armillary.py of Raywright', copyright='MIT OR Apache-2.0'), scene=0, scenes=[dict(nodes=[*range(len(nodes))])],
              nodes=nodes, meshes=meshes, accessors=accessors, bufferViews=views, images=images, textures=textures, samplers=[dict(wrapS=10497, wrapT=10497)],
-             materials=[dict(v, name=k) for k, v in materials.items()], buffers=[dict(byteLength=len(blob))], extensionsUsed=['KHR_materials_clearcoat'])
+             materials=[dict(v, name=k) for k, v in materials.items()], buffers=[dict(byteLength=len(blob))], extensionsUsed=['KHR_materials_clearcoat', 'KHR_mesh_quantization', 'KHR_texture_transform'], extensionsRequired=['KHR_mesh_quantization'])
     text = json.dumps(g, separators=(',', ':')).encode(); text += b' ' * (-len(text) % 4); body = bytes(blob) + b'\0' * (-len(blob) % 4)
     with open(path, 'wb') as file:
         file.write(struct.pack('<4sII', b'glTF', 2, 28 + len(text) + len(body)) + struct.pack('<I4s', len(text), b'JSON') + text + struct.pack('<I4s', len(body), b'BIN\0') + body)

@@ -3,7 +3,7 @@
 
 use core::array::from_fn;
 
-use super::features::features;
+use super::features::{distance, features};
 use super::filter::{FAR, FilterOutput, Guide, NEAR, Strictness, filter};
 use super::plane::{Colour, PixelPlane, Window, black, brightest, mean, smooth_variance, variance};
 use super::{CandidatePixel, FOUR, ReplicateQuad, TILE};
@@ -39,7 +39,8 @@ struct Tile {
     emission: [Colour; FOUR],
     albedo: [Colour; FOUR],
     normal: [Colour; FOUR],
-    depth: PixelPlane,
+    /// Distances as a feature.
+    distance: (PixelPlane, PixelPlane),
     /// What each replicate's radiance has beyond the mean of all.
     noise: [Colour; FOUR],
 }
@@ -47,8 +48,9 @@ struct Tile {
 impl Tile {
     fn load(four: &ReplicateQuad<'_>, window: Window, width: usize) -> Self {
         let all = || -> [Colour; FOUR] { from_fn(|_| black(window)) };
-        let depth = PixelPlane::zero(window.width, window.height);
-        let mut tile = Self { light: all(), emission: all(), albedo: all(), normal: all(), depth, noise: all() };
+        let mut depth = PixelPlane::zero(window.width, window.height);
+        let [light, emission, albedo, normal, noise] = [(); 5].map(|()| all());
+        let mut tile = Self { light, emission, albedo, normal, distance: (depth.clone(), depth.clone()), noise };
         for i in 0..window.pixels() {
             let pixel = (window.y + i / window.width) * width + window.x + i % window.width;
             let (radiance, emission, [albedo, normal]) = (four.radiance(pixel), four.emission(pixel), four.surface(pixel));
@@ -62,8 +64,9 @@ impl Tile {
                     tile.noise[r][channel].at[i] = (radiance[r][channel] - mean) as f32;
                 }
             }
-            tile.depth.at[i] = four.depth(pixel);
+            depth.at[i] = four.depth(pixel);
         }
+        tile.distance = distance(&depth);
         tile
     }
 
@@ -128,10 +131,10 @@ impl Tile {
         let over = |of: &Colour, floor: &Colour| -> Colour { from_fn(|i| PixelPlane::of([&of[i], &floor[i]], |[a, b]| a / b)) };
         let guides = guides.each_ref().map(|guide| over(guide, &floor));
         let divided: [Colour; 2] = from_fn(|k| over(&targets[k], &floors[k]));
-        let of_light = features(albedo, normal, &self.depth, false);
+        let of_light = features(albedo, normal, &self.distance, false);
         let light = filter_twice(guides.each_ref(), divided.each_ref(), &of_light, places);
         let emission = self.flickers().then(|| {
-            let of_emission = features(albedo, normal, &self.depth, true);
+            let of_emission = features(albedo, normal, &self.distance, true);
             let targets = filtered.map(|r| &self.emission[r]);
             filter_twice([&self.emission[one], &self.emission[other]], targets, &of_emission, places)
         });

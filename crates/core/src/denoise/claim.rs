@@ -1,10 +1,13 @@
 //! What is claimed of a denoised picture, by the squared errors of its pixels, each of them right on average and most of them noisy.
 //!
 //! Neighbours share their noise, since a filter made them, so that the standard error of the mean is taken from blocks: half the mean
-//! square of what adjacent ones differ by is the variance of one. What errors are relative to is estimated, too. The filtered colour
-//! itself goes with the error and makes relative ones too small, the same without the pixel's own noise too large; the value is relative to
-//! the product of both, and a quarter of what the claims by each of them differ by counts as a standard error of it. That does not become
-//! less in larger pictures.
+//! square of what adjacent ones differ by is the variance of one. An error that few pixels carry is missed more often than it is taken
+//! for too large, so that the interval reaches farther up than down: a mean of blocks like that is a product rather than a sum of chances.
+//!
+//! What errors are relative to, the true colour, is not known either. The picture's own goes with the error: a dark pixel into which light
+//! was spread is wrong by much, and looks less dark. The true colour lies above or below by the error as the surroundings have it, so that the
+//! claim takes the mean of what is relative to both. A quarter of how far it is from the claim by the picture's own colour counts as a standard
+//! error of it, which does not become less in larger pictures.
 
 use core::array::from_fn;
 
@@ -25,8 +28,9 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 /// A claim says nothing if its standard error is a larger share of it.
 const UNKNOWN: f64 = 0.5;
 
-/// Pixels to each side by which a pixel's error is told.
+/// Pixels to each side by which a pixel's error is told, and by which the true colour is looked for.
 const REACH: usize = 10;
+const NEAR: usize = 4;
 
 /// The sums of a claim over a picture.
 struct ErrorSums {
@@ -68,64 +72,83 @@ impl ErrorSums {
         (count > 0).then(|| (sum / count as f64 / 2.0 / (columns * rows) as f64).sqrt())
     }
 
-    /// The root of the mean, with what its standard error and something else that it may be off by say of it.
+    /// What the mean may be wrong by, with something else that it may be off by; nothing where nothing differs.
+    fn unsure(&self, off: f64) -> f64 {
+        let unsure = self.standard_error().map_or(f64::INFINITY, |own| (own * own + off * off).sqrt());
+        if self.square > 0.0 { unsure } else { 0.0 }
+    }
+
+    /// The root of the mean with its interval: below it by the normal deviate, above it by the log-normal one, as far as anything is known.
     fn estimate(&self, off: f64) -> Estimate {
-        let mean = self.mean();
-        let error = self.standard_error().map_or(f64::INFINITY, |own| (own * own + off * off).sqrt());
-        // Where nothing differs, nothing is off.
-        let width = if self.square > 0.0 { NORMAL * error } else { 0.0 };
+        let (mean, unsure) = (self.mean(), self.unsure(off));
+        let share = if unsure < UNKNOWN * mean { unsure / mean } else { UNKNOWN };
+        let above = if share > 0.0 { libm::expm1(NORMAL * share) / share } else { NORMAL };
         let root = |square: f64| square.max(0.0).sqrt();
         let carriers = if self.square > 0.0 { self.sum * self.sum / self.square } else { f64::INFINITY };
-        Estimate { value: root(mean), low: root(mean - width), high: root(mean + width), carriers }
+        Estimate { value: root(mean), low: root(mean - NORMAL * unsure), high: root(mean + above * unsure), carriers }
     }
 
     /// Whether the interval would say nothing.
     fn is_unknown(&self, off: f64) -> bool {
-        let error = self.standard_error().map_or(f64::INFINITY, |own| (own * own + off * off).sqrt());
-        self.square > 0.0 && error > UNKNOWN * self.mean()
+        self.square > 0.0 && self.unsure(off) > UNKNOWN * self.mean()
     }
 }
 
 /// The picture of mixed pixels, with its claim.
 pub(super) fn estimate(film: &Film, four: &ReplicateQuad<'_>, mut picture: Picture, pixels: &[CandidatePixel]) -> Denoised {
-    let [width, height] = film.size().map(|edge| edge as usize);
-    let [mut absolute, mut relative, mut by_whole, mut by_base] = [(); 4].map(|()| ErrorSums::new([width, height]));
+    let size = film.size().map(|edge| edge as usize);
+    let near: Vec<PixelPlane> =
+        (0..3).into_par_iter().map(|i| local_mean(size, pixels, NEAR, &|pixel| pixel.apart[0][i])).collect();
+    let [mut absolute, mut relative, mut by_own] = [(); 3].map(|()| ErrorSums::new(size));
     let (mut before, mut change) = (0.0, 0.0);
     for (place, pixel) in pixels.iter().enumerate() {
-        let (x, y) = (place % width, place / width);
         let [mean, ..] = replicate_statistics(four.radiance(place));
-        let (mut sums, mut colour) = ([0.0; 4], [0.0; 3]);
+        let (mut sums, mut colour) = ([0.0; 3], [0.0; 3]);
         for i in 0..3 {
             let (added, error) = (f64::from(pixel.added[0][i]), f64::from(pixel.apart[0][i]));
-            let [whole, base] = [pixel.added[1][i], pixel.base[i]].map(|colour| f64::from(colour).max(0.0));
             colour[i] = mean[i] + added;
-            let own = colour[i].max(0.0);
-            let over = [1.0, whole * base + FLOOR, own * own + FLOOR, base * base + FLOOR];
-            sums = from_fn(|k| sums[k] + error / over[k] / 3.0);
+            let (own, apart) = (colour[i].max(0.0), f64::from(near[i].at[place]).max(0.0).sqrt());
+            let by = [1.0, weight(own, apart), weight(own, 0.0)];
+            sums = from_fn(|k| sums[k] + error * by[k] / 3.0);
             before += mean[i];
             change += added;
         }
-        [&mut absolute, &mut relative, &mut by_whole, &mut by_base].into_iter().zip(sums).for_each(|(of, sum)| of.add(x, y, sum));
+        let (x, y) = (place % size[0], place / size[0]);
+        [&mut absolute, &mut relative, &mut by_own].into_iter().zip(sums).for_each(|(of, sum)| of.add(x, y, sum));
         // What is beyond any picture stays as it is.
         if mean.iter().all(|mean| mean.abs() < BRIGHTEST) {
             picture.rgb[place] = colour.map(|c| c as f32);
         }
     }
-    let off = (by_whole.mean() - by_base.mean()).abs() / 4.0;
+    let off = (relative.mean() - by_own.mean()).abs() / 4.0;
     let doubts = [(film.is_lit_by_chance(), Doubt::LightByChance), (relative.is_unknown(off), Doubt::WideInterval)];
     let doubt = doubts.into_iter().find_map(|(is, doubt)| is.then_some(doubt));
     let (rmse, root_relmse) = (absolute.estimate(0.0), relative.estimate(off));
     let error = Uncertainty { rmse, root_relmse, replicates: FOUR as u32, doubt };
     let brightened = if before > 0.0 { change / before } else { 0.0 };
-    Denoised { standard_error: errors([width, height], pixels), picture, error, brightened }
+    Denoised { standard_error: errors(size, pixels), picture, error, brightened }
+}
+
+/// What makes squared errors relative to a true colour that lies above or below a colour by so much.
+fn weight(colour: f64, apart: f64) -> f64 {
+    let over = |colour: f64| 1.0 / (colour.max(0.0).powi(2) + FLOOR);
+    f64::midpoint(over(colour + apart), over(colour - apart))
+}
+
+/// Means of something over the squares around pixels.
+fn local_mean(
+    [width, height]: [usize; 2],
+    pixels: &[CandidatePixel],
+    reach: usize,
+    of: &(dyn Fn(&CandidatePixel) -> f32 + Sync),
+) -> PixelPlane {
+    PixelPlane { width, height, at: pixels.iter().map(of).collect() }.box_mean(reach)
 }
 
 /// Roots of the squared errors of pixels, by what their neighbours' are, in radiance or relative to theirs, whichever says less: beside a lamp
 /// the one is the lamp's, and of a lamp the other is what is dark beside it, times its own brightness.
-fn errors([width, height]: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
-    let near = |of: &(dyn Fn(&CandidatePixel) -> f32 + Sync)| {
-        PixelPlane { width, height, at: pixels.iter().map(of).collect() }.box_mean(REACH)
-    };
+fn errors(size: [usize; 2], pixels: &[CandidatePixel]) -> Vec<[f32; 3]> {
+    let near = |of: &(dyn Fn(&CandidatePixel) -> f32 + Sync)| local_mean(size, pixels, REACH, of);
     let channels: Vec<[PixelPlane; 2]> = (0..3)
         .into_par_iter()
         .map(|i| [near(&|pixel| pixel.apart[0][i]), near(&|pixel| pixel.apart[0][i] / relative_to(pixel, i))])
@@ -159,5 +182,33 @@ mod tests {
         assert!((sums.mean() - (256.0 + 16.0 * 33.0) / 528.0).abs() < 1e-12);
         assert!((sums.standard_error().expect("blocks") - (0.6_f64 / 16.0).sqrt()).abs() < 1e-12);
         assert_eq!(ErrorSums::new([15, 9]).standard_error(), None);
+    }
+
+    /// Protects: the true colour is looked for to both sides of a picture's own, and is not less than black.
+    #[test]
+    fn errors_are_relative_to_what_may_be_true() {
+        assert!((weight(0.5, 0.3) - (1.0 / 0.65 + 1.0 / 0.05) / 2.0).abs() < 1e-12);
+        assert!((weight(0.1, 0.3) - (1.0 / 0.17 + 1.0 / 0.01) / 2.0).abs() < 1e-12);
+        assert_eq!(weight(2.0, 0.0), 1.0 / 4.01);
+    }
+
+    /// Protects: an interval reaches up as far as a log-normal error would, down as a normal one, and on from where nothing is known of it
+    /// without a step. The blocks' squared standard error is (6/10)/2/8, for a mean of a half or a fifth of it.
+    #[test]
+    fn intervals_reach_farther_up() {
+        let sums = |base: f64, height: f64| {
+            let mut sums = ErrorSums::new([32, 16]);
+            for (x, y) in (0..32).flat_map(|x| (0..16).map(move |y| (x, y))) {
+                sums.add(x, y, base + height * f64::from(u8::from(x / 8 % 2 == 1)));
+            }
+            sums
+        };
+        let unsure = (0.6_f64 / 16.0).sqrt();
+        let of = sums(0.5, 1.0).estimate(0.0);
+        assert!((of.low.powi(2) - (1.0 - NORMAL * unsure)).abs() < 1e-12, "{of:?}");
+        assert!((of.high.powi(2) - (NORMAL * unsure).exp()).abs() < 1e-12, "{of:?}");
+        let [near, far] = [1e-6, -1e-6].map(|by| sums(2.0 * unsure - 0.5 + by, 1.0));
+        assert!((near.estimate(0.0).high - far.estimate(0.0).high).abs() < 1e-4 && !near.is_unknown(0.0) && far.is_unknown(0.0));
+        assert!(sums(-0.5, 1.0).estimate(0.0).high > NORMAL.sqrt() * unsure.sqrt());
     }
 }

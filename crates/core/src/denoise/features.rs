@@ -20,7 +20,7 @@ const ENDLESS: f32 = 12.0;
 pub(super) fn features(
     albedo: [&Colour; 2],
     normal: [&Colour; 2],
-    depth: &PixelPlane,
+    distance: &(PixelPlane, PixelPlane),
     sharp: bool,
 ) -> Vec<(PixelPlane, PixelPlane)> {
     let mut features = Vec::with_capacity(7);
@@ -36,8 +36,35 @@ pub(super) fn features(
         let tolerance = PixelPlane::of(of, |[noise, slope]| 1.0 / NORMAL.max(MORE * noise.max(slope)));
         features.push((plane, tolerance));
     }
+    features.push(distance.clone());
+    features
+}
+
+/// The feature that distances are, of whichever half.
+pub(super) fn distance(depth: &PixelPlane) -> (PixelPlane, PixelPlane) {
     let log = PixelPlane::of([depth], |[z]| if z > 0.0 { libm::logf(z.max(1e-4)) } else { ENDLESS });
     let tolerance = PixelPlane::of([&log.slope()], |[slope]| 1.0 / DEPTH.max(MORE * slope));
-    features.push((log, tolerance));
-    features
+    (log, tolerance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::plane::{Window, black};
+    use super::*;
+
+    /// Protects: how much of a difference in what is seen is let through: a tenth of albedo, less for lamps, more where it is noise.
+    #[test]
+    fn tolerances_by_hand() {
+        let window = Window { x: 0, y: 0, width: 3, height: 1 };
+        let (still, mut other) = (black(window), black(window));
+        let far = distance(&PixelPlane { width: 3, height: 1, at: vec![2.0, 2.0, -1.0] });
+        assert_eq!((far.0.at[1], far.0.at[2], far.1.at[0]), (libm::logf(2.0), ENDLESS, 1.0 / DEPTH));
+        let of = |other: &Colour, sharp: bool| features([&still, other], [&still, &still], &far, sharp);
+        assert_eq!(
+            (of(&other, false)[0].1.at[0], of(&other, true)[0].1.at[0], of(&other, false).len()),
+            (1.0 / ALBEDO, 1.0 / SHARP_ALBEDO, 7)
+        );
+        other[0].at.fill(0.6);
+        assert!((of(&other, false)[0].1.at[1] - 1.0 / (MORE * 0.09)).abs() < 1e-4);
+    }
 }

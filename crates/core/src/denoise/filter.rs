@@ -180,7 +180,7 @@ impl Pass<'_> {
 
 /// Loops over rows of equal length. Each is a function of its own, and has few rows: so a compiler knows that what is written is none of what is
 /// read, and takes as many numbers at a time as registers hold.
-mod loops {
+pub(super) mod loops {
     /// Adds squares of differences.
     #[inline(always)]
     pub fn add_square(to: &mut [f32], a: &[f32], b: &[f32]) {

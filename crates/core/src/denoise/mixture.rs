@@ -158,6 +158,7 @@ mod tests {
     fn shares_make_the_error_least() {
         assert_eq!(solve(&[-0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.25);
         assert_eq!(solve(&[0.5, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 0.0);
+        assert_eq!(solve(&[-4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0])[0], 1.0, "no more than all");
         let [a, b, _] = solve(&[-1.0, -1.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 0.0]);
         assert_eq!(a + b, 1.0);
         assert!(solve(&[f64::NAN; 9]).iter().all(|&share| share == 0.0));

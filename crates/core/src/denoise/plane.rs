@@ -94,21 +94,32 @@ impl PixelPlane {
 
     /// Squares of the smaller one of both differences to neighbours, those along rows and columns added.
     pub fn slope(&self) -> Self {
-        let at = |x: usize, y: usize| self.at[y * self.width + x];
-        let least = |place: usize, end: usize, other: &dyn Fn(usize) -> f32| {
-            let here = other(place);
-            let before = place.checked_sub(1).map(|near| (here - other(near)).abs());
-            let behind = (place + 1 < end).then(|| (here - other(place + 1)).abs());
-            let least = before.into_iter().chain(behind).fold(f32::INFINITY, f32::min);
-            if least.is_finite() { least * least } else { 0.0 }
-        };
-        let mut slope = Self::zero(self.width, self.height);
-        for (i, to) in slope.at.iter_mut().enumerate() {
-            let (x, y) = (i % self.width, i / self.width);
-            *to = least(x, self.width, &|x| at(x, y)) + least(y, self.height, &|y| at(x, y));
+        let (width, height) = (self.width, self.height);
+        let mut slope = Self::zero(width, height);
+        for (y, to) in slope.at.chunks_exact_mut(width).enumerate() {
+            let row = self.row(y);
+            if width > 1 {
+                (to[0], to[width - 1]) = (least(row[0], [row[1]; 2]), least(row[width - 1], [row[width - 2]; 2]));
+                let (before, here, behind) = (&row[..width - 2], &row[1..width - 1], &row[2..]);
+                to[1..].iter_mut().zip(before).zip(here).zip(behind).for_each(|(((to, &a), &b), &c)| *to = least(b, [a, c]));
+            }
+            if height > 1 {
+                let other = |there: bool, step: usize, or: usize| self.row(if there { step } else { or });
+                let above = other(y > 0, y.wrapping_sub(1), y + 1);
+                let below = other(y + 1 < height, y + 1, y.wrapping_sub(1));
+                to.iter_mut().zip(above).zip(row).zip(below).for_each(|(((to, &a), &b), &c)| *to += least(b, [a, c]));
+            }
         }
         slope
     }
+}
+
+/// The square of the smaller one of both differences.
+#[inline(always)]
+fn least(here: f32, others: [f32; 2]) -> f32 {
+    let [one, other] = others.map(|other| (here - other).abs());
+    let least = one.min(other);
+    if least.is_finite() { least * least } else { 0.0 }
 }
 
 /// A plane for each channel.
@@ -140,4 +151,19 @@ pub(super) fn mean([one, other]: [&Colour; 2]) -> Colour {
 pub(super) fn smooth_variance(variance: &PixelPlane) -> PixelPlane {
     const REACH: usize = 2;
     PixelPlane::of([&variance.box_mean(REACH), variance], |[near, own]| near.max(own / 2.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: a slope is the smaller difference to either side, along rows and columns, so that edges have none.
+    #[test]
+    fn slopes_leave_edges_out() {
+        let plane = |width, height, at: &[f32]| PixelPlane { width, height, at: at.to_vec() };
+        assert_eq!(plane(4, 1, &[0.0, 1.0, 3.0, 3.0]).slope().at, [1.0, 1.0, 0.0, 0.0]);
+        assert_eq!(plane(1, 3, &[0.0, 2.0, 3.0]).slope().at, [4.0, 1.0, 1.0]);
+        assert_eq!(plane(2, 2, &[0.0, 1.0, 2.0, f32::NAN]).slope().at, [5.0, 1.0, 4.0, 0.0]);
+        assert_eq!(plane(1, 1, &[7.0]).slope().at, [0.0]);
+    }
 }

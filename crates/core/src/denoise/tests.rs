@@ -50,6 +50,36 @@ fn flat_pictures_lose_their_noise() {
     assert!(found.brightened.abs() < 0.002, "{}", found.brightened);
 }
 
+/// Protects: noise of lamps and skies themselves goes, too, and texture stays where the noise is as large as it: light over albedo is even.
+#[test]
+fn lamps_lose_their_noise_and_texture_stays() {
+    let film = film_of([64, 48], |pixel, replicate| {
+        let radiance = [2.0 + 0.3 * noise(11, pixel, replicate, 0); 3];
+        ReplicateSample { radiance, emission: radiance, albedo: [0.0; 3] }
+    });
+    let [before, after] = [film.picture(), denoised(&film).picture].map(|picture| error(&picture, |_| 2.0));
+    assert!(before / after > 10.0, "{before} became {after}");
+    let albedo = |pixel: usize| if (pixel % 64).is_multiple_of(2) { 0.4 } else { 0.5 };
+    let film = film_of([64, 48], |pixel, replicate| {
+        let light = 1.0 + 0.2 * noise(12, pixel, replicate, 0);
+        ReplicateSample { radiance: [(albedo(pixel) + 0.1) * light; 3], emission: [0.0; 3], albedo: [albedo(pixel); 3] }
+    });
+    let [before, after] = [film.picture(), denoised(&film).picture].map(|picture| error(&picture, |pixel| albedo(pixel) + 0.1));
+    assert!(before / after > 15.0, "{before} became {after}");
+}
+
+/// Protects: what noise makes of a difference is taken off it, (4 − 1 − 1)/(1 + 2)/2, and what is noisier than twice counts less.
+#[test]
+fn weights_by_hand() {
+    use filter::loops;
+    let mut apart = [4.0];
+    loops::relate(&mut apart, &[1.0], &[2.0], 0.5);
+    assert!((apart[0] - 1.0 / 3.0).abs() < 1e-6, "{apart:?}");
+    let mut weights = [0.0, 2.0, 5.0, 0.0];
+    loops::close(&mut weights, &[1.0; 4], &[1.0, 1.0, 1.0, 0.125]);
+    assert_eq!(weights.map(|weight| (weight * 1e4_f32).round()), [10_000.0, 625.0, 0.0, 2500.0]);
+}
+
 /// A picture of what no feature shows: a step, a ramp, a fine pattern, a faint lamp and a few bright lines.
 fn drawn(width: usize) -> impl Fn(usize) -> f64 {
     move |pixel| {
@@ -70,7 +100,7 @@ fn drawn(width: usize) -> impl Fn(usize) -> f64 {
 #[test]
 fn claims_are_right_on_average() {
     const RUNS: u64 = 60;
-    let truth = drawn(48);
+    let (truth, mut relative) = (drawn(48), Vec::new());
     let runs: Vec<[f64; 2]> = (0..RUNS)
         .map(|seed| {
             let film = film_of([48, 32], |pixel, replicate| {
@@ -84,7 +114,9 @@ fn claims_are_right_on_average() {
             candidates::fill_band(&four, [48, 32], 0, &mut pixels, &());
             mixture::mix(&four, [48, 32], &mut pixels);
             let claimed = pixels.iter().flat_map(|pixel| pixel.apart[0]).map(f64::from).sum::<f64>() / (3 * pixels.len()) as f64;
-            [claimed, error(&denoised(&film).picture, &truth)]
+            let found = denoised(&film);
+            relative.push([found.error.root_relmse.value.powi(2), relative_error(&found.picture, &truth)]);
+            [claimed, error(&found.picture, &truth)]
         })
         .collect();
     let mean = |of: &dyn Fn(&[f64; 2]) -> f64| runs.iter().map(of).sum::<f64>() / RUNS as f64;
@@ -92,6 +124,36 @@ fn claims_are_right_on_average() {
     let variance = mean(&|run| (run[0] - run[1] - claimed + true_error).powi(2)) / (RUNS - 1) as f64;
     assert!((claimed - true_error).abs() < 3.0 * variance.sqrt(), "{claimed} for {true_error} ± {}", variance.sqrt());
     assert!(variance.sqrt() < 0.05 * true_error, "the test tells nothing: ± {}", variance.sqrt());
+    let [claimed, true_error] = [0, 1].map(|k| relative.iter().map(|run: &[f64; 2]| run[k]).sum::<f64>() / RUNS as f64);
+    assert!((0.9..1.15).contains(&(claimed / true_error)), "{claimed} for {true_error}, relative");
+}
+
+/// Mean squared distance of a picture from the truth, relative to it.
+fn relative_error(picture: &Picture, truth: impl Fn(usize) -> f64) -> f64 {
+    let square = |(pixel, rgb): (usize, &[f32; 3])| {
+        rgb.iter().map(|&c| (f64::from(c) - truth(pixel)).powi(2) / (truth(pixel).powi(2) + mixture::FLOOR)).sum::<f64>()
+    };
+    picture.rgb.iter().enumerate().map(square).sum::<f64>() / (3 * picture.rgb.len()) as f64
+}
+
+/// Protects: the relative claim knows that pixels into which light was spread are darker than they look: in stripes of which one of three
+/// is lit, it is most of the error. (Relative to the picture's own colour it is three fifths.)
+#[test]
+fn relative_claims_know_what_looks_too_bright() {
+    const RUNS: u64 = 40;
+    let is_bright = |pixel: usize| (pixel % 48).is_multiple_of(3);
+    let runs = (0..RUNS).map(|seed| {
+        let film = film_of([48, 32], |pixel, replicate| {
+            // Half of the samples, or a fiftieth, by the normal deviate.
+            let least = if is_bright(pixel) { 0.0 } else { 2.054 };
+            grey((0..4).filter(|&sample| noise(seed, pixel, replicate, sample) > least).count() as f64)
+        });
+        let found = denoised(&film);
+        let truth = |pixel: usize| if is_bright(pixel) { 2.0 } else { 0.08 };
+        [found.error.root_relmse.value.powi(2), relative_error(&found.picture, truth)]
+    });
+    let [claimed, true_error] = runs.fold([0.0; 2], |sum, run| [sum[0] + run[0], sum[1] + run[1]]);
+    assert!((0.68..1.2).contains(&(claimed / true_error)), "{claimed} for {true_error}");
 }
 
 /// Protects: what there is no noise in stays as it is, black stays black, and nothing is claimed to be wrong with it.

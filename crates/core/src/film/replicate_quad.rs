@@ -51,13 +51,16 @@ impl Film {
 
 impl ReplicateQuad<'_> {
     /// Means of a pixel in each of the four, by sums and how many are in them. One of which nothing is there has the mean of the others.
+    #[inline]
     fn means(&self, sums: impl Fn(usize, &Plane) -> ([f64; 3], f64)) -> [[f64; 3]; FOUR] {
         let (mut total, mut count) = ([[0.0; 3]; FOUR], [0.0; FOUR]);
         for (replicate, plane) in self.planes.iter().enumerate() {
             let (sum, n) = sums(replicate, plane);
-            let of = &mut total[replicate % FOUR];
-            *of = core::array::from_fn(|i| of[i] + sum[i]);
+            (0..3).for_each(|i| total[replicate % FOUR][i] += sum[i]);
             count[replicate % FOUR] += n;
+        }
+        if count.iter().all(|&count| count > 0.0) {
+            return core::array::from_fn(|r| core::array::from_fn(|i| clamp_to_picture(total[r][i] / count[r])));
         }
         let all = count.iter().sum::<f64>().max(1.0);
         let mean: [f64; 3] = core::array::from_fn(|i| total.iter().map(|sum| sum[i]).sum::<f64>() / all);
