@@ -189,7 +189,9 @@ fn progress_is_told_in_json() {
     let lines: Vec<Value> =
         run.stderr.lines().filter(|line| line.starts_with('{')).map(|line| serde_json::from_str(line).expect("JSON")).collect();
     let last = lines.last().expect("a line");
-    lines.iter().for_each(|line| has_the_documented_keys("render --progress json", line));
+    for line in &lines {
+        has_the_documented_keys("render --progress json", line);
+    }
     assert_eq!((&last["samples"], &last["of"]), (&Value::from(vec![64, 64]), &64.into()));
     assert_eq!((&last["picture"], &last["pictures"], &last["seconds_left"]), (&1.into(), &1.into(), &0.0.into()));
     let stats: Value = serde_json::from_slice(&fs::read(desk.path("s.json")).expect("a report")).expect("JSON");
