@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let target = Path::new(to).join(name).with_extension("png");
         match thumbnail(file, &target) {
             Ok(()) => println!("{}", target.display()),
-            Err(error) => eprintln!("{}: {error}", file.display()),
+            Err(error) => eprintln!("{error}"),
         }
     }
     Ok(())

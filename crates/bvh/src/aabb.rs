@@ -1,6 +1,7 @@
 //! Axis-aligned boxes in f64, and how they become safe f32 boxes for a tree.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 /// A closed axis-aligned box in f64. Empty when a minimum exceeds its maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,9 +59,9 @@ impl Aabb {
         self.max - self.min
     }
 
-    /// A sphere with a few hundredths to spare.
-    pub(crate) fn sphere(&self) -> BoundingSphere {
-        BoundingSphere { centre: self.centre().as_vec3().to_array(), radius: (self.extent().length() * 0.53) as f32 }
+    /// What is in both.
+    pub(crate) fn intersection(self, other: Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
     /// The eight corners.
@@ -87,11 +88,22 @@ impl Aabb {
     }
 }
 
-/// A sphere around a box.
+/// A sphere around boxes, with three hundredths to spare.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundingSphere {
     pub centre: [f32; 3],
     pub radius: f32,
+}
+
+impl BoundingSphere {
+    /// About the middle of the box around all of them.
+    pub fn new(centre: DVec3, boxes: &[PaddedBox]) -> Self {
+        let farthest = |bounds: &PaddedBox| (bounds.max.as_dvec3() - centre).max(centre - bounds.min.as_dvec3()).length_squared();
+        let radius = boxes.par_iter().with_min_len(4096).map(farthest).reduce(|| 0.0, f64::max).sqrt();
+        // The middle is rounded.
+        let radius = radius * 1.03 + centre.length() * (4.0 * f64::from(f32::EPSILON));
+        Self { centre: centre.as_vec3().to_array(), radius: radius as f32 }
+    }
 }
 
 /// An f32 box that contains its primitive with room for the rounding of a traversal.

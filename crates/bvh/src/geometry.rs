@@ -59,7 +59,7 @@ impl Sorted {
         let piece = |(boxes, slots): (&mut [PaddedBox], &[Slot])| {
             let (mut bounds, mut odd) = (Aabb::EMPTY, false);
             for (padded, slot) in boxes.iter_mut().zip(slots) {
-                match group.bounds(slot).map(|own| (own, own.padded())) {
+                match group.bounds(slot).map(|own| (own, group.within(slot, own).padded())) {
                     Some((own, Some(own_padded))) => {
                         bounds = bounds.union(own);
                         *padded = own_padded;
@@ -174,6 +174,7 @@ impl<R: Real> Geometry<R> {
         let unbounded = slots.len();
         let few = group.few(unbounded + bounded.len() + nothing.len());
         let Structure { mut accelerator, order, work, flat } = Structure::build(&group, kind, &mut bounded, few, &boxes, stop)?;
+        let sphere = BoundingSphere::new(bounds.centre(), &boxes);
         drop(boxes);
         let is_wide = R::IS_SINGLE && matches!(accelerator, Accelerator::Bvh8(_));
         let planes = if is_wide { planes_first(&mut slots) } else { 0 };
@@ -197,7 +198,6 @@ impl<R: Real> Geometry<R> {
             group.fill_leaves(bvh, unbounded);
         }
         group.follow();
-        let sphere = bounds.sphere();
         Some(Self { faces, group, unbounded, planes, accelerator, work, bounds, sphere })
     }
 

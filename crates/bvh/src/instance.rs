@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 
-use crate::aabb::Aabb;
+use crate::aabb::{Aabb, BoundingSphere};
 use crate::error::GeometryError;
 use crate::shapes::{Transform, transform_bounds};
 
@@ -43,6 +43,16 @@ impl Instance {
         let (start, end) = (start?, end?);
         let both = start.bounds.zip(end.bounds).map(|(start, end)| start.union(end));
         Ok(Self { to_object: RoughInverse::NONE, motion, bounds: checked(both)?, ..start })
+    }
+
+    /// What of its box is in that around the sphere of its part, too.
+    pub fn within(&self, own: Aabb, sphere: &BoundingSphere) -> Aabb {
+        if own.is_empty() || self.motion != STILL {
+            return own;
+        }
+        let both = own.intersection(self.transform.sphere_bounds(sphere));
+        // Numbers that are none, or too large, leave the box as it is.
+        if both.is_empty() { own } else { both }
     }
 
     /// In the world, at any time; none where the part has something without bounds.

@@ -268,6 +268,15 @@ impl<R: Real> PrimitiveSet<R> {
         }
     }
 
+    /// A box around a primitive that is no larger than its own, for a tree: that of a turned box is larger than what is in it needs.
+    pub(crate) fn within(&self, slot: &Slot, own: Aabb) -> Aabb {
+        if slot.kind != Kind::Instance {
+            return own;
+        }
+        let instance = &self.instances[slot.index as usize];
+        instance.within(own, &self.parts[instance.part as usize].sphere)
+    }
+
     /// What a primitive may share a leaf with. A box does not gain by it: the lanes of a node test eight already, by the boxes' own
     /// faces, and what is left of those is nearly always hit.
     pub(crate) fn company(&self, slot: &Slot) -> LeafKind {

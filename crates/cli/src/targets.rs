@@ -45,38 +45,44 @@ struct Output {
     /// What names another one.
     flag: &'static str,
     place: Place,
+    /// What tells the file that lies there at the start of the run.
+    fingerprint: Option<u64>,
 }
 
 impl Outputs {
     /// Adds a file, if it can be made and is none of those that are there already; `flag` is what names it.
     pub fn add(&mut self, path: &Path, flag: &'static str) -> Result<(), Failure> {
         let place = Place::check(path)?;
-        if let Some(other) = self.0.iter().find(|other| other.place.is(&place)) {
+        let fingerprint = place.fingerprint();
+        let is_same = |other: &&Output| {
+            let may_be = fingerprint.is_none() && other.fingerprint.is_none() || fingerprint == other.fingerprint;
+            may_be && other.place.is(&place)
+        };
+        if let Some(other) = self.0.iter().find(is_same) {
             let message = match plain(&other.path) == plain(path) {
                 true => format!("{} is named twice as output", path.display()),
                 false => format!("{} and {} are one file, named twice as output", other.path.display(), path.display()),
             };
             return Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into());
         }
-        self.0.push(Output { path: path.to_owned(), flag, place });
+        self.0.push(Output { path: path.to_owned(), flag, place, fingerprint });
         Ok(())
     }
 
     /// Refuses to go on where an output would take the place of something that the run reads or its scene names.
     pub fn keep_clear_of(&self, inputs: &Inputs) -> Result<(), Failure> {
-        for Output { path, flag, place } in &self.0 {
-            let Some(clash) = inputs.clash(place) else { continue };
-            let path = path.display();
-            let message = match &clash {
-                Clash::Read(file) if file.file_name() != place.file_name() => {
-                    format!("cannot write {path}: it is {}, which this run reads", file.display())
-                }
-                Clash::Read(_) => format!("cannot write {path}: this run reads it"),
-                Clash::Named(_) => format!("cannot write {path}: the scene names it as a file of its own"),
-            };
-            return Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into());
-        }
-        Ok(())
+        let places = self.0.iter().map(|output| (&output.place, output.fingerprint));
+        let Some((i, clash)) = inputs.first_clash(places) else { return Ok(()) };
+        let Output { path, flag, place, .. } = &self.0[i];
+        let path = path.display();
+        let message = match &clash {
+            Clash::Read(file) if file.file_name() != place.file_name() => {
+                format!("cannot write {path}: it is {}, which this run reads", file.display())
+            }
+            Clash::Read(_) => format!("cannot write {path}: this run reads it"),
+            Clash::Named(_) => format!("cannot write {path}: the scene names it as a file of its own"),
+        };
+        Err(Error::usage(message).with_hint(format!("name another file with {flag}")).into())
     }
 
     /// Whether anything lies where one of them goes.
@@ -148,6 +154,10 @@ mod tests {
         assert!(check(&[plain.clone(), folder.path().join("b.png")]).is_ok());
         assert!(check(&[plain, detour]).is_err());
         assert!(check(&["-".into(), "-".into()]).is_err());
+        let (one, link) = (folder.path().join("one.png"), folder.path().join("link.png"));
+        std::fs::write(&one, "mine").expect("a file");
+        std::fs::hard_link(&one, &link).expect("a link");
+        assert!(check(&[one, link]).is_err());
     }
 
     /// Looking whether a folder can be written to leaves nothing behind in it.

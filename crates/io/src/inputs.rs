@@ -1,12 +1,12 @@
 //! The files that something is made from, so that no output replaces one of them: compared as the file system compares
 //! files, through links of both kinds, and not by how their names are spelled.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Component, Path, PathBuf};
 
 use same_file::Handle;
 
-use crate::output::Place;
+use crate::output::{Place, fingerprint};
 
 /// Files that were read, and places that were named for files.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,6 +41,17 @@ impl Inputs {
     /// The files that are read.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.read.iter().map(PathBuf::as_path)
+    }
+
+    /// The first of many places that must not be written to, each with the fingerprint of what is there: every file is opened once,
+    /// however many places there are.
+    pub fn first_clash<'a>(&self, places: impl IntoIterator<Item = (&'a Place, Option<u64>)>) -> Option<(usize, Clash)> {
+        let prints: HashSet<u64> = self.read.iter().filter_map(|path| fingerprint(path)).collect();
+        places.into_iter().enumerate().find_map(|(i, (place, there))| {
+            let is_read = there.is_some_and(|there| prints.contains(&there)) || place.is_among(&self.read);
+            let clash = if is_read || place.is_among(&self.named) { self.clash(place) } else { None };
+            clash.map(|clash| (i, clash))
+        })
     }
 
     /// What would be lost if this place were written to.
@@ -106,6 +117,29 @@ mod tests {
         let mut linked = Inputs::default();
         linked.read(&folder.join("link to link.png"));
         assert!(linked.clash(&place(&wood)).is_some());
+    }
+
+    /// Protects: of many places the first one is told that would be lost, for each of the reasons for which one alone is: its spelling, a link to
+    /// a file that was read, and a name that a scene gives.
+    #[test]
+    fn the_first_clash_of_many_is_told() {
+        let outer = tempfile::tempdir().unwrap();
+        let at = |name: &str| outer.path().canonicalize().unwrap().join(name);
+        fs::write(at("wood.png"), "wood").unwrap();
+        fs::hard_link(at("wood.png"), at("hard.png")).unwrap();
+        let mut inputs = Inputs::default();
+        inputs.read(&at("wood.png"));
+        inputs.read(&at("gone.png"));
+        inputs.name(&at("named.png"));
+        let clash = |name: &str| {
+            let places = [place(&at("free.png")), place(&at(name))];
+            inputs.first_clash(places.iter().map(|place| (place, place.fingerprint())))
+        };
+        assert_eq!(clash("other.png"), None);
+        assert_eq!(clash("wood.png"), Some((1, Clash::Read(at("wood.png")))));
+        assert_eq!(clash("hard.png"), Some((1, Clash::Read(at("wood.png")))));
+        assert_eq!(clash("gone.png"), Some((1, Clash::Read(at("gone.png")))));
+        assert_eq!(clash("named.png"), Some((1, Clash::Named(at("named.png")))));
     }
 
     /// Protects: what was read keeps its place also where nothing lies there any more that could be compared.

@@ -33,8 +33,8 @@ fn desk() -> Desk {
     desk
 }
 
-/// Protects: the table says what was compared with what, on what, and has a row for each rung; the rung in use is marked; and what the
-/// scene does not call for is named instead of measured.
+/// Protects: the answer and what is worth its time come first, then what was compared with what, on what; there is a row for each rung but
+/// those that are slower and worse; the rung in use is marked; and what the scene does not call for is named instead of measured.
 #[test]
 fn every_rung_has_a_row() {
     let desk = desk();
@@ -42,26 +42,43 @@ fn every_rung_has_a_row() {
     run.exits_with(0);
     let text = run.text();
     for words in [
-        "ball.scene.toml\nrendered at 16x12",
-        "at its own 64x48 times are 16 times as long",
+        "ball.scene.toml\nIn use: error ",
+        "of CPU time",
+        "rendered at 16x12 (times are those at its own 64x48, 16 times as long)",
         "reference: f64",
         "standard error",
         "  robust *",
         "  reference ",
-        "  error-bound *",
-        "  off ",
+        "  4 *",
         "  1024 ",
         "not called for by this scene, and not measured: integrator, light-sampling, fresnel, microfacets, colour, texture-filter",
         "what each adds to time and picture",
         "  mirror reflection",
         "worth their time",
-        "raywright render ...",
     ] {
         assert!(text.contains(words), "no `{words}` in\n{text}");
     }
-    // A command stays on one line, to be copied; how many rungs it names is for the clock to say.
-    let figures = |line: &str| line.split("  ball.scene.toml --rung ").next().map_or(0, |figures| figures.chars().count());
+    let place = |words: &str| text.find(words).unwrap_or_else(|| panic!("no `{words}` in\n{text}"));
+    assert!(place("In use") < place("worth their time") && place("worth their time") < place("rendered at"), "{text}");
+    // What all commands have in common stands there once; how many rungs each names is for the clock to say.
+    assert_eq!(text.matches("raywright render ball.scene.toml").count(), 1, "{text}");
+    let figures = |line: &str| line.split(" --").next().map_or(0, |figures| figures.chars().count());
     assert!(text.lines().all(|line| figures(line) <= 160 && !line.ends_with(' ')), "{text}");
+}
+
+/// Protects: a report fits the width that a terminal says it has.
+#[test]
+fn reports_fit_the_terminal() {
+    let desk = desk();
+    for width in ["60", "80", "120"] {
+        let output = desk.command(&quick(&["-q"])).env("COLUMNS", width).output().expect("the program starts");
+        let text = String::from_utf8_lossy(&output.stdout);
+        let most = width.parse::<usize>().expect("a number");
+        assert!(text.lines().count() > 30, "{text}");
+        for line in text.lines() {
+            assert!(line.chars().count() <= most, "{} of {most}: {line}", line.chars().count());
+        }
+    }
 }
 
 /// Protects: JSON and CSV hold the same figures; and each setting on the frontier can be rendered with the flags that stand there.
@@ -73,7 +90,7 @@ fn files_hold_the_figures() {
     let json: Value = serde_json::from_str(run.text()).expect("JSON");
     let file: Value = serde_json::from_slice(&std::fs::read(desk.path("b.json")).expect("a file")).expect("JSON");
     assert_eq!(json, file);
-    assert_eq!((&json["format"], &json["scene"], &json["size"]), (&1.into(), &"ball.scene.toml".into(), &vec![16, 12].into()));
+    assert_eq!((&json["format"], &json["scene"], &json["size"]), (&2.into(), &"ball.scene.toml".into(), &vec![16, 12].into()));
     let list = |of: &str| json[of].as_array().cloned().unwrap_or_else(|| panic!("no {of}"));
     let rungs = |of: &str| list(of).iter().map(|ladder| ladder["rungs"].as_array().map_or(0, Vec::len)).sum::<usize>();
     let effects = json["costs"]["effects"].as_array().expect("effects").clone();
@@ -162,6 +179,7 @@ fn the_page_stands_alone() {
     assert_eq!((renders, errors), (1 + 1 + 1 + 1 + 1 + 5 + 3 + 5 + 2 + 1, 1 + 1 + 1 + 1 + 5 + 3 + 5 + 2 + 1));
     // What changes no picture is priced, and each effect with what it adds; a table's rows have one width.
     for words in [
+        "<p class=\"answer\">In use: error ",
         "<h2>What changes no picture</h2>",
         "<h2>What a file keeps</h2>",
         "16-bit</td><td>6</td>",

@@ -245,7 +245,7 @@ fn damaged_films_do_no_harm() {
 fn an_error_is_reached() {
     let desk = desk();
     let all = format!("--max-error 0.01 {LAYERS}");
-    render(&desk, &format!("{all} -o a.exr --stats a.json")).exits_with(0).says_like(" samples, error 0.00");
+    render(&desk, &format!("{all} -o a.exr --stats a.json")).exits_with(0).says_like(", below the 0.01 asked for, ");
     let stats: serde_json::Value = serde_json::from_slice(&fs::read(desk.path("a.json")).expect("a report")).expect("JSON");
     let high = stats["error"]["root_relmse"]["high"].as_f64().expect("an interval");
     assert!(high <= 0.01 && high > 0.005, "{high}");
@@ -258,6 +258,20 @@ fn an_error_is_reached() {
     render(&desk, "--max-error 0.0001 --spp 40 -o c.exr").exits_with(0).says_like("is not reached");
     render(&desk, "--max-error 0.1 --part 1/2 --checkpoint p.film").exits_with(2);
     render(&desk, "--max-error 0 -o d.exr").exits_with(2);
+}
+
+/// Protects: why samples were added after the error that was asked for seemed to be reached is said, with how many there were by then.
+#[test]
+fn going_on_is_explained() {
+    if !crate::support::carried("cornell") {
+        return;
+    }
+    let desk = Desk::new();
+    let run = desk.run(&["preset:cornell", "-s", "24x24", "--max-error", "0.08", "-o", "c.png"]);
+    run.exits_with(0)
+        .says_like(" samples seemed to reach 0.08, with 0.0")
+        .says_like("so more were taken")
+        .says_like("below the 0.08 asked for");
 }
 
 /// Protects: the film of a render that its budget ended is a map of samples, by which another render has its bits, whether samples

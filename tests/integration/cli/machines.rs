@@ -1,6 +1,6 @@
 //! What scripts rely on: verdicts on many files, JSON of documented layouts, progress in JSON, hashes, and comparisons that know noise.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use raywright::core::picture::Picture;
@@ -45,47 +45,137 @@ fn many_files_are_checked() {
     assert!(of("error")[2].as_str().is_some_and(|error| error.contains("unknown key `objcts`")), "{report}");
 }
 
-/// The keys that docs/machines.md lists of what a command prints: those that are always there, and those in brackets.
-fn documented(from: &str) -> [BTreeSet<String>; 2] {
+/// Keys that are always there, and those that are there sometimes.
+type Keys = [BTreeSet<String>; 2];
+
+/// What docs/machines.md says of a kind of JSON: its version, its keys, and those of the objects within, by where these are.
+struct Layout {
+    version: u64,
+    keys: Keys,
+    within: BTreeMap<String, Keys>,
+}
+
+impl Layout {
+    /// The row for an object within: that of its place, or of its last key anywhere.
+    fn within(&self, at: &str) -> Option<(&String, &Keys)> {
+        let last = at.rsplit_once('.').map_or(at, |(_, last)| last);
+        self.within.get_key_value(at).or_else(|| self.within.get_key_value(&format!("*.{last}")))
+    }
+}
+
+/// Names in code in a cell of a table.
+fn names(cell: &str) -> impl Iterator<Item = String> {
+    cell.split('`').skip(1).step_by(2).map(str::to_owned)
+}
+
+/// Those of a cell, of which the ones in brackets are not always there.
+fn keys(cell: &str) -> Keys {
+    let (always, sometimes) = cell.split_once(" [").unwrap_or((cell, ""));
+    [always, sometimes].map(|cell| names(cell).collect())
+}
+
+fn documented(from: &str) -> Layout {
     let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/machines.md")).expect("the page");
-    let row = page.lines().find(|line| line.starts_with(&format!("| `{from}` |"))).unwrap_or_else(|| panic!("no row of {from}"));
-    let keys = row.split('|').nth(3).expect("three columns");
-    let (always, sometimes) = keys.split_once('[').unwrap_or((keys, ""));
-    [always, sometimes].map(|keys| keys.split('`').skip(1).step_by(2).map(str::to_owned).collect())
+    let rows =
+        page.lines().filter(|line| line.starts_with(&format!("| `{from}` |"))).map(|line| line.split('|').collect::<Vec<_>>());
+    let mut rows = rows.map(|cells| (cells[2].to_owned(), cells[3].to_owned()));
+    let (version, own) = rows.next().unwrap_or_else(|| panic!("no row of {from}"));
+    let mut within = BTreeMap::new();
+    for (places, cell) in rows {
+        names(&places).for_each(|place| assert!(within.insert(place.clone(), keys(&cell)).is_none(), "{from}: {place} twice"));
+    }
+    let mut own = keys(&own);
+    own[0].insert("format".to_owned());
+    Layout { version: version.trim().parse().expect("a version"), keys: own, within }
 }
 
+/// Every object of some JSON with where it is: `a.b[].c`.
+fn objects<'a>(at: &str, found: &'a Value, all: &mut Vec<(String, &'a Value)>) {
+    match found {
+        Value::Array(list) => list.iter().for_each(|one| objects(&format!("{at}[]"), one, all)),
+        Value::Object(keys) => {
+            all.push((at.to_owned(), found));
+            let dot = if at.is_empty() { "" } else { "." };
+            keys.iter().for_each(|(key, value)| objects(&format!("{at}{dot}{key}"), value, all));
+        }
+        _ => {}
+    }
+}
+
+/// Whether all of it is as the page says; where the objects are.
 #[track_caller]
-fn has_the_documented_keys(from: &str, found: &Value) {
-    let [mut always, sometimes] = documented(from);
-    always.insert("format".to_owned());
-    assert_eq!(found["format"], 1, "{from}");
-    let keys: BTreeSet<String> = found.as_object().expect("an object").keys().cloned().collect();
-    let missing: Vec<_> = always.difference(&keys).collect();
-    let unknown: Vec<_> = keys.iter().filter(|key| !always.contains(*key) && !sometimes.contains(*key)).collect();
-    assert!(missing.is_empty() && unknown.is_empty(), "{from}: missing {missing:?}, not documented {unknown:?}");
+fn has_the_documented_keys(from: &str, found: &Value) -> BTreeSet<String> {
+    let layout = documented(from);
+    assert_eq!(found["format"], layout.version, "{from}");
+    let mut all = Vec::new();
+    objects("", found, &mut all);
+    for (at, object) in &all {
+        let known = if at.is_empty() { Some(&layout.keys) } else { layout.within(at).map(|(_, keys)| keys) };
+        let [always, sometimes] = known.unwrap_or_else(|| panic!("{from}: `{at}` is not documented"));
+        let keys: BTreeSet<String> = object.as_object().expect("an object").keys().cloned().collect();
+        let missing: Vec<_> = always.difference(&keys).collect();
+        let unknown: Vec<_> = keys.iter().filter(|key| !always.contains(*key) && !sometimes.contains(*key)).collect();
+        assert!(missing.is_empty() && unknown.is_empty(), "{from}, {at}: missing {missing:?}, not documented {unknown:?}");
+    }
+    all.into_iter().filter_map(|(at, _)| Some(layout.within(&at)?.0.clone())).collect()
 }
 
-/// Protects: every JSON has the keys that its page documents, no more and no fewer, and a version.
+/// A lamp over a floor, seen by paths, so that everything that can be told is.
+const LAMP: &str = r#"format = 1
+render = { size = [24, 18], samples = 32, integrator = "path" }
+cameras = [{ pose.look_at = { eye = [0, 1, 5], target = [0, 0, 0] }, projection.pinhole = { vertical_fov = 40 } }]
+sky.constant = 0.2
+materials = [{ name = "m", model.classic = {} }, { name = "l", model.classic = { emission = 5 } }]
+objects = [{ shape.plane = { point = [0, -1, 0], normal = [0, 1, 0] }, material = "m" },
+  { shape.sphere = { centre = [0, 2, 0], radius = 0.5 }, material = "l" }]
+"#;
+
+/// Protects: every JSON has the keys that its page documents, in every object within, no more and no fewer, and the version; and what the
+/// page documents is there.
 #[test]
 fn layouts_are_those_of_the_page() {
     let desk = Desk::new();
     desk.write("good.scene.toml", GOOD);
+    desk.write("lamp.scene.toml", LAMP);
+    desk.write("model.gltf", super::models::model());
     let words = |line: &str| desk.run(&line.split(' ').collect::<Vec<_>>());
-    for (from, line) in [
-        ("check --json", "check good.scene.toml --json"),
-        ("info --json", "info good.scene.toml --json"),
-        ("explain --json", "explain good.scene.toml --json"),
-        ("bench --json", "bench good.scene.toml --repeats 1 --seconds 0.01 --json -q"),
-        ("accuracy --json", "accuracy good.scene.toml --budget 1s --size 8x8 --json -q"),
-    ] {
-        let run = words(line);
-        run.exits_with(0);
-        has_the_documented_keys(from, &json(&run));
-    }
-    words("render good.scene.toml -s 8x8 --spp 4 -q -o a.exr --stats s.json").exits_with(0);
+    words("render lamp.scene.toml --denoise --aov stderr -q -o a.exr --stats s.json").exits_with(0);
+    words("render lamp.scene.toml --aov stderr --seed 2 -q -o b.exr").exits_with(0);
     let stats = fs::read_to_string(desk.path("s.json")).expect("a report");
-    has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON"));
-    has_the_documented_keys("compare --json", &json(&words("compare a.exr a.exr --json")));
+    let mut seen = has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON"));
+    let complete = |from: &str, seen: &BTreeSet<String>| {
+        // Of places with the same keys one is enough: not every scene has an answer to everything.
+        let within = documented(from).within;
+        let is_seen = |keys: &Keys| seen.iter().any(|at| within.get(at) == Some(keys));
+        let unseen: Vec<_> = within.iter().filter(|(_, keys)| !is_seen(keys)).map(|(at, _)| at).collect();
+        assert!(unseen.is_empty(), "{from}: nothing is at {unseen:?}");
+    };
+    words("render model.gltf -s 8x8 --spp 4 -q -o d.png --stats u.json").exits_with(0);
+    let stats = fs::read_to_string(desk.path("u.json")).expect("a report");
+    seen.extend(has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON")));
+    complete("render --stats", &seen);
+    for (from, lines) in [
+        ("check --json", &["check good.scene.toml --json"][..]),
+        ("info --json", &["info good.scene.toml --json", "info model.gltf --json"]),
+        ("explain --json", &["explain good.scene.toml --json", "explain lamp.scene.toml --json --measure"]),
+        (
+            "bench --json",
+            &[
+                "bench --max-n 100 --repeats 2 --seconds 0.01 --json -q",
+                "bench good.scene.toml --repeats 1 --seconds 0.01 --json -q",
+            ],
+        ),
+        ("accuracy --json", &["accuracy lamp.scene.toml --budget 20s --size 12x9 --rounds 2 --json -q"]),
+        ("compare --json", &["compare a.exr b.exr --json", "compare a.exr b.exr --noise --json"]),
+    ] {
+        let mut seen = BTreeSet::new();
+        for line in lines {
+            let run = words(line);
+            assert!(matches!(run.code, Some(0 | 1)), "{line}: {}", run.stderr);
+            seen.extend(has_the_documented_keys(from, &json(&run)));
+        }
+        complete(from, &seen);
+    }
 }
 
 /// Protects: progress in JSON is a line after each picture at least, with the samples that there are and the error that the statistics have; it
@@ -99,7 +189,9 @@ fn progress_is_told_in_json() {
     let lines: Vec<Value> =
         run.stderr.lines().filter(|line| line.starts_with('{')).map(|line| serde_json::from_str(line).expect("JSON")).collect();
     let last = lines.last().expect("a line");
-    lines.iter().for_each(|line| has_the_documented_keys("render --progress json", line));
+    for line in &lines {
+        has_the_documented_keys("render --progress json", line);
+    }
     assert_eq!((&last["samples"], &last["of"]), (&Value::from(vec![64, 64]), &64.into()));
     assert_eq!((&last["picture"], &last["pictures"], &last["seconds_left"]), (&1.into(), &1.into(), &0.0.into()));
     let stats: Value = serde_json::from_slice(&fs::read(desk.path("s.json")).expect("a report")).expect("JSON");

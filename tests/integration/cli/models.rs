@@ -7,7 +7,7 @@ use crate::support::Desk;
 
 /// A white wall across the view in its first scene, nothing in sight in its second; red or blue; from the left edge of the picture
 /// to beyond its right one within a second.
-fn model() -> String {
+pub fn model() -> String {
     let floats = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<_>>();
     let corners = [-9.0, -9.0, 0.0, 9.0, -9.0, 0.0, 0.0, 18.0, 0.0];
     let bytes = [floats(&corners), floats(&[0.0, 1.0]), floats(&[0.0, 0.0, 0.0, 90.0, 0.0, 0.0])].concat();

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::{Parameters, PreparedRay, SurfacePoint};
-use crate::aabb::Aabb;
+use crate::aabb::{Aabb, BoundingSphere};
 use crate::math::double_double::DoubleDouble;
 use crate::scalar::{Real, Vector};
 
@@ -49,6 +49,13 @@ impl Transform {
     /// The way back: the columns of the inverse, and what is taken from a point first.
     pub(crate) fn inverse(&self) -> ([DVec3; 3], DVec3) {
         (self.inverse_columns, self.translation)
+    }
+
+    /// The box of the world around a sphere of object space.
+    pub(crate) fn sphere_bounds(&self, sphere: &BoundingSphere) -> Aabb {
+        let squared = self.columns.map(|column| column * column);
+        let half = times(squared, DVec3::ONE).map(f64::sqrt) * f64::from(sphere.radius);
+        Aabb::around(times(self.columns, DVec3::from_array(sphere.centre.map(f64::from))) + self.translation, half)
     }
 
     /// A world ray in the space of the object. Its direction is *not* brought to unit length there: distances along it stay

@@ -1,5 +1,5 @@
-//! Which combinations of rungs are worth their time: found greedily from the scene's own setting, towards less time and towards less
-//! error, by what each ladder was measured to do alone, and kept where no other measured one is better in both.
+//! Which combinations of rungs are worth their time: found greedily from the setting that rungs are put on, towards less time and towards
+//! less error, by what each ladder was measured to do alone, and kept where no other measured one is better in both.
 
 use std::collections::BTreeMap;
 
@@ -15,18 +15,18 @@ pub(super) struct Point {
     pub error: f64,
 }
 
-/// Most steps from the scene's own setting in each direction.
+/// Most steps in each direction.
 const LONGEST_WALK: usize = 12;
 /// A step must promise this share less.
 const WORTH: f64 = 0.02;
 
-/// What the rungs of a ladder do alone, from fast to exact, and which is the scene's own.
+/// What the rungs of a ladder do alone, from fast to exact, and on which a walk begins.
 #[derive(Clone, Debug)]
 pub(super) struct Steps {
     pub ladder: Ladder,
     /// None: the scene's own setting, which may be no rung.
     pub rungs: Vec<(Option<Choice>, Point)>,
-    pub own: usize,
+    pub start: usize,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -35,18 +35,17 @@ enum Direction {
     MoreExact,
 }
 
-/// Walks from the scene's own setting in both directions, over those settings that `is_possible` allows. `measure` gives the point of a
-/// setting, none where time is out.
+/// Walks from a setting in both directions, over those settings that `is_possible` allows. `measure` gives the point of a setting, none
+/// where time is out.
 pub(super) fn walk(
     steps: &[Steps],
-    own: Point,
+    (start, point): (&Setting, Point),
     is_possible: &dyn Fn(&Setting) -> bool,
     measure: &mut dyn FnMut(&Setting) -> Option<Point>,
 ) -> Vec<(Setting, Point)> {
     let mut found = Vec::new();
     for direction in [Direction::Faster, Direction::MoreExact] {
-        let mut walk =
-            Walk { steps, at: steps.iter().map(|s| (s.ladder, s.own)).collect(), point: own, setting: Setting::default() };
+        let mut walk = Walk { steps, at: steps.iter().map(|s| (s.ladder, s.start)).collect(), point, setting: start.clone() };
         let mut barred: Vec<(Ladder, usize)> = Vec::new();
         for _ in 0..LONGEST_WALK {
             let Some((ladder, rung)) = walk.best(direction, &barred) else { break };
@@ -157,8 +156,8 @@ mod tests {
         let ways = [point(8.0, 0.001 + 1e-9), point(16.0, 0.001), point(32.0, 0.0)];
         let lights = Ladder::LightSampling.choices().zip(ways).map(|(choice, at)| ((at.time != 16.0).then_some(choice), at));
         vec![
-            Steps { ladder: Ladder::Samples, rungs: samples.collect(), own: 2 },
-            Steps { ladder: Ladder::LightSampling, rungs: lights.collect(), own: 1 },
+            Steps { ladder: Ladder::Samples, rungs: samples.collect(), start: 2 },
+            Steps { ladder: Ladder::LightSampling, rungs: lights.collect(), start: 1 },
         ]
     }
 
@@ -178,7 +177,7 @@ mod tests {
     #[test]
     fn walks_take_what_gives_most() {
         let mut asked = Vec::new();
-        let found = walk(&steps(), point(16.0, 0.0635), &|_| true, &mut |setting| {
+        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &|_| true, &mut |setting| {
             asked.push(setting.to_string());
             Some(truth(setting))
         });
@@ -192,13 +191,28 @@ mod tests {
         assert!(front.len() >= 5, "{found:?}");
     }
 
+    /// Protects: a walk may begin at another setting, whose rungs its first steps keep; the scene's own numbers are a step like any other.
+    #[test]
+    fn walks_begin_where_they_are_told() {
+        let mut steps = steps();
+        steps[0].start = 1;
+        let four = Setting::one(Choice::parse("samples=4").expect("a rung"));
+        let mut asked = Vec::new();
+        walk(&steps, (&four, truth(&four)), &|_| true, &mut |setting| {
+            asked.push(setting.to_string());
+            Some(truth(setting))
+        });
+        assert_eq!(asked[..2], ["light-sampling=scattering samples=4", "light-sampling=scattering samples=1"]);
+        assert_eq!(asked[2..5], ["as it is", "samples=64", "samples=256"]);
+    }
+
     /// Protects: settings that can't be asked for are neither measured nor gone on from; the walk takes the other ladders' steps.
     #[test]
     fn walks_go_around_what_is_impossible() {
         let is_possible =
             |setting: &Setting| setting.rung(Ladder::Samples).is_none_or(|samples| !["1", "256"].contains(&samples.rung()));
         let mut asked = Vec::new();
-        walk(&steps(), point(16.0, 0.0635), &is_possible, &mut |setting| {
+        walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &is_possible, &mut |setting| {
             asked.push(setting.to_string());
             Some(truth(setting))
         });
@@ -212,12 +226,12 @@ mod tests {
     #[test]
     fn walks_end() {
         let mut asked = 0;
-        let found = walk(&steps(), point(16.0, 0.0635), &|_| true, &mut |_| {
+        let found = walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &|_| true, &mut |_| {
             asked += 1;
             Some(point(16.0, 0.0635))
         });
         // Faster: both ladders once; more exact: samples once, since lights promise too little.
         assert_eq!((asked, found.len()), (3, 3));
-        assert!(walk(&steps(), point(16.0, 0.0635), &|_| true, &mut |_| None).is_empty());
+        assert!(walk(&steps(), (&Setting::default(), point(16.0, 0.0635)), &|_| true, &mut |_| None).is_empty());
     }
 }

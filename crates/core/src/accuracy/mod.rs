@@ -4,6 +4,7 @@
 //! Renders of one setting differ in their random numbers, round by round; within a round all settings have the same, so that what
 //! a choice alone changes is seen free of noise. Rounds go through all settings, so that a machine that gets slower meets all alike.
 
+mod answer;
 mod effects;
 mod estimate;
 mod frontier;
@@ -28,7 +29,9 @@ use crate::settings::Settings;
 pub use effects::{EffectCost, EffectCosts, measure_effects};
 pub use estimate::{Errors, Interval};
 pub use outputs::OutputReport;
-pub use report::{Candidate, LadderReport, Measured, Paid, Price, PriceReport, Reference, Report, RungReport, Shown};
+pub use report::{
+    Advice, Answer, Base, Candidate, LadderReport, Measured, Paid, Price, PriceReport, Reference, Report, RungReport, Shown,
+};
 pub use setting::Setting;
 
 /// How much is measured, and of what picture.

@@ -17,8 +17,12 @@ pub struct Report {
     pub full_size: [u32; 2],
     /// What everything is compared with.
     pub reference: Reference,
+    /// What to ask for instead, in two lines.
+    pub answer: Answer,
     /// The scene as it is asked for.
     pub own: Measured,
+    /// What rungs other than numbers of samples were put on, where that is not the scene as it is asked for.
+    pub base: Option<Base>,
     /// Ladders that the scene reaches and that pictures depend on.
     pub ladders: Vec<LadderReport>,
     /// Those that no picture depends on.
@@ -29,7 +33,8 @@ pub struct Report {
     pub not_called_for: Vec<&'static str>,
     /// What each effect of the scene adds to time and picture; none where there was no time for it.
     pub costs: Option<EffectCosts>,
-    /// Settings that none measured beats in both time and error, by ascending time; each measured again after it was chosen.
+    /// Settings that none measured beats in both time and error, by ascending time; each measured again after it was chosen, where there was
+    /// time for that.
     pub frontier: Vec<Candidate>,
     /// Seconds that it all took.
     pub seconds: f64,
@@ -38,6 +43,43 @@ pub struct Report {
     /// The reference, and the first render of each setting but those of the frontier.
     #[serde(skip)]
     pub pictures: Vec<Shown>,
+}
+
+impl Report {
+    /// Pixels of the scene's own size over those that were measured: times there are longer by so much.
+    pub fn enlargement(&self) -> f64 {
+        let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
+        pixels(self.full_size) / pixels(self.size)
+    }
+}
+
+/// The settings that answer what most ask first; none where no measured one does.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Answer {
+    /// The fastest with about half of the error, or less.
+    pub half_the_error: Option<Advice>,
+    /// The fastest with no larger error that clearly takes less time.
+    pub same_error: Option<Advice>,
+}
+
+/// A setting beside the scene's own.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Advice {
+    /// The flags that ask for it.
+    pub flags: Vec<String>,
+    /// Its time over that of the scene's own.
+    pub time: f64,
+    /// Its root relMSE over that of the scene's own.
+    pub error: f64,
+}
+
+/// The scene with fewer samples.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Base {
+    /// How many.
+    pub samples: u32,
+    /// Time and error with them.
+    pub measured: Measured,
 }
 
 /// A picture with its name.
@@ -71,7 +113,8 @@ pub struct Measured {
     pub renders: usize,
     /// Seconds of all threads for a render, preparation apart.
     pub seconds: Spread,
-    /// Its time over that of the scene's own setting, round by round.
+    /// Its time over that of the setting it is compared with, round by round: the scene as it is, or for a rung that was put on fewer samples
+    /// the scene with so many.
     pub ratio: Spread,
     /// Rays of a render.
     pub rays: u64,
@@ -96,7 +139,19 @@ pub struct LadderReport {
 const FARTHER: f64 = 10.0;
 const NO_FASTER: f64 = 0.95;
 
+/// Times and errors that differ by a smaller share are the same.
+const SAME_TIME: f64 = 0.03;
+const SAME_ERROR: f64 = 0.04;
+
 impl LadderReport {
+    /// Whether a rung takes longer than the one in use and is farther from the reference.
+    pub fn beats(&self, rung: &RungReport) -> bool {
+        let measured = |rung: &RungReport| rung.measured.as_ref().map(|of| (of.ratio.median, of.errors.relmse.value));
+        let own = self.rungs.iter().find(|rung| rung.in_use).and_then(measured);
+        let (Some((own_time, own_error)), Some((time, error))) = (own, measured(rung)) else { return false };
+        time > own_time * (1.0 + SAME_TIME) && error > own_error * (1.0 + SAME_ERROR)
+    }
+
     /// Rungs before the one in use that take as long and alone are many times as wrong, as tables of total errors do not show where
     /// something else is wrong by more; each with its error alone and that of the one in use.
     pub fn in_vain(&self) -> impl Iterator<Item = (&RungReport, [f64; 2])> {
@@ -187,6 +242,29 @@ mod tests {
         let (spread, errors) = (Spread::of(&[time]), Errors::default());
         let measured = Measured { renders: 1, seconds: spread, ratio: spread, rays: 1, errors, flip: 0.0 };
         RungReport { rung: name.to_owned(), about: "", in_use, flag: None, measured: Some(measured), own_error }
+    }
+
+    /// Protects: what is slower and worse than the rung in use is told from what is only one of both, and from what a clock or noise may have
+    /// made so; times are longer by the ratio of pixels.
+    #[test]
+    fn the_slower_and_worse_are_known() {
+        let with = |name: &str, time: f64, error: f64| {
+            let mut rung = rung(name, name == "own", time, None);
+            rung.measured.iter_mut().for_each(|of| of.errors.relmse.value = error);
+            rung
+        };
+        let all = [
+            ("own", 1.0, 0.1),
+            ("both", 1.2, 0.2),
+            ("slower", 1.2, 0.1),
+            ("worse", 1.0, 0.2),
+            ("hardly", 1.02, 0.2),
+            ("as good", 1.2, 0.103),
+        ];
+        let rungs: Vec<RungReport> = all.map(|(name, time, error)| with(name, time, error)).into();
+        let ladder = LadderReport { ladder: "sampler", in_use: "own".to_owned(), rungs };
+        let beaten: Vec<&str> = ladder.rungs.iter().filter(|rung| ladder.beats(rung)).map(|rung| rung.rung.as_str()).collect();
+        assert_eq!(beaten, ["both"]);
     }
 
     /// Protects: a rung below the one in use that is no faster and more than ten times as wrong alone is named, and neither one that is

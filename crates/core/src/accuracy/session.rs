@@ -1,17 +1,18 @@
-//! One measurement from start to end: how large the pictures are, the reference, rounds over all rungs, the frontier; each with its
-//! share of the time.
+//! One measurement from start to end: how large the pictures are, the reference, rounds over all rungs, the frontier, prices; each with
+//! its share of the time.
 
 mod price;
 mod reach;
+mod rounds;
 mod walks;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use std::vec;
 
 use self::reach::samples_of;
 use super::outputs::outputs;
 use super::renderer::{Now, ReferenceTime, Renderer, Stopwatch};
-use super::report::{LadderReport, Report, RungReport, Shown};
+use super::report::{Base, LadderReport, Report, RungReport, Shown};
 use super::setting::Setting;
 use super::shots::Shots;
 use super::{Effort, KeptReference, Listener, MeasureError, Start};
@@ -25,12 +26,18 @@ use crate::scene::Scene;
 use crate::settings::Settings;
 
 /// Shares of the budget by the end of which each part has to be done.
-const REACH: f64 = 0.15;
-const REFERENCE: f64 = 0.35;
+const REACH: f64 = 0.1;
+const REFERENCE: f64 = 0.28;
 const RUNGS: f64 = 0.62;
-const PRICES: f64 = 0.7;
-const EFFECTS: f64 = 0.78;
-const WALKS: f64 = 0.92;
+const WALKS: f64 = 0.78;
+const AGAIN: f64 = 0.9;
+const PRICES: f64 = 0.95;
+
+/// Where the scene takes more samples, other rungs are measured with so many: what a rung changes is seen as well, and the pictures can be
+/// larger in the same time.
+const BASE_SAMPLES: u32 = 16;
+/// Numbers of samples up to so many times the scene's own halve its error, and are measured first.
+const HALVES: f64 = 4.0;
 
 pub(super) struct Session<'a> {
     scene: &'a Scene,
@@ -42,6 +49,8 @@ pub(super) struct Session<'a> {
     now: Now<'a>,
     start: Instant,
     full_size: [u32; 2],
+    /// What rungs are put on other than numbers of samples: the scene as it is, or with fewer samples.
+    base: Setting,
     /// What the scene calls for.
     present: EffectSet,
     pictured: Vec<Ladder>,
@@ -78,6 +87,9 @@ impl<'a> Session<'a> {
         };
         let unshown = Ladder::Precision.choices().filter(lost).collect();
         let full_size = settings.size;
+        let has_more = pictured.contains(&Ladder::Samples) && settings.sampling.count() > BASE_SAMPLES;
+        let fewer = Ladder::Samples.choices().find(|&choice| has_more && samples_of(choice) == Some(f64::from(BASE_SAMPLES)));
+        let base = fewer.map(Setting::one).unwrap_or_default();
         let settings = Settings { crop: None, aovs: Vec::new(), ..settings.clone() };
         let start = now();
         Self {
@@ -90,6 +102,7 @@ impl<'a> Session<'a> {
             now,
             start,
             full_size,
+            base,
             present: called_for(&effects),
             pictured,
             priced,
@@ -117,20 +130,23 @@ impl<'a> Session<'a> {
         let mut shots = Shots::new(&studio, &truth);
         self.rounds(&mut shots, listener)?;
         let ladders: Vec<LadderReport> = self.pictured.iter().map(|&ladder| self.ladder(ladder, &shots)).collect();
-        let prices = self.prices(&shots, listener)?;
-        let costs = self.costs(listener)?;
+        let pictures = self.pictures(&shots);
         let own_picture = shots.first(&Setting::default());
         let outputs = own_picture.map(|own| outputs(own, self.display, self.settings.output, self.stopwatch)).unwrap_or_default();
-        let pictures = self.pictures(&shots);
-        let frontier = self.frontier(&mut shots, listener)?;
+        let (frontier, answer) = self.frontier(&mut shots, listener)?;
+        let prices = self.prices(&shots, listener)?;
+        let costs = self.costs(listener)?;
         // The scene's own setting is the first of the first round: without it there is nothing to tell.
-        let own = shots.measured(&Setting::default()).ok_or_else(|| self.explained(PrepareError::Cancelled))?;
+        let own = shots.measured(&Setting::default(), &Setting::default());
+        let own = own.ok_or_else(|| self.explained(PrepareError::Cancelled))?;
         let called_for: Vec<Ladder> = self.pictured.iter().chain(&self.priced).chain(&[Ladder::Output]).copied().collect();
         let report = Report {
             size: self.settings.size,
             full_size: self.full_size,
             reference,
+            answer,
             own,
+            base: self.base_report(&shots),
             ladders,
             prices,
             outputs,
@@ -187,71 +203,55 @@ impl<'a> Session<'a> {
         all.filter(move |choice| !in_use(choice) && !self.beyond.contains(choice))
     }
 
-    /// The scene with one ladder on a rung, which may be its own.
+    /// What a ladder's rungs are put on.
+    fn beside(&self, ladder: Ladder) -> Setting {
+        if ladder == Ladder::Samples { Setting::default() } else { self.base.clone() }
+    }
+
+    /// What is measured of a rung, which may be the scene's own.
     fn setting(&self, choice: Choice) -> Setting {
-        let in_use = choice.ladder().in_use(self.scene, &self.settings);
-        if choice.rung() == in_use { Setting::default() } else { Setting::one(choice) }
+        let (in_use, beside) = (choice.ladder().in_use(self.scene, &self.settings), self.beside(choice.ladder()));
+        if choice.rung() == in_use { beside } else { beside.with(choice) }
     }
 
     /// The most exact rung of those within reach.
     fn most_exact(&self, ladder: Ladder) -> Setting {
         let choice = self.choices_of(ladder).rev().find(|choice| !self.beyond.contains(choice));
-        choice.map(|choice| self.setting(choice)).unwrap_or_default()
-    }
-
-    fn rounds(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<(), PrepareError> {
-        let all: Vec<Setting> = [Setting::default()].into_iter().chain(self.choices().map(Setting::one)).collect();
-        let end = self.at(RUNGS);
-        // How long a sample of the scene's own takes.
-        let mut a_sample = 0.0;
-        for round in 0..u64::from(self.effort.rounds.max(2)) {
-            let before = (self.now)();
-            for setting in &all {
-                listener.step(&format!("round {}: {setting}", round + 1), self.spent());
-                // Without the scene's own picture there is nothing to tell, so that one may take what there is.
-                let must = round == 0 && *setting == Setting::default();
-                let expected = setting.rung(Ladder::Samples).and_then(samples_of).map_or(0.0, |samples| samples * a_sample);
-                let began = (self.now)();
-                // What would not be finished would only take the time of the others.
-                let taken = (must || began + Duration::from_secs_f64(expected) <= end)
-                    && shots.take(setting, round, if must { self.at(1.0) } else { end })?;
-                if must {
-                    a_sample = ((self.now)() - began).as_secs_f64() / f64::from(self.settings.sampling.count());
-                }
-                self.cut_short |= !taken;
-            }
-            // A further round that would not be finished is not begun.
-            if round >= 1 && (self.now)() + ((self.now)() - before) > end {
-                break;
-            }
-        }
-        Ok(())
+        choice.map_or_else(|| self.beside(ladder), |choice| self.setting(choice))
     }
 
     fn ladder(&self, ladder: Ladder, shots: &Shots<'_>) -> LadderReport {
         let in_use = ladder.in_use(self.scene, &self.settings);
-        let exact = self.most_exact(ladder);
+        let (exact, beside) = (self.most_exact(ladder), self.beside(ladder));
         let rung = |choice: Choice| {
             let setting = self.setting(choice);
+            let is_in_use = setting == beside;
             let paired = if ladder.shares_random_numbers() { shots.paired(&setting, &exact) } else { None };
             RungReport {
                 rung: choice.rung().to_owned(),
                 about: choice.about(),
-                in_use: setting == Setting::default(),
-                flag: setting.flags().pop(),
-                measured: shots.measured(&setting),
+                in_use: is_in_use,
+                flag: (!is_in_use).then(|| Setting::one(choice).flags().pop()).flatten(),
+                measured: shots.measured(&setting, &beside),
                 own_error: paired.map(|paired| paired.rmse),
             }
         };
         LadderReport { ladder: ladder.name(), rungs: self.choices_of(ladder).map(rung).collect(), in_use }
     }
 
+    /// What rungs other than numbers of samples were put on, where that is not the scene as it is.
+    fn base_report(&self, shots: &Shots<'_>) -> Option<Base> {
+        let samples = self.base.rung(Ladder::Samples).map(|_| BASE_SAMPLES)?;
+        Some(Base { samples, measured: shots.measured(&self.base, &Setting::default())? })
+    }
+
     /// The reference, and what each setting looks like that was rendered.
     fn pictures(&self, shots: &Shots<'_>) -> Vec<Shown> {
-        let all = [Setting::default()].into_iter().chain(self.choices().map(Setting::one));
+        let mut all = vec![Setting::default()];
+        all.extend(self.choices().map(|choice| self.setting(choice)));
         let render = |setting: Setting| Some(Shown { name: setting.to_string(), picture: shots.first(&setting)?.clone() });
         let reference = Shown { name: "reference".to_owned(), picture: shots.truth.truth.picture.clone() };
-        [reference].into_iter().chain(all.filter_map(render)).collect()
+        [reference].into_iter().chain(all.into_iter().filter_map(render)).collect()
     }
 }
 

@@ -62,8 +62,8 @@ impl<'a> Shots<'a> {
         self.of(setting).first().map(|(_, take)| &take.picture)
     }
 
-    /// Time and error; none where it was not rendered.
-    pub fn measured(&self, setting: &Setting) -> Option<Measured> {
+    /// Time and error, and the time over that of another setting; none where it was not rendered.
+    pub fn measured(&self, setting: &Setting, beside: &Setting) -> Option<Measured> {
         let takes = self.of(setting);
         let (_, first) = takes.first()?;
         let seconds: Vec<f64> = takes.iter().map(|(_, take)| take.seconds).collect();
@@ -74,19 +74,19 @@ impl<'a> Shots<'a> {
         Some(Measured {
             renders: takes.len(),
             seconds: Spread::of(&seconds),
-            ratio: self.ratio(takes),
+            ratio: self.ratio(takes, beside),
             rays: first.rays,
             errors: self.truth.truth.judge(&pictures, first.by_chance),
             flip: statistics(&map).mean,
         })
     }
 
-    /// Times over those of the scene's own setting in the same rounds.
-    fn ratio(&self, takes: &[(u64, Take)]) -> Spread {
-        let own = self.of(&Setting::default());
+    /// Times over those of another setting in the same rounds.
+    fn ratio(&self, takes: &[(u64, Take)], beside: &Setting) -> Spread {
+        let others = self.of(beside);
         let pairs = takes.iter().filter_map(|(round, take)| {
-            let (_, own) = own.iter().find(|(other, _)| other == round)?;
-            Some(take.seconds / own.seconds.max(1e-9))
+            let (_, other) = others.iter().find(|(known, _)| known == round)?;
+            Some(take.seconds / other.seconds.max(1e-9))
         });
         Spread::of(&pairs.collect::<Vec<_>>())
     }
@@ -105,19 +105,19 @@ impl<'a> Shots<'a> {
     }
 
     pub fn point(&self, setting: &Setting) -> Option<Point> {
-        let measured = self.measured(setting)?;
+        let measured = self.measured(setting, setting)?;
         // A clock may be too coarse for a tiny picture.
         Some(Point { time: measured.seconds.median.max(1e-9), error: measured.errors.relmse.value })
     }
 
-    /// Time and memory of a setting that gives the same picture, beside the scene's own in the same rounds; none where it takes too
+    /// Time and memory of a setting that gives the same picture as another one, beside that in the same rounds; none where it takes too
     /// long.
-    pub fn paid(&self, setting: &Setting, end: Instant) -> Result<Option<Paid>, PrepareError> {
+    pub fn paid(&self, setting: &Setting, beside: &Setting, end: Instant) -> Result<Option<Paid>, PrepareError> {
         let (mut preparing, mut seconds, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
         let (mut geometry, mut same_bits) = (0, true);
         for round in 0..PRICE_ROUNDS {
             let before = (self.studio.now)();
-            let Some(own) = finished(self.studio.take(&Setting::default(), round, end))? else { break };
+            let Some(own) = finished(self.studio.take(beside, round, end))? else { break };
             let patience = ((self.studio.now)() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
             let Some(take) = finished(self.studio.take(setting, round, end.min((self.studio.now)() + patience)))? else { break };
             preparing.push(take.preparing);

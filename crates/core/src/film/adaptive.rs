@@ -11,7 +11,7 @@
 //! which points of a sequence are even.
 
 use super::relative::weights;
-use super::{Film, Plan, Plane};
+use super::{Doubt, Film, Plan, Plane};
 use crate::denoise::denoise;
 use crate::observer::Observer;
 
@@ -39,6 +39,17 @@ pub(crate) enum Aim {
     Further,
     /// It is not, and no pixel may have more samples.
     Exhausted,
+}
+
+/// Why a picture went on although the error that was asked for seemed to be reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DoubtedAim {
+    /// Least and most samples of a pixel that there were.
+    pub samples: [u32; 2],
+    /// The root relMSE that they claimed.
+    pub error: f64,
+    /// Why the claim could not be trusted.
+    pub doubt: Doubt,
 }
 
 /// Samples of a replicate in the first round.
@@ -69,6 +80,13 @@ impl Film {
             return Aim::Reached;
         }
         let claimed = denoised.map(|denoised| denoised.error).or(noisy);
+        if let Some((claimed, doubt)) = claimed.and_then(|claimed| Some((claimed.root_relmse.value, claimed.doubt?)))
+            && claimed <= error
+            && self.doubted.is_none()
+        {
+            let samples = self.samples(&self.whole());
+            self.doubted = Some(DoubtedAim { samples: [*samples.start(), *samples.end()], error: claimed, doubt });
+        }
         // A squared error falls at least as fast as samples are added.
         let lacking = claimed.filter(|claimed| claimed.doubt.is_none()).map_or(GROWTH, |claimed| {
             let upper = claimed.root_relmse.high / error;
@@ -92,6 +110,11 @@ impl Film {
             }
         }
         Aim::Further
+    }
+
+    /// The first time that the error which was asked for seemed to be reached but was in doubt; none where it was not, and of films from files.
+    pub fn doubted_aim(&self) -> Option<DoubtedAim> {
+        self.doubted
     }
 
     /// Samples of each tile in the replicates of one half, with all of them at most `growth` times what they are; none where that

@@ -31,6 +31,7 @@ pub(crate) mod tests;
 mod uncertainty;
 
 pub(crate) use adaptive::Aim;
+pub use adaptive::DoubtedAim;
 use estimate::There;
 use identity::Identity;
 pub use merge::PartError;
@@ -67,6 +68,8 @@ pub struct Film {
     is_replayed: bool,
     /// Samples of all pixels that the picture will probably have taken in the end; none while nothing is known of it.
     expected: u64,
+    /// Where the error that was asked for seemed to be reached, but could not be trusted. No file has it.
+    doubted: Option<DoubtedAim>,
     counters: Counters,
     /// What the renders that put samples here counted of lights. It is no part of the picture, and no file has it.
     usage: LightUsage,
@@ -129,6 +132,7 @@ impl Film {
             goals,
             is_replayed: false,
             expected: 0,
+            doubted: None,
             counters: Counters::default(),
             usage: LightUsage::default(),
             plan,

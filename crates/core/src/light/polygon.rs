@@ -286,12 +286,12 @@ mod tests {
             let queries = &queries[..1 + turn % LANES];
             let mut lanes = PolygonLanes::<LANES>::new();
             let put = |(lane, (polygon, from, position)): (usize, &(Polygon, DVec3, [f64; 2]))| {
-                lanes.put(lane, polygon, *from, *position)
+                lanes.put(lane, polygon, *from, *position);
             };
             queries.iter().enumerate().for_each(put);
-            let drawn = widest(Together(&lanes));
-            let sample = |lane| PolygonSample { solid_angle: drawn.solid_angle[lane], point: drawn.point(lane) };
-            let together: Vec<_> = (0..queries.len()).map(|lane| drawn.is_wide(lane).then(|| sample(lane))).collect();
+            let points = widest(Together(&lanes));
+            let sample = |lane| PolygonSample { solid_angle: points.solid_angle[lane], point: points.point(lane) };
+            let together: Vec<_> = (0..queries.len()).map(|lane| points.is_wide(lane).then(|| sample(lane))).collect();
             for (sample, (polygon, from, position)) in together.into_iter().zip(queries) {
                 assert_eq!(sample, polygon.draw(*from, *position), "{polygon:?} from {from}");
                 assert_eq!(sample.map(|sample| sample.solid_angle), polygon.solid_angle(*from), "{polygon:?} from {from}");

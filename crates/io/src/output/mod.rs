@@ -28,6 +28,7 @@ pub use film::{KeptFilm, read_film, write_film};
 pub use metadata::Metadata;
 pub use own::is_own_picture;
 pub use place::Place;
+pub(crate) use place::fingerprint;
 pub use png::png_bytes;
 pub(crate) use read::can_abort;
 pub use read::{StoredPicture, decode_picture, read_picture};

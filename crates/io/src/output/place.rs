@@ -1,7 +1,9 @@
 //! Where a file name leads: the one place behind all its spellings and links, and whether a file can be made there.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -75,10 +77,29 @@ impl Place {
         self.path == path || (self.ignores_case && folded(&self.path) == folded(path))
     }
 
+    /// What tells the file that is there now from other ones; none where there is none.
+    pub fn fingerprint(&self) -> Option<u64> {
+        fingerprint(&self.path)
+    }
+
+    /// Whether one of these absolute paths without links is this place's.
+    pub(crate) fn is_among(&self, paths: &BTreeSet<PathBuf>) -> bool {
+        if self.ignores_case { paths.iter().any(|path| self.is_spelled(path)) } else { paths.contains(&self.path) }
+    }
+
     /// The regular file that is there. Only such a one is opened, because opening a pipe waits for its other end.
     pub(crate) fn existing(&self) -> Option<Handle> {
         if self.path.is_file() { Handle::from_path(&self.path).ok() } else { None }
     }
+}
+
+/// What tells the regular file at a path from other ones, without keeping it open; none where there is none. Files of one fingerprint are
+/// nearly surely one file.
+pub(crate) fn fingerprint(path: &Path) -> Option<u64> {
+    let handle = if path.is_file() { Handle::from_path(path).ok()? } else { return None };
+    let mut hasher = DefaultHasher::new();
+    handle.hash(&mut hasher);
+    Some(hasher.finish())
 }
 
 /// The name at the end of all links, whether something is there or not.

@@ -1,7 +1,9 @@
 //! What was measured, for people to look at: plots as SVG, and pages that need nothing but a browser.
 
+mod labels;
 mod page;
 mod plot;
+mod scale;
 mod tables;
 
 pub use page::{Page, accuracy_plot};

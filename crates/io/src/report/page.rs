@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use raywright_core::accuracy::{Candidate, Measured, Report};
+use raywright_core::accuracy::{Measured, Report, RungReport};
 use raywright_core::display::Display;
 use raywright_core::effects::EffectReport;
 use raywright_core::metrics::{differences, heat_map, statistics};
@@ -25,73 +25,83 @@ pub struct Page<'a> {
     pub command: &'a str,
     /// The figures.
     pub report: &'a Report,
-    /// The command that renders each setting on the frontier.
-    pub commands: &'a [String],
+    /// The answer to what most ask first, in sentences.
+    pub answer: &'a str,
+    /// The command that renders the scene as it is.
+    pub own_command: &'a str,
+    /// What each setting on the frontier adds to it.
+    pub flags: &'a [String],
     /// What the scene calls for.
     pub effects: &'a EffectReport,
     /// How its pictures are shown.
     pub display: Display,
 }
 
-/// Error over time of every rung, and the frontier.
-pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report) -> Plot {
-    let rungs = report.ladders.iter().map(|ladder| Line {
-        name: ladder.ladder.to_owned(),
-        colour: if ladder.ladder == "samples" { Colour::Second } else { Colour::Third },
-        dashed: true,
-        apart: true,
-        points: ladder
-            .rungs
-            .iter()
-            .filter_map(|rung| Some(point(rung.measured.as_ref()?, format!("{}={}", ladder.ladder, rung.rung))))
-            .collect(),
+/// Error over time of every rung, and the frontier, whose points are numbered as `flags` are.
+pub fn accuracy_plot(scene: &str, circumstances: &str, report: &Report, flags: &[String]) -> Plot {
+    let point =
+        |of: &Measured, label: String, name: String| Point { label: Some(label), name, ..place(of, report.enlargement()) };
+    let rungs = report.ladders.iter().map(|ladder| {
+        let is_samples = ladder.ladder == "samples";
+        let others = ladder.rungs.iter().filter(|rung| is_samples || !rung.in_use && !ladder.beats(rung));
+        let point = |rung: &RungReport| {
+            let label = format!("{}={}", ladder.ladder, rung.rung);
+            let name = if is_samples { rung.rung.clone() } else { label.clone() };
+            Some(point(rung.measured.as_ref()?, label, name))
+        };
+        Line {
+            name: if is_samples { "numbers of samples" } else { "one other rung" }.to_owned(),
+            colour: if is_samples { Colour::Second } else { Colour::Third },
+            dashed: true,
+            apart: true,
+            points: others.filter_map(point).collect(),
+        }
     });
-    let named = |candidate: &Candidate| point(&candidate.measured, flags(candidate));
-    let frontier = Line {
-        name: "worth their time, together".to_owned(),
-        points: report.frontier.iter().map(named).collect(),
-        ..Line::default()
-    };
     let (samples, others): (Vec<Line>, Vec<Line>) = rungs.partition(|line| line.colour == Colour::Second);
     let others = Line {
-        name: "one other rung".to_owned(),
         points: others.iter().flat_map(|line| line.points.clone()).collect(),
         ..others.first().cloned().unwrap_or_default()
+    };
+    let named = (1..).zip(&report.frontier).zip(flags);
+    let frontier = Line {
+        name: "worth their time, together".to_owned(),
+        points: named.map(|((i, of), flags)| point(&of.measured, flags.clone(), format!("({i})"))).collect(),
+        ..Line::default()
     };
     let own = Line {
         name: "as it is".to_owned(),
         dashed: true,
         apart: true,
-        points: vec![point(&report.own, "as it is".to_owned())],
+        points: vec![point(&report.own, "as it is".to_owned(), "as it is".to_owned())],
         ..Line::default()
     };
+    let [width, height] = report.full_size;
     Plot {
         title: format!("What accuracy costs in time: {scene}"),
         subtitle: "less time is to the left, less error below".to_owned(),
         circumstances: circumstances.to_owned(),
-        x: Axis { label: "CPU time of a render".to_owned(), tick: Some(seconds) },
-        y: Axis { label: "√relMSE".to_owned(), tick: Some(power) },
-        lines: [frontier].into_iter().chain(samples).chain([others, own]).collect(),
+        x: Axis { label: format!("CPU time of a render of {width}x{height} pixels"), tick: Some(seconds) },
+        y: Axis { label: "error (root relMSE)".to_owned(), tick: Some(power) },
+        lines: [frontier, own].into_iter().chain(samples).chain([others]).collect(),
         marks: Vec::new(),
         falling: true,
+        key: (1..).zip(flags).map(|(i, flags)| format!("({i})  {flags}")).collect(),
     }
 }
 
-/// Where a setting lies; what can't be told from no error lies at the upper end of what it may be.
-fn point(of: &Measured, label: String) -> Point {
+/// Where a setting lies, at the scene's own size; what can't be told from no error lies at the upper end of what it may be.
+fn place(of: &Measured, enlargement: f64) -> Point {
     let root = |value: f64| value.max(1e-12).sqrt();
     let error = &of.errors.relmse;
-    let y = if error.is_lost_in_noise() { error.high } else { error.value };
+    let is_bound = error.is_lost_in_noise();
+    let y = if is_bound { error.high } else { error.value };
     Point {
-        x: of.seconds.median.max(1e-9),
+        x: (of.seconds.median * enlargement).max(1e-9),
         y: root(y),
-        spread: [root(if error.low > 0.0 { error.low } else { y }), root(error.high)],
-        label: Some(label),
+        spread: [root(if is_bound { y } else { error.low }), root(error.high)],
+        is_bound,
+        ..Point::default()
     }
-}
-
-fn flags(candidate: &Candidate) -> String {
-    if candidate.flags.is_empty() { "as it is".to_owned() } else { candidate.flags.join(" ") }
 }
 
 fn seconds(exponent: i32) -> String {
@@ -122,19 +132,25 @@ impl Page<'_> {
         let title = format!("What accuracy costs in time: {}", escaped(self.scene));
         let circumstances: String =
             self.circumstances.iter().map(|line| format!("<p class=\"soft\">{}</p>\n", escaped(line))).collect();
-        let plot = accuracy_plot(self.scene, self.circumstances.first().map_or("", String::as_str), self.report).svg();
+        let circumstance = self.circumstances.first().map_or("", String::as_str);
+        let plot = accuracy_plot(self.scene, circumstance, self.report, self.flags);
+        // What its numbers stand for is in the table below it.
+        let plot = Plot { key: Vec::new(), ..plot }.svg();
+        // Every second part stands between back quotes.
+        let parts = self.answer.split('`').map(escaped).enumerate();
+        let answer: String = parts.map(|(i, part)| if i % 2 == 1 { format!("<code>{part}</code>") } else { part }).collect();
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>{title}</title>\n<style>\n{}</style></head>\n\
-             <body><main>\n<h1>{title}</h1>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n\
-             <div class=\"wide\">{plot}</div>\n{}{}{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
+             <body><main>\n<h1>{title}</h1>\n<p class=\"answer\">{answer}</p>\n<div class=\"wide\">{plot}</div>\n{}\
+             <h2>How it was measured</h2>\n{circumstances}<p class=\"soft\">Made by <code>{}</code></p>\n{}{}{}{}{}</main>\n<script>\n{}</script>\n</body></html>\n",
             include_str!("page.css"),
-            escaped(self.command),
             self.frontier(),
+            escaped(self.command),
+            self.pictures(),
             self.rungs(),
             self.prices(),
             self.outputs(),
-            self.pictures(),
             self.effects(),
             include_str!("page.js"),
         )

@@ -3,6 +3,9 @@
 
 use std::fmt::Write;
 
+use super::labels::Labels;
+use super::scale::{Frame, Scale};
+
 /// A plot.
 #[derive(Clone, Debug, Default)]
 pub struct Plot {
@@ -22,6 +25,8 @@ pub struct Plot {
     pub marks: Vec<Mark>,
     /// Lines fall from left to right, so that there is room for the legend on the right.
     pub falling: bool,
+    /// Lines of text below everything, such as what short names of points stand for.
+    pub key: Vec<String>,
 }
 
 /// An axis, logarithmic. It spans whole decades around what is plotted.
@@ -42,14 +47,14 @@ pub struct Line {
     pub colour: Colour,
     /// Dashed, with square markers, to tell two lines of one colour apart.
     pub dashed: bool,
-    /// Its points stand alone, with their words where a pointer rests.
+    /// Its points stand alone.
     pub apart: bool,
     /// Points with coordinates above zero.
     pub points: Vec<Point>,
 }
 
 /// A measured point.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Point {
     /// Horizontal.
     pub x: f64,
@@ -57,8 +62,12 @@ pub struct Point {
     pub y: f64,
     /// Ends of its spread.
     pub spread: [f64; 2],
-    /// What it is, where that is not the line's name.
+    /// What it is, where that is not the line's name: shown where a pointer rests.
     pub label: Option<String>,
+    /// The same in so few characters that it is written beside the point, where there is room.
+    pub name: String,
+    /// Whether the value is an upper bound: it may be anything below.
+    pub is_bound: bool,
 }
 
 /// A dotted line up from a place on the horizontal axis, with words.
@@ -85,19 +94,13 @@ pub enum Colour {
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 578.0;
 /// The plotted area: left, top, right, bottom.
-const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
+pub(super) const AREA: [f64; 4] = [84.0, 96.0, 816.0, 510.0];
 
-const STYLE: &str = "\
-svg{--paper:#ffffff;--ink:#1f2328;--soft:#59636e;--grid:#e4e8ec;--first:#b84a00;--second:#0a5fc9;--third:#1a7f37}
-@media(prefers-color-scheme:dark){svg{--paper:#0d1117;--ink:#f0f6fc;--soft:#9ea7b1;--grid:#262c34;--first:#ff9d57;--second:#6bb0ff;--third:#56d364}}
-text{font-family:system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif;font-size:14px;fill:var(--ink)}
-.title{font-size:18px;font-weight:600}.soft{fill:var(--soft);font-size:13px}
-.paper{fill:var(--paper)}.grid{stroke:var(--grid);fill:none}.axis,.mark{stroke:var(--soft);fill:none}
-.label{paint-order:stroke;stroke:var(--paper);stroke-width:6px}
-.mark{stroke-dasharray:2 4;stroke-width:1.5}.line{fill:none;stroke-width:2.2;stroke-linejoin:round}
-.spread{stroke-width:1.4}.first{stroke:var(--first)}.second{stroke:var(--second)}.third{stroke:var(--third)}
-.dot.first{fill:var(--first)}.dot.second{fill:var(--second)}.dot.third{fill:var(--third)}
-.open{fill:var(--paper);stroke-width:1.8}";
+const STYLE: &str = include_str!("plot.css");
+
+/// Of a line of the key, and from the words below the horizontal axis to its first one.
+const KEY_LINE: f64 = 19.0;
+const KEY_START: f64 = 14.0;
 
 impl Plot {
     /// The plot as an SVG file. Lines without points are left out; without any point there is nothing but words.
@@ -114,19 +117,26 @@ impl Plot {
         for line in &self.lines {
             line.draw(&mut svg, &frame);
         }
+        self.names(&mut svg, &frame);
         self.legend(&mut svg);
+        self.notes(&mut svg);
         svg.push_str("</svg>\n");
         svg
     }
 
+    fn height(&self) -> f64 {
+        HEIGHT + if self.key.is_empty() { 0.0 } else { KEY_START + KEY_LINE * self.key.len() as f64 }
+    }
+
     fn head(&self, svg: &mut String) {
+        let height = self.height();
         let [title, subtitle, circumstances] = [&self.title, &self.subtitle, &self.circumstances].map(|text| escaped(text));
         // Writing to a string can't fail.
         let _ = write!(
             svg,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
-             role=\"img\">\n<title>{title}</title>\n<desc>{subtitle}</desc>\n<style>{STYLE}</style>\n\
-             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{HEIGHT}\"/>\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
+             role=\"img\">\n<title>{title}</title>\n<desc>{subtitle}</desc>\n<style>\n{STYLE}</style>\n\
+             <rect class=\"paper\" width=\"{WIDTH}\" height=\"{height}\"/>\n\
              <text class=\"title\" x=\"24\" y=\"34\">{title}</text>\n<text class=\"soft\" x=\"24\" y=\"56\">{subtitle}</text>\n\
              <text class=\"soft\" x=\"24\" y=\"75\">{circumstances}</text>\n"
         );
@@ -169,12 +179,53 @@ impl Plot {
         }
     }
 
+    fn shown(&self) -> impl Iterator<Item = &Line> {
+        self.lines.iter().filter(|line| !line.points.is_empty())
+    }
+
+    fn has_bounds(&self) -> bool {
+        self.lines.iter().flat_map(|line| &line.points).any(|point| point.is_bound)
+    }
+
+    /// The legend's left, top, right and bottom.
+    fn legend_box(&self) -> [f64; 4] {
+        let left = if self.falling { AREA[2] - 300.0 } else { AREA[0] + 18.0 };
+        let rows = self.shown().count() + usize::from(self.has_bounds());
+        [left, AREA[1] + 6.0, left + 300.0, AREA[1] + 10.0 + 23.0 * rows as f64]
+    }
+
+    /// Beside each point that has a name, as far as there is room.
+    fn names(&self, svg: &mut String, frame: &Frame) {
+        let places: Vec<(f64, f64)> =
+            self.lines.iter().flat_map(|line| &line.points).map(|p| (frame.x.at(p.x), frame.y.at(p.y))).collect();
+        let mut labels = Labels::new(&places, self.legend_box());
+        for line in &self.lines {
+            for point in line.points.iter().filter(|point| !point.name.is_empty()) {
+                let Some((x, y)) = labels.place(&point.name, frame.x.at(point.x), frame.y.at(point.y)) else { continue };
+                let _ = writeln!(svg, "<text class=\"name label\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escaped(&point.name));
+            }
+        }
+    }
+
+    /// What short names stand for.
+    fn notes(&self, svg: &mut String) {
+        for (i, line) in self.key.iter().enumerate() {
+            let y = HEIGHT + KEY_START + KEY_LINE * (i as f64 + 0.2);
+            let _ = writeln!(svg, "<text class=\"soft\" x=\"24\" y=\"{y:.1}\">{}</text>", escaped(line));
+        }
+    }
+
     /// In the upper corner where the lines leave room.
     fn legend(&self, svg: &mut String) {
-        let shown = self.lines.iter().filter(|line| !line.points.is_empty());
-        for (i, line) in shown.enumerate() {
-            let left = if self.falling { AREA[2] - 300.0 } else { AREA[0] + 18.0 };
-            let (x, y) = (left, AREA[1] + 20.0 + 23.0 * i as f64);
+        let [left, ..] = self.legend_box();
+        let row = |i: usize| AREA[1] + 20.0 + 23.0 * i as f64;
+        if self.has_bounds() {
+            let (x, y) = (left, row(self.shown().count()));
+            let _ = writeln!(svg, "<path class=\"spread mark\" d=\"{}\"/>", arrow(x + 20.0, y - 8.0));
+            let _ = writeln!(svg, "<text x=\"{}\" y=\"{}\">at most: lost in noise</text>", x + 50.0, y + 5.0);
+        }
+        for (i, line) in self.shown().enumerate() {
+            let (x, y) = (left, row(i));
             if !line.apart {
                 line.stroke(svg, &format!("M{x} {y}h40"));
             }
@@ -221,8 +272,9 @@ impl Line {
         }
         for point in &self.points {
             let (x, [low, high]) = (frame.x.at(point.x), point.spread.map(|y| frame.y.at(y)));
-            let _ = writeln!(svg, "<path class=\"spread {}\" d=\"M{x:.1} {low:.1}V{high:.1}\"/>", self.class());
             let y = frame.y.at(point.y);
+            let spread = if point.is_bound { arrow(x, y) } else { format!("M{x:.1} {low:.1}V{high:.1}") };
+            let _ = writeln!(svg, "<path class=\"spread {}\" fill=\"none\" d=\"{spread}\"/>", self.class());
             match &point.label {
                 None => self.marker(svg, x, y),
                 Some(label) => {
@@ -235,40 +287,9 @@ impl Line {
     }
 }
 
-struct Frame {
-    x: Scale,
-    y: Scale,
-}
-
-/// Maps decades to picture coordinates.
-struct Scale {
-    /// Exponents of the ends.
-    decades: [i32; 2],
-    /// Picture coordinates of the ends.
-    ends: [f64; 2],
-}
-
-impl Scale {
-    fn new(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Self {
-        let (low, high) = values
-            .filter(|v| *v > 0.0 && v.is_finite())
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-        let (first, last) = if low <= high { (low.log10().floor() as i32, high.log10().ceil() as i32) } else { (0, 1) };
-        Self { decades: [first, last.max(first + 1)], ends: [start, end] }
-    }
-
-    fn decades(&self) -> impl Iterator<Item = i32> + use<> {
-        self.decades[0]..=self.decades[1]
-    }
-
-    fn at(&self, value: f64) -> f64 {
-        self.exponent(value.log10())
-    }
-
-    fn exponent(&self, exponent: f64) -> f64 {
-        let [first, last] = self.decades.map(f64::from);
-        self.ends[0] + (self.ends[1] - self.ends[0]) * (exponent - first) / (last - first)
-    }
+/// Down from a place: a value is not above it.
+fn arrow(x: f64, y: f64) -> String {
+    format!("M{x:.1} {y:.1}v18m-4 -6l4 6l4 -6")
 }
 
 pub(super) fn escaped(text: &str) -> String {

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use raywright_core::accuracy::{EffectCost, EffectCosts, Interval, LadderReport, Measured, OutputReport, Paid, RungReport};
+use raywright_core::bench::Spread;
 use raywright_core::effects::Status;
 
 use super::page::{Page, number};
@@ -17,13 +18,13 @@ impl Page<'_> {
     /// The settings worth their time, each with its command.
     pub(super) fn frontier(&self) -> String {
         let mut rows = String::new();
-        for (candidate, command) in self.report.frontier.iter().zip(self.commands) {
+        for (i, (candidate, flags)) in (1..).zip(self.report.frontier.iter().zip(self.flags)) {
             let own = if candidate.flags.is_empty() { " class=\"own\"" } else { "" };
             let _ = writeln!(
                 rows,
-                "<tr{own}><td class=\"text\"><code>{}</code></td>{}</tr>",
-                escaped(command),
-                cells(&candidate.measured, None)
+                "<tr{own}><td>({i})</td><td class=\"text\"><code>{}</code></td>{}</tr>",
+                escaped(flags),
+                self.cells(&candidate.measured, None),
             );
         }
         if rows.is_empty() {
@@ -31,18 +32,27 @@ impl Page<'_> {
         }
         format!(
             "<h2>Worth their time</h2>\n<p>No setting that was measured is both faster and nearer to the reference. The first row whose \
-             error is small enough is the cheapest setting for that error; the last one within a time is the best for that time.</p>\n\
-             <div class=\"wide\"><table><thead><tr><th>command</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n"
+             error is small enough is the cheapest setting for that error; the last one within a time is the best for that time. The flags \
+             stand behind <code>{}</code></p>\n\
+             <div class=\"wide\"><table><thead><tr><th></th><th>flags</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n",
+            escaped(self.own_command),
         )
     }
 
     pub(super) fn rungs(&self) -> String {
         let mut rows = String::new();
-        let _ = writeln!(rows, "<tr class=\"own\"><td>as it is</td>{}</tr>", cells(&self.report.own, None));
-        for LadderReport { ladder, rungs, .. } in &self.report.ladders {
-            let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"9\">{ladder}</td></tr>");
-            rungs.iter().for_each(|rung| rows += &row(rung));
+        let _ = writeln!(rows, "<tr class=\"own\"><td>as it is</td>{}</tr>", self.cells(&self.report.own, None));
+        let (samples, others): (Vec<_>, Vec<_>) = self.report.ladders.iter().partition(|ladder| ladder.ladder == "samples");
+        samples.iter().for_each(|ladder| rows += &self.rows_of(ladder));
+        if let Some(base) = &self.report.base {
+            let _ = writeln!(
+                rows,
+                "<tr class=\"ladder\"><td>all below: {} samples</td>{}</tr>",
+                base.samples,
+                self.cells(&base.measured, None)
+            );
         }
+        others.iter().for_each(|ladder| rows += &self.rows_of(ladder));
         let mut in_vain = String::new();
         for ladder in &self.report.ladders {
             for (rung, [error, own]) in ladder.in_vain() {
@@ -60,15 +70,73 @@ impl Page<'_> {
                 "<p>Wrong in vain, since they are no faster than the rung in use; the pictures below show where:</p>\n<ul>\n{in_vain}</ul>\n"
             );
         }
+        let named = |which: &dyn Fn(&LadderReport, &RungReport) -> bool| -> Vec<String> {
+            let all = self.report.ladders.iter().flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
+            all.filter(|(ladder, rung)| which(ladder, rung))
+                .map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung))
+                .collect()
+        };
+        let line = |words: &str, names: Vec<String>| match names.as_slice() {
+            [] => String::new(),
+            names => format!("<p>{words}: {}.</p>\n", escaped(&names.join(", "))),
+        };
+        let beaten = line("Slower and worse than what is in use", named(&|ladder, rung| ladder.beats(rung)));
+        let late = line("No time for", named(&|_, rung| rung.measured.is_none()));
         let absent = match self.report.not_called_for.as_slice() {
             [] => String::new(),
             names => format!("<p class=\"soft\">Not called for by this scene, and not measured: {}.</p>\n", names.join(", ")),
         };
         format!(
-            "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Alone: root mean square difference to the ladder's most exact rung with \
+            "<h2>Every rung, one at a time</h2>\n<p class=\"soft\">Times are those of all threads at the scene's \
+             own size. Error: root relMSE, the root of the mean of (I − R)² / (R² + 0.01). Alone: root mean square difference to the ladder's most exact rung with \
              the same random numbers. &lt;: too small to be told from the reference's noise.</p>\n\
-             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{in_vain}{absent}"
+             <div class=\"wide\"><table><thead><tr><th>rung</th>{HEADS}</tr></thead><tbody>\n{rows}</tbody></table></div>\n{beaten}{late}{in_vain}{absent}"
         )
+    }
+
+    /// A ladder with the rungs that have something to say: measured, and not slower and worse than the one in use.
+    fn rows_of(&self, ladder: &LadderReport) -> String {
+        let shown = ladder.rungs.iter().filter(|rung| !ladder.beats(rung));
+        let rows: String = shown.filter_map(|rung| Some(self.row(rung, rung.measured.as_ref()?))).collect();
+        let others = ladder.rungs.iter().filter(|rung| !rung.in_use && !ladder.beats(rung) && rung.measured.is_some());
+        if others.count() == 0 {
+            return String::new();
+        }
+        format!("<tr class=\"ladder\"><td colspan=\"9\">{}</td></tr>\n{rows}", ladder.ladder)
+    }
+
+    fn row(&self, rung: &RungReport, of: &Measured) -> String {
+        let own = if rung.in_use { " class=\"own\"" } else { "" };
+        let (name, about) = (escaped(&rung.rung), escaped(rung.about));
+        format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", self.cells(of, rung.own_error))
+    }
+
+    fn cells(&self, of: &Measured, own_error: Option<f64>) -> String {
+        let errors = &of.errors;
+        let bias = if errors.rmse.is_lost_in_noise() { String::new() } else { number(errors.bias) };
+        let list = [
+            self.time(&of.seconds),
+            number(of.ratio.median),
+            interval(errors.relmse, f64::sqrt),
+            interval(errors.rmse, |x| x),
+            bias,
+            errors.noise.map(number).unwrap_or_default(),
+            number(of.flip),
+            own_error.map(number).unwrap_or_default(),
+        ];
+        list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
+    }
+
+    /// Of a render at the scene's own size.
+    fn time(&self, of: &Spread) -> String {
+        format!("{} ±{:.0} %", spoken(of.median * self.report.enlargement()), of.relative() * 100.0)
+    }
+
+    fn paid(&self, of: &Paid) -> String {
+        let bits = if of.same_bits { "" } else { ", ANOTHER PICTURE" };
+        let memory = human_bytes(of.geometry) + bits;
+        let list = [self.time(&of.seconds), number(of.ratio.median), spoken(of.preparing.median), memory];
+        list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
     }
 
     /// Rungs that no picture depends on.
@@ -78,7 +146,7 @@ impl Page<'_> {
             let _ = writeln!(rows, "<tr class=\"ladder\"><td colspan=\"5\">{}</td></tr>", ladder.ladder);
             for price in &ladder.rungs {
                 let own = if price.in_use { " class=\"own\"" } else { "" };
-                let cells = price.paid.as_ref().map_or_else(|| late(4), paid);
+                let cells = price.paid.as_ref().map_or_else(|| late(4), |of| self.paid(of));
                 let (name, about) = (escaped(&price.rung), escaped(price.about));
                 let _ = writeln!(rows, "<tr{own}><td title=\"{about}\">{name}</td>{cells}</tr>");
             }
@@ -88,7 +156,7 @@ impl Page<'_> {
         }
         format!(
             "<h2>What changes no picture</h2>\n<p class=\"soft\">Paid in time and memory alone; that the pictures are the same bits is \
-             checked.</p>\n<div class=\"wide\"><table><thead><tr><th>rung</th><th>CPU ms</th><th>× own</th><th>preparing, CPU ms</th>\
+             checked.</p>\n<div class=\"wide\"><table><thead><tr><th>rung</th><th>CPU time</th><th>× in use</th><th>preparing</th>\
              <th>memory</th></tr></thead><tbody>\n{rows}</tbody></table></div>\n"
         )
     }
@@ -157,40 +225,14 @@ fn how_measured(costs: &EffectCosts) -> String {
 }
 
 const HEADS: &str =
-    "<th>CPU ms</th><th>× own</th><th>√relMSE</th><th>RMSE</th><th>bias</th><th>noise</th><th>FLIP</th><th>alone</th>";
+    "<th>CPU time</th><th>× in use</th><th>error</th><th>RMSE</th><th>bias</th><th>noise</th><th>FLIP</th><th>alone</th>";
 
-fn row(rung: &RungReport) -> String {
-    let (own, name, about) = (if rung.in_use { " class=\"own\"" } else { "" }, escaped(&rung.rung), escaped(rung.about));
-    match &rung.measured {
-        Some(measured) => format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", cells(measured, rung.own_error)),
-        None => format!("<tr{own}><td title=\"{about}\">{name}</td>{}</tr>\n", late(8)),
-    }
-}
-
-fn cells(of: &Measured, own_error: Option<f64>) -> String {
-    let errors = &of.errors;
-    let bias = if errors.rmse.is_lost_in_noise() { String::new() } else { number(errors.bias) };
-    let list = [
-        format!("{} ±{:.0} %", number(of.seconds.median * 1e3), of.seconds.relative() * 100.0),
-        number(of.ratio.median),
-        interval(errors.relmse, f64::sqrt),
-        interval(errors.rmse, |x| x),
-        bias,
-        errors.noise.map(number).unwrap_or_default(),
-        number(of.flip),
-        own_error.map(number).unwrap_or_default(),
-    ];
-    list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
+/// A time with three digits.
+fn spoken(seconds: f64) -> String {
+    if seconds < 0.9995 { format!("{} ms", number(1e3 * seconds)) } else { format!("{} s", number(seconds)) }
 }
 
 /// What stands in so many columns of a rung without figures.
 fn late(columns: u32) -> String {
     format!("<td colspan=\"{columns}\" class=\"text\">no time</td>")
-}
-
-fn paid(of: &Paid) -> String {
-    let bits = if of.same_bits { "" } else { ", ANOTHER PICTURE" };
-    let time = format!("{} ±{:.0} %", number(of.seconds.median * 1e3), of.seconds.relative() * 100.0);
-    let list = [time, number(of.ratio.median), number(of.preparing.median * 1e3), human_bytes(of.geometry) + bits];
-    list.iter().map(|cell| format!("<td>{cell}</td>")).collect()
 }

@@ -11,13 +11,17 @@ use raywright_io::report::{Page, accuracy_plot};
 use raywright_io::{Error, Loaded};
 use serde::Serialize;
 
+use super::answer::{Command, answer};
 use super::csv::csv;
 use crate::clock::spoken;
 use crate::console;
 use crate::failure::Failure;
 use crate::machine::processor;
-use crate::origin::{command_line, quoted};
+use crate::origin::command_line;
 use crate::table::significant;
+
+/// Version of [`Document`]. 2: rungs other than numbers of samples are measured with at most 16, and compared with that.
+const FORMAT: u32 = 2;
 
 /// What a file is to hold, by its ending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +75,15 @@ pub struct Document<'a> {
     pub circumstances: Vec<String>,
     /// The command that renders each setting on the frontier.
     pub commands: Vec<String>,
+    /// The answer to what most ask first, in sentences.
+    #[serde(skip)]
+    pub answer: String,
+    /// The command that renders the scene as it is, but for rungs that were asked for.
+    #[serde(skip)]
+    pub own_command: String,
+    /// What each setting on the frontier adds to it.
+    #[serde(skip)]
+    pub flags: Vec<String>,
     #[serde(skip)]
     effects: EffectReport,
     #[serde(skip)]
@@ -84,12 +97,17 @@ impl<'a> Document<'a> {
     /// Adds scene and machine to a report.
     pub fn new(loaded: &'a Loaded, asked: &[String], settings: &Settings, threads: usize, report: &'a Report) -> Self {
         let (processor, clock) = (processor(), if CLOCK == "thread CPU time" { "CPU time of all threads" } else { CLOCK });
+        let command = Command::new(&loaded.source.name, asked);
+        let flags: Vec<String> = report.frontier.iter().map(|candidate| command.flags(&candidate.flags)).collect();
         Self {
             circumstances: circumstances(processor.as_deref(), threads, clock, report),
-            commands: report.frontier.iter().map(|candidate| command_of(&loaded.source.name, asked, &candidate.flags)).collect(),
+            answer: answer(report, &command),
+            commands: flags.iter().map(|flags| format!("{} {flags}", command.own).trim_end().to_owned()).collect(),
+            flags: flags.into_iter().map(|flags| if flags.is_empty() { "as it is".to_owned() } else { flags }).collect(),
+            own_command: command.own,
             effects: detect(&loaded.scene, settings),
             display: Display::of(&loaded.scene.render),
-            format: 1,
+            format: FORMAT,
             version: env!("CARGO_PKG_VERSION"),
             scene: &loaded.source.name,
             scene_hash: loaded.hash.to_string(),
@@ -102,8 +120,8 @@ impl<'a> Document<'a> {
     }
 
     fn page(&self) -> Page<'_> {
-        let Self { scene, circumstances, command, commands, report, effects, display, .. } = self;
-        Page { scene, circumstances, command, commands, report, effects, display: *display }
+        let Self { scene, circumstances, command, answer, own_command, flags, report, effects, display, .. } = self;
+        Page { scene, circumstances, command, answer, own_command, flags, report, effects, display: *display }
     }
 
     /// The text of a file of it.
@@ -112,31 +130,19 @@ impl<'a> Document<'a> {
             Kind::Json => console::json(self),
             Kind::Csv => csv(self.report),
             Kind::Html => self.page().html(),
-            Kind::Svg => accuracy_plot(self.scene, &self.circumstances.join(" · "), self.report).svg(),
+            Kind::Svg => accuracy_plot(self.scene, &self.circumstances[0], self.report, &self.flags).svg(),
         }
     }
-}
-
-/// The command that renders a scene with flags that were asked for and those of a setting, which come before them; all rungs in one flag.
-fn command_of(scene: &str, asked: &[String], flags: &[String]) -> String {
-    let rung = |flag: &'_ String| flag.strip_prefix("--rung ").map(str::to_owned);
-    let ladder = |rung: &str| rung.split_once('=').map(|(ladder, _)| ladder.to_owned());
-    let chosen: Vec<String> = flags.iter().filter_map(rung).collect();
-    let stays = |rung: &String| !chosen.iter().any(|other| ladder(other) == ladder(rung));
-    let rungs: Vec<String> = asked.iter().filter_map(rung).filter(stays).chain(chosen.iter().cloned()).collect();
-    let others = asked.iter().chain(flags).filter(|flag| rung(flag).is_none()).cloned();
-    let all = (!rungs.is_empty()).then(|| format!("--rung {}", rungs.join(",")));
-    ["raywright render".to_owned(), quoted(scene)].into_iter().chain(others).chain(all).collect::<Vec<_>>().join(" ")
 }
 
 /// How it was measured: the machine, the size, the reference, and what is missing.
 fn circumstances(processor: Option<&str>, threads: usize, clock: &str, report: &Report) -> Vec<String> {
     let [[width, height], [full_width, full_height]] = [report.size, report.full_size];
-    let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
-    let longer = pixels(report.full_size) / pixels(report.size);
-    let full = match longer {
-        1.0 => "its own size".to_owned(),
-        _ => format!("at its own {full_width}x{full_height} times are {} times as long", significant(longer, 2)),
+    let full = if report.size == report.full_size {
+        "its own size".to_owned()
+    } else {
+        let longer = significant(report.enlargement(), 2);
+        format!("times are those at its own {full_width}x{full_height}, {longer} times as long")
     };
     let machine = processor.map(|name| format!("{name}, ")).unwrap_or_default();
     let (reference, renders) = (&report.reference, report.own.renders);
@@ -156,24 +162,4 @@ fn circumstances(processor: Option<&str>, threads: usize, clock: &str, report: &
         ),
         format!("measured in {}{cut}", spoken(report.seconds)),
     ]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Protects: a command asks for what the measured one asked for, but for the ladders that the setting moves.
-    #[test]
-    fn commands_ask_for_everything() {
-        let [asked, flags] = [["--integrator path", "--rung samples=16"], ["--rung samples=64", "--rung precision=reference"]]
-            .map(|list| list.map(str::to_owned));
-        let command = command_of("a b.glb", &asked, &flags);
-        assert_eq!(command, "raywright render 'a b.glb' --integrator path --rung samples=64,precision=reference");
-        assert_eq!(command_of("preset:x", &asked, &[]), "raywright render preset:x --integrator path --rung samples=16");
-        assert_eq!(
-            command_of("preset:x", &asked, &flags[1..]),
-            "raywright render preset:x --integrator path --rung samples=16,precision=reference"
-        );
-        assert_eq!(command_of("preset:x", &[], &[]), "raywright render preset:x");
-    }
 }

@@ -1,5 +1,6 @@
 //! `accuracy`: what each rung of each ladder costs and gets wrong on one scene, and which combinations are worth their time.
 
+mod answer;
 mod csv;
 mod file;
 mod reference;

@@ -7,53 +7,104 @@ use raywright_io::human_bytes;
 use super::file::Document;
 use crate::clock::spoken;
 use crate::commands::explain::dear;
+use crate::console;
 use crate::scatter::scatter;
-use crate::table::{Align, lay_out, lay_out_aligned, significant};
+use crate::table::{Align, lay_out_aligned, paragraph, significant, wrapped};
 
 const RIGHT: Align = Align::Right;
-const COLUMNS: [Align; 10] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
+const COLUMNS: [Align; 8] = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
 
-/// All of it.
+/// All of it, the answer first.
 pub fn table(document: &Document<'_>) -> String {
     let report = document.report;
-    let mut text = format!("{}\n{}\n", document.scene, document.circumstances.join("\n"));
+    let mut text = format!("{}\n{}\n", document.scene, paragraph(&document.answer));
+    text += &frontier(document);
+    text += "\n";
+    document.circumstances.iter().for_each(|line| text += &(paragraph(line) + "\n"));
     text += &rungs(report);
     text += &prices(report);
     text += &files(report);
     text += &report.costs.as_ref().map(dear).unwrap_or_default();
-    if !report.not_called_for.is_empty() {
-        text += &format!("\nnot called for by this scene, and not measured: {}\n", report.not_called_for.join(", "));
-    }
-    text += &frontier(document);
+    text += &listed("not called for by this scene, and not measured", report.not_called_for.iter().copied());
     text
 }
 
-/// Every rung under its ladder.
+/// A line of names; nothing where there are none.
+fn listed<T: AsRef<str>>(words: &str, names: impl Iterator<Item = T>) -> String {
+    let names: Vec<T> = names.collect();
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    if names.is_empty() { String::new() } else { format!("\n{}\n", paragraph(&format!("{words}: {}", names.join(", ")))) }
+}
+
+/// Every rung under its ladder, but those that are slower and worse than the one in use, and those that there was no time for.
 fn rungs(report: &Report) -> String {
-    let heads = ["", "time", "", "x own", "√relMSE", "RMSE", "bias", "noise", "FLIP", "alone"];
-    let mut rows = vec![heads.map(str::to_owned), row("as it is".to_owned(), Some(&report.own), None)];
-    for LadderReport { ladder, rungs, in_use } in &report.ladders {
-        let stands = rungs.iter().any(|rung| rung.in_use);
-        let title = if stands { (*ladder).to_owned() } else { format!("{ladder} (in use: {in_use})") };
-        rows.push(title_row(title));
-        rows.extend(rungs.iter().map(rung));
+    let heads = ["", "time", "", "x in use", "error", "bias", "FLIP", "alone"];
+    let own = |of| row("as it is".to_owned(), of, report.enlargement(), None);
+    let mut rows = vec![heads.map(str::to_owned), own(&report.own)];
+    let (samples, others): (Vec<_>, Vec<_>) = report.ladders.iter().partition(|ladder| ladder.ladder == "samples");
+    rows.extend(samples.iter().flat_map(|ladder| rows_of(ladder, report)));
+    if let Some(base) = &report.base {
+        rows.push(row(format!("below: {} samples", base.samples), &base.measured, report.enlargement(), None));
     }
-    let notes = "* in use\n\
-                 √relMSE: root of the mean of (I - R)² / (R² + 0.01); bias is what more samples don't lower of the RMSE, noise what they do\n\
-                 alone: root mean square difference to the ladder's most exact rung with the same random numbers\n\
-                 <: too small to be told from the reference's noise; the number is the upper end of the interval\n";
-    let mut in_vain = String::new();
+    rows.extend(others.iter().flat_map(|ladder| rows_of(ladder, report)));
+    let notes = [
+        "* in use",
+        "error: root relMSE, the root of the mean of (I - R)² / (R² + 0.01); bias: what more samples don't lower of the RMSE",
+        "alone: root mean square difference to the ladder's most exact rung with the same random numbers",
+        "<: too small to be told from the reference's noise; the number is the upper end of the interval",
+        "RMSE, noise and quartiles are in -o FILE.csv",
+    ];
+    let mut text = format!("\n{}", lay_out_aligned(COLUMNS, &rows));
+    notes.iter().for_each(|note| text += &(paragraph(note) + "\n"));
+    let all = report.ladders.iter().flat_map(|ladder| ladder.rungs.iter().map(move |rung| (ladder, rung)));
+    let beaten = all.filter(|(ladder, rung)| ladder.beats(rung)).map(|(ladder, rung)| format!("{}={}", ladder.ladder, rung.rung));
+    text += &listed("slower and worse than what is in use", beaten);
+    let late = report.ladders.iter().filter_map(|ladder| {
+        let others = || ladder.rungs.iter().filter(|rung| !rung.in_use);
+        late(ladder.ladder, others().map(|rung| (rung.rung.as_str(), rung.measured.is_none())))
+    });
+    text += &listed("no time for", late);
+    text + &in_vain(report)
+}
+
+/// Which rungs of a ladder there was no time for: the ladder's name alone where that is all of them.
+fn late<'a>(ladder: &str, rungs: impl Iterator<Item = (&'a str, bool)>) -> Option<String> {
+    let (late, there): (Vec<_>, Vec<_>) = rungs.partition(|(_, is_late)| *is_late);
+    let names: Vec<String> = late.iter().map(|(rung, _)| format!("{ladder}={rung}")).collect();
+    match (names.is_empty(), there.is_empty()) {
+        (true, _) => None,
+        (false, true) => Some(ladder.to_owned()),
+        (false, false) => Some(names.join(", ")),
+    }
+}
+
+/// Rungs that are no faster than those in use and alone much more wrong, each with what it is.
+fn in_vain(report: &Report) -> String {
+    let mut text = String::new();
     for ladder in &report.ladders {
         for (rung, [error, own]) in ladder.in_vain() {
             let (error, own) = (significant(error, 2), significant(own, 2));
-            in_vain +=
-                &format!("  {}={}: alone {error} beside {own} of {}; {}\n", ladder.ladder, rung.rung, ladder.in_use, rung.about);
+            let line =
+                format!("{}={}: alone {error} beside {own} of {}; {}", ladder.ladder, rung.rung, ladder.in_use, rung.about);
+            text += &format!("  {}\n", wrapped(&line, 2, console::width().unwrap_or(usize::MAX)));
         }
     }
-    if !in_vain.is_empty() {
-        in_vain.insert_str(0, "\nwrong in vain, since they are no faster than the rung in use:\n");
+    if text.is_empty() { text } else { format!("\nwrong in vain, since they are no faster than the rung in use:\n{text}") }
+}
+
+/// A ladder's title and its rungs, if there is more to say than what is in use.
+fn rows_of(ladder: &LadderReport, report: &Report) -> Vec<[String; 8]> {
+    let shown: Vec<&RungReport> = ladder.rungs.iter().filter(|rung| rung.measured.is_some() && !ladder.beats(rung)).collect();
+    if shown.iter().all(|rung| rung.in_use) {
+        return Vec::new();
     }
-    format!("\n{}{notes}{in_vain}", lay_out_aligned(COLUMNS, &rows))
+    let stands = ladder.rungs.iter().any(|rung| rung.in_use);
+    let title = if stands { ladder.ladder.to_owned() } else { format!("{} (in use: {})", ladder.ladder, ladder.in_use) };
+    let rows = shown.into_iter().filter_map(|of| {
+        let mark = if of.in_use { " *" } else { "" };
+        Some(row(format!("  {}{mark}", of.rung), of.measured.as_ref()?, report.enlargement(), of.own_error))
+    });
+    [title_row(title)].into_iter().chain(rows).collect()
 }
 
 /// A row of one cell.
@@ -63,39 +114,19 @@ fn title_row<const N: usize>(title: String) -> [String; N] {
     row
 }
 
-fn rung(of: &RungReport) -> [String; 10] {
-    let mark = if of.in_use { " *" } else { "" };
-    row(format!("  {}{mark}", of.rung), of.measured.as_ref(), of.own_error)
-}
-
-fn row(name: String, of: Option<&Measured>, own_error: Option<f64>) -> [String; 10] {
-    let Some(of) = of else {
-        let mut row = title_row(name);
-        row[1] = "no time".to_owned();
-        return row;
-    };
+/// Times are those at the scene's own size.
+fn row(name: String, of: &Measured, enlargement: f64, own_error: Option<f64>) -> [String; 8] {
     let errors = &of.errors;
     [
         name,
-        time(&of.seconds),
+        spoken_finely(of.seconds.median * enlargement),
         spread(&of.seconds),
         significant(of.ratio.median, 3),
         root(&errors.relmse),
-        interval(&errors.rmse),
         if errors.rmse.is_lost_in_noise() { String::new() } else { significant(errors.bias, 2) },
-        errors.noise.map(|noise| significant(noise, 2)).unwrap_or_default(),
         significant(of.flip, 2),
         own_error.map(|own| significant(own, 2)).unwrap_or_default(),
     ]
-}
-
-/// The number, or the upper end of what it may be.
-fn interval(of: &Interval) -> String {
-    if of.is_lost_in_noise() { format!("<{}", significant(of.high, 2)) } else { significant(of.value, 2) }
-}
-
-fn time(of: &Spread) -> String {
-    spoken_finely(of.median)
 }
 
 /// Times shorter than a second with three digits.
@@ -109,36 +140,32 @@ fn spread(of: &Spread) -> String {
 
 /// Ladders without error.
 fn prices(report: &Report) -> String {
-    if report.prices.is_empty() {
-        return String::new();
-    }
-    let mut rows = vec![["no picture changes", "time", "", "x own", "preparing", "memory"].map(str::to_owned)];
-    for PriceReport { ladder, rungs, in_use } in &report.prices {
+    let mut rows = vec![["no picture changes", "time", "", "x in use", "preparing", "memory"].map(str::to_owned)];
+    for PriceReport { ladder, rungs, in_use } in report.prices.iter().filter(|of| of.rungs.iter().any(|rung| rung.paid.is_some()))
+    {
         let stands = rungs.iter().any(|rung| rung.in_use);
         let title = if stands { (*ladder).to_owned() } else { format!("{ladder} (in use: {in_use})") };
         rows.push(title_row(title));
-        rows.extend(rungs.iter().map(price));
+        rows.extend(rungs.iter().filter_map(|of| price(of, report.enlargement())));
     }
     let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
-    format!("\n{}", lay_out_aligned(columns, &rows))
+    let table = if rows.len() > 1 { format!("\n{}", lay_out_aligned(columns, &rows)) } else { String::new() };
+    let rungs = |of: &PriceReport| late(of.ladder, of.rungs.iter().map(|rung| (rung.rung.as_str(), rung.paid.is_none())));
+    table + &listed("no time for", report.prices.iter().filter_map(rungs))
 }
 
-fn price(of: &Price) -> [String; 6] {
+fn price(of: &Price, enlargement: f64) -> Option<[String; 6]> {
+    let paid = of.paid.as_ref()?;
     let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
-    let Some(paid) = &of.paid else {
-        let mut row = title_row(name);
-        row[1] = "no time".to_owned();
-        return row;
-    };
     let bits = if paid.same_bits { "" } else { "; OTHER PICTURE" };
-    [
+    Some([
         name,
-        time(&paid.seconds),
+        spoken_finely(paid.seconds.median * enlargement),
         spread(&paid.seconds),
         significant(paid.ratio.median, 3),
         spoken_finely(paid.preparing.median),
         format!("{}{bits}", human_bytes(paid.geometry)),
-    ]
+    ])
 }
 
 /// What files keep of the picture.
@@ -146,16 +173,15 @@ fn files(report: &Report) -> String {
     let heads = ["what a file keeps", "bytes a pixel", "coding", "RMSE", "greatest", "FLIP", "clipped"].map(str::to_owned);
     let row = |of: &OutputReport| {
         let name = format!("  {}{}", of.rung, if of.in_use { " *" } else { "" });
-        let coding = of.seconds.as_ref().map(time).unwrap_or_default();
+        let coding = of.seconds.as_ref().map(|of| spoken_finely(of.median)).unwrap_or_default();
         let errors = [of.rmse, of.greatest, of.flip].map(|error| significant(error, 2));
         let [rmse, greatest, flip] = errors;
         [name, of.bytes_per_pixel.to_string(), coding, rmse, greatest, flip, format!("{:.1} %", 100.0 * of.clipped)]
     };
     let rows: Vec<[String; 7]> = [heads].into_iter().chain(report.outputs.iter().map(row)).collect();
     let columns = [Align::Left, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT, RIGHT];
-    let note =
-        "of display values, 0 to 1, against those that were computed; clipped: pixels with a channel as bright as can be\n";
-    format!("\n{}{note}", lay_out_aligned(columns, &rows))
+    let note = "of display values, 0 to 1, against those that were computed; clipped: pixels with a channel as bright as can be";
+    format!("\n{}{}\n", lay_out_aligned(columns, &rows), paragraph(note))
 }
 
 /// The settings worth their time, as commands, and as a plot.
@@ -164,19 +190,20 @@ fn frontier(document: &Document<'_>) -> String {
     if points.is_empty() {
         return String::new();
     }
-    let rows = document.report.frontier.iter().zip(&document.commands).map(|(candidate, command)| {
+    let enlargement = document.report.enlargement();
+    let rows = document.report.frontier.iter().zip(&document.flags).map(|(candidate, flags)| {
         let of = &candidate.measured;
-        let flags = command.strip_prefix("raywright render ").unwrap_or(command).to_owned();
-        [time(&of.seconds), significant(of.ratio.median, 3), root(&of.errors.relmse), interval(&of.errors.rmse), flags]
+        let time = spoken_finely(of.seconds.median * enlargement);
+        [time, significant(of.ratio.median, 3), root(&of.errors.relmse), flags.clone()]
     });
-    let heads = ["time", "x own", "√relMSE", "RMSE", "raywright render ..."].map(str::to_owned);
-    let rows: Vec<[String; 5]> = [heads].into_iter().chain(rows).collect();
-    let place = |of: &&Measured| (of.seconds.median, of.errors.relmse.value.sqrt());
-    format!(
-        "\nworth their time: no setting measured is both faster and nearer to the reference\n{}\n{}",
-        lay_out(&rows),
-        scatter(&points.iter().map(place).collect::<Vec<_>>(), "√relMSE", "time")
-    )
+    let heads = ["time", "x in use", "error", "flags"].map(str::to_owned);
+    let rows: Vec<[String; 4]> = [heads].into_iter().chain(rows).collect();
+    let place = |of: &&Measured| (of.seconds.median * enlargement, of.errors.relmse.value.sqrt());
+    let words = "worth their time: no setting measured is both faster and nearer to the reference; the flags stand behind";
+    let table = lay_out_aligned([RIGHT, RIGHT, RIGHT, Align::Left], &rows);
+    let plot = scatter(&points.iter().map(place).collect::<Vec<_>>(), "error", "time");
+    let plot = if plot.is_empty() { plot } else { format!("\n{plot}") };
+    format!("\n{}\n  {}\n{table}{plot}", paragraph(words), document.own_command)
 }
 
 /// The root of a mean square, or of the upper end of what it may be.
@@ -185,4 +212,4 @@ fn root(of: &Interval) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub mod tests;

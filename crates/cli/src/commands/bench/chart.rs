@@ -20,6 +20,7 @@ pub fn draw(series: &[Series], report: &Report) -> String {
         lines: scans.chain(trees).collect(),
         falling: false,
         marks: series.iter().filter_map(mark).collect(),
+        key: Vec::new(),
     }
     .svg()
 }
@@ -28,7 +29,7 @@ fn line(series: &Series, name: &str, colour: Colour, growth: Option<PowerLaw>, c
     let exponent = growth.map(|law| format!(": grows as N to the {:.2}", law.exponent)).unwrap_or_default();
     let point = |row: &Row| {
         let time = cost(row)?.nanoseconds;
-        Some(Point { x: row.primitives as f64, y: time.median, spread: [time.min, time.max], label: None })
+        Some(Point { x: row.primitives as f64, y: time.median, spread: [time.min, time.max], ..Point::default() })
     };
     Line {
         name: format!("{name}, {}{exponent}", series.kind.name()),

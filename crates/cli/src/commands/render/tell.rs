@@ -154,14 +154,13 @@ pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes:
 pub fn error(film: &Film, rendered: &Rendered, asked: Option<f64>, notes: &mut Notes) -> Option<String> {
     let noisy = film.uncertainty()?;
     let reaches = |asked| rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, &noisy));
-    if let Some(asked) = asked.filter(|&asked| !reaches(asked)) {
-        notes.warn(format!(
-            "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
-        ));
+    if let Some(asked) = asked {
+        note_asked(asked, reaches(asked), film, notes);
     }
     let noise = told(&noisy);
     notes.detail(format_args!("noise: {noise}"));
     let about = significant(noisy.root_relmse.value, 2);
+    let met = asked.filter(|&asked| reaches(asked)).map(|asked| format!(", below the {asked} asked for")).unwrap_or_default();
     let phrase = match noisy.doubt {
         None => format!("error {}", with_interval(noisy.root_relmse)),
         Some(Doubt::FewSamples) => format!("error about {about}"),
@@ -179,7 +178,30 @@ pub fn error(film: &Film, rendered: &Rendered, asked: Option<f64>, notes: &mut N
             film.counters().unaided
         )),
     }
-    Some(denoised(rendered, notes).unwrap_or(phrase))
+    Some(denoised(rendered, notes).unwrap_or(phrase) + &met)
+}
+
+/// Whether the error that was asked for is met, and why samples were added after it seemed to be.
+fn note_asked(asked: f64, is_met: bool, film: &Film, notes: &mut Notes) {
+    let doubted = film.doubted_aim().map(|first| {
+        let [least, most] = first.samples;
+        let samples = if least == most { most.to_string() } else { format!("{least} to {most}") };
+        let why = match first.doubt {
+            Doubt::FewSamples => "there were too few samples to tell",
+            Doubt::LightByChance => "lamps and suns that are met by chance alone had been met too seldom",
+            Doubt::FewPixels => "a few pixels carried most of it",
+            Doubt::WideInterval => "it was too unsure",
+        };
+        format!("{samples} samples seemed to reach {asked}, with {}, but {why}", significant(first.error, 2))
+    });
+    match (is_met, doubted) {
+        (true, None) => {}
+        (true, Some(doubted)) => notes.hint(format!("{doubted}; so more were taken")),
+        (false, Some(doubted)) => notes.warn(format!("whether the error of {asked} is reached is not sure: {doubted}")),
+        (false, None) => notes.warn(format!(
+            "the error of {asked} that was asked for is not reached; more --spp or a longer --budget comes nearer"
+        )),
+    }
 }
 
 /// Both errors with their intervals.

@@ -48,15 +48,20 @@ fn write_to(
         }
         Target::File(path, format) => {
             output::write_picture(path, &picture(rendered, *format), display, metadata)?;
-            Some(path.display().to_string())
+            Some(shown(path))
         }
         // Something else may lie there by now; a picture that took an hour is not given up for it.
         Target::Unnamed(path, format) => {
             let is_free = |other: &Path| other == path || is_free(other);
             let picture = picture(rendered, *format);
-            Some(output::write_unnamed_picture(path, &picture, display, metadata, is_free)?.display().to_string())
+            Some(shown(&output::write_unnamed_picture(path, &picture, display, metadata, is_free)?))
         }
     })
+}
+
+/// A file's name in the one line that tells of it.
+fn shown(path: &Path) -> String {
+    console::on_one_line(&path.display().to_string())
 }
 
 /// What a format keeps: of display values those that are to be looked at, of linear numbers all there are.
@@ -101,7 +106,7 @@ pub fn keep(
     let paths = targets.iter().filter_map(Target::path).filter(|_| something).map(output::partial_name);
     paths
         .map(|partial| output::write_unnamed_picture(&partial, &rendered.picture, display, metadata, &is_free))
-        .map(|name| name.map(|name| name.display().to_string()))
+        .map(|name| name.map(|name| shown(&name)))
         .collect()
 }
 
@@ -118,6 +123,12 @@ mod tests {
         fn cancelled(&self) -> bool {
             true
         }
+    }
+
+    /// Protects: a name with a line break in it leaves a message on one line.
+    #[test]
+    fn names_stay_on_one_line() {
+        assert_eq!(shown(Path::new("a\nb.png")), "a\u{fffd}b.png");
     }
 
     /// Protects: a render that was stopped before its first tile leaves no picture, which would be black; one that was not keeps

@@ -3,9 +3,8 @@
 use super::super::Listener;
 use super::super::effects::{Bench, EffectCosts};
 use super::super::report::{Price, PriceReport};
-use super::super::setting::Setting;
 use super::super::shots::Shots;
-use super::{EFFECTS, PRICES, Session};
+use super::{PRICES, Session};
 use crate::prepare::PrepareError;
 
 /// Tells of a part of the measurement as the stretch of the whole that it is.
@@ -29,10 +28,10 @@ impl Session<'_> {
             let mut rungs = Vec::new();
             for (choice, rung) in ladder.choices().zip(ladder.rungs()) {
                 let setting = self.setting(choice);
-                let own = setting == Setting::default();
+                let in_use = setting == self.base;
                 listener.step(&format!("time of {choice}"), self.spent());
-                let paid = shots.paid(&setting, self.at(PRICES))?;
-                rungs.push(Price { rung: rung.name.to_owned(), about: rung.about, in_use: own, paid });
+                let paid = shots.paid(&setting, &self.base, self.at(PRICES))?;
+                rungs.push(Price { rung: rung.name.to_owned(), about: rung.about, in_use, paid });
             }
             reports.push(PriceReport { ladder: ladder.name(), in_use, rungs });
         }
@@ -41,10 +40,12 @@ impl Session<'_> {
 
     /// What each effect costs; none where there is no time for any.
     pub fn costs(&mut self, listener: &mut dyn Listener) -> Result<Option<EffectCosts>, PrepareError> {
-        let Self { scene, observer, stopwatch, now, .. } = *self;
+        let Self { observer, stopwatch, now, .. } = *self;
+        let (scene, settings) = self.base.applied(self.scene, &self.settings);
         let (start, from) = (now(), self.spent());
-        let bench = Bench { scene, observer, stopwatch, now, start, budget: self.at(EFFECTS).saturating_duration_since(start) };
-        match bench.run(&self.settings, &mut Stretch { listener, from, to: EFFECTS.max(from) }) {
+        let budget = self.at(1.0).saturating_duration_since(start);
+        let bench = Bench { scene: &scene, observer, stopwatch, now, start, budget };
+        match bench.run(&settings, &mut Stretch { listener, from, to: 1.0 }) {
             Ok(costs) => {
                 self.cut_short |= !costs.late.is_empty();
                 Ok(Some(costs))

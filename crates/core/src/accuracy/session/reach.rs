@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::super::renderer::Unfinished;
 use super::super::setting::Setting;
-use super::{REACH, REFERENCE, RUNGS, Session};
+use super::{BASE_SAMPLES, HALVES, REACH, REFERENCE, RUNGS, Session};
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
 use crate::settings::{Sampling, Settings};
@@ -14,8 +14,8 @@ const LEAST_WIDTH: f64 = 40.0;
 /// A rung may take this many times as long as the scene's own, or so long at least, in the smallest picture.
 const PATIENCE: f64 = 20.0;
 const LEAST_PATIENCE: Duration = Duration::from_millis(500);
-/// Least samples of the pictures by which the size is chosen: those of a fixed pattern may be shared by pixels.
-const PROBE: f64 = 16.0;
+/// Samples of the pictures by which the size is chosen: those of a fixed pattern may be shared by pixels.
+const PROBE: u32 = 16;
 /// Rounds that the size allows for.
 const ROUNDS: f64 = 3.0;
 /// Seconds that a render has to take to say how fast the scene renders.
@@ -26,7 +26,7 @@ impl Session<'_> {
     pub fn within_reach(&mut self) -> Result<Setting, PrepareError> {
         let settings = Settings { size: self.scaled(self.least()), ..self.settings.clone() };
         let (before, end) = ((self.now)(), self.at(REACH));
-        let own = self.studio(&settings).take(&Setting::default(), 0, self.at(1.0));
+        let own = self.studio(&settings).take(&self.base, 0, self.at(1.0));
         let patience = ((self.now)() - before).mul_f64(PATIENCE).max(LEAST_PATIENCE);
         own.map_err(Unfinished::into_error)?;
         let mut exact = Setting::default();
@@ -62,11 +62,10 @@ impl Session<'_> {
     /// Size at which three rounds take their share of the budget, by what samples take in small pictures; at most the scene's.
     pub fn affordable(&self) -> Result<[u32; 2], PrepareError> {
         let own = f64::from(self.settings.sampling.count());
-        let probe = own.max(PROBE);
         let mut factor = self.least();
         let a_sample = loop {
             let size = self.scaled(factor);
-            let settings = Settings { size, sampling: Sampling::General(probe as u32), ..self.settings.clone() };
+            let settings = Settings { size, sampling: Sampling::General(PROBE), ..self.settings.clone() };
             let before = (self.now)();
             // Late is right for a picture so slow: the smallest is then all there is time for.
             match self.studio(&settings).take(&Setting::default(), 0, self.at(REFERENCE)) {
@@ -76,11 +75,12 @@ impl Session<'_> {
             }
             let seconds = ((self.now)() - before).as_secs_f64();
             if seconds >= LEAST_PROBE || factor >= 1.0 {
-                break seconds / (f64::from(size[0]) * f64::from(size[1]) * probe);
+                break seconds / (f64::from(size[0]) * f64::from(size[1]) * f64::from(PROBE));
             }
             factor = (2.0 * factor).min(1.0);
         };
-        let samples: f64 = self.choices().map(|choice| samples_of(choice).unwrap_or(own)).sum();
+        let base = own.min(f64::from(BASE_SAMPLES));
+        let samples: f64 = self.choices().map(|choice| samples_of(choice).filter(|&n| n <= HALVES * own).unwrap_or(base)).sum();
         let wanted = self.effort.budget.as_secs_f64() * (RUNGS - REFERENCE) / (ROUNDS * (samples + own) * a_sample);
         let [width, height] = self.full_size.map(f64::from);
         Ok(self.scaled((wanted / (width * height)).sqrt().clamp(self.least(), 1.0)))

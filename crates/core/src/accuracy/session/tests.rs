@@ -188,7 +188,7 @@ fn another_picture_is_told_from_the_same() {
     let shots = Shots::new(&studio, &truth);
     let same = |rung: &str| {
         let setting = Setting::one(Choice::parse(rung).expect("a rung"));
-        let paid = shots.paid(&setting, Instant::now() + Duration::from_secs(600)).expect("a small picture");
+        let paid = shots.paid(&setting, &Setting::default(), Instant::now() + Duration::from_secs(600)).expect("a small picture");
         paid.expect("time").same_bits
     };
     assert!(same("accelerator=linear") && !same("path-length=1"));
@@ -276,7 +276,7 @@ fn rungs_are_begun_that_can_be_finished() {
     session.pictured = vec![Ladder::Samples];
     session.beyond = Ladder::Samples.choices().filter(|&choice| choice != more).collect();
     session.rounds(&mut shots, &mut ()).expect("time enough");
-    assert!(shots.measured(&Setting::one(more)).is_some() && !session.cut_short);
+    assert!(shots.measured(&Setting::one(more), &Setting::default()).is_some() && !session.cut_short);
 }
 
 /// Protects: a reference that lacks its second replicate when its share of the time is over has half of what is left.
@@ -319,4 +319,42 @@ fn what_was_measured_is_kept_when_it_is_stopped() {
     let (report, took) = measured(2.6);
     let report = report.expect("what there is");
     assert!(report.cut_short && report.own.renders >= 1 && took < 3.0, "{took}");
+}
+
+/// Protects: a scene of 64 samples is measured as it is, and its rungs with 16 and beside that: what is in use takes as long as itself, base
+/// and rung of 16 samples a quarter of the scene's own time, and the flag of a rung names the rung alone. Numbers of samples come first, but
+/// for those that take sixteen times as long.
+#[test]
+fn rungs_are_put_on_fewer_samples() {
+    let scene = Scene { render: crate::scene::Render { samples: 64, ..lamp().render }, ..lamp() };
+    let settings = Settings { integrator: crate::scene::Integrator::Path, ..Settings::of(&scene) };
+    assert_eq!(settings.sampling.count(), 64);
+    let effort = Effort { budget: Duration::from_secs(600), size: Some([8, 6]), rounds: 2 };
+    let stopwatch: Stopwatch = |work| work() as f64 * 1e-6;
+    let session = Session::new(&scene, &settings, Display::of(&scene.render), effort, &(), (stopwatch, &Instant::now));
+    let order: Vec<String> = session.rounds_of().iter().map(Setting::to_string).collect();
+    assert_eq!(order[..5], ["as it is", "samples=1", "samples=4", "samples=16", "samples=256"]);
+    assert!(order[5..order.len() - 1].iter().all(|name| name.contains("samples=16") && name.contains(' ')), "{order:?}");
+    assert_eq!(order.last().map(String::as_str), Some("samples=1024"));
+    let report = session.run(Start::default(), &mut ()).expect("a report").0;
+    let ladder = |name: &str| report.ladders.iter().find(|ladder| ladder.ladder == name).expect("a ladder");
+    let ratio = |of: &crate::accuracy::Measured| of.ratio.median;
+    let base = report.base.as_ref().expect("fewer samples");
+    assert!(base.samples == 16 && (ratio(&base.measured) - 0.25).abs() < 0.02, "{base:?}");
+    assert!((report.own.rays as f64 / base.measured.rays as f64 - 4.0).abs() < 0.3);
+    let samples = ladder("samples");
+    let of =
+        |name: &str| samples.rungs.iter().find(|rung| rung.rung == name).and_then(|rung| rung.measured.as_ref()).expect("time");
+    assert_eq!((ratio(of("64")), ratio(of("16"))), (1.0, ratio(&base.measured)));
+    for rung in &ladder("path-length").rungs {
+        let (measured, in_use) = (rung.measured.as_ref().expect("time"), rung.rung == "4");
+        assert_eq!((rung.in_use, &rung.flag), (in_use, &(!in_use).then(|| format!("--rung path-length={}", rung.rung))));
+        assert!(if in_use { ratio(measured) == 1.0 } else { (0.05..2.5).contains(&ratio(measured)) }, "{}", rung.rung);
+        assert!(measured.rays < 2 * base.measured.rays && rung.own_error.is_some(), "{}", rung.rung);
+    }
+    assert!(report.prices.iter().flat_map(|ladder| &ladder.rungs).all(|rung| {
+        rung.paid.as_ref().is_some_and(|paid| paid.ratio.median == 1.0 && paid.seconds.median < 0.5 * report.own.seconds.median)
+    }));
+    let half = report.answer.half_the_error.as_ref().expect("more samples");
+    assert!(half.error <= 0.55 && half.time <= 16.5, "{half:?}");
 }

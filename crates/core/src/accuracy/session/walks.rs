@@ -1,11 +1,12 @@
-//! Combinations of rungs that are worth their time: found by steps from the scene's own setting, and measured again.
+//! Combinations of rungs that are worth their time: found by steps from what rungs are put on, and measured again.
 
 use super::super::Listener;
+use super::super::answer::answer;
 use super::super::frontier::{Point, Steps, pareto, walk};
-use super::super::report::Candidate;
+use super::super::report::{Answer, Candidate};
 use super::super::setting::Setting;
 use super::super::shots::Shots;
-use super::{Session, WALKS};
+use super::{AGAIN, Session, WALKS};
 use crate::denoise;
 use crate::ladder::{Choice, Ladder};
 use crate::prepare::PrepareError;
@@ -16,16 +17,53 @@ const STEP_ROUNDS: u64 = 2;
 const FRESH: u64 = 1 << 32;
 
 impl Session<'_> {
-    pub fn frontier(&mut self, shots: &mut Shots<'_>, listener: &mut dyn Listener) -> Result<Vec<Candidate>, PrepareError> {
-        let steps: Vec<Steps> = self.pictured.iter().filter_map(|&ladder| self.steps(ladder, shots)).collect();
-        let Some(own) = shots.point(&Setting::default()) else { return Ok(Vec::new()) };
-        let mut failed = None;
-        let end = self.at(WALKS);
+    /// The settings that none measured beats, each with what it does with other random numbers where there is time for that, and what they
+    /// say first of all.
+    pub fn frontier(
+        &mut self,
+        shots: &mut Shots<'_>,
+        listener: &mut dyn Listener,
+    ) -> Result<(Vec<Candidate>, Answer), PrepareError> {
         let is_possible = |setting: &Setting| {
             let (_, settings) = setting.applied(self.scene, &self.settings);
             !settings.denoise || denoise::is_possible(settings.sampling)
         };
-        let found = walk(&steps, own, &is_possible, &mut |setting| {
+        let mut known = self.walked(shots, &is_possible, listener)?;
+        known.extend(self.rounds_of().into_iter().filter(|setting| is_possible(setting)));
+        let own = Setting::default();
+        let mut chosen = unbeaten(known.clone(), |setting| shots.point(setting));
+        // The best of many is partly the luckiest: what it does with other random numbers counts.
+        let mut again = Shots::new(shots.studio, shots.truth);
+        for round in FRESH..FRESH + STEP_ROUNDS {
+            for setting in [&own].into_iter().chain(chosen.iter().filter(|setting| **setting != own)) {
+                listener.step(&format!("once more: {setting}"), self.spent());
+                self.cut_short |= !again.take(setting, round, self.at(AGAIN))?;
+            }
+        }
+        let has_all = again.point(&own).is_some() && chosen.iter().all(|setting| again.point(setting).is_some());
+        let last = if has_all { &again } else { &*shots };
+        chosen = unbeaten(chosen, |setting| last.point(setting));
+        let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: last.measured(setting, &own)? });
+        let best = |setting: Setting| {
+            let of = if again.point(&setting).is_some() && again.point(&own).is_some() { &again } else { &*shots };
+            let (point, own) = (of.point(&setting)?, of.point(&own)?);
+            Some((setting, Point { time: point.time / own.time, error: point.error / own.error.max(1e-300) }))
+        };
+        let answer = answer(known.into_iter().filter_map(best));
+        Ok((chosen.iter().filter_map(candidate).collect(), answer))
+    }
+
+    /// Combinations that steps lead to.
+    fn walked(
+        &self,
+        shots: &mut Shots<'_>,
+        is_possible: &dyn Fn(&Setting) -> bool,
+        listener: &mut dyn Listener,
+    ) -> Result<Vec<Setting>, PrepareError> {
+        let steps: Vec<Steps> = self.pictured.iter().filter_map(|&ladder| self.steps(ladder, shots)).collect();
+        let Some(start) = shots.point(&self.base) else { return Ok(Vec::new()) };
+        let (mut failed, end) = (None, self.at(WALKS));
+        let found = walk(&steps, (&self.base, start), is_possible, &mut |setting| {
             listener.step(&format!("together: {setting}"), self.spent());
             for round in 0..STEP_ROUNDS {
                 match shots.take(setting, round, end) {
@@ -39,24 +77,7 @@ impl Session<'_> {
             }
             shots.point(setting)
         });
-        if let Some(error) = failed {
-            return Err(error);
-        }
-        let mut known: Vec<Setting> = [Setting::default()].into_iter().chain(self.choices().map(Setting::one)).collect();
-        known.retain(is_possible);
-        known.extend(found.into_iter().map(|(setting, _)| setting));
-        let mut chosen = unbeaten(known, |setting| shots.point(setting));
-        // The best of many is partly the luckiest: only what it does with other random numbers counts.
-        let mut again = Shots::new(shots.studio, shots.truth);
-        for round in FRESH..FRESH + STEP_ROUNDS {
-            for setting in [&Setting::default()].into_iter().chain(chosen.iter().filter(|s| **s != Setting::default())) {
-                listener.step(&format!("once more: {setting}"), self.spent());
-                self.cut_short |= !again.take(setting, round, self.at(1.0))?;
-            }
-        }
-        chosen = unbeaten(chosen, |setting| again.point(setting));
-        let candidate = |setting: &Setting| Some(Candidate { flags: setting.flags(), measured: again.measured(setting)? });
-        Ok(chosen.iter().filter_map(candidate).collect())
+        failed.map_or(Ok(found.into_iter().map(|(setting, _)| setting).collect()), Err)
     }
 
     /// What is known of a ladder's rungs, as far as they were measured; none where the scene's own has no place among them.
@@ -71,10 +92,10 @@ impl Session<'_> {
             let error = if ladder.shares_random_numbers() { shots.paired(setting, &exact)?.relative } else { point.error };
             Some(Point { error, ..point })
         };
-        let own = point(&Setting::default())?;
+        let own = point(&self.beside(ladder))?;
         let mut rungs = Vec::new();
         for choice in ladder.choices().filter(|choice| choice.rung() != in_use) {
-            rungs.extend(point(&Setting::one(choice)).map(|point| (Some(choice), point)));
+            rungs.extend(point(&self.setting(choice)).map(|point| (Some(choice), point)));
         }
         let below = |choice: &Choice| match (choice.rung().parse::<u32>(), in_use.parse::<u32>()) {
             (Ok(rung), Ok(own)) => Some(rung < own),
@@ -88,7 +109,11 @@ impl Session<'_> {
             place += usize::from(choice.as_ref().map_or(Some(false), below)?);
         }
         rungs.insert(place, (None, own));
-        Some(Steps { ladder, rungs, own: place })
+        let start = match self.base.rung(ladder) {
+            Some(choice) => rungs.iter().position(|(rung, _)| *rung == Some(choice))?,
+            None => place,
+        };
+        Some(Steps { ladder, rungs, start })
     }
 }
 

@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use super::{in_order, scene};
 use crate::film::adaptive::Aim;
-use crate::film::{Film, Plane};
+use crate::film::{Doubt, Film, Plane};
 use crate::hash::mix;
 use crate::observer::Observer;
 use crate::scene::{Integrator, Scene};
@@ -154,13 +154,22 @@ fn coverage_counts_replicates_the_same() {
     assert!(film.picture().alpha.expect("it was asked for").iter().all(|&alpha| alpha == 0.25));
 }
 
-/// Protects: an error that is in doubt is not reached, however small it is claimed to be.
+/// Protects: an error that is in doubt is not reached, however small it is claimed to be; where that was first, and why, is remembered, and
+/// nothing is where the claim itself is too large.
 #[test]
 fn doubt_goes_on() {
     let mut film = row(3, 65_536);
     take(&mut film, known(|_| 0.01));
     (film.counters.unaided, film.counters.found) = (1000, 39);
+    assert_eq!((film.aim(1e-9, &()), film.doubted_aim()), (Aim::Further, None));
+    take(&mut film, known(|_| 0.01));
     assert_eq!(film.aim(0.5, &()), Aim::Further);
+    let first = film.doubted_aim().expect("a claim below");
+    let samples = film.samples(&film.whole());
+    assert_eq!((first.samples, first.doubt), ([*samples.start(), *samples.end()], Doubt::LightByChance));
+    assert_eq!(first.error, film.uncertainty().expect("four replicates").root_relmse.value);
+    take(&mut film, known(|_| 0.01));
+    assert_eq!((film.aim(0.5, &()), film.doubted_aim()), (Aim::Further, Some(first)));
     film.counters.found = 40;
     assert_eq!(film.aim(0.5, &()), Aim::Reached);
 }

@@ -3,7 +3,7 @@
 use super::*;
 
 fn point(x: f64, y: f64) -> Point {
-    Point { x, y, spread: [y, y], label: None }
+    Point { x, y, spread: [y, y], ..Point::default() }
 }
 
 /// Protects: a decade is as wide as any other, on the whole width of the area, upwards as values grow.
@@ -30,7 +30,7 @@ fn words_are_escaped() {
 /// Protects: the whole spread of a point lies on the area, where its ends are a decade's line from the point.
 #[test]
 fn spreads_lie_on_the_area() {
-    let points = vec![Point { x: 1.0, y: 10.0, spread: [1.0, 1000.0], label: None }, point(10.0, 10.0)];
+    let points = vec![Point { x: 1.0, y: 10.0, spread: [1.0, 1000.0], ..Point::default() }, point(10.0, 10.0)];
     let svg = Plot { lines: vec![Line { points, ..Line::default() }], ..Plot::default() }.svg();
     let [left, top, _, bottom] = AREA;
     assert!(svg.contains(&format!("d=\"M{left:.1} {bottom:.1}V{top:.1}\"")), "{svg}");
@@ -46,4 +46,22 @@ fn lines_are_drawn_and_named() {
     // Two points and the legend's.
     assert_eq!(svg.matches("<circle").count(), 3);
     assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+}
+
+/// Protects: an upper bound is an arrow that points down from it, with words in the legend; a name stands beside its point, where a pointer
+/// finds it too; and what names stand for makes the plot higher.
+#[test]
+fn bounds_and_names_are_drawn() {
+    let bound = Point { is_bound: true, ..point(1.0, 10.0) };
+    let named = Point { name: "n1".to_owned(), label: Some("--spp 64".to_owned()), ..point(10.0, 30.0) };
+    let lines = vec![Line { points: vec![bound, named], ..Line::default() }];
+    let svg = Plot { lines: lines.clone(), key: vec!["n1  <--spp>".to_owned()], ..Plot::default() }.svg();
+    assert!(svg.matches("v18m-4").count() == 2 && svg.contains(">at most: lost in noise<"), "{svg}");
+    assert!(
+        svg.contains(">n1</text>") && svg.contains("<title>--spp 64</title>") && svg.contains(">n1  &lt;--spp&gt;<"),
+        "{svg}"
+    );
+    assert!(svg.contains(&format!("height=\"{}\"", HEIGHT + KEY_START + KEY_LINE)), "{svg}");
+    let plain = Plot { lines: vec![Line { points: vec![point(1.0, 3.0)], ..Line::default() }], ..Plot::default() }.svg();
+    assert!(!plain.contains("at most") && plain.contains(&format!("height=\"{HEIGHT}\"")), "{plain}");
 }

@@ -1,6 +1,7 @@
 //! Figures in their cells: a report made by hand, and what its tables and its CSV say of each number.
 
-use raywright_core::accuracy::{EffectCost, EffectCosts, Errors, Paid, Reference};
+use raywright_core::accuracy::{Answer, Base, Candidate, EffectCost, EffectCosts, Errors, Paid, Reference};
+use raywright_core::bench::Spread;
 
 use super::super::csv::csv;
 use super::*;
@@ -28,7 +29,7 @@ fn rung_report(name: &str, in_use: bool, measured: Option<Measured>, own_error: 
     RungReport { rung: name.to_owned(), about: "what it is", in_use, flag: Some(format!("--rung a={name}")), measured, own_error }
 }
 
-fn report() -> Report {
+pub fn report() -> Report {
     let lost = measured(interval(0.01, 0.0, 0.04), interval(0.02, 0.0, 0.3));
     let rungs = vec![
         rung_report("quick", false, Some(seen()), Some(0.067)),
@@ -56,7 +57,9 @@ fn report() -> Report {
         size: [64, 36],
         full_size: [640, 360],
         reference: Reference { samples: 64, rungs: vec![], standard_error: 0.001, seconds: 3.0, kept: false },
+        answer: Answer::default(),
         own: seen(),
+        base: None,
         ladders: vec![LadderReport { ladder: "a", in_use: "plain".to_owned(), rungs }],
         prices: vec![PriceReport {
             ladder: "accelerator",
@@ -86,20 +89,86 @@ fn words(text: &str, start: &str) -> String {
 fn intervals_are_shown_by_root_and_end() {
     assert_eq!(root(&interval(0.09, 0.04, 0.16)), "0.3");
     assert_eq!(root(&interval(0.01, 0.0, 0.04)), "<0.2");
-    assert_eq!(super::interval(&interval(0.35, 0.3, 0.4)), "0.35");
-    assert_eq!(super::interval(&interval(0.02, 0.0, 0.3)), "<0.3");
 }
 
-/// Protects: each figure of a rung in its column: time with its spread, the ratio, the root of relMSE, RMSE, bias, noise, FLIP, and
-/// what it gets wrong alone; no bias where the error is lost in noise.
+/// Protects: each figure of a rung in its column: time at the scene's own size, a hundred times as large here, with its spread, the ratio, the
+/// root of relMSE, bias, FLIP, and what it gets wrong alone; no bias where the error is lost in noise.
 #[test]
 fn figures_of_rungs() {
-    let text = rungs(&report());
-    assert_eq!(words(&text, "time"), "time x own √relMSE RMSE bias noise FLIP alone");
-    assert_eq!(words(&text, "as it is"), "as it is 250 ms ±10 % 1.75 0.3 0.35 0.011 0.023 0.051");
-    assert_eq!(words(&text, "quick"), "quick 250 ms ±10 % 1.75 0.3 0.35 0.011 0.023 0.051 0.067");
-    assert_eq!(words(&text, "plain *"), "plain * 250 ms ±10 % 1.75 <0.2 <0.3 0.023 0.051");
-    assert_eq!(words(&text, "exact"), "exact no time");
+    let mut report = report();
+    let text = rungs(&report);
+    assert_eq!(words(&text, "time"), "time x in use error bias FLIP alone");
+    assert_eq!(words(&text, "as it is"), "as it is 25.0 s ±10 % 1.75 0.3 0.011 0.051");
+    assert_eq!(words(&text, "quick"), "quick 25.0 s ±10 % 1.75 0.3 0.011 0.051 0.067");
+    assert_eq!(words(&text, "plain *"), "plain * 25.0 s ±10 % 1.75 <0.2 0.051");
+    assert_eq!(words(&text, "no time for"), "no time for: a=exact");
+    assert_eq!(late("b", [("x", true), ("y", true)].into_iter()).as_deref(), Some("b"));
+    assert_eq!(late("b", [("x", true), ("y", false), ("z", true)].into_iter()).as_deref(), Some("b=x, b=z"));
+    assert_eq!(late("b", [("x", false)].into_iter()), None);
+    assert!(!text.contains("slower and worse") && !text.contains("below:"), "{text}");
+    report.base = Some(Base { samples: 16, measured: seen() });
+    let quick = report.ladders[0].rungs[0].measured.as_mut().expect("figures");
+    (quick.ratio, quick.errors.relmse.value) = (spread(1.9), 0.1);
+    let text = rungs(&report);
+    assert_eq!(words(&text, "below: 16 samples"), "below: 16 samples 25.0 s ±10 % 1.75 0.3 0.011 0.051");
+    assert_eq!(words(&text, "slower and worse"), "slower and worse than what is in use: a=quick");
+    assert!(!text.contains("  quick"), "{text}");
+}
+
+/// Protects: the answer comes first, and the settings worth their time before everything else, each with its flags alone: what all commands
+/// have in common stands there once.
+#[test]
+fn what_to_do_comes_first() {
+    let input = raywright_io::Input::Bytes { name: "x.scene.toml".to_owned(), bytes: b"format = 1".to_vec(), resolver: None };
+    let loaded = raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
+    let (mut report, settings) = (report(), raywright_core::Settings::of(&loaded.scene));
+    let candidate = |flags: &[&str]| Candidate { flags: flags.iter().map(|&flag| flag.to_owned()).collect(), measured: seen() };
+    report.frontier = vec![candidate(&["--rung samples=4"]), candidate(&[])];
+    let asked = ["--at 2".to_owned()];
+    let document = Document::new(&loaded, &asked, &settings, 1, &report);
+    let text = table(&document);
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines[1].starts_with("In use: error 0.3, 25.0 s of CPU time."), "{text}");
+    let place =
+        |words: &str| lines.iter().position(|line| line.contains(words)).unwrap_or_else(|| panic!("no {words} in {text}"));
+    assert!(place("worth their time") < place("rendered at") && place("rendered at") < place("* in use"), "{text}");
+    assert_eq!(text.matches("raywright render").count(), 1, "{text}");
+    let row = |line: &&str| line.split_whitespace().collect::<Vec<_>>().join(" ") == "25.0 s 1.75 0.3 --spp 4";
+    assert_eq!(lines.iter().filter(|line| row(line)).count(), 1, "{text}");
+}
+
+/// Protects: page and plot have times at the scene's own size, too, a line for what is slower and worse, an arrow for what is only known to be
+/// smaller than something, and the numbers of the table in the plot.
+#[test]
+fn the_page_says_the_same() {
+    let input = raywright_io::Input::Bytes { name: "x.scene.toml".to_owned(), bytes: b"format = 1".to_vec(), resolver: None };
+    let loaded = raywright_io::load(&input, &raywright_io::LoadOptions::default()).expect("a scene");
+    let (mut report, settings) = (report(), raywright_core::Settings::of(&loaded.scene));
+    let mut lost = seen();
+    lost.errors.relmse.low = 0.0;
+    let candidate = |flag: &str, measured| Candidate { flags: vec![flag.to_owned()], measured };
+    report.frontier = vec![candidate("--rung samples=4", seen()), candidate("--rung samples=16", lost)];
+    let rungs = &mut report.ladders[0].rungs;
+    let mut slow = rungs[0].clone();
+    slow.rung = "slow".to_owned();
+    slow.measured.iter_mut().for_each(|of| (of.ratio, of.errors.relmse.value) = (spread(1.9), 0.1));
+    rungs.push(slow);
+    let document = Document::new(&loaded, &[], &settings, 1, &report);
+    let page = document.text(super::super::file::Kind::Html);
+    for words in [
+        "<p class=\"answer\">In use: error 0.3, ",
+        "<td>25.0 s ±10 %</td><td>1.75</td><td>0.300</td>",
+        "<td>(1)</td><td class=\"text\"><code>--spp 4</code></td>",
+        "<p>Slower and worse than what is in use: a=slow.</p>",
+        "<p>No time for: a=exact.</p>",
+    ] {
+        assert!(page.contains(words), "no {words} in {page}");
+    }
+    assert!(!page.contains(">slow</td>"), "{page}");
+    let svg = document.text(super::super::file::Kind::Svg);
+    assert!(svg.contains(">(1)</text>") && svg.contains(">(1)  --spp 4<") && svg.contains(">at most: lost in noise<"), "{svg}");
+    // All points lie between ten and a hundred seconds, where the axis begins and ends.
+    assert!(svg.contains(">10 s</text>") && svg.contains(">100 s</text>") && !svg.contains(">1 s</text>"), "{svg}");
 }
 
 /// Protects: each figure of a rung without error, of a kind of file and of an effect in its column: memory in its unit, shares in percent,
@@ -108,10 +177,10 @@ fn figures_of_rungs() {
 fn figures_of_prices_files_and_effects() {
     let report = report();
     let text = prices(&report);
-    assert_eq!(words(&text, "no picture changes"), "no picture changes time x own preparing memory");
-    assert_eq!(words(&text, "tree *"), "tree * 2.00 s ±10 % 1.25 500 ms 3 MiB");
-    assert_eq!(words(&text, "scan"), "scan 2.00 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE");
-    assert_eq!(words(&text, "boxes"), "boxes no time");
+    assert_eq!(words(&text, "no picture changes"), "no picture changes time x in use preparing memory");
+    assert_eq!(words(&text, "tree *"), "tree * 3 min 20 s ±10 % 1.25 500 ms 3 MiB");
+    assert_eq!(words(&text, "scan"), "scan 3 min 20 s ±10 % 1.25 500 ms 3 MiB; OTHER PICTURE");
+    assert_eq!(words(&text, "no time for"), "no time for: accelerator=boxes");
     let text = files(&report);
     assert_eq!(words(&text, "what a file keeps"), "what a file keeps bytes a pixel coding RMSE greatest FLIP clipped");
     assert_eq!(words(&text, "8 *"), "8 * 3 4 ms 0.0012 0.0034 0.0056 12.5 %");

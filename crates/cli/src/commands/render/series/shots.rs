@@ -1,5 +1,6 @@
 //! Which pictures a run is asked for besides the usual one, and what their files are called.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use raywright_core::framing::{Silhouette, View};
@@ -117,21 +118,17 @@ pub fn named(outputs: &[PathBuf], count: usize, all: &mut Outputs) -> Result<Vec
 
 /// The files of each picture where the user named none: after the scenes, of which two may have one name, and the pictures of each.
 pub fn unnamed(args: &RenderArgs, inputs: &[Input], shots: &[Shot], all: &mut Outputs) -> Result<Vec<Vec<Target>>, Failure> {
-    let mut read = Inputs::default();
-    for input in inputs {
-        if let Input::Path(path) = input {
-            read.read(path);
-        }
-    }
-    let (mut stems, mut targets): (Vec<String>, Vec<Vec<Target>>) = (Vec::new(), Vec::new());
+    // Scenes are no pictures; what they name besides is known when they are read.
+    let none = Inputs::default();
+    let (mut stems, mut targets): (HashMap<String, usize>, Vec<Vec<Target>>) = Default::default();
     for input in inputs {
         let own = input.stem();
-        let earlier = stems.iter().filter(|stem| **stem == own).count();
-        stems.push(own.clone());
-        let stem = if earlier == 0 { own } else { format!("{own}-{}", earlier + 1) };
+        let count = stems.entry(own.clone()).or_default();
+        *count += 1;
+        let stem = if *count == 1 { own } else { format!("{own}-{count}") };
         for Shot { label, .. } in shots {
             let name = if label.is_empty() { stem.clone() } else { format!("{stem}-{label}") };
-            targets.push(vec![targets::unnamed(&name, default_format(args), all, &read)?]);
+            targets.push(vec![targets::unnamed(&name, default_format(args), all, &none)?]);
         }
     }
     Ok(targets)
@@ -148,8 +145,10 @@ fn with_number(name: &str, number: usize) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
-    use crate::args::values;
+    use crate::args::{Arguments, Command, values};
 
     /// Protects: numbers stand where a name has a place for them, with as many digits, and nowhere else.
     #[test]
@@ -160,6 +159,20 @@ mod tests {
         for name in ["a.png", "100%.png", "a%4d.png", "a%0xd.png", "a%099d.png"] {
             assert_eq!(with_number(name, 1), None, "{name}");
         }
+    }
+
+    /// Protects: pictures of scenes with one name have names of their own, in the order of the scenes.
+    #[test]
+    fn equal_names_are_told_apart() {
+        let words = ["raywright", "render", "-o", "unused.png"];
+        let Ok(Arguments { command: Some(Command::Render(args)), .. }) = Arguments::try_parse_from(words) else {
+            panic!("a right command line")
+        };
+        let inputs =
+            ["a/no-such-x.glb", "b/no-such-x.glb", "b/no-such-y.glb", "c/no-such-x.glb"].map(|name| Input::Path(name.into()));
+        let found = unnamed(&args, &inputs, &[Shot::default()], &mut Outputs::default()).expect("names that are free");
+        let names = found.iter().flatten().filter_map(Target::path).map(|path| path.display().to_string());
+        assert_eq!(names.collect::<Vec<_>>(), ["no-such-x.png", "no-such-x-2.png", "no-such-y.png", "no-such-x-3.png"]);
     }
 
     /// Protects: each flag makes the pictures that it says, in order, and none asks for the usual one.

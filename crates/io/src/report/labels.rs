@@ -1,0 +1,73 @@
+//! Words beside the points of a plot, so that none covers another, a point or the legend.
+
+use super::plot::AREA;
+
+/// Of a character, on average, and of a line of the small words.
+const CHARACTER: f64 = 6.6;
+const HEIGHT: f64 = 13.0;
+/// From a point's centre to its words, and half of a marker's edge.
+const GAP: f64 = 7.0;
+const MARKER: f64 = 4.5;
+
+/// What is covered already: boxes of left, top, right and bottom.
+pub(super) struct Labels {
+    covered: Vec<[f64; 4]>,
+}
+
+impl Labels {
+    pub(super) fn new(points: &[(f64, f64)], legend: [f64; 4]) -> Self {
+        let marker = |&(x, y): &(f64, f64)| [x - MARKER, y - MARKER, x + MARKER, y + MARKER];
+        Self { covered: points.iter().map(marker).chain([legend]).collect() }
+    }
+
+    /// Where words beside a point begin, on their base line; none where all places beside it are taken.
+    pub(super) fn place(&mut self, words: &str, x: f64, y: f64) -> Option<(f64, f64)> {
+        let width = CHARACTER * words.chars().count() as f64;
+        let (right, left, middle) = (x + GAP, x - GAP - width, x - width / 2.0);
+        let (above, below, beside) = (y - GAP - HEIGHT, y + GAP, y - HEIGHT / 2.0);
+        let places = [
+            (right, beside),
+            (left, beside),
+            (middle, above),
+            (middle, below),
+            (right, above),
+            (left, below),
+            (left, above),
+            (right, below),
+        ];
+        let boxes = places.map(|(x, y)| [x, y, x + width, y + HEIGHT]);
+        let found = boxes.into_iter().find(|of| is_within(of, &AREA) && !self.covered.iter().any(|other| overlap(of, other)))?;
+        self.covered.push(found);
+        Some((found[0], found[3] - 3.0))
+    }
+}
+
+fn is_within(of: &[f64; 4], area: &[f64; 4]) -> bool {
+    of[0] >= area[0] && of[1] >= area[1] && of[2] <= area[2] && of[3] <= area[3]
+}
+
+fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Protects: words stand to the right of a point, elsewhere where something is there, and nowhere where there is no room at all; they
+    /// stay on the plot.
+    #[test]
+    fn words_cover_nothing() {
+        let legend = [600.0, 100.0, 800.0, 160.0];
+        let mut labels = Labels::new(&[(300.0, 300.0), (320.0, 300.0)], legend);
+        let (x, _) = labels.place("abc", 320.0, 300.0).expect("free");
+        assert!(x > 320.0);
+        let (x, _) = labels.place("abc", 300.0, 300.0).expect("the left is free");
+        assert!(x < 300.0 - 3.0 * CHARACTER);
+        let (x, y) = labels.place("a long name", AREA[2] - 2.0, 400.0).expect("on the left");
+        assert!(x + 11.0 * CHARACTER <= AREA[2] && y < 410.0);
+        assert_eq!(labels.place("within the legend", 700.0, 130.0), None);
+        let places: Vec<_> = (0..9).map(|_| labels.place("x", 200.0, 200.0)).collect();
+        assert!(places[..8].iter().all(Option::is_some) && places[8].is_none(), "{places:?}");
+    }
+}

@@ -1,0 +1,38 @@
+//! Where values lie on a plot: logarithmic scales that span whole decades.
+
+/// Both scales of a plot.
+pub(super) struct Frame {
+    pub x: Scale,
+    pub y: Scale,
+}
+
+/// Maps decades to picture coordinates.
+pub(super) struct Scale {
+    /// Exponents of the ends.
+    pub decades: [i32; 2],
+    /// Picture coordinates of the ends.
+    ends: [f64; 2],
+}
+
+impl Scale {
+    pub fn new(values: impl Iterator<Item = f64>, start: f64, end: f64) -> Self {
+        let (low, high) = values
+            .filter(|v| *v > 0.0 && v.is_finite())
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+        let (first, last) = if low <= high { (low.log10().floor() as i32, high.log10().ceil() as i32) } else { (0, 1) };
+        Self { decades: [first, last.max(first + 1)], ends: [start, end] }
+    }
+
+    pub fn decades(&self) -> impl Iterator<Item = i32> + use<> {
+        self.decades[0]..=self.decades[1]
+    }
+
+    pub fn at(&self, value: f64) -> f64 {
+        self.exponent(value.log10())
+    }
+
+    pub fn exponent(&self, exponent: f64) -> f64 {
+        let [first, last] = self.decades.map(f64::from);
+        self.ends[0] + (self.ends[1] - self.ends[0]) * (exponent - first) / (last - first)
+    }
+}
