@@ -144,10 +144,12 @@ fn layouts_are_those_of_the_page() {
     let stats = fs::read_to_string(desk.path("s.json")).expect("a report");
     let mut seen = has_the_documented_keys("render --stats", &serde_json::from_str(&stats).expect("JSON"));
     let complete = |from: &str, seen: &BTreeSet<String>| {
-        // Of places with the same keys one is enough: not every scene has an answer to everything.
+        // Of places with the same keys one is enough: not every scene has an answer to everything. Whether tree and scan change places is for
+        // the clock to say.
         let within = documented(from).within;
         let is_seen = |keys: &Keys| seen.iter().any(|at| within.get(at) == Some(keys));
-        let unseen: Vec<_> = within.iter().filter(|(_, keys)| !is_seen(keys)).map(|(at, _)| at).collect();
+        let is_timed = |at: &str| at == "generated[].crossover";
+        let unseen: Vec<_> = within.iter().filter(|(at, keys)| !is_seen(keys) && !is_timed(at)).map(|(at, _)| at).collect();
         assert!(unseen.is_empty(), "{from}: nothing is at {unseen:?}");
     };
     words("render model.gltf -s 8x8 --spp 4 -q -o d.png --stats u.json").exits_with(0);

@@ -89,7 +89,8 @@ fn in_vain(report: &Report) -> String {
             text += &format!("  {}\n", wrapped(&line, 2, console::width().unwrap_or(usize::MAX)));
         }
     }
-    if text.is_empty() { text } else { format!("\nwrong in vain, since they are no faster than the rung in use:\n{text}") }
+    let title = paragraph("wrong in vain, since they are no faster than the rung in use:");
+    if text.is_empty() { text } else { format!("\n{title}\n{text}") }
 }
 
 /// A ladder's title and its rungs, if there is more to say than what is in use.

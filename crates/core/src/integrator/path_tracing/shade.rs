@@ -80,7 +80,8 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
             let (towards, zero) = (vector::<R>(&lights.direction, lane), R::ZERO);
             let facing = vector::<R>(&v.normal, lane).dot(towards);
             // Above the shading normal's horizon and the surface's own.
-            let above = (facing > zero) & !(vector::<R>(&v.geometric, lane).dot(towards) < zero);
+            let below = vector::<R>(&v.geometric, lane).dot(towards) < zero;
+            let above = (facing > zero) & !below;
             let (value, diffuse) = (vector::<R>(&answers.value, lane), vector::<R>(&answers.diffuse, lane));
             let value = if dull[lane] { diffuse } else { value };
             let both = R::from_f64(weight(lights.density[lane], answers.light_density[lane].to_f64()));
@@ -123,17 +124,17 @@ impl<R: Real, const MATTE: bool> Shade<'_, R, MATTE> {
     fn leave(&self, answers: &Answers<R>, out: &mut ShadedLanes<R>) {
         let v = self.vertices;
         let mut most = [R::INFINITY; LANES];
-        for lane in 0..LANES {
-            most[lane] = v.survival[lane].unwrap_or(R::INFINITY);
+        for (most, survival) in most.iter_mut().zip(&v.survival) {
+            *most = survival.unwrap_or(R::INFINITY);
         }
-        for lane in 0..LANES {
+        for (lane, &most) in most.iter().enumerate() {
             let direction = vector::<R>(&answers.direction, lane);
             // A shading normal must not take a reflection below the surface.
             let below = vector::<R>(&v.geometric, lane).dot(direction) < R::ZERO;
             let throughput = vector::<R>(&v.throughput, lane) * vector::<R>(&answers.weight, lane);
             // Also ends what is no number.
-            let survives = throughput.max_element().min(most[lane]);
-            let may_end = most[lane] < R::INFINITY;
+            let survives = throughput.max_element().min(most);
+            let may_end = most < R::INFINITY;
             let divided = throughput * (R::ONE / survives);
             let throughput = if may_end { divided } else { throughput };
             let goes_on = !may_end | (v.numbers[3][lane] < survives);
