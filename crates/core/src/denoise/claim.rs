@@ -192,6 +192,23 @@ mod tests {
         assert_eq!(weight(2.0, 0.0), 1.0 / 4.01);
     }
 
+    /// Protects: a quarter of what the claim would be changed by if errors were relative to the picture's own colour counts as a standard error
+    /// of it, where blocks alone say that nothing is unsure: of 0.5 with a squared error of 0.01 everywhere.
+    #[test]
+    fn an_unknown_true_colour_widens_the_interval() {
+        use crate::film::tests::{ReplicateSample, film_of};
+        let sample = ReplicateSample { radiance: [0.5; 3], emission: [0.0; 3], albedo: [0.5; 3] };
+        let film = film_of([32, 16], |_, _| sample);
+        let mut pixel = CandidatePixel { base: [0.5; 3], ..CandidatePixel::default() };
+        (pixel.added[1], pixel.apart[0]) = ([0.5; 3], [0.01; 3]);
+        let four = film.replicate_quad().expect("all that is read");
+        let found = estimate(&film, &four, film.picture(), &[pixel; 32 * 16]).error.root_relmse;
+        let (claim, by_own) = (0.005 * (1.0 / 0.37 + 1.0 / 0.17), 0.01 / 0.26);
+        let off = (claim - by_own) / 4.0;
+        assert!((found.value.powi(2) - claim).abs() < 1e-6, "{found:?} for {claim}");
+        assert!((found.low.powi(2) - (claim - NORMAL * off)).abs() < 1e-6 && off > 1e-4, "{found:?}, {off}");
+    }
+
     /// Protects: an interval reaches up as far as a log-normal error would, down as a normal one, and on from where nothing is known of it
     /// without a step. The blocks' squared standard error is (6/10)/2/8, for a mean of a half or a fifth of it.
     #[test]

@@ -68,6 +68,36 @@ fn lamps_lose_their_noise_and_texture_stays() {
     assert!(before / after > 15.0, "{before} became {after}");
 }
 
+/// Protects: light is filtered over albedo. Every pixel has an albedo of its own, all within what counts as one surface, under a light whose
+/// noise is a third of what the albedo changes: without the division texture would have to be told from noise. Of the noise nearly all goes.
+#[test]
+fn texture_within_a_surface_is_no_noise() {
+    let albedo = |pixel: usize| 0.5 + 0.02 * noise(14, pixel, 0, 0).clamp(-2.0, 2.0);
+    let film = film_of([64, 48], |pixel, replicate| {
+        let light = 1.0 + 0.02 * noise(13, pixel, replicate, 0);
+        ReplicateSample { radiance: [(albedo(pixel) + 0.1) * light; 3], emission: [0.0; 3], albedo: [albedo(pixel); 3] }
+    });
+    let [before, after] = [film.picture(), denoised(&film).picture].map(|picture| error(&picture, |pixel| albedo(pixel) + 0.1));
+    assert!(before / after > 15.0, "{before} became {after}");
+}
+
+/// Protects: a replicate's firefly is judged by the other replicate of its half, so that two of them in one pixel, one in each half, are
+/// both dimmed: by nearly all of (100 + 100)/4 together.
+#[test]
+fn fireflies_do_not_vouch_for_themselves() {
+    let at = 16 * 40 + 20;
+    let film = film_of([40, 32], |pixel, replicate| {
+        let is_firefly = pixel == at && replicate.is_multiple_of(2);
+        grey(if is_firefly { 100.0 } else { 0.5 + 0.05 * noise(15, pixel, replicate, 0) })
+    });
+    let four = film.replicate_quad().expect("all that is read");
+    let mut pixels = vec![CandidatePixel::default(); 40 * 32];
+    candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
+    let taken = pixels[at].added[2][1];
+    assert!((-50.0..-49.0).contains(&taken), "{taken}");
+    assert!(pixels[at + 5].added[2][1].abs() < 0.02, "{:?}", pixels[at + 5].added[2]);
+}
+
 /// Protects: what noise makes of a difference is taken off it, (4 − 1 − 1)/(1 + 2)/2, and what is noisier than twice counts less.
 #[test]
 fn weights_by_hand() {
