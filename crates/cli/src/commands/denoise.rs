@@ -44,7 +44,8 @@ pub fn run(args: &DenoiseArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let display = shown(&args.display, kept.display);
     let written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     let mut notes = Notes::new(verbosity);
-    let error = tell::error(&kept.film, &rendered, None, &mut notes).unwrap_or_else(|| "denoised (biased)".to_owned());
+    let error = tell::error(kept.film.uncertainty().as_ref(), &kept.film, &rendered, None, &mut notes)
+        .unwrap_or_else(|| "denoised (biased)".to_owned());
     notes.finish();
     if !written.is_empty() {
         verbosity.say(format_args!("wrote {} ({error}, {})", written.join(", "), spoken(clock.total())));

@@ -41,7 +41,9 @@ pub fn run(args: &MergeArgs, verbosity: Verbosity) -> Result<(), Failure> {
     let mut written = write::write(&rendered, &targets, display, &kept.metadata, |path| outputs.leave_free(path, &inputs))?;
     written.extend(args.checkpoint.as_ref().filter(|_| filmed.is_ok()).map(|path| path.display().to_string()));
     let mut notes = Notes::new(verbosity);
-    let error = tell::error(&kept.film, &rendered, None, &mut notes).map(|error| format!(", {error}")).unwrap_or_default();
+    let error = tell::error(kept.film.uncertainty().as_ref(), &kept.film, &rendered, None, &mut notes)
+        .map(|error| format!(", {error}"))
+        .unwrap_or_default();
     notes.finish();
     if !written.is_empty() {
         let parts = if args.parts.len() == 1 { "1 part".to_owned() } else { format!("{} parts", args.parts.len()) };

@@ -98,6 +98,27 @@ fn fireflies_do_not_vouch_for_themselves() {
     assert!(pixels[at + 5].added[2][1].abs() < 0.02, "{:?}", pixels[at + 5].added[2]);
 }
 
+/// Protects: what is made without a pixel's own noise is: where two replicates are constant, so that weights are even and their own means
+/// too, another sample of a third one in a pixel changes the neighbours' colours and not the pixel's.
+#[test]
+fn a_pixel_has_no_part_in_its_own_base() {
+    let at = 16 * 40 + 20;
+    let of = |own: f64| {
+        let film = film_of([40, 32], |pixel, replicate| match replicate {
+            2 if pixel == at => grey(own),
+            2 | 3 => grey(0.5 + 0.02 * noise(16, pixel, replicate, 0)),
+            _ => grey(0.5),
+        });
+        let four = film.replicate_quad().expect("all that is read");
+        let mut pixels = vec![CandidatePixel::default(); 40 * 32];
+        candidates::fill_band(&four, [40, 32], 0, &mut pixels, &());
+        [pixels[at].base[0], pixels[at + 1].base[0]]
+    };
+    let [low, high] = [0.45, 0.55].map(of);
+    assert!((low[0] - high[0]).abs() < 1e-6, "{low:?} {high:?}");
+    assert!((low[1] - high[1]).abs() > 1e-5, "{low:?} {high:?}");
+}
+
 /// Protects: what noise makes of a difference is taken off it, (4 − 1 − 1)/(1 + 2)/2, and what is noisier than twice counts less.
 #[test]
 fn weights_by_hand() {

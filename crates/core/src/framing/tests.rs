@@ -126,6 +126,37 @@ fn flat_and_open_things_are_seen_from_their_front() {
     assert_eq!(Silhouette::of(&scene(json!([]), json!([]))).front(), View::USUAL);
 }
 
+/// Protects: a mirrored sheet is seen from the side that it faces after mirroring, and a room that stands a little askew straight, but one that
+/// stands half around as it stands.
+#[test]
+fn mirrored_and_turned_things_are_seen_from_their_front() {
+    let sheet = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+    let under = |quads_of: &[[[f64; 3]; 4]], step: Value| {
+        let mut scene = quads(quads_of);
+        scene.objects[0].transform = serde_json::from_value(json!([step])).expect("a step");
+        Silhouette::of(&scene).front()
+    };
+    assert_eq!(under(&[sheet], json!({ "scale": [-1, 1, 1] })), View { azimuth: 0.0, elevation: 0.0 });
+    assert_eq!(under(&[sheet], json!({ "scale": [1, 1, -1] })), View { azimuth: 180.0, elevation: 0.0 });
+    // Inward faces all around but towards +z.
+    let side = |[x, z]: [f64; 2], [u, w]: [f64; 2]| [[x, -1.0, z], [u, -1.0, w], [u, 1.0, w], [x, 1.0, z]];
+    let room = [side([-1.0, -1.0], [1.0, -1.0]), side([1.0, -1.0], [1.0, 1.0]), side([-1.0, 1.0], [-1.0, -1.0])];
+    let turned = |degrees: f64| under(&room, json!({ "rotate": { "axis": [0, 1, 0], "degrees": degrees } })).azimuth;
+    assert_eq!((turned(0.0), turned(10.0)), (0.0, 0.0));
+    assert!((turned(40.0) - 40.0).abs() < 1e-4, "{}", turned(40.0));
+}
+
+/// Protects: what moves is framed with both ends of its way.
+#[test]
+fn moving_things_are_framed_from_start_to_end() {
+    let cube =
+        json!([{ "shape": { "box": { "min": [-1, -1, -1], "max": [1, 1, 1] } }, "transform_end": [{ "translate": [8, 0, 0] }] }]);
+    let silhouette = Silhouette::of(&scene(cube, json!([])));
+    let points = Aabb { min: DVec3::NEG_ONE, max: DVec3::new(9.0, 1.0, 1.0) }.corners();
+    let [left, right, ..] = reach(&silhouette.frame(View::NAMED[0].1, 40.0, 1.5), &points, 1.5);
+    assert!((0.5 * (right - left) - FILL).abs() < 0.01, "{left} {right}");
+}
+
 /// Protects: what has no size one way or another is framed by a camera of numbers that sees it: a point, a line along the view and across
 /// it, nothing at all.
 #[test]

@@ -36,6 +36,19 @@ fn lights_go_round_with_the_camera() {
     assert!((turned - DVec3::new(-front.z, front.y, front.x)).length() < 1e-12, "{turned}");
 }
 
+/// Protects: a studio's strength multiplies all of its light, lamps and gradient alike.
+#[test]
+fn strength_multiplies_all_light() {
+    let camera = camera(look([0.0, 0.0, 5.0], [0.0, 1.0, 0.0]));
+    let of = |strength: f64| {
+        let studio = Studio { strength, ..Studio::default() };
+        let Sky::Gradient { bottom, top, suns } = lights(&studio, &camera) else { panic!("a gradient") };
+        suns.iter().map(|sun| sun.weight).chain(bottom.0).chain(top.0).collect::<Vec<_>>()
+    };
+    assert_eq!(of(2.0), of(1.0).iter().map(|radiance| 2.0 * radiance).collect::<Vec<_>>());
+    assert_eq!(of(1.0)[..6], [3.8, 0.4, 5.0, BELOW, BELOW, BELOW]);
+}
+
 /// Protects: a white surface that faces the camera is bright and not clipped, and its sides are no darker than a quarter of that.
 #[test]
 fn white_is_bright_and_nowhere_clipped() {

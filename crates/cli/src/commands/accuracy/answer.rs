@@ -7,7 +7,7 @@ use crate::origin::quoted;
 use crate::table::significant;
 
 /// The command that renders a scene, in two parts: what all settings have, and what one of them adds.
-pub struct Command {
+pub struct RenderCommand {
     /// The scene with all flags that were asked for but rungs.
     pub own: String,
     /// Rungs that were asked for.
@@ -23,7 +23,7 @@ fn ladder(rung: &str) -> Option<&str> {
     rung.split_once('=').map(|(ladder, _)| ladder)
 }
 
-impl Command {
+impl RenderCommand {
     /// Of a scene with flags that were asked for.
     pub fn new(scene: &str, asked: &[String]) -> Self {
         let others = asked.iter().filter(|flag| rung(flag).is_none()).cloned();
@@ -47,7 +47,7 @@ impl Command {
 }
 
 /// `In use: error 0.18, 11 s. Half of it: ...`, with what each setting that is named really has.
-pub fn answer(report: &Report, command: &Command) -> String {
+pub fn answer(report: &Report, command: &RenderCommand) -> String {
     // As in the table that follows, where it was measured again.
     let again = report.frontier.iter().find(|candidate| candidate.flags.is_empty());
     let own = again.map_or(&report.own, |candidate| &candidate.measured);
@@ -106,21 +106,21 @@ mod tests {
     /// flags of their own, and no ladder is named twice.
     #[test]
     fn commands_ask_for_everything() {
-        let command = Command::new("a b.glb", &words(&["--integrator path", "--rung samples=16"]));
+        let command = RenderCommand::new("a b.glb", &words(&["--integrator path", "--rung samples=16"]));
         assert_eq!(command.own, "raywright render 'a b.glb' --integrator path");
         let flags = |list: &[&str]| command.flags(&words(list));
         assert_eq!(flags(&["--rung samples=64", "--rung precision=reference"]), "--spp 64 --rung precision=reference");
         assert_eq!(flags(&["--rung clamp=10", "--rung reconstruction=denoised"]), "--spp 16 --denoise --rung clamp=10");
         assert_eq!(flags(&["--rung clamp=10", "--rung roulette=off"]), "--spp 16 --rung clamp=10 --rung roulette=off");
         assert_eq!(flags(&[]), "--spp 16");
-        assert_eq!(Command::new("preset:x", &[]).flags(&[]), "");
+        assert_eq!(RenderCommand::new("preset:x", &[]).flags(&[]), "");
     }
 
     /// Protects: the first lines have the error and the time at the scene's own size, a hundred times as large here, and of each setting that is
     /// named its own error and time; what nothing has is said so, and more samples are named where they were not measured.
     #[test]
     fn the_answer_is_a_sentence() {
-        let command = Command::new("x.glb", &[]);
+        let command = RenderCommand::new("x.glb", &[]);
         let advice = |flag: &str, time, error| Some(Advice { flags: words(&[flag]), time, error });
         let mut report = report();
         report.answer =

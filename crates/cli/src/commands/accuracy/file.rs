@@ -11,7 +11,7 @@ use raywright_io::report::{Page, accuracy_plot};
 use raywright_io::{Error, Loaded};
 use serde::Serialize;
 
-use super::answer::{Command, answer};
+use super::answer::{RenderCommand, answer};
 use super::csv::csv;
 use crate::clock::spoken;
 use crate::console;
@@ -97,7 +97,7 @@ impl<'a> Document<'a> {
     /// Adds scene and machine to a report.
     pub fn new(loaded: &'a Loaded, asked: &[String], settings: &Settings, threads: usize, report: &'a Report) -> Self {
         let (processor, clock) = (processor(), if CLOCK == "thread CPU time" { "CPU time of all threads" } else { CLOCK });
-        let command = Command::new(&loaded.source.name, asked);
+        let command = RenderCommand::new(&loaded.source.name, asked);
         let flags: Vec<String> = report.frontier.iter().map(|candidate| command.flags(&candidate.flags)).collect();
         Self {
             circumstances: circumstances(processor.as_deref(), threads, clock, report),

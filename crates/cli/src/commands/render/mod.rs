@@ -10,6 +10,7 @@ use std::io::{self, IsTerminal};
 use std::path::Path;
 
 use raywright_core::denoise::{DenoiseError, FEWEST_SAMPLES};
+use raywright_core::film::Uncertainty;
 use raywright_core::framing::View;
 use raywright_core::scene::Camera;
 use raywright_core::settings::Settings;
@@ -91,6 +92,7 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     done?;
     session.note_slow(&clock, notes);
     let rendered = threads.run(|| denoise::rendered(session.film(), &args.report, stop));
+    let noisy = session.film().uncertainty();
     let render = clock.lap();
     let (is_free, metadata) = (|path: &Path| outputs.leave_free(path, &loaded.inputs), metadata(args, &session));
     if !session.is_done() || matches!(rendered.denoised, Some(Err(DenoiseError::Cancelled))) {
@@ -103,12 +105,12 @@ fn single(args: &RenderArgs, notes: &mut Notes) -> Result<Done, Failure> {
     let write = clock.lap();
     let seconds = Seconds { load, prepare, render, write, total: clock.total() };
     if let Some(path) = &args.report.stats {
-        let stats = Stats::new(&loaded, &ready, &rendered, session.film().uncertainty(), seconds);
+        let stats = Stats::new(&loaded, &ready, &rendered, noisy, seconds);
         write_atomically(path, console::json(&stats).as_bytes())?;
     }
     note_rendered(&loaded, &rendered, &plan, &targets, notes);
     tell::note_shut_away(&loaded, &ready, session.film(), notes);
-    let description = described(args, &plan.settings, &session, (&ready, &rendered), notes);
+    let description = described(args, &plan.settings, &session, (&ready, &rendered), noisy.as_ref(), notes);
     notes.detail(tell::details(&ready, &rendered, &seconds).trim_end());
     let line = (!written.is_empty()).then(|| format!("wrote {written} ({description}, {})", spoken(seconds.total)));
     Ok(Done { line, unkept: session.into_unkept() })
@@ -251,11 +253,12 @@ fn described(
     settings: &Settings,
     session: &Session,
     (ready, rendered): (&Ready, &Rendered),
+    noisy: Option<&Uncertainty>,
     notes: &mut Notes,
 ) -> String {
     let asked = args.light.max_error;
-    let is_told = ready.follows_paths() || asked.is_some();
-    let error = is_told.then(|| tell::error(session.film(), rendered, asked, notes)).flatten();
+    let noisy = noisy.filter(|_| ready.follows_paths() || asked.is_some());
+    let error = tell::error(noisy, session.film(), rendered, asked, notes);
     let error = error.map(|error| format!(", {error}")).unwrap_or_default();
     size_and_samples(settings, session) + &error
 }

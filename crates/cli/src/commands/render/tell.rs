@@ -151,13 +151,19 @@ pub(super) fn note_shut_away(loaded: &Loaded, ready: &Ready, film: &Film, notes:
 
 /// How far the picture probably is from the true one, in the few words that follow its samples; notes say what is wrong with it, and all
 /// figures where the user asks for more.
-pub fn error(film: &Film, rendered: &Rendered, asked: Option<f64>, notes: &mut Notes) -> Option<String> {
-    let noisy = film.uncertainty()?;
-    let reaches = |asked| rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, &noisy));
+pub fn error(
+    noisy: Option<&Uncertainty>,
+    film: &Film,
+    rendered: &Rendered,
+    asked: Option<f64>,
+    notes: &mut Notes,
+) -> Option<String> {
+    let noisy = noisy?;
+    let reaches = |asked| rendered.denoised().map_or(noisy.reaches(asked), |denoised| denoised.reaches(asked, noisy));
     if let Some(asked) = asked {
         note_asked(asked, reaches(asked), film, notes);
     }
-    let noise = told(&noisy);
+    let noise = told(noisy);
     notes.detail(format_args!("noise: {noise}"));
     let about = significant(noisy.root_relmse.value, 2);
     let met = asked.filter(|&asked| reaches(asked)).map(|asked| format!(", below the {asked} asked for")).unwrap_or_default();

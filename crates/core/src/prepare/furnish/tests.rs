@@ -44,6 +44,55 @@ fn the_backdrop_sets_off_what_stands_before_it() {
     assert!((2.0..3.0).contains(&corner), "{corner}");
 }
 
+/// Protects: surfaces that alpha cuts out do not decide what is bright, and surfaces that glow are bright.
+#[test]
+fn what_is_seen_decides_how_bright_things_are() {
+    let corner = |materials: Value, objects: Value| {
+        let scene = json!({ "format": 1, "materials": materials, "objects": objects, "sky": { "studio": {} } });
+        let scene: Scene = serde_json::from_value(scene).expect("a scene");
+        picture(&scene, &settings(&scene, View::USUAL, 30.0)).pixel(0, 0).expect("in the picture")[0]
+    };
+    let cube = |edge: i32, material: &str| json!({ "shape": { "box": { "min": [-edge, -edge, -edge], "max": [edge, edge, edge] } }, "material": material });
+    let physical = |name: &str, values: Value| json!({ "name": name, "model": { "physical": values } });
+    let hull = physical("hull", json!({ "base_colour": 0, "opacity": 0.2, "alpha": { "mask": { "cutoff": 0.5 } } }));
+    let white = physical("white", json!({ "base_colour": 0.9 }));
+    let dark = corner(json!([hull, white]), json!([cube(2, "hull"), cube(1, "white")]));
+    let behind_glow = corner(json!([physical("glow", json!({ "base_colour": 0, "emission": 2 }))]), json!([cube(1, "glow")]));
+    let bright = corner(json!([physical("black", json!({ "base_colour": 0 }))]), json!([cube(1, "black")]));
+    assert!(5.0 * dark < bright && 5.0 * behind_glow < bright, "{dark} {behind_glow} {bright}");
+}
+
+/// Protects: a backdrop is brightest where the camera looks, falls with the cosine, and keeps half of it to every side.
+#[test]
+fn backdrops_fall_with_the_cosine() {
+    let camera = Silhouette::of(&scene(1.0, json!({}))).frame(View { azimuth: 0.0, elevation: 0.0 }, 40.0, 1.0);
+    let backdrop = Backdrop::<f64>::of_studio(0.4, &camera);
+    for (direction, share) in [([0.0, 0.0, -1.0], 1.0), ([0.6, 0.0, -0.8], 0.8), ([1.0, 0.0, 0.0], 0.5), ([0.0, 0.6, 0.8], 0.5)] {
+        let seen = backdrop.seen(direction.into());
+        assert!((seen.x - 0.4 * share).abs() < 1e-12, "{direction:?}: {seen}");
+    }
+}
+
+/// Protects: what keeps all light from above away leaves the ground black: none is thought to come from below.
+#[test]
+fn ground_below_a_roof_is_dark() {
+    let only = json!({ "name": "only", "model": { "physical": { "base_colour": 1 } } });
+    let block = |min: [f64; 3], max: [f64; 3]| json!({ "shape": { "box": { "min": min, "max": max } }, "material": "only" });
+    let objects = json!([block([-50.0, 1.0, -50.0], [50.0, 1.1, 50.0]), block([20.0, 0.0, 20.0], [20.1, 1.0, 20.1])]);
+    let scene = |ground: bool| -> Scene {
+        let studio = json!({ "studio": { "ground": ground, "backdrop": 0.5 } });
+        serde_json::from_value(json!({ "format": 1, "materials": [only], "objects": objects, "sky": studio })).expect("a scene")
+    };
+    let pose = crate::scene::Pose::LookAt { eye: [0.0, 0.5, 0.0], target: [0.5, 0.0, 0.5], up: [0.0, 1.0, 0.0] };
+    let [without, with] = [false, true].map(|ground| {
+        let scene = scene(ground);
+        let mut settings = settings(&scene, View::USUAL, 20.0);
+        settings.camera.as_mut().expect("framed").pose = pose.clone();
+        picture(&scene, &settings).rgb.iter().map(|rgb| f64::from(rgb[0])).sum::<f64>()
+    });
+    assert!(without > 100.0 && with < 0.02 * without, "{with} of {without}");
+}
+
 /// Protects: the ground shows nothing but what is taken from the light: beside the box it is darker than the backdrop, above it and far away
 /// it is the backdrop; from below, under a transparent background and where none is wished for, there is none.
 #[test]

@@ -230,9 +230,10 @@ impl<'a> Series<'a> {
         self.together.add(rendered.shown(), plan.display, caption)?;
         note_rendered(loaded, &rendered, plan, targets, notes);
         tell::note_shut_away(loaded, ready, session.film(), notes);
-        self.description =
-            [described(own, &plan.settings, &session, (ready, &rendered), notes), size_and_samples(&plan.settings, &session)];
-        let error = rendered.denoised().map(|denoised| denoised.error).or_else(|| session.film().uncertainty());
+        let noisy = session.film().uncertainty();
+        let description = described(own, &plan.settings, &session, (ready, &rendered), noisy.as_ref(), notes);
+        self.description = [description, size_and_samples(&plan.settings, &session)];
+        let error = rendered.denoised().map(|denoised| denoised.error).or(noisy);
         let error = error.filter(|_| ready.follows_paths()).map(|error| error.root_relmse.value);
         self.error = self.error.into_iter().chain(error).reduce(f64::max);
         self.finished += 1;
