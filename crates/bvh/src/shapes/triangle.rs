@@ -131,8 +131,4 @@ impl<R: Real> SampleArea<R> for Triangle<R> {
         let weights = [1.0 - root, v.to_f64() * root];
         (Self::at([a, b, c], weights), 1.0 / self.area())
     }
-
-    fn density(&self, _: &SurfacePoint) -> f64 {
-        1.0 / self.area()
-    }
 }
