@@ -12,6 +12,21 @@ use crate::aabb::{PaddedBox, exact_half_area};
 use crate::binary::Binary;
 use crate::bvh8::Bvh8;
 
+/// Which structure answers queries. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AcceleratorKind {
+    /// Every primitive is tested: the oracle, and the O(N) side of the benchmark.
+    Linear,
+    /// A bounding-volume hierarchy.
+    Tree(BuildQuality),
+}
+
+impl Default for AcceleratorKind {
+    fn default() -> Self {
+        Self::Tree(BuildQuality::default())
+    }
+}
+
 /// How long a build may take for how good a tree. Pictures do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuildQuality {

@@ -11,7 +11,7 @@ use super::{Bvh8, Child, MAX_DEPTH, Node, WIDTH};
 use crate::aabb::{PaddedBox, half_area};
 use crate::binary::Binary;
 use crate::build::{LeafKind, LeafKindOf};
-use crate::bvh8::row::Row;
+use crate::bvh8::row::{Row, RowKind};
 use crate::bvh8::triangle8::{LeafHeader, Triangle8};
 use crate::memory::{filled, huge_page_vec};
 use costs::{AS_INNER, AS_LEAF, Costs, FEWER, shares, solve, weight};
@@ -141,7 +141,7 @@ impl Piece {
         self.order.extend_from_slice(places);
         match company {
             LeafKind::Spheres if count > 1 => {
-                self.rows.push(Row::room(first, count));
+                self.rows.push(Row::room(RowKind::Spheres, first, count));
                 Child::row(self.rows.len() - 1)
             }
             LeafKind::Triangles => {
@@ -183,7 +183,8 @@ impl Bvh8 {
             };
             bvh.nodes.extend(piece.nodes.into_iter().map(moved));
             bvh.facts.extend(piece.facts.into_iter().map(|facts| LeafHeader { first: facts.first + place, ..facts }));
-            bvh.rows.extend(piece.rows.into_iter().map(|row| row.moved(place)));
+            bvh.rows.extend(piece.rows);
+            bvh.rows[bases[3] as usize..].iter_mut().for_each(|row| row.facts.first += place);
             order.extend(piece.order);
             deepest = deepest.max(piece.deepest);
         }

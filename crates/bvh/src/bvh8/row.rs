@@ -3,12 +3,12 @@
 
 use glam::{DVec3, Vec3};
 
-use super::WIDTH;
 use super::triangle8::LeafHeader;
+use super::{Lanes, WIDTH};
 use crate::math::simd::{Simd, dot_f64, splat3_f64};
 use crate::ray::{Interval, Ray, Side, Visibility};
 use crate::scalar::Real;
-use crate::shapes::{FAR, Plane, PreparedRay, Shape, ShapeHit, Sphere};
+use crate::shapes::{FAR, PreparedRay, Shape, ShapeHit, Sphere};
 
 /// A ray with what these tests need of a [`PreparedRay`], by its operations.
 #[derive(Clone, Copy)]
@@ -51,12 +51,13 @@ pub(crate) struct Row {
     pub facts: LeafHeader,
     /// Of a sphere the centre, of a plane the point; `places[axis][lane]`.
     places: [[f32; WIDTH]; 3],
-    /// Of a sphere the radius first, of a plane the normal.
+    /// Of a sphere the radius, three times, of a plane the normal.
     rest: [[f32; WIDTH]; 3],
 }
 
+/// What a row is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum RowKind {
+pub(crate) enum RowKind {
     Spheres,
     Planes,
 }
@@ -85,48 +86,23 @@ impl<S: Simd> LaneHits<S> {
 }
 
 impl Row {
-    /// Of spheres, whose slots follow the first one.
-    pub fn of_spheres(first: usize, spheres: impl Iterator<Item = (Sphere<f32>, Visibility)>) -> Self {
-        let mut row = Self::empty(RowKind::Spheres, first);
-        for (lane, (sphere, visibility)) in spheres.take(WIDTH).enumerate() {
-            row.set(lane, sphere.centre, visibility);
-            row.rest[0][lane] = sphere.radius;
+    /// Of spheres, by centre and radius, or of planes, by point and normal, whose slots follow the first one.
+    pub fn new(kind: RowKind, first: usize, own: impl Iterator<Item = ([Vec3; 2], Visibility)>) -> Self {
+        let mut row = Self::room(kind, first, 0);
+        for (lane, ([place, rest], visibility)) in own.take(WIDTH).enumerate() {
+            for axis in 0..3 {
+                (row.places[axis][lane], row.rest[axis][lane]) = (place[axis], rest[axis]);
+            }
+            row.facts.set(lane, visibility);
+            row.facts.count += 1;
         }
         row
     }
 
-    /// Of planes, whose slots follow the first one.
-    pub fn of_planes(first: usize, planes: impl Iterator<Item = (Plane<f32>, Visibility)>) -> Self {
-        let mut row = Self::empty(RowKind::Planes, first);
-        for (lane, (plane, visibility)) in planes.take(WIDTH).enumerate() {
-            row.set(lane, plane.point, visibility);
-            (0..3).for_each(|axis| row.rest[axis][lane] = plane.normal[axis]);
-        }
-        row
-    }
-
-    /// Room for so many spheres, the first of which is at a place.
-    pub(super) fn room(first: usize, count: usize) -> Self {
-        let mut row = Self::empty(RowKind::Spheres, first);
-        row.facts.count = count as u8;
-        row
-    }
-
-    /// The same among places that begin later by so much.
-    pub(super) fn moved(mut self, places: u32) -> Self {
-        self.facts.first += places;
-        self
-    }
-
-    fn empty(kind: RowKind, first: usize) -> Self {
-        let facts = LeafHeader { first: first as u32, ..LeafHeader::default() };
+    /// Room for so many, the first of which is at a place.
+    pub(super) fn room(kind: RowKind, first: usize, count: usize) -> Self {
+        let facts = LeafHeader { first: first as u32, count: count as u8, ..LeafHeader::default() };
         Self { kind, facts, places: [[f32::NAN; WIDTH]; 3], rest: [[f32::NAN; WIDTH]; 3] }
-    }
-
-    fn set(&mut self, lane: usize, place: Vec3, visibility: Visibility) {
-        (0..3).for_each(|axis| self.places[axis][lane] = place[axis]);
-        self.facts.set(lane, visibility);
-        self.facts.count += 1;
     }
 
     /// Where a ray hits them.
@@ -238,10 +214,9 @@ fn spheres<S: Simd>(
 /// Rays from so far away that the test of a sphere takes another form.
 #[cold]
 #[inline(never)]
-fn one_by_one(mut lanes: u32, mut roots: SphereHits, alone: impl Fn(usize) -> Option<ShapeHit<f32>>) -> SphereHits {
-    while lanes != 0 {
-        let (lane, bit) = (lanes.trailing_zeros() as usize & (WIDTH - 1), (lanes & lanes.wrapping_neg()) as u8);
-        lanes &= lanes - 1;
+fn one_by_one(lanes: u32, mut roots: SphereHits, alone: impl Fn(usize) -> Option<ShapeHit<f32>>) -> SphereHits {
+    for lane in Lanes(lanes) {
+        let bit = 1 << lane;
         (roots.hits, roots.leaving) = (roots.hits & !bit, roots.leaving & !bit);
         if let Some(hit) = alone(lane) {
             roots.hits |= bit;

@@ -1,7 +1,6 @@
 //! Rays that leave one point, as those of a pinhole camera do: asked together, they find what each would find alone.
 
 use super::SlotHit;
-use crate::accelerator::Accelerator;
 use crate::bvh8::{PacketResult, PacketState, PacketVisitor, RAYS};
 use crate::geometry::Geometry;
 use crate::ray::{Hit, Interval, Ray};
@@ -85,10 +84,7 @@ impl<R: Real> Geometry<R> {
     /// Up to [`RAYS`] of them at once. Only where that has gone to its end are there more hits than before.
     #[inline(never)]
     fn together(&self, rays: &RayPacket<'_, R>, directions: &[R::Vec3], hits: &mut Vec<Option<Hit<R>>>) -> PacketResult {
-        let Accelerator::Bvh8(bvh) = &self.accelerator else { return PacketResult::Unfit };
-        if !R::IS_SINGLE {
-            return PacketResult::Unfit;
-        }
+        let Some(bvh) = self.lanes() else { return PacketResult::Unfit };
         let mut stored = [glam::Vec3::ZERO; RAYS];
         stored.iter_mut().zip(directions).for_each(|(to, from)| *to = from.to_f32());
         let last = rays.range.max.next_down().to_f32();
@@ -151,8 +147,8 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::AcceleratorKind;
     use crate::Visibility;
-    use crate::accelerator::AcceleratorKind;
     use crate::primitive_set::PrimitiveSet;
 
     /// Protects: each time that rays part twice as many turns are taken one by one, up to 64; one that stays together ends that, and one that
