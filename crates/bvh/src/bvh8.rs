@@ -40,9 +40,8 @@ use crate::shapes::Triangle;
 use self::kernel::Chosen;
 pub use self::kernel::Kernel;
 pub(crate) use self::packet::{PacketResult, PacketState, PacketVisitor, RAYS};
-pub(crate) use self::projected_ray::TriangleHit;
 pub(crate) use self::reparametrisation::RayReparametrisation;
-pub(crate) use self::row::{Row, RowKind, SphereHits};
+pub(crate) use self::row::{Row, RowHits, RowKind};
 pub(crate) use self::traversal_ray::TraversalRay;
 pub(crate) use self::traverse::HitVisitor;
 pub(crate) use self::triangle8::LeafHeader;
@@ -191,6 +190,7 @@ impl Bvh8 {
                 facts.set(lane, visibility);
             }
         });
+        // Afterwards, since up to here a slot's number says where its triangle is taken from.
         for (number, facts) in self.facts.iter().enumerate() {
             for lane in 0..usize::from(facts.count) {
                 slots[facts.first as usize + lane].index = (number * WIDTH + lane) as u32;

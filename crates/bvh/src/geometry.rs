@@ -75,20 +75,16 @@ impl Sorted {
             return Self { slots: Vec::new(), bounded: all, nothing: Vec::new(), boxes, bounds };
         }
         let (mut slots, mut bounded, mut nothing): (Vec<Slot>, Vec<Slot>, Vec<Slot>) = Default::default();
-        let (mut place, mut kept) = (0, 0);
-        for slot in all {
-            if boxes[place] != PaddedBox::NOTHING {
-                boxes[kept] = boxes[place];
-                kept += 1;
+        for (slot, padded) in all.into_iter().zip(&boxes) {
+            if *padded != PaddedBox::NOTHING {
                 bounded.push(slot);
             } else if group.bounds(&slot).is_some_and(|own| own.is_empty()) {
                 nothing.push(slot);
             } else {
                 slots.push(slot);
             }
-            place += 1;
         }
-        boxes.truncate(kept);
+        boxes.retain(|padded| *padded != PaddedBox::NOTHING);
         Self { slots, bounded, nothing, boxes, bounds }
     }
 }

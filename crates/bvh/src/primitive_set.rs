@@ -9,7 +9,7 @@ use crate::aabb::Aabb;
 use crate::build::LeafKind;
 use crate::bvh8::MAX_PRIMITIVES;
 use crate::bvh8::{Bvh8, Row, RowKind, WIDTH};
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_bounds};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::memory::huge_page_vec;
@@ -364,12 +364,5 @@ fn append<T>(list: &mut Vec<T>, item: T) -> u32 {
 fn check_corners<R: Real>(triangle: &Triangle<R>) -> Result<(), GeometryError> {
     let most = R::from_f64(f64::from(f32::MAX) * 0.5);
     let within = |corner: &R::Vec3| corner.is_finite() && corner.abs().max_element() < most;
-    if triangle.vertices.iter().all(within) { Ok(()) } else { check_bounds(triangle.bounds()) }
-}
-
-fn check_bounds(bounds: Option<Aabb>) -> Result<(), GeometryError> {
-    match bounds {
-        Some(b) if b.padded().is_none() => Err(GeometryError::NotFinite),
-        _ => Ok(()),
-    }
+    if triangle.vertices.iter().all(within) { Ok(()) } else { check_bounds(triangle.bounds()).map(drop) }
 }

@@ -38,11 +38,12 @@ impl<R: Real> Geometry<R> {
     /// those the lowest primitive.
     #[inline(never)]
     pub fn closest<T: TraversalCounter>(&self, ray: &Ray<R>, range: Interval<R>, tally: &mut T) -> Option<Hit<R>> {
-        let found = match self.lanes() {
-            Some(bvh) => self.visit_stored(bvh, ray, ClosestHit::new(range), tally).1.found,
-            None => self.closest_prepared(ray, range, tally),
+        let Some(bvh) = self.lanes() else {
+            return self.closest_prepared(ray, range, tally).map(|found| self.named(&found));
         };
-        found.map(|found| self.named(&found))
+        let mut visitor = self.visitor(ray, ClosestHit::new(range), tally);
+        self.visit_stored(bvh, ray, &mut visitor);
+        visitor.query.found.as_ref().map(|found| self.named(found))
     }
 
     /// The nearest hit of a ray that is prepared first: by a scan, and of what is stored in f64. Apart, since what it needs of the machine's
@@ -96,7 +97,7 @@ impl<R: Real> Geometry<R> {
         let mut accept = |found: SlotHit<R>| ask(&self.named(&found));
         let query = AnyHit::<_, true> { range, accept: &mut accept };
         match self.lanes() {
-            Some(bvh) => self.visit_stored(bvh, ray, query, tally).0,
+            Some(bvh) => self.visit_stored(bvh, ray, &mut self.visitor(ray, query, tally)),
             None => self.visit_prepared(ray, query, tally),
         }
     }

@@ -3,7 +3,7 @@
 
 use super::filter;
 use super::optimisation_barrier::in_memory;
-use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::projected_ray::{ProjectedRay, Unsure};
 use super::row::{RayF64, Row};
 use super::traversal_ray::{LeafRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
@@ -11,6 +11,7 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, Lanes};
 use crate::math::simd::Simd;
+use crate::shapes::TriangleHit;
 use crate::stats::TraversalCounter;
 
 /// The lanes of a block that the exact test is asked about, with a far end as it is and as boxes use it. None where what the filter says ended the
@@ -65,7 +66,7 @@ fn alone<A: HitVisitor>(block: &Triangle8, lane: usize, answer: &mut A) -> Optio
 fn row<S: Simd, A: HitVisitor>(s: S, row: &Row, line: &RayF64, answer: &mut A) -> bool {
     answer.counter().primitives(|| row.facts.count.into());
     let found = row.hits(s, line, answer.range(), answer.culls());
-    found.hits != 0 && answer.row(&row.facts, &found.roots(s))
+    found.hits != 0 && answer.row(&row.facts, &found.stored(s))
 }
 
 /// A leaf of spheres.

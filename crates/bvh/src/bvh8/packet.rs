@@ -133,8 +133,8 @@ impl PacketState {
 pub(crate) trait PacketVisitor {
     /// Whether the first slot comes before the second where both are hit at one distance.
     fn lower(&self, slot: u32, than: u32) -> bool;
-    /// Another primitive is met, by the rays of a mask at most.
-    fn other(&mut self, place: usize, asked: u32, pencil: &mut PacketState);
+    /// Another primitive is met, by some of the rays.
+    fn other(&mut self, place: usize, pencil: &mut PacketState);
 }
 
 /// How asking rays together ended.
@@ -177,7 +177,7 @@ pub(super) fn walk<S: TraversalSimd, M: PacketVisitor>(
             return PacketResult::Parted;
         }
     }
-    bvh.others.clone().for_each(|place| meets.other(place, u32::MAX, pencil));
+    bvh.others.clone().for_each(|place| meets.other(place, pencil));
     PacketResult::Whole
 }
 
@@ -199,7 +199,7 @@ fn rows_of_lanes<S: Simd, M: PacketVisitor>(s: S, rows: &[Row], pencil: &mut Pac
                 if found.hits == 0 {
                     continue;
                 }
-                let roots = found.roots(s);
+                let roots = found.stored(s);
                 for ray in Lanes(found.hits) {
                     let v = if roots.leaving >> ray & 1 == 0 { 0.0 } else { 1.0 };
                     let slots = [row.facts.first + lane as u32, u32::MAX];
@@ -254,7 +254,7 @@ fn down<S: TraversalSimd, M: PacketVisitor>(
                     let row = bvh.always + current.index();
                     rows_of_lanes(s, &bvh.rows[row..=row], pencil, meets);
                 }
-                () => meets.other(current.index(), u32::MAX, pencil),
+                () => meets.other(current.index(), pencil),
             }
             far = greatest_far(pencil);
         }

@@ -1,6 +1,6 @@
 //! What a traversal asks of a set of instructions besides lanes: its stack, the exact test of some lanes, and leaves apart from it.
 
-use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::projected_ray::{ProjectedRay, Unsure};
 use super::row::RayF64;
 use super::stack::{Stack, Waiting, two};
 use super::traversal_ray::LeafRay;
@@ -8,6 +8,7 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::Simd;
+use crate::shapes::TriangleHit;
 
 /// What a traversal asks of a set of instructions besides lanes.
 pub(super) trait TraversalSimd: Simd {

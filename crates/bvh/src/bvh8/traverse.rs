@@ -5,10 +5,10 @@
 
 use core::marker::PhantomData;
 
+use super::filter::spread;
 use super::leaf::candidates;
 use super::optimisation_barrier::in_memory;
-use super::projected_ray::TriangleHit;
-use super::row::SphereHits;
+use super::row::RowHits;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::{RoughRay, TraversalRay};
 use super::traversal_simd::TraversalSimd;
@@ -19,7 +19,7 @@ use crate::instance::RoughInverse;
 use crate::math::simd::Simd;
 use crate::processor::prefetch_line;
 use crate::ray::Interval;
-use crate::shapes::PreparedRay;
+use crate::shapes::{PreparedRay, TriangleHit};
 use crate::stats::TraversalCounter;
 
 /// What a query makes of what a walk meets.
@@ -46,7 +46,7 @@ pub(crate) trait HitVisitor {
     /// A triangle of a block is hit at some distance. True ends the walk.
     fn triangle(&mut self, facts: &LeafHeader, lane: usize, met: &TriangleHit) -> bool;
     /// These of a row are hit within the range. True ends the walk.
-    fn row(&mut self, facts: &LeafHeader, roots: &SphereHits) -> bool;
+    fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool;
     /// Another primitive is met. True ends the walk.
     fn other(&mut self, place: usize) -> bool;
 }
@@ -82,14 +82,13 @@ impl<S: Simd, A: HitVisitor> Slabs<S, A> {
     #[inline(always)]
     fn new(s: S, setup: &TraversalRay) -> Self {
         let TraversalRay { slopes, aim } = setup;
-        let ([ex, ey, ez], [lx, ly, lz]) = (slopes.early, slopes.late);
-        let ([ox, oy, oz], [ix, iy, iz], [wx, wy, wz]) = (aim.origin, slopes.inverse, slopes.widened);
+        let [ox, oy, oz] = aim.origin;
         Self {
-            minus_origin: [s.splat(-ox), s.splat(-oy), s.splat(-oz)],
-            inverse: [s.splat(ix), s.splat(iy), s.splat(iz)],
-            widened: [s.splat(wx), s.splat(wy), s.splat(wz)],
-            early: [s.splat(ex), s.splat(ey), s.splat(ez)],
-            late: [s.splat(lx), s.splat(ly), s.splat(lz)],
+            minus_origin: spread(s, [-ox, -oy, -oz]),
+            inverse: spread(s, slopes.inverse),
+            widened: spread(s, slopes.widened),
+            early: spread(s, slopes.early),
+            late: spread(s, slopes.late),
             near: s.splat(aim.near),
             visitor: PhantomData,
         }

@@ -11,7 +11,7 @@ use core::arch::x86_64::*;
 
 use super::entries::{entries, leaves};
 use super::leaf::{spheres, triangles};
-use super::projected_ray::{ProjectedRay, TriangleHit, Unsure};
+use super::projected_ray::{ProjectedRay, Unsure};
 use super::row::RayF64;
 use super::stack::{Stack, Waiting};
 use super::traversal_ray::LeafRay;
@@ -20,6 +20,7 @@ use super::traverse::HitVisitor;
 use super::triangle8::Triangle8;
 use super::{Bvh8, Child, WIDTH};
 use crate::math::simd::{Avx2, Avx512, Simd};
+use crate::shapes::TriangleHit;
 
 /// What both have in common.
 macro_rules! of_both {

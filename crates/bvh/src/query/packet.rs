@@ -96,7 +96,7 @@ impl<R: Real> Geometry<R> {
             return asked;
         }
         for slot in self.planes..self.unbounded {
-            asking.one_by_one(slot, u32::MAX, &mut pencil);
+            asking.one_by_one(slot, &mut pencil);
         }
         let number = R::from_f32;
         hits.extend((0..pencil.count()).map(|ray| {
@@ -115,11 +115,11 @@ struct PacketQuery<'a, 'r, R: Real> {
 }
 
 impl<R: Real> PacketQuery<'_, '_, R> {
-    /// What has no test for several rays, for those of a mask.
+    /// What has no test for several rays.
     #[inline(never)]
-    fn one_by_one(&self, slot: usize, asked: u32, pencil: &mut PacketState) {
+    fn one_by_one(&self, slot: usize, pencil: &mut PacketState) {
         let geometry = self.geometry;
-        for (ray, &direction) in self.directions.iter().enumerate().filter(|(ray, _)| asked >> ray & 1 != 0) {
+        for (ray, &direction) in self.directions.iter().enumerate() {
             let probe: PreparedRay = geometry.prepare(self.rays.ray(direction));
             let range = Interval { min: self.rays.range.min, max: R::from_f32(pencil.far(ray)).next_up() };
             let own = (slot as u32, &geometry.group.slots[slot]);
@@ -137,8 +137,8 @@ impl<R: Real> PacketVisitor for PacketQuery<'_, '_, R> {
         order(slot) < order(than)
     }
 
-    fn other(&mut self, place: usize, asked: u32, pencil: &mut PacketState) {
-        self.one_by_one(self.geometry.unbounded + place, asked, pencil);
+    fn other(&mut self, place: usize, pencil: &mut PacketState) {
+        self.one_by_one(self.geometry.unbounded + place, pencil);
     }
 }
 

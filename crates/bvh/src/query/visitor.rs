@@ -2,30 +2,32 @@
 
 use super::kind::QueryKind;
 use super::{NO_PART, SlotHit};
-use crate::bvh8::{Bvh8, HitVisitor, Lanes, LeafHeader, RayReparametrisation, SphereHits, TraversalRay, TriangleHit};
+use crate::bvh8::{Bvh8, HitVisitor, Lanes, LeafHeader, RayReparametrisation, RowHits, TraversalRay, WIDTH};
 use crate::geometry::Geometry;
 use crate::instance::Instance;
 use crate::processor::prefetch;
 use crate::ray::{Interval, Ray};
 use crate::scalar::Real;
-use crate::shapes::{PreparedRay, Transform};
+use crate::shapes::{PreparedRay, Transform, TriangleHit};
 use crate::stats::TraversalCounter;
 
 impl<R: Real> Geometry<R> {
-    /// Shows a query what a ray in the tree's own scalar meets. Returns whether that ended it, and the query.
+    /// What shows a query a ray in the tree's own scalar. In its place from the start, where it is read: to move it would wait for its stores.
+    #[inline(always)]
+    pub(super) fn visitor<'a, Q, T>(&'a self, ray: &'a Ray<R>, query: Q, tally: &'a mut T) -> Visitor<'a, R, Q, T, false> {
+        Visitor::new(self, ray.culls, RaySource::Stored(ray), query, tally)
+    }
+
+    /// Shows a query what such a ray meets. Returns whether that ended it.
     #[inline(always)]
     pub(super) fn visit_stored<Q: QueryKind<R>, T: TraversalCounter>(
         &self,
         bvh: &Bvh8,
         ray: &Ray<R>,
-        query: Q,
-        tally: &mut T,
-    ) -> (bool, Q) {
-        // In its place from the start: to move it would wait for its stores.
-        let mut visitor = Visitor::<_, _, _, false>::new(self, ray.culls, RaySource::Stored(ray), query, tally);
-        let over = self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally);
-        let over = over || bvh.visit(ray, visitor.query.range(), &mut visitor);
-        (over, visitor.query)
+        visitor: &mut Visitor<'_, R, Q, T, false>,
+    ) -> bool {
+        self.unbounded > self.planes && self.visit_unbounded(ray, &mut visitor.query, visitor.tally)
+            || bvh.visit(ray, visitor.query.range(), visitor)
     }
 
     #[inline(never)]
@@ -130,13 +132,13 @@ impl<'a, R: Real> RaySource<'a, R> {
 }
 
 /// Hands what a traversal meets to a query. `MAPPED`: by a ray that was rounded, see [`TraversalRay::mapped`].
-struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
+pub(super) struct Visitor<'a, R: Real, Q, T, const MAPPED: bool> {
     geometry: &'a Geometry<R>,
     culls: bool,
     ray: RaySource<'a, R>,
     /// Made from it once something asks.
     prepared: Option<PreparedRay>,
-    query: Q,
+    pub query: Q,
     rebase: RayReparametrisation,
     tally: &'a mut T,
 }
@@ -208,11 +210,11 @@ impl<R: Real, Q: QueryKind<R>, T: TraversalCounter, const MAPPED: bool> HitVisit
     }
 
     #[inline(always)]
-    fn row(&mut self, facts: &LeafHeader, roots: &SphereHits) -> bool {
-        if roots.hits & Q::opaque(facts) != 0 {
+    fn row(&mut self, facts: &LeafHeader, roots: &RowHits<[f32; WIDTH]>) -> bool {
+        if roots.hits & u32::from(Q::opaque(facts)) != 0 {
             return true;
         }
-        for lane in Lanes((roots.hits & Q::wanted(facts)).into()) {
+        for lane in Lanes(roots.hits & u32::from(Q::wanted(facts))) {
             let v = if roots.leaving >> lane & 1 == 0 { R::ZERO } else { R::ONE };
             let t = R::from_f32(roots.t[lane]);
             if self.query.take(self.geometry, SlotHit { t, u: R::ZERO, v, slot: facts.first + lane as u32, inner: NO_PART }) {

@@ -1,6 +1,7 @@
 //! The rays of a pencil as boxes and filters need them at once: the interval of their directions.
 
 use super::PacketState;
+use crate::bvh8::filter::spread;
 use crate::bvh8::traversal_ray::{LeafRay, TraversalRay};
 use crate::bvh8::{Node, WIDTH};
 use crate::math::simd::Simd;
@@ -30,9 +31,8 @@ impl<S: Simd> Bundle<S> {
         let [least, most] = pencil.spans()?;
         let (short, long) =
             (TraversalRay::new(pencil.origin, least, pencil.near), TraversalRay::new(pencil.origin, most, pencil.near));
-        let [x, y, z] = pencil.origin;
         Some(Self {
-            origin: [s.splat(x), s.splat(y), s.splat(z)],
+            origin: spread(s, pencil.origin),
             inverse: both(s, short.slopes.inverse, long.slopes.inverse),
             widened: both(s, short.slopes.widened, long.slopes.widened),
             late: s.splat(long.slopes.late[0]),
